@@ -1,0 +1,1 @@
+"""What runs against an Aero Hand Open, real or emulated: channels, actuation map, driver. NumPy and pyserial only."""

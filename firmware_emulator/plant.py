@@ -1,0 +1,73 @@
+"""The interface behind the servos: seven output shafts and whatever hangs on them.
+
+The electronics know this interface and no implementation. `model` implements it with the built hand, `bench` here
+with seven bare shafts.
+
+A shaft's angle is zero at the fully extended hand and grows as its channel closes (paper section "Notation", theta).
+Shafts are listed in command order: index, middle, ring, pinky, thumb abduction, thumb CMC flexion, thumb flexor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+SHAFTS = 7
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What one servo asks of its motor until it asks for something else.
+
+    `effort = clip(torque + stiffness * (setpoint - angle) - damping * speed, -limit, limit)`; the plant adds back-EMF.
+    Torque off is a drive of zeros with `powered=False`.
+    """
+
+    setpoint: float = 0.0
+    """Goal angle, rad."""
+    stiffness: float = 0.0
+    """Position gain, N m/rad; zero in torque modes."""
+    damping: float = 0.0
+    """Speed gain, N m s/rad."""
+    torque: float = 0.0
+    """Feed-forward, N m, positive closes."""
+    limit: float = 0.0
+    """Bound on the effort, N m, not negative."""
+    powered: bool = True
+    """Whether the winding is driven; when not, there is no back-EMF either and the shaft turns freely."""
+
+
+class Plant(Protocol):
+    """Seven shafts in time. Everything is deterministic; nothing reads a wall clock."""
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        ...
+
+    def advance_to(self, t: float) -> None:
+        """Integrate to exactly `t` (s) with the present drives; nothing happens when `t` is not later than `time`."""
+        ...
+
+    def drive(self, shaft: int, drive: Drive) -> None:
+        """Replace the drive of one shaft (0..6, command order) from now on."""
+        ...
+
+    def set_setpoint(self, shaft: int, setpoint: float) -> None:
+        """Change only the goal angle (rad) of one shaft's present drive; the cheap call a motion profile makes."""
+        ...
+
+    def angles(self) -> NDArray[np.float64]:
+        """Return shaft angles, (7,) float, rad, positive closes."""
+        ...
+
+    def speeds(self) -> NDArray[np.float64]:
+        """Return shaft speeds, (7,) float, rad/s."""
+        ...
+
+    def efforts(self) -> NDArray[np.float64]:
+        """Return the clipped efforts of the drives at the present state, (7,) float, N m, before back-EMF."""
+        ...

@@ -1,0 +1,1 @@
+"""Experiments, metrics, limits and reports over whatever stands right of the driver."""
