@@ -39,7 +39,8 @@ class Response:
 
     def answers(self, step: Step) -> bool:
         """Whether the trace followed the step by at least `MATCHED_FRACTION` of it."""
-        return self.change * np.sign(step.after - step.before) >= MATCHED_FRACTION * abs(step.after - step.before)
+        asked = step.after - step.before
+        return bool(self.change * np.sign(asked) >= MATCHED_FRACTION * abs(asked))
 
 
 def find_steps(times: Floats, command: Floats) -> list[Step]:

@@ -6,45 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
 from hil.metrics import at_times, quiet_command, quiet_trace, residuals, staircase_metrics
-from hil.recording import Header, Recording, Series
 from hil.steps import find_steps, respond
-
-LABELS = tuple(channel.label for channel in Channel)
-UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
-HEADER = Header("staircase", "emulated", "right", "0.2.0", "paper", "reference", 0)
-HOLD, DT = 0.48, 0.01
-RANGES = np.array([0.046, 0.046, 0.046, 0.046, 1.75, 0.011, 0.027])
-
-
-def staircase(levels=4, tau=0.03, gain=1.0, offset=0.0, hand_tau=0.05, dt=DT):
-    """A one-channel-at-a-time staircase, answered by two first-order lags; returns a recording."""
-    per = round(HOLD / dt)
-    fractions = [*range(1, levels + 1), *range(levels - 1, -1, -1)]
-    levels_of = np.zeros((7 * 2 * levels + 1, 7))
-    for channel in range(7):
-        for i, fraction in enumerate(fractions):
-            levels_of[1 + channel * 2 * levels + i, channel] = fraction / levels * RANGES[channel]
-    command = np.repeat(levels_of, per, axis=0)
-    t = dt * np.arange(len(command))
-
-    def lag(tau):
-        value, out = np.zeros(7), []
-        for row in command:
-            out.append(value)
-            value = row + (value - row) * math.exp(-dt / tau)
-        return np.array(out)
-
-    hand = lag(hand_tau)
-    series = {
-        "command": command,
-        "model": lag(tau),
-        "hand": gain * hand + offset * RANGES,
-        "travel": hand,
-    }
-    return Recording(HEADER, {name: Series.of(LABELS, UNITS, t, v) for name, v in series.items()})
 
 
 @given(st.floats(0.02, 0.08), st.floats(1e-4, 1.0), st.booleans(), st.floats(0.0, 0.02))
@@ -120,7 +86,7 @@ def test_a_quiet_trace_stays_in_its_band_for_100_ms(values, trace_range):
 def test_tracking_rms_is_gain_and_offset_error(gain, offset):
     recording = staircase(gain=gain, offset=offset, tau=0.02, hand_tau=0.02)
     rows = staircase_metrics(recording)
-    residual, settled = residuals(recording)
+    _, settled = residuals(recording)
     for channel, row in rows.items():
         level = at_times(recording["command"].times, recording["command"].values, recording["hand"].times)
         error = ((gain - 1) * level[:, channel] + offset * RANGES[channel])[settled[:, channel]]
@@ -146,8 +112,5 @@ def test_a_channel_that_never_moves_is_no_staircase():
     recording = staircase(levels=1)
     command = recording["command"].values.copy()
     command[:, Channel.PINKY] = 0.0
-    broken = Recording(
-        HEADER, {**recording.series, "command": Series.of(LABELS, UNITS, recording["command"].times, command)}
-    )
     with pytest.raises(ValueError, match="pinky is never commanded"):
-        staircase_metrics(broken)
+        staircase_metrics(replaced(recording, "command", command))
