@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,13 @@ Progress = Callable[[float, str], None]
 
 LABELS = tuple(channel.label for channel in Channel)
 LENGTH_UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
-"""Units of simulator lengths and of cable travel, in command order."""
-
-
-def units(unit: str) -> tuple[str, ...]:
-    """Return one unit for all seven channels."""
-    return (unit,) * len(Channel)
+SERIES_UNITS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("command", "model", "hand", "goal", "travel"), LENGTH_UNITS),
+    **dict.fromkeys(("codes", "command_codes"), ("u16",) * len(Channel)),
+    "currents": ("A",) * len(Channel),
+    "temperatures": ("degC",) * len(Channel),
+}
+"""Every series an experiment may leave, with the units of its seven columns."""
 
 
 def silent(_done: float, _doing: str) -> None:
@@ -34,19 +36,25 @@ class Recorder:
     Times given to it are times of the target's clock; those in the recording count from the recorder's making.
     """
 
-    def __init__(self, target: Target, series: Mapping[str, tuple[str, ...]]) -> None:
-        """Start now; `series` maps each series to the units of its seven columns."""
+    def __init__(self, target: Target) -> None:
+        """Start now."""
         self._target = target
-        self._units = dict(series)
-        self._rows: dict[str, list[tuple[float, list[float]]]] = {name: [] for name in series}
+        self._times: dict[str, list[float]] = {}
+        self._rows: dict[str, list[NDArray[Any]]] = {}
         self._events: list[Event] = []
         self._wire_mark = target.wire.mark()
         self.start = target.clock.now()
         """Time of the target's clock that is zero in the recording, s."""
 
-    def add(self, name: str, t: float, row: NDArray[np.generic]) -> None:
-        """Add one sample, (7,), taken at `t` (s on the target's clock)."""
-        self._rows[name].append((t - self.start, row.tolist()))
+    def add(self, name: str, t: float, row: NDArray[Any]) -> None:
+        """Add one sample, (7,), taken at `t` (s on the target's clock), to a series of `SERIES_UNITS`."""
+        self._times.setdefault(name, []).append(t - self.start)
+        self._rows.setdefault(name, []).append(row)
+
+    def derive(self, name: str, source: str, convert: Callable[[NDArray[Any]], NDArray[Any]]) -> None:
+        """Add a whole series, computed from all samples (n, 7) of another and at its times."""
+        self._times[name] = self._times[source]
+        self._rows[name] = list(convert(np.array(self._rows[source])))
 
     def note(self, text: str, severity: Severity = "info") -> None:
         """Add an event that happens now."""
@@ -68,8 +76,7 @@ class Recorder:
             commit=source_commit(),
         )
         series = {
-            name: Series.of(LABELS, self._units[name], [t for t, _ in rows], [row for _, row in rows])
+            name: Series.of(LABELS, SERIES_UNITS[name], self._times[name], np.array(rows))
             for name, rows in self._rows.items()
-            if rows
         }
         return Recording(header, series, target.wire.since(self._wire_mark, self.start), tuple(self._events))

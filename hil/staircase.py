@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.recorder import LENGTH_UNITS, Progress, Recorder, silent, units
+from hil.reach import reachable
+from hil.recorder import Progress, Recorder, silent
 from hil.recording import Recording
 from hil.target import Target
 
@@ -30,6 +31,11 @@ TEMPERATURE_EVERY = 50
 
 class Simulator(Protocol):
     """The routed hand as the experiments see it; lengths are (7,) in command order, m and rad."""
+
+    @property
+    def command_range(self) -> Floats:
+        """Admissible commands, (7, 2)."""
+        ...
 
     def reset(self) -> None:
         """Return to the open hand at rest."""
@@ -112,52 +118,40 @@ def run_staircase(
         progress: called once a sample.
 
     Returns:
-        A recording with `command`, `model` and `hand` (simulator length, m or rad), `travel` (cable wound in, m, or
-        rad), `codes` and `command_codes` (u16), `currents` (A) and `temperatures` (degC).
+        A recording with `command`, `model`, `hand` and `goal` (simulator length, m or rad; `goal` is what the map makes
+        of the command there and back, hence `hand` if the hand were perfect), `travel` (cable wound in, m, or rad),
+        `codes` and `command_codes` (u16), `currents` (A) and `temperatures` (degC).
     """
     plan = plan or Staircase()
     hand, clock, codec = target.hand, target.clock, target.map
-    open_lengths, closed_lengths = target.reach
-    times, commands = plan.commands(open_lengths, closed_lengths)
-    recorder = Recorder(
-        target,
-        {
-            "command": LENGTH_UNITS,
-            "model": LENGTH_UNITS,
-            "hand": LENGTH_UNITS,
-            "travel": LENGTH_UNITS,
-            "codes": units("u16"),
-            "command_codes": units("u16"),
-            "currents": units("A"),
-            "temperatures": units("degC"),
-        },
-    )
+    opened, closed = reachable(codec, simulator.command_range)
+    times, commands = plan.commands(opened, closed)
+    goals = codec.codes_from_lengths(commands)
+    recorder = Recorder(target)
     simulator.reset()
-    for i, (t, lengths) in enumerate(zip(times, commands, strict=True)):
+    for i, t in enumerate(times):
         clock.sleep_until(recorder.start + t)
-        asked = clock.now()
-        codes = hand.read_codes()
-        recorder.add("codes", asked, codes)
-        recorder.add("hand", asked, codec.lengths_from_codes(codes))
-        recorder.add("travel", asked, codec.travel_from_codes(codes))
-        goal = codec.codes_from_lengths(lengths)
-        recorder.add("command", clock.now(), lengths)
-        recorder.add("command_codes", clock.now(), goal)
-        hand.command_codes(goal)
+        recorder.add("codes", clock.now(), hand.read_codes())
+        recorder.add("command_codes", clock.now(), goals[i])
+        hand.command_codes(goals[i])
         if i % CURRENT_EVERY == 0:
             recorder.add("currents", clock.now(), hand.read_currents())
         if i % TEMPERATURE_EVERY == 0:
             recorder.add("temperatures", clock.now(), hand.read_temperatures())
-        simulator.command(lengths)
+        simulator.command(commands[i])
         for step in range(round(plan.sample_period_s / MODEL_STEP_S)):
             recorder.add("model", recorder.start + t + step * MODEL_STEP_S, simulator.lengths())
             simulator.advance(MODEL_STEP_S)
-        progress((i + 1) / len(times), _doing(commands, i, open_lengths))
+        progress((i + 1) / len(times), _doing(commands[i], opened))
+    for name, source in (("hand", "codes"), ("goal", "command_codes")):
+        recorder.derive(name, source, codec.lengths_from_codes)
+    recorder.derive("travel", "codes", lambda codes: codec.travel_from_angles(codec.angles_from_codes(codes)))
+    recorder.derive("command", "command_codes", lambda _: commands)
     return recorder.finish("staircase", dataclasses.asdict(plan))
 
 
-def _doing(commands: Floats, i: int, open_lengths: Floats) -> str:
-    moved = np.flatnonzero(commands[i] != open_lengths)
+def _doing(command: Floats, opened: Floats) -> str:
+    moved = np.flatnonzero(command != opened)
     return Channel(moved[0]).label if moved.size else "open hand"
 
 
