@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from firmware_emulator import EmulatedHand, InProcessLink
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
 from hil.units import Unit
 from model import BuiltHandPlant
 

@@ -43,8 +43,9 @@ class ChannelMetrics:
     tracking_rms: float
     """Root mean square of hand less simulator over the settled samples of the whole run."""
     rise_model_ms: float
-    """Median 10-90 % rise over the matched steps; NaN when no step matched."""
+    """Median 10-90 % rise over the matched steps, in whole integrator steps as the paper counts it; NaN without any."""
     rise_hand_ms: float
+    """The same of the hand, linear between the encoder samples, which are coarse against it."""
     overshoot_hand_percent: float
     """Greatest overshoot of the hand over the matched steps, of the step; NaN when no step matched."""
     settled_samples: int
@@ -86,7 +87,7 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
             excursion_model=scale * _span(model.times, model.values[:, channel], own),
             excursion_hand=scale * _span(travel.times, travel.values[:, channel], own),
             tracking_rms=rms(kept),
-            rise_model_ms=1e3 * _median([m.rise for m, _ in matched]),
+            rise_model_ms=1e3 * _median([m.rise_on_grid for m, _ in matched]),
             rise_hand_ms=1e3 * _median([h.rise for _, h in matched]),
             overshoot_hand_percent=1e2 * max((h.overshoot for _, h in matched), default=np.nan),
             settled_samples=int(mask.sum()),

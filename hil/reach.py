@@ -1,4 +1,4 @@
-"""Which part of the simulator's range a hand can follow under its firmware's command window."""
+"""Each channel's calibrated range in the simulator, and the part of it that a hand can follow under its window."""
 
 from __future__ import annotations
 
@@ -7,14 +7,40 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
+from hil.simulator import Simulator
 
 Floats = NDArray[np.float64]
 
+SWEEP_SETTLE_S = 2.0
+"""Time a simulated actuator gets to reach the end of its range, s."""
 _MARGIN_RAD = 1e-6
 """Kept from the ends of the window, so that rounding does not carry a command over them."""
 
 
-def reachable(codec: ActuationMap, command_range: Floats) -> tuple[Floats, Floats]:
+def calibrated_range(simulator: Simulator) -> Floats:
+    """Sweep one actuator after the other over its range and return the extremes its sensor reached, (7, 2) m and rad.
+
+    The other cables are paid out and the thumb is not abducted meanwhile. This is how the paper obtains the lengths
+    between which a finger's map is anchored.
+    """
+    extended = simulator.command_range[:, 1].copy()
+    extended[Channel.THUMB_ABDUCTION] = simulator.command_range[Channel.THUMB_ABDUCTION, 0]
+    extremes = np.empty((len(Channel), 2))
+    for channel in Channel:
+        reached = []
+        for end in simulator.command_range[channel]:
+            goal = extended.copy()
+            goal[channel] = end
+            simulator.reset()
+            simulator.command(goal)
+            simulator.advance(SWEEP_SETTLE_S)
+            reached.append(simulator.lengths()[channel])
+        extremes[channel] = sorted(reached)
+    extremes[Channel.THUMB_ABDUCTION] = np.maximum(extremes[Channel.THUMB_ABDUCTION], 0.0)
+    return extremes
+
+
+def reachable(codec: ActuationMap, length_range: Floats) -> tuple[Floats, Floats]:
     """Return where each channel waits (open) and how far it can be swept, as simulator lengths.
 
     The sweep of one channel runs from its open end to its closed end while all others are open. Either end is the
@@ -23,7 +49,7 @@ def reachable(codec: ActuationMap, command_range: Floats) -> tuple[Floats, Float
 
     Args:
         codec: the map of the hand.
-        command_range: (7, 2) float, the simulator's admissible commands, m and rad.
+        length_range: (7, 2) float, the simulator's shortest and longest lengths, m and rad.
 
     Returns:
         Open lengths (7,) and closed lengths (7,).
@@ -31,7 +57,7 @@ def reachable(codec: ActuationMap, command_range: Floats) -> tuple[Floats, Float
     Raises:
         ValueError: a channel has no reachable range; map and simulator do not belong together.
     """
-    shortest, longest = np.asarray(command_range, float).T
+    shortest, longest = np.asarray(length_range, float).T
     opened, closed = longest.copy(), shortest.copy()
     abduction = Channel.THUMB_ABDUCTION
     opened[abduction], closed[abduction] = shortest[abduction], longest[abduction]

@@ -9,49 +9,22 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.reach import reachable
+from hil.reach import calibrated_range, reachable
 from hil.recorder import Progress, Recorder, silent
 from hil.recording import Recording
+from hil.simulator import MODEL_STEP_S, Simulator
 from hil.target import Target
 
 Floats = NDArray[np.float64]
 
-MODEL_STEP_S = 0.01
-"""Time step of the routed hand, and of its trace."""
 CURRENT_EVERY = 5
 TEMPERATURE_EVERY = 50
 """Samples of the encoders from one reading of the currents or temperatures to the next."""
-
-
-class Simulator(Protocol):
-    """The routed hand as the experiments see it; lengths are (7,) in command order, m and rad."""
-
-    @property
-    def command_range(self) -> Floats:
-        """Admissible commands, (7, 2)."""
-        ...
-
-    def reset(self) -> None:
-        """Return to the open hand at rest."""
-        ...
-
-    def command(self, lengths: Floats) -> None:
-        """Set the goal lengths."""
-        ...
-
-    def advance(self, seconds: float) -> None:
-        """Move time forward."""
-        ...
-
-    def lengths(self) -> Floats:
-        """Return the sensor lengths."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -124,10 +97,16 @@ def run_staircase(
     """
     plan = plan or Staircase()
     hand, clock, codec = target.hand, target.clock, target.map
-    opened, closed = reachable(codec, simulator.command_range)
+    opened, closed = reachable(codec, calibrated_range(simulator))
     times, commands = plan.commands(opened, closed)
-    goals = codec.codes_from_lengths(commands)
+    goals, saturated = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_lengths(commands)))
     recorder = Recorder(target)
+    for channel in Channel:
+        if saturated[:, channel].any():
+            recorder.note(
+                f"{channel.label} waits at the end of its command window in {saturated[:, channel].sum()} of "
+                f"{len(times)} samples: the map asks it to follow another channel's sweep beyond"
+            )
     simulator.reset()
     for i, t in enumerate(times):
         clock.sleep_until(recorder.start + t)

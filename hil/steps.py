@@ -34,6 +34,8 @@ class Response:
     """Last sample before `end` less the sample at `start`, in the trace's unit."""
     rise: float
     """10-90 % time of that change, linear between samples, s; NaN when the trace did not move."""
+    rise_on_grid: float
+    """The same from the first sample at or above 10 % to the first at or above 90 %, s: a whole number of samples."""
     overshoot: float
     """Greatest excess over the last sample, as a part of the change, not negative; NaN when it did not move."""
 
@@ -85,14 +87,14 @@ def respond(step: Step, times: Floats, values: Floats) -> Response:
     t, v = times[first:last], values[first:last]
     change = float(v[-1] - v[0])
     if change == 0.0:
-        return Response(0.0, np.nan, np.nan)
+        return Response(0.0, np.nan, np.nan, np.nan)
     progress = (v - v[0]) / change
-    rise = _first_crossing(t, progress, 0.9) - _first_crossing(t, progress, 0.1)
-    return Response(change, rise, max(0.0, float(progress.max()) - 1.0))
+    low, high = int(np.argmax(progress >= 0.1)), int(np.argmax(progress >= 0.9))
+    rise = _crossing(t, progress, high, 0.9) - _crossing(t, progress, low, 0.1)
+    return Response(change, rise, float(t[high] - t[low]), max(0.0, float(progress.max()) - 1.0))
 
 
-def _first_crossing(t: Floats, progress: Floats, level: float) -> float:
-    """Return when `progress`, which starts at 0 and ends at 1, first reaches `level`, linear between samples."""
-    i = int(np.argmax(progress >= level))
+def _crossing(t: Floats, progress: Floats, i: int, level: float) -> float:
+    """Return when `progress` crosses `level` on its way from sample `i - 1` to sample `i`, linear in between."""
     part = (level - progress[i - 1]) / (progress[i] - progress[i - 1])
     return float(t[i - 1] + part * (t[i] - t[i - 1]))

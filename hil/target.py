@@ -11,9 +11,11 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from aero import AeroError, AeroHand, SerialTransport
+from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock, WallClock
+from aero.errors import AeroError
+from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from hil.emulated import build_emulated
 from hil.pty_process import serve_in_process
@@ -105,9 +107,7 @@ def open_target(
 
 
 @contextmanager
-def _emulated(
-    name: str, codec: ActuationMap, firmware: str, side: Side, unit_name: str, seed: int
-) -> Iterator[Target]:
+def _emulated(name: str, codec: ActuationMap, firmware: str, side: Side, unit_name: str, seed: int) -> Iterator[Target]:
     unit = load_unit(unit_name)
     link, electronics, plant = build_emulated(unit, firmware=firmware, hand=side, seed=seed)
     capabilities = {"ground_truth": plant, "electronics": electronics}
@@ -129,9 +129,7 @@ def _pty(name: str, codec: ActuationMap, firmware: str, side: Side, unit_name: s
 
 
 @contextmanager
-def _physical(
-    name: str, codec: ActuationMap, firmware: str, side: Side, _unit: str, seed: int
-) -> Iterator[Target]:
+def _physical(name: str, codec: ActuationMap, firmware: str, side: Side, _unit: str, seed: int) -> Iterator[Target]:
     with _serial(name) as wire:
         clock = WallClock()
         hand = AeroHand(wire, clock)

@@ -22,6 +22,8 @@ class Cell:
     """A measured number beside the paper's, both as text."""
 
     name: str
+    short: str
+    """Name for a narrow column."""
     ours: str
     paper: str = ""
 
@@ -72,14 +74,14 @@ def _row(channel: Channel, row: ChannelMetrics) -> Row:
         title(channel),
         row.unit,
         (
-            Cell("Excursion, simulator", _number(row.excursion_model)),
-            Cell("Excursion, hand", _number(row.excursion_hand), _number(paper.excursion_hand)),
-            Cell("Tracking RMS", _number(row.tracking_rms), _number(paper.tracking_rms)),
-            Cell("Rise, simulator, ms", _number(row.rise_model_ms, 0), _number(paper.rise_model_ms, 0)),
-            Cell("Rise, hand, ms", _number(row.rise_hand_ms, 0), _number(paper.rise_hand_ms, 0)),
-            Cell("Overshoot, hand, %", _number(row.overshoot_hand_percent, 1), "0"),
-            Cell("Settled samples", str(row.settled_samples)),
-            Cell("Matched steps", str(row.matched_steps), "72-177"),
+            Cell("Excursion, simulator", "model\nspan", _number(row.excursion_model)),
+            Cell("Excursion, hand", "hand\nspan", _number(row.excursion_hand), _number(paper.excursion_hand)),
+            Cell("Tracking RMS", "RMS", _number(row.tracking_rms), _number(paper.tracking_rms)),
+            Cell("Rise, simulator, ms", "model\nrise", _number(row.rise_model_ms, 0), _number(paper.rise_model_ms, 0)),
+            Cell("Rise, hand, ms", "hand\nrise", _number(row.rise_hand_ms, 0), _number(paper.rise_hand_ms, 0)),
+            Cell("Overshoot, hand, %", "over\n%", _number(row.overshoot_hand_percent, 1), "0"),
+            Cell("Settled samples", "settled", str(row.settled_samples)),
+            Cell("Matched steps", "steps", str(row.matched_steps), "72-177"),
         ),
     )
 

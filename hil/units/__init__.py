@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import dataclasses
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 
-from firmware_emulator import ServoParameters
+from firmware_emulator.servo.parameters import ServoParameters
 from hil.units.fill import fill
 from model import BuiltHandParameters
 
@@ -29,9 +29,9 @@ class Unit:
     """Which hand it is, and where its numbers come from."""
     limits: str = DEFAULT_LIMITS
     """Kind of hand whose limits it is judged by."""
-    hand: BuiltHandParameters = BuiltHandParameters()
+    hand: BuiltHandParameters = field(default_factory=BuiltHandParameters)
     """Mechanics: everything behind the servos' shafts."""
-    servos: ServoParameters = ServoParameters()
+    servos: ServoParameters = field(default_factory=ServoParameters)
     """The seven servos, all alike."""
 
 

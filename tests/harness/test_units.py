@@ -94,7 +94,7 @@ def test_a_mistake_in_a_users_file_is_named(tmp_path, text, message):
 
 
 def test_an_unknown_unit_lists_the_shipped(tmp_path):
-    with pytest.raises(ValueError, match="shipped are .*reference"):
+    with pytest.raises(ValueError, match=r"shipped are .*reference"):
         load_unit("golden")
     with pytest.raises(ValueError, match="No such file"):
         load_unit(str(tmp_path / "none.toml"))
