@@ -24,6 +24,8 @@ from firmware_emulator.servo.shafts import Shafts
 
 GOAL = range(42, 48)
 """Addresses whose write enables the torque: the firmware never does so itself (assumption)."""
+GOAL_BLOCK = 41
+"""Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do."""
 CONTROL = range(28, 50)
 """Addresses that `Settings` is read from lie in here."""
 MID_COUNTS = 2048
@@ -56,6 +58,7 @@ class Servo:
         self._epoch = 0
         self._motion: Trapezoid | None = None
         self._setpoint_counts = 0.0
+        self._last_goal: tuple[int, bytes] | None = None
         self._held: tuple[int, bytes] | None = None
         self.id = servo
 
@@ -77,6 +80,10 @@ class Servo:
 
     def write(self, address: int, data: bytes) -> None:
         """Apply a write from the bus."""
+        write = address, data
+        if write == self._last_goal:
+            return
+        self._last_goal = write if address == GOAL_BLOCK else None
         self.memory.write(address, data)
         end = address + len(data)
         if address < GOAL.stop and end > GOAL.start:
@@ -125,7 +132,7 @@ class Servo:
         self._start_over()
 
     def _start_over(self) -> None:
-        self._held = None
+        self._held = self._last_goal = None
         self.id = self.memory.get("id")
         self.frame.set_offset(self.memory.get("offset"))
         self.forget_turns()
