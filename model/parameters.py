@@ -40,6 +40,8 @@ class BuiltHandParameters:
     """Dry friction of gears and spool, N m; Coulomb part of the recorded static errors."""
     spool_damping: Channels = (0.0,) * 7
     """Viscous friction of gears and spool, also unpowered, N m s/rad."""
+    cable_friction: Channels = (0.0,) * 7
+    """Dry friction of a cable's sheath and guides as a share of its tension (capstan); the abduction entry is not used."""
     cable_take_up: Channels = (0.0,) * 7
     """Cable wound in at the extended pose before it is taut, m; abduction has no cable."""
     cable_compliance: float = 5.4e-6
