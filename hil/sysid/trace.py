@@ -91,7 +91,8 @@ class Trace:
     def from_recording(cls, recording: Recording, name: str) -> Self:
         """Take what calibration needs of a recording with series `command_codes` and `codes`.
 
-        Series `currents` and `temperatures` are taken when they are there: the latest sample up to 1 ms after a position.
+        Series `currents` and `temperatures` are taken when they are there: the latest sample up to 1 ms after each
+        position.
 
         Raises:
             KeyError: the recording has no commands or no positions.
