@@ -12,18 +12,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES, JOINT_BOX_RAD, Channel, Joint
+from model.appearance import CABLE_RGBA
 from model.geometry import Side, hand
+from model.geometry.palm import THENAR_GUIDE, THENAR_RADIUS
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import BuiltHandParameters
-from model.skeleton import JointDynamics, build_skeleton, couple
+from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
 from model.softness import constraint
 
 NEVER = 1.0
 """Upper limit of the cables' length, m; out of reach."""
 COUPLING_COMPLIANCE = 0.002
 """Give of the PIP-DIP and thumb MCP-IP couplings, rad/(N m)."""
-SPOOL_PLACES = {channel: (0.030 + 0.022 * (i % 2), 0.030 - 0.012 * i, -0.030) for i, channel in enumerate(CABLES)}
-"""Where the spools are drawn, mount's frame, m; the physics does not depend on it."""
+SPOOL_ROW = (
+    Channel.PINKY,
+    Channel.RING,
+    Channel.MIDDLE,
+    Channel.INDEX,
+    Channel.THUMB_CMC_FLEXION,
+    Channel.THUMB_FLEXOR,
+)
+"""Spools as they are drawn behind the palm of a right hand, from +y to -y; the physics does not depend on it."""
+SPOOL_SPACING = 0.022
+"""m"""
 
 
 def shaft_name(channel: Channel) -> str:
@@ -65,8 +76,9 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
     if not unit.contacts:
         spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONTACT
     couple(spec, description)
+    _add_thenar_stop(spec, unit)
     for channel in CABLES:
-        _add_spool(spec, channel, unit)
+        _add_spool(spec, side, channel, unit)
         _add_cable(spec, channel, unit)
     for channel in Channel:
         spec.add_actuator(
@@ -100,7 +112,8 @@ def _springs(unit: BuiltHandParameters) -> tuple[NDArray[np.float64], NDArray[np
     if np.any(closed < opened):
         joint = Joint(int(np.argmax(closed < opened)))
         raise ValueError(
-            f"{joint.label}: a return spring cannot pull less closed ({closed[joint]} N m) than open ({opened[joint]} N m)"
+            f"{joint.label}: a return spring cannot pull less closed than open, "
+            f"{closed[joint]} N m against {opened[joint]} N m"
         )
     # A constant torque is a very soft spring that is very far from relaxed.
     stiffness = np.maximum(closed - opened, 1e-6 * opened) / JOINT_BOX_RAD[:, 1]
@@ -108,8 +121,32 @@ def _springs(unit: BuiltHandParameters) -> tuple[NDArray[np.float64], NDArray[np
     return stiffness, relaxed
 
 
-def _add_spool(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters) -> None:
-    body = spec.body("mount").add_body(name=shaft_name(channel), pos=SPOOL_PLACES[channel])
+def _add_thenar_stop(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
+    """Let the metacarpal meet the palm where it does on a physical hand; the boxes of the palm are too coarse."""
+    stop = constraint(0.0, 1.0, unit.timestep)
+    spec.body("palm").add_geom(
+        name="thenar",
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=(THENAR_RADIUS, 0.0, 0.0),
+        pos=spec.site(THENAR_GUIDE.name).pos,
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        group=COLLISION_GROUP,
+    )
+    spec.add_pair(
+        name="thenar_stop",
+        geomname1="thenar",
+        geomname2="thumb_metacarpal_box0",
+        condim=1,
+        solref=stop.solref,
+        solimp=stop.solimp,
+    )
+
+
+def _add_spool(spec: mujoco.MjSpec, side: Side, channel: Channel, unit: BuiltHandParameters) -> None:
+    y = SPOOL_SPACING * (len(SPOOL_ROW) / 2 - 0.5 - SPOOL_ROW.index(channel))
+    body = spec.body("mount").add_body(name=shaft_name(channel), pos=(0.012, y if side == "right" else -y, 0.0))
     body.explicitinertial = True
     body.mass, body.inertia = 1e-3, (1e-8, 1e-8, 1e-8)
     body.add_joint(
@@ -125,7 +162,8 @@ def _add_spool(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters)
         size=(SPOOL_RADIUS, 0.003, 0.0),
         contype=0,
         conaffinity=0,
-        rgba=(0.85, 0.12, 0.10, 1.0),
+        rgba=CABLE_RGBA["actuation"],
+        group=MECHANISM_GROUP,
     )
 
 
@@ -157,6 +195,11 @@ def _soften(spec: mujoco.MjSpec, probe: mujoco.MjModel, unit: BuiltHandParameter
             unit.cable_compliance, float(probe.tendon_invweight0[probe.tendon(tendon.name).id]), unit.timestep
         )
         tendon.solref_limit, tendon.solimp_limit = soft.solref, soft.solimp
+    # Dry friction holds: MuJoCo's default lets a loaded joint creep by some 20 counts/s.
+    holding = constraint(0.0, 1.0, unit.timestep)
+    for name in (*(joint.label for joint in Joint), *map(shaft_name, CABLES)):
+        target = spec.joint(name)
+        target.solref_friction, target.solimp_friction = holding.solref, holding.solimp
     inverse_inertia = {joint: float(probe.dof_invweight0[probe.joint(joint.label).dofadr[0]]) for joint in Joint}
     for joint in Joint:
         soft = constraint(unit.stop_compliance, inverse_inertia[joint], unit.timestep)

@@ -7,6 +7,7 @@ its shape.
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Protocol
 
 import mujoco
@@ -62,6 +63,7 @@ class BuiltHandPlant:
         self.parameters = parameters or BuiltHandParameters()
         self._model = build_built(hand, self.parameters).compile()
         self._data = mujoco.MjData(self._model)
+        self._warnings = self._data.warning.number
         self._model.actuator_forcelimited[:] = 1
         self._model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
         joints = [self._model.joint(joint.label) for joint in Joint]
@@ -100,9 +102,12 @@ class BuiltHandPlant:
             model.opt.timestep = rest
             mujoco.mj_step(model, data)
             model.opt.timestep = step
-        # MuJoCo starts over at time zero when it finds the state not finite or huge.
-        if data.time < self._time + span / 2:
-            raise ArithmeticError(f"the built hand's physics diverged before {t} s; drives {self._drives.tolist()}")
+        if self._warnings.any():
+            # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
+            raise ArithmeticError(
+                f"the built hand's physics failed between {self._time} and {t} s under the drives (setpoint, "
+                f"stiffness, damping, torque, limit; a column a shaft) {self._drives.tolist()}"
+            )
         self._time = data.time = t
 
     def drive(self, shaft: int, drive: DriveLike) -> None:
@@ -114,7 +119,7 @@ class BuiltHandPlant:
         """
         self._check(shaft)
         values = (drive.setpoint, drive.stiffness, drive.damping, drive.torque, drive.limit)
-        if not np.all(np.isfinite(values)) or min(drive.stiffness, drive.damping, drive.limit) < 0.0:
+        if not all(map(isfinite, values)) or min(drive.stiffness, drive.damping, drive.limit) < 0.0:
             raise ValueError(f"a drive is finite with stiffness, damping and limit not negative, not {drive}")
         self._drives[:, shaft] = values
         self._apply(shaft, powered=drive.powered)
@@ -127,7 +132,7 @@ class BuiltHandPlant:
             IndexError: no such shaft.
         """
         self._check(shaft)
-        if not np.isfinite(setpoint):
+        if not isfinite(setpoint):
             raise ValueError(f"a setpoint is a finite angle in rad, not {setpoint}")
         self._drives[0, shaft] = self._data.ctrl[shaft] = setpoint
 
@@ -177,10 +182,10 @@ class BuiltHandPlant:
     def _apply(self, shaft: int, *, powered: bool) -> None:
         """Write one drive into the physics engine's actuator; its supply scales what an effort is worth."""
         model, supply = self._model, self.parameters.supply_ratio
-        setpoint, stiffness, damping, torque, limit = self._drives[:, shaft] * (1.0, supply, supply, supply, supply)
+        setpoint, stiffness, damping, torque, limit = self._drives[:, shaft].tolist()
         self._data.ctrl[shaft] = setpoint
-        model.actuator_gainprm[shaft, 0] = stiffness
-        model.actuator_biasprm[shaft, :3] = torque, -stiffness, -damping
-        model.actuator_forcerange[shaft] = -limit, limit
+        model.actuator_gainprm[shaft, 0] = supply * stiffness
+        model.actuator_biasprm[shaft, :3] = supply * torque, -supply * stiffness, -supply * damping
+        model.actuator_forcerange[shaft] = -supply * limit, supply * limit
         back_emf = self.parameters.back_emf if powered else 0.0
         model.dof_damping[self._shaft_dofs[shaft]] = self._unpowered_damping[shaft] + back_emf
