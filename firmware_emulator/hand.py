@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Literal
 
 from firmware_emulator.bus import ServoBus
@@ -97,20 +98,30 @@ class EmulatedHand:
             for servo in SERVOS
         ]
         self.bus = ServoBus(self.kernel, self.servos, servos.turnaround_s)
-        self._board = Board(
+        self._new_board = partial(
+            Board,
             self.kernel,
-            UartMaster(self.bus),
             profile=profile_of(firmware),
             hand=config,
             nvs=nvs if nvs is not None else Nvs(),
             transmit=self._transmit,
             host_latency_s=host_latency_s,
         )
+        self._board = self._new_board(UartMaster(self.bus))
         if start == "homed":
-            self.kernel.spawn(boot.serve(self._board))
+            self._board.start(boot.resume(self._board))
             self.clock.sleep_until(SETTLE_S)
         else:
-            self.kernel.spawn(boot.run(self._board, start))
+            self._board.start(boot.run(self._board, start))
+
+    def reset(self, cause: boot.ResetCause = "reset") -> None:
+        """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns."""
+        if cause == "power_on":
+            for servo in self.servos:
+                servo.reboot()
+        self._board.stop()
+        self._board = self._new_board(UartMaster(self.bus))
+        self._board.start(boot.run(self._board, cause))
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the host at the present instant."""

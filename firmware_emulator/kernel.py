@@ -25,7 +25,7 @@ class Signal:
 
     def __init__(self, kernel: Kernel) -> None:
         self._kernel = kernel
-        self._waiting: list[tuple[_Runner, int]] = []
+        self._waiting: list[tuple[Runner, int]] = []
 
     def fire(self) -> None:
         """Wake every waiting task at the present instant, in the order in which they began to wait."""
@@ -33,7 +33,7 @@ class Signal:
         for runner, ticket in waiting:
             runner.wake(ticket, True)
 
-    def _add(self, runner: _Runner, ticket: int) -> None:
+    def _add(self, runner: Runner, ticket: int) -> None:
         self._waiting = [entry for entry in self._waiting if entry[0].ticket == entry[1]]
         self._waiting.append((runner, ticket))
 
@@ -43,7 +43,7 @@ Task = Generator[Yielded, Any, Any]
 """What `spawn` runs; sub-tasks are called with `yield from` and may return a value."""
 
 
-class _Runner:
+class Runner:
     """One spawned task. A ticket is spent by each wait, so that a wake-up that came too late finds it gone."""
 
     __slots__ = ("_kernel", "_task", "ticket")
@@ -54,6 +54,7 @@ class _Runner:
         self.ticket = 0
 
     def wake(self, ticket: int, fired: bool) -> None:
+        """Resume the task if it still waits with this ticket; `fired` is what its yield evaluates to."""
         if ticket != self.ticket:
             return
         self.ticket += 1
@@ -72,6 +73,13 @@ class _Runner:
             kernel.call_at(kernel.now + wanted, self.wake, self.ticket, False)
 
 
+
+    def stop(self) -> None:
+        """End the task where it waits."""
+        self.ticket += 1
+        self._task.close()
+
+
 class Kernel:
     """A queue of events in time order."""
 
@@ -85,10 +93,11 @@ class Kernel:
         self._scheduled += 1
         heappush(self._queue, (max(t, self.now), self._scheduled, function, arguments))
 
-    def spawn(self, task: Task) -> None:
-        """Start a task at the present instant."""
-        runner = _Runner(self, task)
+    def spawn(self, task: Task) -> Runner:
+        """Start a task at the present instant; the result can stop it."""
+        runner = Runner(self, task)
         self.call_at(self.now, runner.wake, 0, True)
+        return runner
 
     def next_event(self) -> float | None:
         """Return the time (s) of the next event, None when nothing is scheduled."""
