@@ -72,8 +72,6 @@ class Runner:
         else:
             kernel.call_at(kernel.now + wanted, self.wake, self.ticket, False)
 
-
-
     def stop(self) -> None:
         """End the task where it waits."""
         self.ticket += 1
@@ -87,11 +85,12 @@ class Kernel:
         self.now = 0.0
         self._queue: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []
         self._scheduled = 0
+        self._paused = False
 
     def call_at(self, t: float, function: Callable[..., None], *arguments: object) -> None:
         """Call `function(*arguments)` at time `t` (s), at the present instant when `t` is past."""
         self._scheduled += 1
-        heappush(self._queue, (max(t, self.now), self._scheduled, function, arguments))
+        heappush(self._queue, (t if t > self.now else self.now, self._scheduled, function, arguments))
 
     def spawn(self, task: Task) -> Runner:
         """Start a task at the present instant; the result can stop it."""
@@ -103,16 +102,21 @@ class Kernel:
         """Return the time (s) of the next event, None when nothing is scheduled."""
         return self._queue[0][0] if self._queue else None
 
-    def run_until(self, t: float, reached: Callable[[], bool] | None = None) -> None:
-        """Run events up to and including time `t` (s); return early, after the event, once `reached()` holds."""
+    def run_until(self, t: float) -> None:
+        """Run events up to and including time `t` (s), or up to the event that calls `pause`."""
         queue = self._queue
+        self._paused = False
         while queue and queue[0][0] <= t:
             when, _, function, arguments = heappop(queue)
             self.now = when
             function(*arguments)
-            if reached is not None and reached():
+            if self._paused:
                 return
         self.now = max(self.now, t)
+
+    def pause(self) -> None:
+        """Let `run_until` return after the present event, time standing where it is."""
+        self._paused = True
 
 
 class Mutex:

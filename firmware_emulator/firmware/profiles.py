@@ -85,9 +85,7 @@ _PRE = FirmwareProfile(
     eeprom_pause_s=0.01,
 )
 _0_1_0 = FirmwareProfile("0.1.0")
-_0_1_1 = replace(
-    _0_1_0, version="0.1.1", homing=HOMING_0_1_1, torque_floor=5, soft_limit=True, sign_of_empty_window=-1
-)
+_0_1_1 = replace(_0_1_0, version="0.1.1", homing=HOMING_0_1_1, torque_floor=5, soft_limit=True, sign_of_empty_window=-1)
 _0_1_2 = replace(_0_1_1, version="0.1.2", torque=700, hot=(50, 200))
 _0_1_3 = replace(_0_1_2, version="0.1.3", homing=HOMING_0_1_3, boot_homing=BootHoming.ALWAYS)
 _0_1_4 = replace(_0_1_3, version="0.1.4", hot=(70, 500), boot_homing=BootHoming.ON_POWER)
