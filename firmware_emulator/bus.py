@@ -75,7 +75,7 @@ class ServoBus:
     def _listening(self, wanted: int) -> list[Servo]:
         """Servos that take a packet for this ID."""
         now = self.kernel.now
-        return [s for s in self.servos if (s.id == wanted or wanted == BROADCAST) and s.silent_until <= now]
+        return [s for s in self.servos if wanted in (s.id, BROADCAST) and s.silent_until <= now]
 
     def _single(self, packet: Packet) -> list[bytes]:
         execute = EXECUTE.get(packet.code)

@@ -14,7 +14,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import profile_of
-from firmware_emulator.kernel import Kernel
+from firmware_emulator.kernel import Kernel, Task
 from firmware_emulator.plant import Plant
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, HLS3606M, ServoParameters
@@ -26,6 +26,8 @@ Start = Literal["homed", "power_on", "reset"]
 
 TRANSMIT_RING = 256
 """What the board keeps for a host that does not read: the most recent bytes."""
+HOUSEKEEPING_S = 0.05
+"""Period at which servos heat up and look at their protections, s."""
 SETTLE_S = 1.0
 """Time between the end of the last homing and the first command of a hand that starts homed, s."""
 
@@ -98,6 +100,7 @@ class EmulatedHand:
             for servo in SERVOS
         ]
         self.bus = ServoBus(self.kernel, self.servos, servos.turnaround_s)
+        self.kernel.spawn(self._look_after_servos())
         self._new_board = partial(
             Board,
             self.kernel,
@@ -136,6 +139,12 @@ class EmulatedHand:
     def advance_plant(self) -> None:
         """Bring the plant up to the present, for whoever looks at it directly."""
         self._shafts.advance()
+
+    def _look_after_servos(self) -> Task:
+        while True:
+            yield HOUSEKEEPING_S
+            for servo in self.servos:
+                servo.look_after(HOUSEKEEPING_S)
 
     def _transmit(self, data: bytes) -> None:
         self.on_transmit(data)

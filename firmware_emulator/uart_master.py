@@ -7,8 +7,8 @@ Source: FTServo_Arduino v2.0.0 (64922cd), `SCS.cpp`, `SCSerial.cpp`, `HLSCL.cpp`
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from collections.abc import Sequence
+from functools import lru_cache
 
 from firmware_emulator.bus import ServoBus
 from firmware_emulator.kernel import Signal, Task

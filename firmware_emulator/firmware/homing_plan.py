@@ -1,6 +1,6 @@
 """Homing as data: what each version does to each channel, step by step.
 
-Sources: aero-open-firmware 46bc858 and d7bd82e, `Homing.cpp`; aero-hand-open 890c98b, 5726320, 495c161, a39be56, 6a3022d.
+Sources: aero-open-firmware 46bc858 and d7bd82e, `Homing.cpp`; aero-hand-open 890c98b, 5726320, a39be56, 6a3022d.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ def home(board: Board, _words: tuple[int, ...]) -> Task:
 
 
 def trim(board: Board, words: tuple[int, ...]) -> Task:
-    """Move the open end of a channel's window by degrees and store it; a channel that does not exist is not answered."""
+    """Move the open end of a channel's window by degrees and store it; for an unknown channel, nothing happens."""
     channel = words[0]
     if channel < CHANNELS:
         shift = divide(int16(words[1]) * EIGHTHS_OF_COUNTS_PER_DEGREE, 8)
