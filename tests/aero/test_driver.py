@@ -96,13 +96,12 @@ def test_a_refused_id_says_why(hand, board, words, says):
 
 
 @given(
-    opcode=st.sampled_from([0x22, 0x25, 0x24]),
-    words=st.lists(st.integers(1, 65535), min_size=7, max_size=7),
+    expected=st.tuples(st.sampled_from([0x22, 0x25, 0x24]), st.lists(st.integers(1, 65535), min_size=7, max_size=7)),
     before=st.sampled_from(["nothing", "boot text", "late reply", "fragment"]),
-    pieces=st.lists(st.integers(1, 30), max_size=6),
-    gap_s=st.floats(0.0, 0.01),
+    pieces=st.lists(st.tuples(st.integers(1, 30), st.floats(0.0, 0.01)), max_size=6),
 )
-def test_split_delayed_and_disturbed_replies_are_read(new_board, boot_text, opcode, words, before, pieces, gap_s):
+def test_split_delayed_and_disturbed_replies_are_read(new_board, boot_text, expected, before, pieces):
+    opcode, words = expected
     board = new_board()
     hand = AeroHand(board, board.clock)
     noise = {
@@ -114,7 +113,7 @@ def test_split_delayed_and_disturbed_replies_are_read(new_board, boot_text, opco
 
     def disturbed(frame):
         stream, time = noise + reply(opcode, words), 0.0
-        for size in [*pieces, len(stream)]:
+        for size, gap_s in [*pieces, (len(stream), 0.001)]:
             time += gap_s
             yield time, stream[:size]
             stream = stream[size:]
@@ -122,8 +121,8 @@ def test_split_delayed_and_disturbed_replies_are_read(new_board, boot_text, opco
     board.replies[opcode] = disturbed
     read = {0x22: hand.read_codes, 0x25: hand.read_temperatures, 0x24: hand.read_currents}[opcode]
     signed = np.array(words, np.uint16).view(np.int16) * 0.0065
-    expected = signed if opcode == 0x24 else np.array(words)
-    np.testing.assert_allclose(read(), expected[[3, 4, 5, 6, 0, 1, 2]])
+    values = signed if opcode == 0x24 else np.array(words)
+    np.testing.assert_allclose(read(), values[[3, 4, 5, 6, 0, 1, 2]])
     assert bool(hand.boot_text) == (before == "boot text")
 
 
@@ -161,7 +160,7 @@ def test_a_silent_board_is_a_time_out_within_the_time_given(hand, board):
 
 def test_boot_text_instead_of_a_reply_says_that_the_board_restarted(hand, board, boot_text):
     board.replies[0x22] = lambda frame: [(0.001, boot_text)]
-    with pytest.raises(DesyncError, match="only boot text.*restarted"):
+    with pytest.raises(DesyncError, match=r"only boot text.*restarted"):
         hand.read_codes()
     assert "[BOOT] Hand Type: RIGHT_HAND" in hand.boot_text
 
