@@ -6,7 +6,9 @@ from importlib import import_module
 
 import click
 
-COMMANDS: dict[str, str] = {}
+COMMANDS: dict[str, str] = {
+    "map": "hil.cli.map:map_command",
+}
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
 
