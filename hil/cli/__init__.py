@@ -9,6 +9,7 @@ import click
 COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
     "emulate": "hil.cli.emulate:emulate",
+    "map": "hil.cli.map:map_command",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
