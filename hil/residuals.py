@@ -1,4 +1,8 @@
-"""Where a channel's settled residual comes from: its own sweep up, its own sweep down, its end stop, the others."""
+"""Where a channel's settled residual comes from.
+
+Two cuts through the same numbers: by source (the simulator's own static error, the map, the hand's), which add up
+sample by sample, and by part of the run (the channel's own sweep up, down, its end stop, the others' sweeps).
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aero.channels import Channel
-from hil.metrics import ChannelMetrics, display_unit, residuals, rms
+from hil.metrics import display_unit, residuals, rms
 from hil.recording import Recording
 from hil.steps import find_steps
 
@@ -15,17 +19,24 @@ SHARE_WORTH_NAMING = 0.1
 """Part of the summed squares below which a contribution is not mentioned."""
 
 PARTS = {
-    "closing": "static error while closing (friction and return spring against a servo without integral action)",
-    "opening": "static error while opening",
-    "stopped": "levels at which the hand stands still although the command moves on (end stop or blocked joint)",
-    "others": "motion or offset while other channels are swept (coupling, or a wrong zero)",
+    "closing": "while it closes",
+    "opening": "while it opens",
+    "stopped": "where it stands still although the command moves on",
+    "others": "while others are swept",
 }
+
+
+SOURCES = ("simulator", "map", "hand")
+"""The simulator's actuator stops short of its command, the map's two directions are separate fits on the thumb, the
+hand stops short of its goal."""
 
 
 @dataclass(frozen=True)
 class Attribution:
-    """One channel's settled residual, by part of the run; lengths in the channel's display unit."""
+    """One channel's settled residual, taken apart; lengths in the channel's display unit."""
 
+    source: dict[str, float]
+    """RMS over the whole run of each of `SOURCES`; as signed numbers they add up to the residual."""
     share: dict[str, float]
     """Part of the run (a key of `PARTS`) to its share of the summed squares; they add to one."""
     rms: dict[str, float]
@@ -33,24 +44,25 @@ class Attribution:
     worst_other: Channel | None
     """The channel during whose sweep the residual was largest, None when it was zero throughout."""
 
-    def sentence(self, row: ChannelMetrics) -> str:
-        """Say in words what the channel's RMS consists of, the largest part first."""
+    @property
+    def where(self) -> str:
+        """Say in which parts of the run the residual arises, the largest share of its squares first."""
         named = sorted(
             (part for part in self.share if self.share[part] >= SHARE_WORTH_NAMING), key=lambda part: -self.share[part]
         )
-        texts = []
-        for part in named:
-            text = f"{self.share[part]:.0%} from {PARTS[part]}, {self.rms[part]:.2f} {row.unit} RMS there"
-            if part == "others" and self.worst_other is not None:
-                text += f", most during the sweep of {self.worst_other.label}"
-            texts.append(text)
-        return "; ".join(texts) + "."
+        texts = [f"{self.share[part]:.0%} {PARTS[part]}" for part in named]
+        if "others" in named and self.worst_other is not None:
+            texts[named.index("others")] += f" (most: {self.worst_other.label})"
+        return ", ".join(texts)
 
 
 def attribute(recording: Recording) -> dict[Channel, Attribution]:
     """Split each channel's settled residual of a staircase recording by what was going on."""
     command, hand = recording["command"], recording["hand"]
     residual, settled = residuals(recording)
+    in_force = np.maximum(np.searchsorted(command.times, hand.times, side="right") - 1, 0)
+    commanded, goal = command.values[in_force], recording["goal"].values[in_force]
+    sources = {"simulator": commanded - (hand.values - residual), "map": goal - commanded, "hand": hand.values - goal}
     steps = find_steps(command.times, command.values)
     sweeping = np.full(len(hand.times), -1)
     closing = np.zeros(len(hand.times), bool)
@@ -83,6 +95,7 @@ def attribute(recording: Recording) -> dict[Channel, Attribution]:
         }
         worst = max(by_sweep, key=lambda other: by_sweep[other])
         found[channel] = Attribution(
+            source={name: scale * rms(part[settled[:, channel], channel]) for name, part in sources.items()},
             share={part: value / total if total else 0.0 for part, value in squares.items()},
             rms={part: rms(values) for part, values in kept.items()},
             worst_other=worst if by_sweep[worst] else None,

@@ -44,7 +44,7 @@ class ServoParameters:
     current_knee_counts: float = 32.0
     """Error at which half of `current_rise_ma` is gained, counts."""
     current_filter_s: float = 0.01
-    """Time constant of the current measurement, s (assumption: with less, the inrush would end a fast homing search)."""
+    """Time constant of the current reading, s (assumption: with less, the inrush would end a fast homing search)."""
     current_noise_units: float = 1.5
     """Standard deviation of the current reading, register units (7-14 mA)."""
     voltage: float = 6.0

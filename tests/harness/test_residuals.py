@@ -5,7 +5,6 @@ import pytest
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
-from hil.metrics import staircase_metrics
 from hil.residuals import attribute
 
 RING = Channel.RING
@@ -47,11 +46,22 @@ def test_a_blocked_top_is_called_stopped(perfect):
     assert attribution.share["stopped"] > 0.5
 
 
-def test_the_sentence_names_the_sweep_that_couples(perfect):
+def test_the_words_name_the_sweep_that_couples(perfect):
     hand = perfect["hand"].values.copy()
     hand[:, Channel.THUMB_FLEXOR] += 0.05 * hand[:, Channel.THUMB_CMC_FLEXION]
     recording = replaced(perfect, "hand", hand)
-    channel = Channel.THUMB_FLEXOR
-    sentence = attribute(recording)[channel].sentence(staircase_metrics(recording)[channel])
-    assert "thumb_cmc_flexion" in sentence
-    assert sentence.startswith(("99%", "100%"))
+    where = attribute(recording)[Channel.THUMB_FLEXOR].where
+    assert where == "100% while others are swept (most: thumb_cmc_flexion)"
+
+
+@pytest.mark.parametrize(("series", "source"), [("hand", "hand"), ("model", "simulator"), ("goal", "map")])
+def test_a_constant_error_is_attributed_to_its_source(perfect, series, source):
+    error = 0.02 * RANGES[RING]
+    changed = perfect[series].values.copy()
+    changed[:, RING] += error
+    recording = replaced(perfect, series, changed)
+    if series == "goal":
+        recording = replaced(recording, "hand", perfect["hand"].values + error * (np.arange(7) == RING))
+    found = attribute(recording)[RING].source
+    assert found[source] == pytest.approx(1e3 * error, rel=0.01)
+    assert all(found[other] < 0.05 * found[source] for other in found if other != source)
