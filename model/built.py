@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES, JOINT_BOX_RAD, Channel, Joint
 from model.geometry import Side, hand
+from model.geometry.palm import THENAR_GUIDE, THENAR_RADIUS
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import BuiltHandParameters
-from model.skeleton import JointDynamics, build_skeleton, couple
+from model.skeleton import COLLISION_GROUP, JointDynamics, build_skeleton, couple
 from model.softness import constraint
 
 NEVER = 1.0
@@ -65,6 +66,7 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
     if not unit.contacts:
         spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONTACT
     couple(spec, description)
+    _add_thenar_stop(spec, unit)
     for channel in CABLES:
         _add_spool(spec, channel, unit)
         _add_cable(spec, channel, unit)
@@ -100,12 +102,36 @@ def _springs(unit: BuiltHandParameters) -> tuple[NDArray[np.float64], NDArray[np
     if np.any(closed < opened):
         joint = Joint(int(np.argmax(closed < opened)))
         raise ValueError(
-            f"{joint.label}: a return spring cannot pull less closed ({closed[joint]} N m) than open ({opened[joint]} N m)"
+            f"{joint.label}: a return spring cannot pull less closed than open, "
+            f"{closed[joint]} N m against {opened[joint]} N m"
         )
     # A constant torque is a very soft spring that is very far from relaxed.
     stiffness = np.maximum(closed - opened, 1e-6 * opened) / JOINT_BOX_RAD[:, 1]
     relaxed = -np.divide(opened, stiffness, out=np.zeros_like(opened), where=stiffness > 0.0)
     return stiffness, relaxed
+
+
+def _add_thenar_stop(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
+    """Let the metacarpal meet the palm where it does on a physical hand; the boxes of the palm are too coarse."""
+    stop = constraint(0.0, 1.0, unit.timestep)
+    spec.body("palm").add_geom(
+        name="thenar",
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=(THENAR_RADIUS, 0.0, 0.0),
+        pos=spec.site(THENAR_GUIDE.name).pos,
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        group=COLLISION_GROUP,
+    )
+    spec.add_pair(
+        name="thenar_stop",
+        geomname1="thenar",
+        geomname2="thumb_metacarpal_box0",
+        condim=1,
+        solref=stop.solref,
+        solimp=stop.solimp,
+    )
 
 
 def _add_spool(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters) -> None:
@@ -157,6 +183,11 @@ def _soften(spec: mujoco.MjSpec, probe: mujoco.MjModel, unit: BuiltHandParameter
             unit.cable_compliance, float(probe.tendon_invweight0[probe.tendon(tendon.name).id]), unit.timestep
         )
         tendon.solref_limit, tendon.solimp_limit = soft.solref, soft.solimp
+    # Dry friction holds: MuJoCo's default lets a loaded joint creep by some 20 counts/s.
+    holding = constraint(0.0, 1.0, unit.timestep)
+    for name in (*(joint.label for joint in Joint), *map(shaft_name, CABLES)):
+        target = spec.joint(name)
+        target.solref_friction, target.solimp_friction = holding.solref, holding.solimp
     inverse_inertia = {joint: float(probe.dof_invweight0[probe.joint(joint.label).dofadr[0]]) for joint in Joint}
     for joint in Joint:
         soft = constraint(unit.stop_compliance, inverse_inertia[joint], unit.timestep)

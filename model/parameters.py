@@ -20,28 +20,17 @@ from model.geometry.winding import ABDUCTION_RADIUS
 Channels = tuple[float, ...]
 Joints = tuple[float, ...]
 
-_FINGER_CLOSED_STOP = 1.527
+_CLOSED_STOP = (*(1.527,) * 12, 1.871, *map(float, JOINT_BOX_RAD[Joint.THUMB_CMC :, 1]))
 _SPRING_OPEN = (*(0.055, 0.060, 0.075) * 4, 0.0, 0.063, 0.017, 0.020)
 _SPRING_CLOSED = (*(0.085, 0.100, 0.120) * 4, 0.0, 0.160, 0.110, 0.130)
 _SPOOL_FRICTION = (0.034, 0.025, 0.034, 0.030, 0.025, 0.043, 0.017)
-
-
-def _closed_stops() -> Joints:
-    stops = JOINT_BOX_RAD[:, 1].copy()
-    stops[: Joint.THUMB_ABDUCTION] = _FINGER_CLOSED_STOP
-    stops[Joint.THUMB_ABDUCTION] = 1.871
-    return tuple(map(float, stops))
-
-
-def _every(count: int, value: float) -> tuple[float, ...]:
-    return (value,) * count
 
 
 @dataclass(frozen=True)
 class BuiltHandParameters:
     """One physical hand behind its servos' output shafts."""
 
-    rotor_inertia: Channels = _every(7, 7.5e-4)
+    rotor_inertia: Channels = (7.5e-4,) * 7
     """Inertia of motor and gears at the output shaft, kg m²; from a motor time constant of 12-16 ms."""
     back_emf: float = 0.0463
     """Torque lost per speed while a winding is driven, N m s/rad: stall torque 0.588 over 8286 counts/s."""
@@ -49,13 +38,13 @@ class BuiltHandParameters:
     """Supply voltage over nominal; scales the torque that a servo's effort gives."""
     spool_friction: Channels = _SPOOL_FRICTION
     """Dry friction of gears and spool, N m; Coulomb part of the recorded static errors."""
-    spool_damping: Channels = _every(7, 0.0)
+    spool_damping: Channels = (0.0,) * 7
     """Viscous friction of gears and spool, also unpowered, N m s/rad."""
-    cable_take_up: Channels = _every(7, 0.0)
+    cable_take_up: Channels = (0.0,) * 7
     """Cable wound in at the extended pose before it is taut, m; abduction has no cable."""
     cable_compliance: float = 5.4e-6
     """Stretch of a cable, m/N; 0.35 mm at 65 N."""
-    winding_scale: Channels = _every(7, 1.0)
+    winding_scale: Channels = (1.0,) * 7
     """Winding radii over those of CAD; the abduction entry is not used."""
     abduction_winding: tuple[float, float] = (ABDUCTION_RADIUS, ABDUCTION_RADIUS)
     """Winding radius of abduction on the CMC and the flexor cable, m/rad; zero uncouples them."""
@@ -63,13 +52,13 @@ class BuiltHandParameters:
     """Opening torque of the return springs at the extended stop, N m; 5 N of cable as recorded."""
     spring_closed: Joints = _SPRING_CLOSED
     """Opening torque of the return springs at the closed end of the joint box, N m; 11-18 N of cable as recorded."""
-    joint_friction: Joints = _every(16, 0.004)
+    joint_friction: Joints = (0.004,) * 16
     """Dry friction of a joint, N m."""
-    joint_damping: Joints = _every(16, 0.004)
+    joint_damping: Joints = (0.004,) * 16
     """Viscous friction of a joint, N m s/rad."""
-    joint_inertia: Joints = _every(16, 2.0e-5)
+    joint_inertia: Joints = (2.0e-5,) * 16
     """Inertia added to a joint, kg m², for silicone, pins and cable that the rigid links leave out."""
-    closed_stop: Joints = _closed_stops()
+    closed_stop: Joints = _CLOSED_STOP
     """Closed end stops, rad; fingers blocked at 0.976-0.979 of 288.16°, abduction 1.871 rad (paper, kinematic test)."""
     stop_compliance: float = 0.005
     """Give of a joint's end stops, rad/(N m); printed parts, assumed."""

@@ -7,6 +7,7 @@ its shape.
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Protocol
 
 import mujoco
@@ -114,7 +115,7 @@ class BuiltHandPlant:
         """
         self._check(shaft)
         values = (drive.setpoint, drive.stiffness, drive.damping, drive.torque, drive.limit)
-        if not np.all(np.isfinite(values)) or min(drive.stiffness, drive.damping, drive.limit) < 0.0:
+        if not all(map(isfinite, values)) or min(drive.stiffness, drive.damping, drive.limit) < 0.0:
             raise ValueError(f"a drive is finite with stiffness, damping and limit not negative, not {drive}")
         self._drives[:, shaft] = values
         self._apply(shaft, powered=drive.powered)
@@ -127,7 +128,7 @@ class BuiltHandPlant:
             IndexError: no such shaft.
         """
         self._check(shaft)
-        if not np.isfinite(setpoint):
+        if not isfinite(setpoint):
             raise ValueError(f"a setpoint is a finite angle in rad, not {setpoint}")
         self._drives[0, shaft] = self._data.ctrl[shaft] = setpoint
 
@@ -177,10 +178,10 @@ class BuiltHandPlant:
     def _apply(self, shaft: int, *, powered: bool) -> None:
         """Write one drive into the physics engine's actuator; its supply scales what an effort is worth."""
         model, supply = self._model, self.parameters.supply_ratio
-        setpoint, stiffness, damping, torque, limit = self._drives[:, shaft] * (1.0, supply, supply, supply, supply)
+        setpoint, stiffness, damping, torque, limit = self._drives[:, shaft].tolist()
         self._data.ctrl[shaft] = setpoint
-        model.actuator_gainprm[shaft, 0] = stiffness
-        model.actuator_biasprm[shaft, :3] = torque, -stiffness, -damping
-        model.actuator_forcerange[shaft] = -limit, limit
+        model.actuator_gainprm[shaft, 0] = supply * stiffness
+        model.actuator_biasprm[shaft, :3] = supply * torque, -supply * stiffness, -supply * damping
+        model.actuator_forcerange[shaft] = -supply * limit, supply * limit
         back_emf = self.parameters.back_emf if powered else 0.0
         model.dof_damping[self._shaft_dofs[shaft]] = self._unpowered_damping[shaft] + back_emf

@@ -73,9 +73,7 @@ class CommandWindow:
             if len(counts) != len(Channel) or not all(0 <= c < COUNTS_PER_TURN for c in counts):
                 raise ValueError(f"{field}: expected seven counts in 0..{COUNTS_PER_TURN - 1}, got {counts}")
         if not np.all(self._closing_sign() * (np.subtract(self.grasp_counts, self.extend_counts)) > 0):
-            raise ValueError(
-                f"a {self.hand} hand's windows do not run from {self.extend_counts} to {self.grasp_counts}"
-            )
+            raise ValueError(f"no window of a {self.hand} hand: {self.extend_counts} to {self.grasp_counts}")
 
     @classmethod
     def for_firmware(cls, version: str, calibration: str | None = None, hand: str = "right") -> CommandWindow:
