@@ -6,7 +6,10 @@ from importlib import import_module
 
 import click
 
-COMMANDS: dict[str, str] = {}
+COMMANDS: dict[str, str] = {
+    "validate": "hil.cli.validate:validate",
+    "emulate": "hil.cli.emulate:emulate",
+}
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
 
