@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from servo_law import COUNT, STALL, push, settle, towards
 
 from aero.channels import CABLES, FINGERS, Channel, Joint
 from firmware_emulator.plant import Drive
 from model import BuiltHandParameters, BuiltHandPlant, build_built
 from model.geometry.winding import SPOOL_RADIUS, WINDING
-from tests.model.servo import COUNT, STALL, push, settle, towards
 
 NOTHING = (0.0,) * 16
 RIGID = BuiltHandParameters(

@@ -6,11 +6,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from aero.channels import Joint
+from aero.actuation import ActuationMap, load_coefficients
+from aero.channels import Channel, Joint
 from model import build_routed
 from model.geometry import hand
 from model.geometry.elements import Around
 from model.geometry.mirror import reflect
+from model.geometry.winding import SPOOL_RADIUS, WINDING
 
 
 def test_every_path_runs_over_parts_that_exist():
@@ -88,6 +90,16 @@ def test_thumb_opposes_when_abducted():
 def test_unknown_side():
     with pytest.raises(ValueError, match="middle"):
         hand("middle")
+
+
+def test_the_map_and_the_mechanism_state_the_same_winding_radii():
+    matrix = np.zeros((len(Channel), len(Joint)))
+    for channel, row in WINDING.items():
+        for joint, radius in row.items():
+            matrix[channel, joint] = radius
+    matrix[Channel.THUMB_ABDUCTION, Joint.THUMB_ABDUCTION] = 1.0
+    np.testing.assert_array_equal(matrix, ActuationMap().winding_matrix)
+    assert load_coefficients("paper").spool_radius == SPOOL_RADIUS
 
 
 LENGTHS_AT_0_7_RAD = {
