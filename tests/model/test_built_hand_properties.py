@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from servo_law import DAMPING, STALL, STIFFNESS
 
 from firmware_emulator.plant import Drive
 from model import BuiltHandParameters, BuiltHandPlant
-from tests.model.servo import DAMPING, STALL, STIFFNESS
 
 DEFAULTS = BuiltHandParameters()
 
