@@ -10,6 +10,8 @@ COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
+    "calibrate": "hil.cli.calibrate:calibrate_command",
+    "record": "hil.cli.record:record_command",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 

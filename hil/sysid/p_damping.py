@@ -58,24 +58,15 @@ class PDampingModel:
         shared, by_channel = np.split(START + np.stack(x), [len(SHARED)], axis=1)
         shared_columns = shared.T[:, :, None]
         friction, load, rise = by_channel.reshape(len(x), len(BY_CHANNEL), len(Channel)).transpose(1, 0, 2)
-        angles = self._simulate(*shared_columns, friction, load, rise)
+        angles = self._simulate(shared_columns, friction, load, rise)
         return [
             np.clip(_sample(angles[:, k], trace, phase), 0.0, trace.spans_counts) - trace.counts
             for k, (trace, phase) in enumerate(zip(self.traces, phases_s, strict=True))
         ]
 
-    def _simulate(
-        self,
-        delay: Floats,
-        gain: Floats,
-        no_load: Floats,
-        time_constant: Floats,
-        damping: Floats,
-        friction: Floats,
-        load: Floats,
-        rise: Floats,
-    ) -> Floats:
+    def _simulate(self, shared: Floats, friction: Floats, load: Floats, rise: Floats) -> Floats:
         """Return angles, (steps, traces, 7) counts, every `STEP_S` from `SETTLE_S` before a trace's first event."""
+        delay, gain, no_load, time_constant, damping = shared
         goals = [_goals(trace, late) for trace, late in zip(self.traces, delay[:, 0].tolist(), strict=True)]
         steps = max(map(len, goals))
         goal = np.stack([np.pad(g, ((0, steps - len(g)), (0, 0)), mode="edge") for g in goals], axis=1)

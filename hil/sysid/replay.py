@@ -58,7 +58,7 @@ def replay(
     times = np.concatenate([trace.t_command, trace.t_read])
     # A read at the time of a write comes first: a live policy reads, then commands.
     order = np.lexsort((np.r_[np.ones(n), np.zeros(m)], times))
-    counts, amperes, degrees = np.full((3, m, trace.counts.shape[1]), np.nan)
+    counts, amperes, degrees = (np.full(trace.counts.shape, np.nan) for _ in range(3))
     sign = closing_current_sign(side)
     with AeroHand(link, clock) as hand:
         hand.command_codes(trace.codes[0])

@@ -1,8 +1,8 @@
 """Search for the numbers that predict traces best, and the test on traces that the search has not seen.
 
 Damped Gauss-Newton on any `Model`, alternating with the one thing that no recording tells: where its readings lie on
-the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so that a number which
-the traces do not tell stays where it was.
+the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so that a number
+which the traces do not tell stays where it was.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Found:
 def search(model: Model, *, iterations: int = 8, report: Report = lambda _line: None) -> Found:
     """Return the free numbers that predict the traces of a model best, and the slopes there."""
     n, spread = len(model.traces), spreads(model)
-    x = np.zeros(len(model.free))
+    x: Floats = np.zeros(len(model.free))
     phases = _best_phases(model, x)
     residuals = model.residuals([x] * n, phases)
     for iteration in range(iterations):
@@ -95,13 +95,13 @@ def search(model: Model, *, iterations: int = 8, report: Report = lambda _line: 
         step *= min(1.0, LARGEST_STEP / np.max(np.abs(step) / spread))
         before = _objective(residuals, x, spread)
         for share in SHORTENED:
-            missed = model.residuals([x + share * step] * n, phases)
-            after = _objective(missed, x + share * step, spread)
+            tried = x + share * step
+            after = _objective(model.residuals([tried] * n, phases), tried, spread)
             if after < before:
                 break
         else:
             break
-        x += share * step
+        x = tried
         phases = _best_phases(model, x)
         residuals = model.residuals([x] * n, phases)
         if before - after < CONVERGED * before:
@@ -157,7 +157,8 @@ def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
 
 def gauss_newton_step(residuals: Residuals, slopes: Sequence[Floats], x: Floats, spread: Floats) -> Floats:
     """Return the step, (p,), that minimises the weighted squares of the residuals and of `x` over `spread`."""
-    normal, gradient = np.diag(spread**-2.0), x / spread**2
+    normal: Floats = np.diag(spread**-2.0)
+    gradient: Floats = x / spread**2
     for residual, slope in zip(residuals, slopes, strict=True):
         flat = slope.reshape(-1, len(x))
         weighted = flat * (_weights(residual).reshape(-1, 1) / NOISE_COUNTS**2)

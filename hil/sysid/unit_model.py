@@ -25,7 +25,7 @@ JOINTS: Mapping[Channel, tuple[int, ...]] = {
     Channel.THUMB_FLEXOR: (Joint.THUMB_MCP, Joint.THUMB_IP),
 }
 """Joints whose springs load a cable."""
-PHASES_S = (0.0, 0.002, 0.004, 0.006, 0.008)
+PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
 """Where a recording may lie on the board's 10 ms telemetry grid, s."""
 
 
