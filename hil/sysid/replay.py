@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from aero import AeroHand
 from aero.protocol import MAX_CODE
 from firmware_emulator.firmware.hands import HandSide
+from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated import build_emulated
 from hil.sysid.spans import closing_current_sign
 from hil.sysid.trace import Trace
@@ -52,15 +53,16 @@ def replay(
         phase_s: shifts the recording against the board's telemetry, whose 10 ms grid no recording tells, s.
         currents: whether currents and temperatures are read too, after each position.
     """
-    link, electronics, _ = build_emulated(unit, firmware=firmware, hand=side, seed=seed)
+    electronics, _ = build_emulated(unit, firmware=firmware, hand=side, seed=seed)
     clock = electronics.clock
     n, m = len(trace.t_command), len(trace.t_read)
     times = np.concatenate([trace.t_command, trace.t_read])
     # A read at the time of a write comes first: a live policy reads, then commands.
     order = np.lexsort((np.r_[np.ones(n), np.zeros(m)], times))
-    counts, amperes, degrees = (np.full(trace.counts.shape, np.nan) for _ in range(3))
+    counts = np.full(trace.counts.shape, np.nan)
+    amperes, degrees = counts.copy(), counts.copy()
     sign = closing_current_sign(side)
-    with AeroHand(link, clock) as hand:
+    with AeroHand(InProcessLink(electronics), clock) as hand:
         hand.command_codes(trace.codes[0])
         start = clock.now() + SETTLE_S + phase_s - times.min()
         for event in order.tolist():

@@ -157,8 +157,8 @@ def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
 
 def gauss_newton_step(residuals: Residuals, slopes: Sequence[Floats], x: Floats, spread: Floats) -> Floats:
     """Return the step, (p,), that minimises the weighted squares of the residuals and of `x` over `spread`."""
-    normal: Floats = np.diag(spread**-2.0)
-    gradient: Floats = x / spread**2
+    normal: NDArray[np.floating] = np.diag(1.0 / np.square(spread))
+    gradient: NDArray[np.floating] = x / np.square(spread)
     for residual, slope in zip(residuals, slopes, strict=True):
         flat = slope.reshape(-1, len(x))
         weighted = flat * (_weights(residual).reshape(-1, 1) / NOISE_COUNTS**2)
