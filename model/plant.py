@@ -76,6 +76,9 @@ class BuiltHandPlant:
         self._cable_dofs = self._shaft_dofs[list(CABLES)]
         self._spool_friction = self._model.dof_frictionloss[self._cable_dofs].copy()
         self._friction_radius = SPOOL_RADIUS * np.array(self.parameters.cable_friction)[list(CABLES)]
+        # A cable that is too short has its shaft unwound in the extended pose.
+        take_up = np.array(self.parameters.cable_take_up)[list(CABLES)]
+        self._data.qpos[self._shaft_qpos[list(CABLES)]] = np.minimum(take_up, 0.0) / SPOOL_RADIUS
         self._unpowered_damping = self._model.dof_damping[self._shaft_dofs].copy()
         self._time = 0.0
         # Rows: setpoint, stiffness, damping, torque, limit.

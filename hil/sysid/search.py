@@ -48,6 +48,8 @@ class Free:
     """Channels that feel it."""
     spread: float
     """Standard deviation that is believed before any data is seen."""
+    additive: bool = False
+    """Whether a field of a unit gains this number; else it is multiplied by its exponential."""
 
 
 class Model(Protocol):

@@ -47,12 +47,14 @@ FREE: tuple[Free, ...] = (
     *_each("hand.spool_friction", 0.7),
     *_springs("hand.spring_open", 0.4),
     *_springs("hand.spring_rise", 0.6),
+    *(Free("hand.cable_take_up", (channel,), (channel,), 1e-3, additive=True) for channel in CABLES),
+    Free("hand.gravity", (), ALL, 0.7),
     Free("hand.closed_stop", tuple(range(12)), FINGERS, 0.01),
     Free("hand.abduction_winding", (0,), THUMB, 0.3),
     Free("hand.abduction_winding", (1,), THUMB, 0.3),
 )
-"""Numbers of a unit by `section.field`; each is the logarithm of a factor. `hand.spring_rise` is what the springs gain
-from the open to the closed hand."""
+"""Numbers of a unit by `section.field`: logarithms of factors, or SI units that are added. `hand.spring_rise` is what
+the springs gain from the open to the closed hand."""
 
 
 @dataclass(frozen=True)
@@ -81,17 +83,18 @@ class UnitModel:
 
 
 def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
-    """Return a unit whose numbers are those of `unit` times exp(`x`), (len(free),) float."""
+    """Return a unit whose numbers are those of `unit` moved by `x`, (len(free),) float, as `FREE` says."""
     tables = {"servos": dataclasses.asdict(unit.servos), "hand": _with_rise(dataclasses.asdict(unit.hand))}
     for number, value in zip(free, x.tolist(), strict=True):
         section, field = number.name.split(".")
-        table, factor = tables[section], math.exp(value)
+        table = tables[section]
+        gain, factor = (value, 1.0) if number.additive else (0.0, math.exp(value))
         if number.indices:
             table[field] = tuple(
-                entry * factor if i in number.indices else entry for i, entry in enumerate(table[field])
+                gain + factor * entry if i in number.indices else entry for i, entry in enumerate(table[field])
             )
         else:
-            table[field] *= factor
+            table[field] = gain + factor * table[field]
     servos = dataclasses.replace(unit.servos, **tables["servos"])
     # The plant needs the back-EMF that belongs to the servo's no-load speed.
     hand = _without_rise(tables["hand"]) | {"back_emf": servos.back_emf}
