@@ -1,8 +1,8 @@
 """Search for the numbers that predict traces best, and the test on traces that the search has not seen.
 
-Damped Gauss-Newton on any `Model`, alternating with the one thing that no recording tells: where its readings lie on
-the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so that a number
-which the traces do not tell stays where it was.
+Damped Gauss-Newton on any `Model`, before and after which the one thing is found that no recording tells: where its
+readings lie on the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so
+that a number which the traces do not tell stays where it was.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NOISE_COUNTS = 5.0
 STEP = 0.3
 """Step of the finite differences in units of `Free.spread`: large, for counts are whole and friction has corners."""
 LARGEST_STEP = 1.0
-"""Longest step of one iteration in units of `Free.spread`."""
+"""Longest step of one number in one iteration in units of `Free.spread`."""
 SHORTENED = (1.0, 0.4, 0.15)
 """Shares of a step that are tried until one lowers the cost."""
 CONVERGED = 2e-3
@@ -94,20 +94,22 @@ def search(model: Model, *, iterations: int = 8, report: Report = lambda _line: 
     for iteration in range(iterations):
         report(f"iteration {iteration}: {pooled_rms(residuals):.2f} counts")
         step = gauss_newton_step(residuals, find_slopes(model, x, phases, residuals), x, spread)
-        step *= min(1.0, LARGEST_STEP / np.max(np.abs(step) / spread))
+        step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
         before = _objective(residuals, x, spread)
         for share in SHORTENED:
             tried = x + share * step
-            after = _objective(model.residuals([tried] * n, phases), tried, spread)
+            missed = model.residuals([tried] * n, phases)
+            after = _objective(missed, tried, spread)
             if after < before:
                 break
         else:
             break
         x = tried
-        phases = _best_phases(model, x)
-        residuals = model.residuals([x] * n, phases)
+        residuals = missed
         if before - after < CONVERGED * before:
             break
+    phases = _best_phases(model, x)
+    residuals = model.residuals([x] * n, phases)
     report(f"found: {pooled_rms(residuals):.2f} counts")
     return Found(x, phases, residuals, find_slopes(model, x, phases, residuals))
 
@@ -123,7 +125,7 @@ def leave_one_out(model: Model, found: Found) -> list[Residuals]:
     for k in range(len(model.traces)):
         kept = [i for i in range(len(model.traces)) if i != k]
         step = gauss_newton_step([found.residuals[i] for i in kept], [found.slopes[i] for i in kept], found.x, spread)
-        without.append(found.x + step * min(1.0, LARGEST_STEP / np.max(np.abs(step) / spread)))
+        without.append(found.x + np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread))
     return [model.residuals(without, [phase] * len(without)) for phase in model.phases_s]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
@@ -19,12 +19,13 @@ from hil.units import Unit
 
 ALL = tuple(Channel)
 THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
-JOINTS: Mapping[Channel, tuple[int, ...]] = {
-    **{finger: tuple(range(3 * finger, 3 * finger + 3)) for finger in FINGERS},
-    Channel.THUMB_CMC_FLEXION: (Joint.THUMB_CMC,),
-    Channel.THUMB_FLEXOR: (Joint.THUMB_MCP, Joint.THUMB_IP),
-}
-"""Joints whose springs load a cable."""
+SPRUNG: tuple[tuple[Channel, tuple[int, ...]], ...] = (
+    *((finger, (3 * finger,)) for finger in FINGERS),
+    *((finger, (3 * finger + 1, 3 * finger + 2)) for finger in FINGERS),
+    (Channel.THUMB_CMC_FLEXION, (Joint.THUMB_CMC,)),
+    (Channel.THUMB_FLEXOR, (Joint.THUMB_MCP, Joint.THUMB_IP)),
+)
+"""Joints whose springs load a cable; the knuckle closes first, so its springs show in another part of the stroke."""
 PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
 """Where a recording may lie on the board's 10 ms telemetry grid, s."""
 
@@ -34,7 +35,7 @@ def _each(name: str, spread: float, channels: tuple[Channel, ...] = ALL) -> tupl
 
 
 def _springs(name: str, spread: float) -> tuple[Free, ...]:
-    return tuple(Free(name, JOINTS[channel], (channel,), spread) for channel in CABLES)
+    return tuple(Free(name, joints, (channel,), spread) for channel, joints in SPRUNG)
 
 
 FREE: tuple[Free, ...] = (
