@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
@@ -21,11 +21,10 @@ from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated import build_emulated
 from hil.pty_process import serve_in_process
+from hil.recording import Side
 from hil.units import DEFAULT_LIMITS, Unit, load_unit
 from hil.wiretap import WireTap
 from model import BuiltHandPlant
-
-Side = Literal["right", "left"]
 
 DEFAULT_FIRMWARE = "0.2.0"
 PHYSICAL = "physical"
