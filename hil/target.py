@@ -6,10 +6,11 @@ is asked for by name.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
@@ -21,13 +22,15 @@ from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated import build_emulated
 from hil.pty_process import serve_in_process
+from hil.recording import Side
+from hil.safety import GuardedHand, SafetyLimits
 from hil.units import DEFAULT_LIMITS, Unit, load_unit
 from hil.wiretap import WireTap
 from model import BuiltHandPlant
 
-Side = Literal["right", "left"]
-
 DEFAULT_FIRMWARE = "0.2.0"
+WITHOUT_SETTINGS = ("pre",)
+"""Firmware that knows no speed and torque settings."""
 PHYSICAL = "physical"
 """Unit name of a hand that is none of ours."""
 
@@ -88,6 +91,7 @@ def open_target(
     hand: Side = "right",
     unit: str = "reference",
     seed: int = 0,
+    guard: SafetyLimits | None = None,
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -99,6 +103,8 @@ def open_target(
         hand: side.
         unit: shipped name or `.toml` path of the emulated hand; a physical hand has none.
         seed: of the emulated hand's noise.
+        guard: thresholds to watch the hand by (`hil.safety`); a physical hand is always watched, by the defaults if not
+            by these, and left open and limp.
 
     Raises:
         ValueError: an unknown firmware, side or unit.
@@ -107,7 +113,7 @@ def open_target(
     kinds: dict[str, Opener] = {"emulated": _emulated, "pty": _pty}
     version = firmware or DEFAULT_FIRMWARE
     codec = ActuationMap.for_firmware(version, hand=hand)
-    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed))
+    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed, guard))
 
 
 @dataclass(frozen=True)
@@ -120,6 +126,19 @@ class Request:
     side: Side
     unit: Unit
     seed: int
+    guard: SafetyLimits | None = None
+
+    def driver(self, transport: Transport, clock: Clock) -> AeroHand:
+        """Return the driver that was asked for: watched, when there are thresholds."""
+        if self.guard is None:
+            return AeroHand(transport, clock)
+        return GuardedHand(
+            transport,
+            clock,
+            spans=self.map.window.spans_counts(),
+            limits=self.guard,
+            settings=self.firmware not in WITHOUT_SETTINGS,
+        )
 
     def granted(self, hand: AeroHand, clock: Clock, wire: WireTap, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
@@ -142,25 +161,26 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
     """Make a target of an emulated hand in this process and the link to it."""
     clock = electronics.clock
     wire = WireTap(link, clock)
-    with AeroHand(wire, clock) as hand:
+    with request.driver(wire, clock) as hand:
         yield request.granted(hand, clock, wire, capabilities={"ground_truth": plant, "electronics": electronics})
 
 
 @contextmanager
 def _pty(request: Request) -> Iterator[Target]:
     served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
-    with served as path, _serial(path) as (hand, clock, wire):
+    with served as path, _serial(path, request) as (hand, clock, wire):
         yield request.granted(hand, clock, wire)
 
 
 @contextmanager
 def _physical(request: Request) -> Iterator[Target]:
-    with _serial(request.name) as (hand, clock, wire):
+    watched = dataclasses.replace(request, guard=request.guard or SafetyLimits())
+    with _serial(request.name, watched) as (hand, clock, wire):
         yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS)
 
 
 @contextmanager
-def _serial(port: str) -> Iterator[tuple[AeroHand, Clock, WireTap]]:
+def _serial(port: str, request: Request) -> Iterator[tuple[AeroHand, Clock, WireTap]]:
     try:
         transport = SerialTransport.open(port)
     except (ConnectionError, ValueError) as error:
@@ -170,7 +190,7 @@ def _serial(port: str) -> Iterator[tuple[AeroHand, Clock, WireTap]]:
         ) from error
     clock = WallClock()
     wire = WireTap(transport, clock)
-    with AeroHand(wire, clock) as hand:
+    with request.driver(wire, clock) as hand:
         try:
             hand.read_codes()
         except (AeroError, ConnectionError) as error:
