@@ -8,15 +8,14 @@ from typing import Literal
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress
 
 from aero.channels import Channel
 from hil.cli.options import target
 from hil.mcap_file import write_recording
+from hil.safety import SafetyLimits
 from hil.sysid.excitation import MOTIONS, REACH, excitation
-from hil.sysid.guard import AbortLimits
 from hil.sysid.record import record
 from hil.target import NoHandError, open_target
 
@@ -48,16 +47,22 @@ def record_command(
 ) -> None:
     """Excite a free hand with steps, ramps and chirps and record it for `aero-hil calibrate`.
 
-    One channel moves at a time. Nothing may be in reach of the fingers. Stops and opens slowly at 4 A for 0.3 s, at
-    65 °C, on stale readings and on an encoder that does not follow, and exits with 1 then; with 2 on bad usage or
-    without a hand.
+    One channel moves at a time. Nothing may be in reach of the fingers. A hand on a port is watched: it is opened
+    slowly, and the exit code is 1, at a current, a temperature, stale readings or an encoder beyond the thresholds
+    shown. Exits with 2 on bad usage or without a hand.
     """
     console = Console()
     try:
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
         with open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened:
-            _show(console, opened.describe(), plan.fractions.max(axis=0), plan.duration_s)
-            console.print(f"now at {opened.hand.read_temperatures()} °C, {opened.hand.read_currents().round(2)} A")
+            console.print(f"{opened.describe()}; {plan.duration_s:.0f} s of hand time")
+            reach = {
+                channel.label: round(float(share), 2)
+                for channel, share in zip(Channel, plan.fractions.max(axis=0), strict=True)
+            }
+            console.print(f"moves up to {reach} of each window; safe are {[*REACH.values()]}")
+            console.print(f"on a port it stops at: {', '.join(SafetyLimits().lines())}")
+            console.print(f"now at {opened.hand.read_temperatures()} °C, {np.round(opened.hand.read_currents(), 2)} A")
             if dry_run:
                 return
             with Progress(console=console, transient=True) as bar:
@@ -71,10 +76,3 @@ def record_command(
     for text in errors:
         console.print(f"[bold]{text}[/bold]", highlight=False)
     sys.exit(1 if errors else 0)
-
-
-def _show(console: Console, target_line: str, reach: NDArray[np.float64], duration_s: float) -> None:
-    limits = AbortLimits()
-    console.print(f"{target_line}; {duration_s:.0f} s")
-    console.print(f"moves up to {np.round(reach, 2)} of each window; the safe reach is {list(REACH.values())}")
-    console.print(f"stops at {limits.current_a} A for {limits.current_s} s and at {limits.temperature_c:.0f} °C")

@@ -11,9 +11,9 @@ import numpy as np
 
 from hil.sysid.p_damping import PDampingModel
 from hil.sysid.replay import Prediction, replay
-from hil.sysid.search import Floats, Found, Model, Report, Residuals, leave_one_out, pooled_rms, search
+from hil.sysid.search import Floats, Found, Free, Model, Report, Residuals, leave_one_out, pooled_rms, search
 from hil.sysid.trace import Trace
-from hil.sysid.unit_model import UnitModel
+from hil.sysid.unit_model import FREE, UnitModel
 from hil.units import Unit
 
 FEWEST = 3
@@ -47,6 +47,8 @@ def calibrate(
     start: Unit,
     *,
     firmware: str = "0.2.0",
+    free: tuple[Free, ...] = FREE,
+    iterations: int = 8,
     jobs: int = 1,
     yardstick: bool = False,
     report: Report = lambda _line: None,
@@ -57,6 +59,8 @@ def calibrate(
         traces: runs of that hand; several, of different kinds, small and large.
         start: unit that the search starts from and stays near where the traces say nothing.
         firmware: what the hand ran.
+        free: what is looked for.
+        iterations: at most so many steps of the search.
         jobs: processes to spread the replays over.
         yardstick: whether the P-and-damping model is searched and scored the same way, minutes more.
         report: called with lines of progress.
@@ -68,8 +72,8 @@ def calibrate(
         raise ValueError("calibration needs at least one recording")
     kept = tuple(traces)
     with ProcessPoolExecutor(jobs) if jobs > 1 else nullcontext() as pool:
-        model = UnitModel(start, kept, firmware, pool)
-        found = search(model, report=report)
+        model = UnitModel(start, kept, firmware, pool, free)
+        found = search(model, iterations=iterations, report=report)
         held_out = _held_out(model, found, report)
     compared: list[Residuals] = []
     if yardstick:

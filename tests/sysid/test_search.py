@@ -40,7 +40,10 @@ class Toy:
         return self.lengths
 
     def residuals(self, x, phases_s):
-        return [self.curve(k, xk, p) - self.curve(k, TRUTH, 0.005) for k, (xk, p) in enumerate(zip(x, phases_s, strict=True))]
+        return [
+            self.curve(k, xk, p) - self.curve(k, TRUTH, 0.005)
+            for k, (xk, p) in enumerate(zip(x, phases_s, strict=True))
+        ]
 
     def curve(self, k, x, phase):
         t = np.linspace(0.0, 1.0 + k, self.lengths[k])[:, None]
