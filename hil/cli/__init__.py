@@ -6,7 +6,7 @@ from importlib import import_module
 
 import click
 
-COMMANDS: dict[str, str] = {}
+COMMANDS: dict[str, str] = {"servos": "hil.cli.servos:servos"}
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
 

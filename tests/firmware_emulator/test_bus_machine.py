@@ -70,12 +70,8 @@ class BusMachine(RuleBasedStateMachine):
 
     @initialize()
     def connect(self):
-        # A board without servos: nobody else talks on this bus.
-        self.hand = EmulatedHand(Bench(), firmware="pre", start="reset")
-        self.hand.clock.sleep_until(1.0)
-        self.hand.reset("reset")
-        self.hand._board.stop()
-        self.hand.clock.sleep_until(2.0)
+        # Nobody else talks on this bus.
+        self.hand = EmulatedHand(Bench(), start="bare")
         self.hand.bus.servos = self.hand.servos[:3]
         self.answers = bytearray()
         self.port = self.hand.bus.connect(self.answers.extend)
@@ -93,7 +89,7 @@ class BusMachine(RuleBasedStateMachine):
         return [model for model in self.servos if servo in {model.id, 254}]
 
     def answered(self, servo, code, act):
-        """What comes back: one answer an ID, those of equal IDs on top of each other, none to a broadcast but a ping."""
+        """What comes back: one answer an ID, those of equal IDs on top of each other; of broadcasts only to a ping."""
         answers = {}
         for model in self.addressed(servo):
             number, loud = model.id, model.memory[8] or code in {1, 2}
@@ -115,9 +111,7 @@ class BusMachine(RuleBasedStateMachine):
     @rule(servo=ID, address=ADDRESS)
     def read(self, servo, address):
         size = FIELDS[address][0]
-        self.unicast(
-            servo, 2, bytes((address, size)), lambda model: bytes(model.memory[address : address + size])
-        )
+        self.unicast(servo, 2, bytes((address, size)), lambda model: bytes(model.memory[address : address + size]))
 
     @rule(servo=ID, address=ADDRESS, value=st.integers(0, 0xFFFF))
     def write(self, servo, address, value):
