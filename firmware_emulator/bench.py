@@ -7,7 +7,7 @@ substep; friction and damping are implicit, so a shaft at rest stays at rest and
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,7 @@ class Bench:
         self._angles = [float(angle) for angle in angles]
         self._speeds = [0.0] * SHAFTS
         self._drives = [Drive(powered=False)] * SHAFTS
+        self._setpoints = [0.0] * SHAFTS
 
     @property
     def time(self) -> float:
@@ -79,7 +80,7 @@ class Bench:
         body, drive = self._shafts[shaft], self._drives[shaft]
         angle, speed = self._angles[shaft], self._speeds[shaft]
         back_emf = body.back_emf if drive.powered else 0.0
-        stiffness, setpoint, damping = drive.stiffness, drive.setpoint, drive.damping
+        stiffness, setpoint, damping = drive.stiffness, self._setpoints[shaft], drive.damping
         torque, limit, current_limit = drive.torque, drive.limit, drive.current_limit
         low, high = body.stop_low, body.stop_high
         grip = body.friction / body.inertia * dt
@@ -112,10 +113,11 @@ class Bench:
     def drive(self, shaft: int, drive: Drive) -> None:
         """Replace the drive of one shaft from now on."""
         self._drives[shaft] = drive
+        self._setpoints[shaft] = drive.setpoint
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
         """Change only the goal angle (rad) of one shaft's drive."""
-        self._drives[shaft] = replace(self._drives[shaft], setpoint=setpoint)
+        self._setpoints[shaft] = setpoint
 
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (7,) float, rad."""
@@ -127,8 +129,11 @@ class Bench:
 
     def efforts(self) -> NDArray[np.float64]:
         """Return the clipped efforts of the drives, (7,) float, N m."""
-        efforts = np.empty(SHAFTS)
-        for shaft, (drive, angle, speed) in enumerate(zip(self._drives, self._angles, self._speeds, strict=True)):
-            wanted = drive.torque + drive.stiffness * (drive.setpoint - angle) - drive.damping * speed
-            efforts[shaft] = min(max(wanted, -drive.limit), drive.limit)
-        return efforts
+        return np.array(
+            [
+                min(max(d.torque + d.stiffness * (setpoint - angle) - d.damping * speed, -d.limit), d.limit)
+                for d, setpoint, angle, speed in zip(
+                    self._drives, self._setpoints, self._angles, self._speeds, strict=True
+                )
+            ]
+        )

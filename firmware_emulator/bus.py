@@ -59,62 +59,60 @@ class ServoBus:
     def execute(self, packet: Packet, port: BusPort) -> None:
         """Let the addressed servos act on a packet whose last byte has just arrived, and send their answers."""
         now = self.kernel.now
-        listening = [servo for servo in self.servos if servo.silent_until <= now]
         if packet.code == Instruction.SYNC_READ:
-            answers = self._sync_read(packet, listening)
+            answers = self._sync_read(packet)
         elif packet.code == Instruction.SYNC_WRITE:
-            self._sync_write(packet, listening)
+            self._sync_write(packet)
             return
         else:
-            answers = self._single(packet, listening)
+            answers = self._single(packet)
         if answers:
             data = b"".join(answers)
             end = now + len(answers) * self._turnaround_s + len(data) * BYTE_S
             self.busy_until = max(self.busy_until, end)
             self.kernel.call_at(end, port.receive, data)
 
-    def _single(self, packet: Packet, listening: list[Servo]) -> list[bytes]:
+    def _listening(self, wanted: int) -> list[Servo]:
+        """Servos that take a packet for this ID."""
+        now = self.kernel.now
+        return [s for s in self.servos if wanted in (s.id, BROADCAST) and s.silent_until <= now]
+
+    def _single(self, packet: Packet) -> list[bytes]:
         execute = EXECUTE.get(packet.code)
         if execute is None:
             return []
-        everyone = packet.servo == BROADCAST
+        silent = packet.servo == BROADCAST and packet.code != Instruction.PING
         answers: dict[int, bytes] = {}
-        for servo in listening:
-            if not everyone and packet.servo != servo.id:
-                continue
+        for servo in self._listening(packet.servo):
             # An answer to an ID write still carries the old ID (assumption 7 of the docs).
-            answering = servo.id
-            level = servo.response_level
+            answering, level = servo.id, servo.response_level
             parameters = execute(servo, packet.parameters)
-            silent = everyone and packet.code != Instruction.PING
             if parameters is None or silent or not (level or packet.code in ALWAYS_ANSWERED):
                 continue
             answers[answering] = _meet(answers.get(answering), pack(answering, servo.status, parameters))
         return [answers[servo] for servo in sorted(answers)]
 
-    def _sync_read(self, packet: Packet, listening: list[Servo]) -> list[bytes]:
+    def _sync_read(self, packet: Packet) -> list[bytes]:
         if packet.servo != BROADCAST or len(packet.parameters) < 3:
             return []
         address, count = packet.parameters[:2]
         answers: list[bytes] = []
         for wanted in packet.parameters[2:]:
             answer: bytes | None = None
-            for servo in listening:
-                if servo.id == wanted:
-                    answer = _meet(answer, pack(wanted, servo.status, servo.read(address, count)))
+            for servo in self._listening(wanted) if wanted != BROADCAST else ():
+                answer = _meet(answer, pack(wanted, servo.status, servo.read(address, count)))
             if answer is not None:
                 answers.append(answer)
         return answers
 
-    def _sync_write(self, packet: Packet, listening: list[Servo]) -> None:
+    def _sync_write(self, packet: Packet) -> None:
         parameters = packet.parameters
         if packet.servo != BROADCAST or len(parameters) < 2:
             return
         address, count = parameters[:2]
         for at in range(2, len(parameters) - count, count + 1):
-            for servo in listening:
-                if servo.id == parameters[at]:
-                    servo.write(address, parameters[at + 1 : at + 1 + count])
+            for servo in self._listening(parameters[at]) if parameters[at] != BROADCAST else ():
+                servo.write(address, parameters[at + 1 : at + 1 + count])
 
 
 def _meet(first: bytes | None, second: bytes) -> bytes:

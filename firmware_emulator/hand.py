@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Literal
 
 from firmware_emulator.bus import ServoBus
@@ -13,7 +14,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import profile_of
-from firmware_emulator.kernel import Kernel
+from firmware_emulator.kernel import Kernel, Task
 from firmware_emulator.plant import Plant
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, HLS3606M, ServoParameters
@@ -25,6 +26,8 @@ Start = Literal["homed", "power_on", "reset"]
 
 TRANSMIT_RING = 256
 """What the board keeps for a host that does not read: the most recent bytes."""
+HOUSEKEEPING_S = 0.05
+"""Period at which servos heat up and look at their protections, s."""
 SETTLE_S = 1.0
 """Time between the end of the last homing and the first command of a hand that starts homed, s."""
 
@@ -97,20 +100,31 @@ class EmulatedHand:
             for servo in SERVOS
         ]
         self.bus = ServoBus(self.kernel, self.servos, servos.turnaround_s)
-        self._board = Board(
+        self.kernel.spawn(self._look_after_servos())
+        self._new_board = partial(
+            Board,
             self.kernel,
-            UartMaster(self.bus),
             profile=profile_of(firmware),
             hand=config,
             nvs=nvs if nvs is not None else Nvs(),
             transmit=self._transmit,
             host_latency_s=host_latency_s,
         )
+        self._board = self._new_board(UartMaster(self.bus))
         if start == "homed":
-            self.kernel.spawn(boot.serve(self._board))
+            self._board.start(boot.resume(self._board))
             self.clock.sleep_until(SETTLE_S)
         else:
-            self.kernel.spawn(boot.run(self._board, start))
+            self._board.start(boot.run(self._board, start))
+
+    def reset(self, cause: boot.ResetCause = "reset") -> None:
+        """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns."""
+        if cause == "power_on":
+            for servo in self.servos:
+                servo.reboot()
+        self._board.stop()
+        self._board = self._new_board(UartMaster(self.bus))
+        self._board.start(boot.run(self._board, cause))
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the host at the present instant."""
@@ -125,6 +139,12 @@ class EmulatedHand:
     def advance_plant(self) -> None:
         """Bring the plant up to the present, for whoever looks at it directly."""
         self._shafts.advance()
+
+    def _look_after_servos(self) -> Task:
+        while True:
+            yield HOUSEKEEPING_S
+            for servo in self.servos:
+                servo.look_after(HOUSEKEEPING_S)
 
     def _transmit(self, data: bytes) -> None:
         self.on_transmit(data)

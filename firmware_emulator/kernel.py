@@ -25,7 +25,7 @@ class Signal:
 
     def __init__(self, kernel: Kernel) -> None:
         self._kernel = kernel
-        self._waiting: list[tuple[_Runner, int]] = []
+        self._waiting: list[tuple[Runner, int]] = []
 
     def fire(self) -> None:
         """Wake every waiting task at the present instant, in the order in which they began to wait."""
@@ -33,7 +33,7 @@ class Signal:
         for runner, ticket in waiting:
             runner.wake(ticket, True)
 
-    def _add(self, runner: _Runner, ticket: int) -> None:
+    def _add(self, runner: Runner, ticket: int) -> None:
         self._waiting = [entry for entry in self._waiting if entry[0].ticket == entry[1]]
         self._waiting.append((runner, ticket))
 
@@ -43,7 +43,7 @@ Task = Generator[Yielded, Any, Any]
 """What `spawn` runs; sub-tasks are called with `yield from` and may return a value."""
 
 
-class _Runner:
+class Runner:
     """One spawned task. A ticket is spent by each wait, so that a wake-up that came too late finds it gone."""
 
     __slots__ = ("_kernel", "_task", "ticket")
@@ -54,6 +54,7 @@ class _Runner:
         self.ticket = 0
 
     def wake(self, ticket: int, fired: bool) -> None:
+        """Resume the task if it still waits with this ticket; `fired` is what its yield evaluates to."""
         if ticket != self.ticket:
             return
         self.ticket += 1
@@ -71,6 +72,11 @@ class _Runner:
         else:
             kernel.call_at(kernel.now + wanted, self.wake, self.ticket, False)
 
+    def stop(self) -> None:
+        """End the task where it waits."""
+        self.ticket += 1
+        self._task.close()
+
 
 class Kernel:
     """A queue of events in time order."""
@@ -79,31 +85,38 @@ class Kernel:
         self.now = 0.0
         self._queue: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []
         self._scheduled = 0
+        self._paused = False
 
     def call_at(self, t: float, function: Callable[..., None], *arguments: object) -> None:
         """Call `function(*arguments)` at time `t` (s), at the present instant when `t` is past."""
         self._scheduled += 1
-        heappush(self._queue, (max(t, self.now), self._scheduled, function, arguments))
+        heappush(self._queue, (t if t > self.now else self.now, self._scheduled, function, arguments))
 
-    def spawn(self, task: Task) -> None:
-        """Start a task at the present instant."""
-        runner = _Runner(self, task)
+    def spawn(self, task: Task) -> Runner:
+        """Start a task at the present instant; the result can stop it."""
+        runner = Runner(self, task)
         self.call_at(self.now, runner.wake, 0, True)
+        return runner
 
     def next_event(self) -> float | None:
         """Return the time (s) of the next event, None when nothing is scheduled."""
         return self._queue[0][0] if self._queue else None
 
-    def run_until(self, t: float, reached: Callable[[], bool] | None = None) -> None:
-        """Run events up to and including time `t` (s); return early, after the event, once `reached()` holds."""
+    def run_until(self, t: float) -> None:
+        """Run events up to and including time `t` (s), or up to the event that calls `pause`."""
         queue = self._queue
+        self._paused = False
         while queue and queue[0][0] <= t:
             when, _, function, arguments = heappop(queue)
             self.now = when
             function(*arguments)
-            if reached is not None and reached():
+            if self._paused:
                 return
         self.now = max(self.now, t)
+
+    def pause(self) -> None:
+        """Let `run_until` return after the present event, time standing where it is."""
+        self._paused = True
 
 
 class Mutex:

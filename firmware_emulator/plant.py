@@ -24,7 +24,8 @@ class Drive:
     """What one servo asks of its motor until it asks for something else.
 
     `effort = clip(torque + stiffness * (setpoint - angle) - damping * speed, -limit, limit)` is the motor's voltage;
-    `clip(effort - back_emf, -current_limit, current_limit)`, with the plant's back-EMF, turns the shaft. Torque off is a drive of zeros with `powered=False`.
+    `clip(effort - back_emf, -current_limit, current_limit)`, with the plant's back-EMF, turns the shaft.
+    Torque off is a drive of zeros with `powered=False`.
     """
 
     setpoint: float = 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 from firmware_emulator.bus import ServoBus
 from firmware_emulator.kernel import Signal, Task
@@ -17,6 +18,9 @@ BYTE_TIMEOUT_MS = 10
 SYNC_WINDOW_MS = 8
 HEADER_BYTES = 11
 """The header has to be complete within this many bytes."""
+
+_request = lru_cache(maxsize=256)(pack)
+"""The firmware sends few different packets very often."""
 
 
 def _after_ms(t: float, milliseconds: int) -> float:
@@ -32,7 +36,6 @@ class UartMaster:
         self._port = bus.connect(self._receive)
         self._received = bytearray()
         self._arrived = Signal(bus.kernel)
-        self._sync_requests: dict[tuple[int, int, tuple[int, ...]], bytes] = {}
 
     def ping(self, servo: int) -> Task:
         """Return whether a servo acknowledges a PING."""
@@ -48,7 +51,7 @@ class UartMaster:
 
     def read(self, servo: int, address: int, count: int) -> Task:
         """Return `count` bytes from a servo's registers, None when no valid answer came."""
-        self._send(pack(servo, Instruction.READ, bytes((address, count))))
+        self._send(_request(servo, Instruction.READ, bytes((address, count))))
         if not (yield from self._header()):
             return None
         body = yield from self._take(3 + count + 1)
@@ -60,16 +63,11 @@ class UartMaster:
         """Write the same registers of several servos, `(servo, data)` each; nothing answers."""
         size = len(rows[0][1])
         body = b"".join(bytes((servo,)) + data for servo, data in rows)
-        self._send(pack(BROADCAST, Instruction.SYNC_WRITE, bytes((address, size)) + body))
+        self._send(_request(BROADCAST, Instruction.SYNC_WRITE, bytes((address, size)) + body))
 
     def sync_read(self, address: int, count: int, servos: tuple[int, ...]) -> Task:
         """Return the registers of all `servos`, None as soon as one answer is missing or damaged."""
-        key = address, count, servos
-        request = self._sync_requests.get(key)
-        if request is None:
-            request = pack(BROADCAST, Instruction.SYNC_READ, bytes((address, count, *servos)))
-            self._sync_requests[key] = request
-        self._send(request)
+        self._send(_request(BROADCAST, Instruction.SYNC_READ, bytes((address, count, *servos))))
         size = len(servos) * (count + 6)
         deadline = _after_ms(self._kernel.now, SYNC_WINDOW_MS)
         while len(self._received) < size:
@@ -95,7 +93,7 @@ class UartMaster:
         return None
 
     def _acknowledged(self, servo: int, instruction: int, parameters: bytes) -> Task:
-        self._send(pack(servo, instruction, parameters))
+        self._send(_request(servo, instruction, parameters))
         if not (yield from self._header()):
             return False
         body = yield from self._take(4)
@@ -112,11 +110,12 @@ class UartMaster:
     def _header(self) -> Task:
         """Drop bytes up to a header; return whether one came in time."""
         seen = b""
-        for _ in range(HEADER_BYTES):
-            byte = yield from self._take(1)
-            if byte is None:
+        while len(seen) < HEADER_BYTES:
+            # As many as a header still lacks at least: two, or one behind a first FF.
+            more = yield from self._take(1 if seen.endswith(b"\xff") else min(2, HEADER_BYTES - len(seen)))
+            if more is None:
                 return False
-            seen += byte
+            seen += more
             if seen.endswith(HEADER):
                 return True
         return False

@@ -1,4 +1,4 @@
-"""The board: its memory, its receive queue and its main loop.
+"""The board: its memory and its receive queue; what runs on it are the tasks of the other modules.
 
 What the lock covers: every use of the servo UART while the telemetry task exists. The task only tries it, so a long
 holder (homing, SET_ID) freezes the telemetry and delays nothing else.
@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from firmware_emulator.firmware.frames import CHANNELS, FRAME_SIZE, words_of
+from firmware_emulator.firmware.frames import CHANNELS, FRAME_SIZE
 from firmware_emulator.firmware.hands import SERVOS, HandConfig
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import FirmwareProfile
-from firmware_emulator.kernel import Kernel, Mutex, Signal, Task
+from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task
 from firmware_emulator.uart_master import UartMaster
 
 QUEUE_SIZE = 256
@@ -31,16 +31,38 @@ class Telemetry:
     temperatures: Sequence[int] = (0,) * CHANNELS
 
 
-@dataclass
 class Window:
-    """Where each channel's travel begins and ends, counts by servo ID."""
+    """Where each channel's travel begins and ends, counts by servo ID; only the open ends are stored."""
 
-    extend: list[int] = field(default_factory=list)
-    grasp: list[int] = field(default_factory=list)
+    def __init__(self, hand: HandConfig, nvs: Nvs) -> None:
+        self.extend = [nvs.extend(channel, baseline) for channel, baseline in enumerate(hand.extend)]
+        self.grasp = list(hand.grasp)
+
+    def reset(self, hand: HandConfig) -> None:
+        """Go back to the window that is compiled in."""
+        self.extend[:] = hand.extend
+        self.grasp[:] = hand.grasp
+
+    def shift(self, channel: int, counts: int) -> None:
+        """Move both ends of a channel."""
+        self.extend[channel] += counts
+        self.grasp[channel] += counts
+
+
+@dataclass
+class TorqueState:
+    """What torque mode remembers, by servo ID."""
+
+    commanded: list[int] = field(default_factory=lambda: [0] * CHANNELS)
+    """Signed torque of the last command, register units."""
+    outside: list[bool] = field(default_factory=lambda: [False] * CHANNELS)
+    """Whether the soft limit has seen the channel outside its window."""
+    next_check_s: float = 0.0
+    """When the soft limit is due again, s."""
 
 
 class Board:
-    """State of a running firmware, and the loop that takes host frames one by one."""
+    """State of a running firmware."""
 
     def __init__(
         self,
@@ -61,34 +83,39 @@ class Board:
         self.nvs = nvs
         self.transmit = transmit
         self.lock = Mutex(kernel)
-        self.window = Window(
-            [nvs.extend(channel, baseline) for channel, baseline in enumerate(hand.extend)], list(hand.grasp)
-        )
+        self.window = Window(hand, nvs)
         self.speed = [profile.speed] * CHANNELS
         self.torque = [profile.torque] * CHANNELS
         self.mode = POSITION
+        self.torque_mode = TorqueState()
         self.telemetry = Telemetry()
-        self._host_latency_s = host_latency_s
+        self.host_latency_s = host_latency_s
+        self._tasks: list[Runner] = []
         self._queue = bytearray()
-        self._queued = Signal(kernel)
+        self.queued = Signal(kernel)
+
+    def start(self, task: Task) -> None:
+        """Start a task that lives until the board is reset."""
+        self._tasks.append(self.kernel.spawn(task))
+
+    def stop(self) -> None:
+        """End all tasks, as a reset does."""
+        for task in self._tasks:
+            task.stop()
 
     def receive(self, data: bytes) -> None:
         """Queue bytes from the host, up to the size of the queue."""
         self._queue += data[: QUEUE_SIZE - len(self._queue)]
         if len(self._queue) >= FRAME_SIZE:
-            self._queued.fire()
+            self.queued.fire()
 
-    def main_loop(self, handlers: dict[int, Callable[[Board, tuple[int, ...]], Task]]) -> Task:
-        """Take frames for ever: 16 bytes at a time from wherever the queue stands, without any resynchronisation."""
-        queue = self._queue
-        while True:
-            while len(queue) < FRAME_SIZE:
-                yield self._queued
-            yield self._host_latency_s
-            frame = bytes(queue[:FRAME_SIZE])
-            del queue[:FRAME_SIZE]
-            if frame[0] in self.profile.opcodes:
-                yield from handlers[frame[0]](self, words_of(frame))
+    def next_frame(self) -> bytes | None:
+        """Take 16 bytes from wherever the queue stands, without any resynchronisation; None while there are fewer."""
+        if len(self._queue) < FRAME_SIZE:
+            return None
+        frame = bytes(self._queue[:FRAME_SIZE])
+        del self._queue[:FRAME_SIZE]
+        return frame
 
     def enter_mode(self, mode: str, register_value: int) -> Task:
         """Switch all servos to a mode if the firmware believes they are in the other one; the lock is held."""

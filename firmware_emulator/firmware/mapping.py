@@ -10,7 +10,7 @@ FULL = 65535
 MAX_COUNTS = 4095
 
 
-def _divide(numerator: int, denominator: int) -> int:
+def divide(numerator: int, denominator: int) -> int:
     """Integer division that truncates toward zero, as in C."""
     quotient = abs(numerator) // abs(denominator)
     return quotient if (numerator < 0) == (denominator < 0) else -quotient
@@ -24,7 +24,7 @@ def to_counts(word: int, extend: int, grasp: int) -> int:
     """Return the goal (counts, 0..4095) for a host word (0 = extended, 65535 = grasped)."""
     if extend == grasp == 0:
         return word * MAX_COUNTS // FULL
-    return min(max(extend + _divide(word * (grasp - extend), FULL), 0), MAX_COUNTS)
+    return min(max(extend + divide(word * (grasp - extend), FULL), 0), MAX_COUNTS)
 
 
 def to_host(position_word: int, extend: int, grasp: int) -> int:
@@ -32,4 +32,4 @@ def to_host(position_word: int, extend: int, grasp: int) -> int:
     if grasp == extend:
         return 0
     product = (position_word - extend) * FULL
-    return min(max(_divide(_wrap_32(product), grasp - extend), 0), FULL)
+    return min(max(divide(_wrap_32(product), grasp - extend), 0), FULL)

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from struct import Struct
 
+from firmware_emulator.firmware import homing
 from firmware_emulator.firmware.board import POSITION, Board
 from firmware_emulator.firmware.frames import CHANNELS, Opcode, reply
 from firmware_emulator.firmware.hands import SERVOS
-from firmware_emulator.firmware.mapping import to_counts
+from firmware_emulator.firmware.mapping import MAX_COUNTS, divide, to_counts
+from firmware_emulator.firmware.servo_calls import GOAL_ADDRESS, goal, int16
+from firmware_emulator.firmware.set_id import set_id
+from firmware_emulator.firmware.torque_mode import ctrl_tor
 from firmware_emulator.kernel import Task
 
 Handler = Callable[[Board, tuple[int, ...]], Task]
 
-GOAL_BLOCK = Struct("<BHHH")
-"""Registers 41 to 47: acceleration, goal position, goal torque, goal speed."""
-GOAL_ADDRESS = 41
 MAX_SPEED = 32766
 MAX_TORQUE = 1023
+EIGHTHS_OF_COUNTS_PER_DEGREE = 91
+"""The firmware's 11.375 = 4095 / 360, exactly."""
 NO_CHANNEL = (0xFFFF, 0)
 """Acknowledgement of a setting for a channel that does not exist."""
 
@@ -27,13 +29,32 @@ def ctrl_pos(board: Board, words: tuple[int, ...]) -> Task:
     window = board.window
     rows = []
     for servo, word in zip(SERVOS, words, strict=True):
-        goal = to_counts(word, window.extend[servo], window.grasp[servo])
+        position = to_counts(word, window.extend[servo], window.grasp[servo])
         torque = board.torque_cap(servo, board.torque[servo])
-        rows.append((servo, GOAL_BLOCK.pack(board.profile.acceleration, goal, torque, board.speed[servo])))
+        move = goal(position, speed=board.speed[servo], acceleration=board.profile.acceleration, torque=torque)
+        rows.append((servo, move))
     yield from board.lock.take()
     yield from board.enter_mode(POSITION, 0)
     board.uart.sync_write(GOAL_ADDRESS, rows)
     board.lock.give()
+
+
+def home(board: Board, _words: tuple[int, ...]) -> Task:
+    """Home, however long it takes, and acknowledge whatever came of it."""
+    yield from homing.home(board)
+    board.transmit(reply(Opcode.HOMING, ()))
+
+
+def trim(board: Board, words: tuple[int, ...]) -> Task:
+    """Move the open end of a channel's window by degrees and store it; for an unknown channel, nothing happens."""
+    channel = words[0]
+    if channel < CHANNELS:
+        shift = divide(int16(words[1]) * EIGHTHS_OF_COUNTS_PER_DEGREE, 8)
+        extend = min(max(board.window.extend[channel] + shift, 0), MAX_COUNTS)
+        board.window.extend[channel] = extend
+        board.nvs.store_extend(channel, extend)
+        board.transmit(reply(Opcode.TRIM, (channel, extend)))
+    yield from ()
 
 
 def _getter(opcode: Opcode, field: str) -> Handler:
@@ -56,7 +77,11 @@ def _setter(opcode: Opcode, field: str, maximum: int) -> Handler:
 
 
 HANDLERS: dict[int, Handler] = {
+    Opcode.HOMING: home,
+    Opcode.SET_ID: set_id,
+    Opcode.TRIM: trim,
     Opcode.CTRL_POS: ctrl_pos,
+    Opcode.CTRL_TOR: ctrl_tor,
     Opcode.GET_POS: _getter(Opcode.GET_POS, "positions"),
     Opcode.GET_VEL: _getter(Opcode.GET_VEL, "speeds"),
     Opcode.GET_CURR: _getter(Opcode.GET_CURR, "currents"),

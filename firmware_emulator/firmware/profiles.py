@@ -7,8 +7,29 @@ Sources: aero-open-firmware 46bc858 (`pre`), d7bd82e (0.1.0); aero-hand-open 890
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 
 from firmware_emulator.firmware.frames import Opcode
+from firmware_emulator.firmware.homing_plan import (
+    HOMING_0_1_0,
+    HOMING_0_1_1,
+    HOMING_0_1_3,
+    HOMING_0_1_5,
+    HOMING_0_2_0,
+    HOMING_PRE,
+    HomingPlan,
+)
+
+
+class BootHoming(Enum):
+    """When a version homes at boot."""
+
+    NEVER = auto()
+    """Only when asked."""
+    ALWAYS = auto()
+    """At every boot."""
+    ON_POWER = auto()
+    """After power-on and brown-out; other resets skip it and say so."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +54,22 @@ class FirmwareProfile:
     """Whether the boot text names the hand."""
     pings: bool = True
     """Whether the boot text reports a ping of each servo."""
+    ping_pause_s: float = 0.0
+    """Pause after each of those pings, s."""
     direction_lines: bool = True
     """Whether the boot text lists the servo directions."""
-    reset_cause_line: bool = False
-    """Whether the boot text tells a power-on from another reset."""
+    boot_homing: BootHoming = BootHoming.NEVER
+    """When the firmware homes without being asked; the boot text tells."""
+    homing: HomingPlan = HOMING_0_1_0
+    """How it homes."""
+    torque_floor: int = 0
+    """Smallest magnitude in torque mode, register units."""
+    soft_limit: bool = False
+    """Whether torque mode weakens a channel that leaves its window."""
+    sign_of_empty_window: int = 1
+    """Sign of the torque where both ends of the window are the same."""
+    eeprom_pause_s: float = 0.0
+    """Pause after each EEPROM write of SET_ID, s."""
 
 
 _PRE = FirmwareProfile(
@@ -46,15 +79,18 @@ _PRE = FirmwareProfile(
     acceleration=255,
     telemetry_period_s=0.02,
     hand_line=False,
+    ping_pause_s=0.02,
     direction_lines=False,
+    homing=HOMING_PRE,
+    eeprom_pause_s=0.01,
 )
 _0_1_0 = FirmwareProfile("0.1.0")
-_0_1_1 = replace(_0_1_0, version="0.1.1")
+_0_1_1 = replace(_0_1_0, version="0.1.1", homing=HOMING_0_1_1, torque_floor=5, soft_limit=True, sign_of_empty_window=-1)
 _0_1_2 = replace(_0_1_1, version="0.1.2", torque=700, hot=(50, 200))
-_0_1_3 = replace(_0_1_2, version="0.1.3")
-_0_1_4 = replace(_0_1_3, version="0.1.4", hot=(70, 500), reset_cause_line=True)
-_0_1_5 = replace(_0_1_4, version="0.1.5", pings=False, direction_lines=False)
-_0_2_0 = replace(_0_1_5, version="0.2.0")
+_0_1_3 = replace(_0_1_2, version="0.1.3", homing=HOMING_0_1_3, boot_homing=BootHoming.ALWAYS)
+_0_1_4 = replace(_0_1_3, version="0.1.4", hot=(70, 500), boot_homing=BootHoming.ON_POWER)
+_0_1_5 = replace(_0_1_4, version="0.1.5", homing=HOMING_0_1_5, pings=False, direction_lines=False)
+_0_2_0 = replace(_0_1_5, version="0.2.0", homing=HOMING_0_2_0)
 
 PROFILES: dict[str, FirmwareProfile] = {
     profile.version: profile for profile in (_PRE, _0_1_0, _0_1_1, _0_1_2, _0_1_3, _0_1_4, _0_1_5, _0_2_0)

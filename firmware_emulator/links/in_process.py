@@ -19,6 +19,7 @@ class InProcessLink:
         self._hand = emulated_hand
         self._name = name
         self._received = bytearray(emulated_hand.take_output())
+        self._wanted = 0
         self._closed = False
         emulated_hand.on_transmit = self._arrive
 
@@ -47,7 +48,9 @@ class InProcessLink:
         received = self._received
         if len(received) < size:
             kernel = self._hand.kernel
-            kernel.run_until(kernel.now + timeout, lambda: len(received) >= size)
+            self._wanted = size
+            kernel.run_until(kernel.now + timeout)
+            self._wanted = 0
         data = bytes(received[:size])
         del received[:size]
         return data
@@ -65,6 +68,8 @@ class InProcessLink:
     def _arrive(self, data: bytes) -> None:
         self.log.append((self._hand.kernel.now, "<", data))
         self._received += data
+        if self._wanted and len(self._received) >= self._wanted:
+            self._hand.kernel.pause()
 
     def _check_open(self) -> None:
         if self._closed:

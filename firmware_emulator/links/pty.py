@@ -71,7 +71,8 @@ class PtyServer:
         """Serve in real time until `stop()` holds; it is asked at least every 50 ms."""
         kernel = self._hand.kernel
         self._hand.on_transmit = self._transmit
-        self._transmit(self._hand.take_output())
+        if unread := self._hand.take_output():
+            self._host.write(unread)
         start = time.monotonic() - kernel.now
         while not stop():
             due = kernel.next_event()

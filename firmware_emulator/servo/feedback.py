@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from random import Random
 from struct import Struct
 
-from firmware_emulator.servo.control import PWM, Settings
+from firmware_emulator.servo.control import OFF, PWM, Settings
 from firmware_emulator.servo.electrical import static_current
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
@@ -16,6 +17,8 @@ from firmware_emulator.servo.shafts import Sample
 BLOCK = Struct("<HHHBBBBBHH")
 MULTI_TURN = 0x10
 """Bit of the phase register: the reading counts turns."""
+MAX_UNITS = 2047
+"""What the current register can hold."""
 REACHED_COUNTS = 30
 """Error up to which the goal counts as reached, counts (assumption)."""
 
@@ -33,6 +36,8 @@ class FeedbackBlock:
         self._parameters = parameters
         self._noise = noise
         self._seen: Sample | None = None
+        self._measured_at = 0.0
+        self._measured_units = 0.0
         self.status = 0
         self.temperature_c = parameters.start_temperature_c
         self.current_units = 0
@@ -54,7 +59,8 @@ class FeedbackBlock:
         # The sign of load and current is that of a goal torque: positive toward lower counts.
         effort = -self._direction * sample.efforts[self._shaft]
         load = round(1000.0 * effort / servo.stall_torque)
-        self.current_units = current = self._current(effort, settings)
+        back_emf = -self._direction * servo.back_emf * sample.speeds[self._shaft]
+        self.current_units = current = self._current(effort - back_emf, sample.time, settings)
         moving = bool(speed) | (abs(setpoint_counts - counts) > REACHED_COUNTS) << 1
         BLOCK.pack_into(
             self._memory.bytes,
@@ -71,14 +77,17 @@ class FeedbackBlock:
             current if current >= 0 else -current | 0x8000,
         )
 
-    def _current(self, effort: float, settings: Settings) -> int:
+    def _current(self, winding: float, now: float, settings: Settings) -> int:
+        """Reading (register units) for what drives the winding, N m."""
         servo = self._parameters
-        magnitude = static_current(effort, servo)
-        noisy = round((magnitude if effort >= 0.0 else -magnitude) + self._noise.gauss(0.0, servo.current_noise_units))
-        if settings.mode == PWM or settings.enable != 1:
-            return noisy
-        # The loop clips what it measures; without noise a blocked servo reads its goal torque exactly.
-        limit = settings.current
+        units = 0.0 if settings.enable == OFF else math.copysign(static_current(winding, servo), winding)
+        # The loop clips what it drives; a blocked servo comes to read its goal torque exactly, as homing needs.
+        limit = settings.current if settings.mode != PWM else MAX_UNITS
+        units = min(max(units, -limit), limit)
+        share = math.exp((self._measured_at - now) / servo.current_filter_s)
+        self._measured_at = now
+        self._measured_units = units + share * (self._measured_units - units)
+        noisy = round(self._measured_units + self._noise.gauss(0.0, servo.current_noise_units))
         return min(max(noisy, -limit), limit)
 
 

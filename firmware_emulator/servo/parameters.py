@@ -43,6 +43,8 @@ class ServoParameters:
     """What the static current per count gains towards large errors, mA."""
     current_knee_counts: float = 32.0
     """Error at which half of `current_rise_ma` is gained, counts."""
+    current_filter_s: float = 0.01
+    """Time constant of the current reading, s (assumption: with less, the inrush would end a fast homing search)."""
     current_noise_units: float = 1.5
     """Standard deviation of the current reading, register units (7-14 mA)."""
     voltage: float = 6.0
@@ -66,6 +68,11 @@ class ServoParameters:
     def stiffness(self) -> float:
         """Position gain at the shaft, N m/rad."""
         return self.stall_torque * self.duty_per_count / RAD_PER_COUNT
+
+    @property
+    def back_emf(self) -> float:
+        """Share of the effort that the motor's own voltage takes, N m s/rad."""
+        return self.stall_torque / (self.no_load_speed_counts * RAD_PER_COUNT)
 
     @property
     def damping(self) -> float:

@@ -13,17 +13,21 @@ from random import Random
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.servo import control
 from firmware_emulator.servo.control import Settings
+from firmware_emulator.servo.electrical import temperature_after
 from firmware_emulator.servo.encoding import decode_signed
 from firmware_emulator.servo.feedback import FeedbackBlock
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
-from firmware_emulator.servo.parameters import ServoParameters
+from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
 from firmware_emulator.servo.profile import Trapezoid, plan
+from firmware_emulator.servo.protection import Protection
 from firmware_emulator.servo.registers import FEEDBACK
 from firmware_emulator.servo.shafts import Shafts
 
 GOAL = range(42, 48)
 """Addresses whose write enables the torque: the firmware never does so itself (assumption)."""
+GOAL_BLOCK = 41
+"""Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do."""
 CONTROL = range(28, 50)
 """Addresses that `Settings` is read from lie in here."""
 MID_COUNTS = 2048
@@ -56,6 +60,8 @@ class Servo:
         self._epoch = 0
         self._motion: Trapezoid | None = None
         self._setpoint_counts = 0.0
+        self._last_goal: tuple[int, bytes] | None = None
+        self._protection = Protection()
         self._held: tuple[int, bytes] | None = None
         self.id = servo
 
@@ -72,11 +78,15 @@ class Servo:
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes from `address`, measurements as of the last tick."""
         if address + count > FEEDBACK:
-            self._feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
+            self._refresh()
         return self.memory.read(address, count)
 
     def write(self, address: int, data: bytes) -> None:
         """Apply a write from the bus."""
+        write = address, data
+        if write == self._last_goal:
+            return
+        self._last_goal = write if address == GOAL_BLOCK else None
         self.memory.write(address, data)
         end = address + len(data)
         if address < GOAL.stop and end > GOAL.start:
@@ -88,6 +98,19 @@ class Servo:
             self._feedback.invalidate()
         if address <= 5 < end:
             self.id = self.memory.get("id")
+
+    def look_after(self, seconds: float) -> None:
+        """Heat up or cool down over the last `seconds`, and apply the protections."""
+        feedback, memory = self._feedback, self.memory
+        self._refresh()
+        current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
+        feedback.temperature_c = temperature_after(feedback.temperature_c, current_a**2, seconds, self.parameters)
+        feedback.status = int(self._protection.status(memory, seconds))
+        memory.set("status", feedback.status)
+        if feedback.status & memory.get("unload_conditions") and memory.get("torque_enable"):
+            self._last_goal = None
+            memory.set("torque_enable", control.OFF)
+            self._control_written()
 
     def hold_write(self, address: int, data: bytes) -> None:
         """Keep a write until `release_write` (REG WRITE)."""
@@ -125,11 +148,14 @@ class Servo:
         self._start_over()
 
     def _start_over(self) -> None:
-        self._held = None
+        self._held = self._last_goal = None
         self.id = self.memory.get("id")
         self.frame.set_offset(self.memory.get("offset"))
         self.forget_turns()
         self._control_written()
+
+    def _refresh(self) -> None:
+        self._feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
 
     def _angle(self) -> float:
         return self._shafts.sample().angles[self._mounting.shaft]

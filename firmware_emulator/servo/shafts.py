@@ -17,6 +17,8 @@ from firmware_emulator.plant import Drive, Plant
 class Sample(NamedTuple):
     """The shafts at one tick, in command order."""
 
+    time: float
+    """s."""
     angles: list[float]
     """rad."""
     speeds: list[float]
@@ -33,7 +35,7 @@ class Shafts:
         self._plant = plant
         self._period = period
         self._sampled = -1
-        self._sample = Sample([], [], [])
+        self._sample = Sample(0.0, [], [], [])
         self._moving: dict[int, Callable[[float], float | None]] = {}
         self._ticking = False
 
@@ -46,7 +48,9 @@ class Shafts:
         tick = self.advance()
         if tick != self._sampled:
             plant = self._plant
-            self._sample = Sample(plant.angles().tolist(), plant.speeds().tolist(), plant.efforts().tolist())
+            self._sample = Sample(
+                tick * self._period, plant.angles().tolist(), plant.speeds().tolist(), plant.efforts().tolist()
+            )
             self._sampled = tick
         return self._sample
 
