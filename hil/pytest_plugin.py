@@ -6,8 +6,8 @@ the header, and the fixtures `target` and `hand`; everything heavy is imported w
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from contextlib import AbstractContextManager, ExitStack
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -17,8 +17,12 @@ if TYPE_CHECKING:
 
 IN_SOFTWARE = ("emulated", "pty")
 """Targets that need no hardware, and that any number of test processes may open at once."""
-REST_S = 1.0
-"""Time a hand gets to open between two tests, s."""
+DEFAULTS = {"--hil-firmware": "0.2.0", "--hil-unit": "reference"}
+"""What is known to exist without looking."""
+REST_WAIT_S, REST_TRIES = 0.2, 15
+"""How often an opening hand is looked at, s, and how many times at most."""
+REST_RAD_S = 0.2
+"""Shaft speed below which a hand is at rest."""
 
 _TARGET = pytest.StashKey["Target"]()
 
@@ -32,19 +36,29 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default="emulated",
         help="hand to test: emulated (default; virtual time), pty (real time), or the path or pyserial URL of a port",
     )
-    group.addoption("--hil-firmware", metavar="VERSION", default="0.2.0", help="firmware of the hand (default 0.2.0)")
+    group.addoption(
+        "--hil-firmware",
+        metavar="VERSION",
+        default=DEFAULTS["--hil-firmware"],
+        help="firmware of the hand (default 0.2.0)",
+    )
     group.addoption("--hil-hand", choices=("right", "left"), default="right", help="side (default right)")
     group.addoption(
-        "--hil-unit", metavar="UNIT", default="reference", help="emulated unit: shipped name or .toml (default reference)"
+        "--hil-unit",
+        metavar="UNIT",
+        default=DEFAULTS["--hil-unit"],
+        help="emulated unit: shipped name or .toml (default reference)",
     )
     group.addoption("--hil-seed", type=int, default=0, help="seed of the emulated hand's noise (default 0)")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Refuse a physical hand shared by several test processes."""
+    """Refuse options that cannot work, before any test process starts."""
     name = config.getoption("--hil")
     if name not in IN_SOFTWARE and getattr(config.option, "numprocesses", None):
         raise pytest.UsageError(f"--hil={name}: one program at a time can use a hand; run without -n")
+    if any(config.getoption(option) != default for option, default in DEFAULTS.items()):
+        _opener(config)
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
@@ -56,40 +70,39 @@ def pytest_report_header(config: pytest.Config) -> str | None:
 
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Open a physical hand before the first test, so that a missing one is one error and not one for every test."""
-    name = session.config.getoption("--hil")
-    wanted = any("target" in getattr(item, "fixturenames", ()) for item in session.items)
-    if name in IN_SOFTWARE or not wanted or session.config.getoption("collectonly"):
+    config = session.config
+    if config.getoption("collectonly") or not any("target" in getattr(i, "fixturenames", ()) for i in session.items):
         return
-    from hil.target import NoHandError
+    from hil.target import NoHandError  # noqa: PLC0415 - loads a physics engine
 
-    context = _open(session.config)
+    opened = ExitStack()
     try:
-        session.config.stash[_TARGET] = context.__enter__()
-    except (NoHandError, ValueError) as error:
+        config.stash[_TARGET] = opened.enter_context(_opener(config))
+    except NoHandError as error:
         raise pytest.UsageError(str(error)) from error
-    session.config.add_cleanup(lambda: context.__exit__(None, None, None))
+    config.add_cleanup(opened.close)
 
 
 @pytest.fixture(scope="session")
-def target(request: pytest.FixtureRequest) -> Iterator[Target]:
+def target(pytestconfig: pytest.Config) -> Target:
     """The hand chosen by `--hil`, opened once for the session; see `hil.Target`."""
-    if _TARGET in request.config.stash:
-        yield request.config.stash[_TARGET]
-        return
-    with _open(request.config) as opened:
-        yield opened
+    return pytestconfig.stash[_TARGET]
 
 
 @pytest.fixture
 def hand(target: Target) -> AeroHand:
     """The driver of the target's hand, commanded open and at rest."""
     target.hand.command_codes([0] * 7)
-    target.clock.sleep_until(target.clock.now() + REST_S)
-    return target.hand
+    for _ in range(REST_TRIES):
+        target.clock.sleep_until(target.clock.now() + REST_WAIT_S)
+        if all(abs(target.hand.read_speeds()) < REST_RAD_S):
+            return target.hand
+    pytest.fail(f"the hand does not come to rest within {REST_TRIES * REST_WAIT_S:g} s of opening")
 
 
-def _open(config: pytest.Config) -> Any:
-    from hil.target import open_target
+def _opener(config: pytest.Config) -> AbstractContextManager[Target]:
+    """Return the target's context manager, not yet entered."""
+    from hil.target import open_target  # noqa: PLC0415 - loads a physics engine
 
     option = config.getoption
     try:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-MATCHED_FRACTION = 0.5
+MATCHED_FRACTION = 0.8
 """A step counts as answered when the trace covers at least this part of it, in its direction."""
 
 

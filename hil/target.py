@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from aero import AeroHand
@@ -16,10 +16,9 @@ from aero.actuation import ActuationMap
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
 from aero.serial_transport import SerialTransport
-from aero.transport import Transport
 from hil.emulated import build_emulated
 from hil.pty_process import serve_in_process
-from hil.units import load_unit
+from hil.units import DEFAULT_LIMITS, Unit, load_unit
 from hil.wiretap import WireTap
 
 Side = Literal["right", "left"]
@@ -55,7 +54,7 @@ class Target:
     seed: int
     wire: WireTap
     """Everything that crossed the link since it was opened."""
-    capabilities: Mapping[str, Any] = field(default_factory=dict)
+    capabilities: Mapping[str, Any]
     """`ground_truth`: the plant (joint angles, cable tensions, slack); `electronics`: the emulated hand."""
 
     @property
@@ -94,67 +93,77 @@ def open_target(
         firmware: version that is emulated, or that the physical hand runs (no board can report its own); 0.2.0 when
             not given.
         hand: side.
-        unit: shipped name or `.toml` path of the emulated hand; a physical hand is judged as `reference` is.
+        unit: shipped name or `.toml` path of the emulated hand; a physical hand has none.
         seed: of the emulated hand's noise.
 
     Raises:
         ValueError: an unknown firmware, side or unit.
         NoHandError: nothing answers at the port, on entering the context.
     """
-    kinds: dict[str, Callable[..., AbstractContextManager[Target]]] = {"emulated": _emulated, "pty": _pty}
-    codec = ActuationMap.for_firmware(firmware or DEFAULT_FIRMWARE, hand=hand)
-    return kinds.get(target, _physical)(target, codec, firmware or DEFAULT_FIRMWARE, hand, unit, seed)
+    kinds: dict[str, Opener] = {"emulated": _emulated, "pty": _pty}
+    version = firmware or DEFAULT_FIRMWARE
+    codec = ActuationMap.for_firmware(version, hand=hand)
+    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed))
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was asked of `open_target`, checked."""
+
+    name: str
+    map: ActuationMap
+    firmware: str
+    side: Side
+    unit: Unit
+    seed: int
+
+    def granted(self, hand: AeroHand, clock: Clock, wire: WireTap, **more: Any) -> Target:
+        """Return the target, with `more` in place of what was asked."""
+        asked = {"unit": self.unit.name, "limits": self.unit.limits, "capabilities": {}} | more
+        return Target(self.name, hand, clock, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
+
+
+Opener = Callable[[Request], AbstractContextManager[Target]]
 
 
 @contextmanager
-def _emulated(name: str, codec: ActuationMap, firmware: str, side: Side, unit_name: str, seed: int) -> Iterator[Target]:
-    unit = load_unit(unit_name)
-    link, electronics, plant = build_emulated(unit, firmware=firmware, hand=side, seed=seed)
+def _emulated(request: Request) -> Iterator[Target]:
+    link, electronics, plant = build_emulated(
+        request.unit, firmware=request.firmware, hand=request.side, seed=request.seed
+    )
     capabilities = {"ground_truth": plant, "electronics": electronics}
     wire = WireTap(link, electronics.clock)
     with AeroHand(wire, electronics.clock) as hand:
-        yield Target(
-            name, hand, electronics.clock, codec, firmware, side, unit_name, unit.limits, seed, wire, capabilities
-        )
+        yield request.granted(hand, electronics.clock, wire, capabilities=capabilities)
 
 
 @contextmanager
-def _pty(name: str, codec: ActuationMap, firmware: str, side: Side, unit_name: str, seed: int) -> Iterator[Target]:
-    unit = load_unit(unit_name)
-    with serve_in_process(firmware=firmware, hand=side, unit=unit_name, seed=seed) as path, _serial(path) as wire:
-        clock = WallClock()
-        hand = AeroHand(wire, clock)
-        _require_answer(hand, name)
-        yield Target(name, hand, clock, codec, firmware, side, unit_name, unit.limits, seed, wire)
+def _pty(request: Request) -> Iterator[Target]:
+    served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
+    with served as path, _serial(path) as (hand, clock, wire):
+        yield request.granted(hand, clock, wire)
 
 
 @contextmanager
-def _physical(name: str, codec: ActuationMap, firmware: str, side: Side, _unit: str, seed: int) -> Iterator[Target]:
-    with _serial(name) as wire:
-        clock = WallClock()
-        hand = AeroHand(wire, clock)
-        _require_answer(hand, name)
-        yield Target(name, hand, clock, codec, firmware, side, PHYSICAL, load_unit("reference").limits, seed, wire)
+def _physical(request: Request) -> Iterator[Target]:
+    with _serial(request.name) as (hand, clock, wire):
+        yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS)
 
 
 @contextmanager
-def _serial(port: str) -> Iterator[WireTap]:
+def _serial(port: str) -> Iterator[tuple[AeroHand, Clock, WireTap]]:
     try:
-        transport: Transport = SerialTransport.open(port)
+        transport = SerialTransport.open(port)
     except (ConnectionError, ValueError) as error:
         raise NoHandError(
             f"no hand at {port!r}: {error} Give the hand's port (Linux: /dev/ttyACM0 or a path below "
             "/dev/serial/by-id), a pyserial URL, or `emulated` or `pty` for a hand without hardware."
         ) from error
-    wire = WireTap(transport, WallClock())
-    try:
-        yield wire
-    finally:
-        wire.close()
-
-
-def _require_answer(hand: AeroHand, name: str) -> None:
-    try:
-        hand.read_codes()
-    except (AeroError, ConnectionError) as error:
-        raise NoHandError(f"no hand answers at {name!r}: {error}") from error
+    clock = WallClock()
+    wire = WireTap(transport, clock)
+    with AeroHand(wire, clock) as hand:
+        try:
+            hand.read_codes()
+        except (AeroError, ConnectionError) as error:
+            raise NoHandError(f"no hand answers at {port!r}: {error}") from error
+        yield hand, clock, wire

@@ -20,6 +20,7 @@ from model import BuiltHandPlant
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
 def emulate(
+    *,
     firmware: str,
     hand: Literal["right", "left"],
     unit: str,

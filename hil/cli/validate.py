@@ -27,7 +27,7 @@ from hil.validation import validate as run_validation
     help="Folder for the report, the metrics and the recording.",
 )  # fmt: skip
 def validate(
-    target_name: str, firmware: str, hand: Literal["right", "left"], unit: str, seed: int, out: Path
+    *, target_name: str, firmware: str, hand: Literal["right", "left"], unit: str, seed: int, out: Path
 ) -> None:
     """Drive the hand and the simulator through one staircase and compare them.
 

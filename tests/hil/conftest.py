@@ -5,7 +5,8 @@ import pytest
 
 from hil import MissingCapabilityError
 
-SETTLE_S = 0.8
+SETTLE_S, SETTLE_TRIES = 0.4, 8
+STILL_RAD_S = 0.1
 
 
 @pytest.fixture
@@ -14,8 +15,11 @@ def settle(target):
 
     def command_and_wait(codes):
         target.hand.command_codes(codes)
-        target.clock.sleep_until(target.clock.now() + SETTLE_S)
-        return target.hand.read_codes().astype(int)
+        for _ in range(SETTLE_TRIES):
+            target.clock.sleep_until(target.clock.now() + SETTLE_S)
+            if np.all(np.abs(target.hand.read_speeds()) < STILL_RAD_S):
+                return target.hand.read_codes().astype(int)
+        pytest.fail(f"the hand still moves {SETTLE_S * SETTLE_TRIES:g} s after a command")
 
     return command_and_wait
 

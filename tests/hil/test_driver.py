@@ -19,10 +19,12 @@ def test_nonsense_is_refused_before_it_is_sent(target, hand, codes):
 
 
 def test_settings_are_acknowledged(target, hand):
+    if target.firmware == "pre":
+        pytest.skip("firmware `pre` has no speed and torque settings; run with --hil-firmware=0.1.0 or later")
     hand.set_torque(Channel.RING, 600)
     hand.set_speed(Channel.RING, 30000)
     hand.set_speed(Channel.RING, 32766)
-    hand.set_torque(Channel.RING, 1023 if target.firmware in {"pre", "0.1.0", "0.1.1"} else 700)
+    hand.set_torque(Channel.RING, 1023 if target.firmware in {"0.1.0", "0.1.1"} else 700)
 
 
 def test_map_there_and_back(target, hand, settle):
