@@ -8,6 +8,7 @@ import click
 
 COMMANDS: dict[str, str] = {
     "map": "hil.cli.map:map_command",
+    "identify": "hil.cli.identify:identify_command",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
