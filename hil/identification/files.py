@@ -86,7 +86,10 @@ def report(identification: Identification) -> dict[str, Any]:
                 "paper": (1e3 * np.ptp(paper.finger_lengths, axis=1)).tolist(),
             },
         },
-        "standard_errors": fit.standard_errors.tolist(),
+        "first_order": {
+            name: {"regression": f.coefficients.tolist(), "standard_errors": f.standard_errors.tolist()}
+            for name, f in identification.alternatives["first order"].items()
+        },
         "r_squared": {
             design: {name: f.r_squared.tolist() for name, f in fits.items()}
             for design, fits in identification.alternatives.items()

@@ -67,6 +67,13 @@ def test_settings_are_confirmed_by_the_board(hand, board):
     assert board.frames[-1] == reply(0x01, [0] * 7)
 
 
+def test_after_homing_the_first_reading_is_not_older_than_the_homing(hand, board):
+    board.replies[0x01] = lambda frame: [(4.0, reply(0x01, [0] * 7))]
+    hand.home()
+    # Two telemetry periods of the slowest firmware.
+    assert board.clock.now() >= 4.04
+
+
 @pytest.mark.parametrize(
     ("words", "error", "says"),
     [
