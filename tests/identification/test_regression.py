@@ -51,6 +51,12 @@ def test_standard_errors_hold_when_errors_go_together_within_a_sweep():
     assert np.mean(errors) == pytest.approx(np.std(estimates), rel=0.1)
 
 
+def test_with_a_constant_alone_it_is_the_standard_error_of_the_sweeps_means():
+    means = np.array([1.0, 2.0, 4.0])
+    fit = least_squares(np.ones((30, 1)), np.repeat(means, 10)[:, np.newaxis], np.repeat(np.arange(3), 10))
+    assert fit.standard_errors[0, 0] == pytest.approx(means.std(ddof=1) / np.sqrt(3))
+
+
 def test_a_channel_that_never_moved_is_no_basis_for_a_fit():
     capture = capture_of(4)
     capture.lengths[:, 5] = 0.03
