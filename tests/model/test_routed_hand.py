@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from aero.channels import FINGERS, Channel, Joint
-from model import RoutedHand
+from model import RoutedHand, build_routed
+from model.geometry.winding import WINDING
 
 RELEASED_EXTREMES = {
     Channel.INDEX: (0.061587, 0.107522),
@@ -52,9 +54,10 @@ def hand() -> RoutedHand:
 def test_cable_sweep(hand, channel):
     readings = sweep(hand, channel)
     low, high = RELEASED_EXTREMES[channel]
-    assert np.ptp(readings) == pytest.approx(high - low, abs=1e-4)
-    assert readings.min() == pytest.approx(low, abs=1e-4)
-    assert readings.max() == pytest.approx(high, abs=1e-4)
+    # Where dry friction leaves the CMC joint depends on the sweep; the others end at their stops.
+    tolerance = 1e-4 if channel is Channel.THUMB_CMC_FLEXION else 2e-6
+    assert readings.min() == pytest.approx(low, abs=tolerance)
+    assert readings.max() == pytest.approx(high, abs=tolerance)
 
 
 def test_abduction_reach(hand):
@@ -107,18 +110,16 @@ def test_start_is_rest(hand):
 
 
 def test_readings_belong_to_the_present(hand):
-    """Advancing in one go or step by step reads the same, without the sensors' one-step lag."""
+    """In motion, the readings are those of the present joint angles, without the sensors' one-step lag."""
     hand.reset()
-    goal = hand.command_range.mean(axis=1)
-    hand.command(goal)
-    hand.advance(0.2)
-    together = hand.lengths()
-    hand.reset()
-    hand.command(goal)
-    for _ in range(20):
-        hand.advance(0.01)
-    assert np.array_equal(hand.lengths(), together)
-    assert hand.lengths()[Channel.THUMB_ABDUCTION] == hand.joint_angles()[Joint.THUMB_ABDUCTION]
+    hand.command(hand.command_range.mean(axis=1))
+    hand.advance(0.05)
+    model = build_routed().compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = hand.joint_angles()
+    mujoco.mj_forward(model, data)
+    expected = [data.sensor(channel.label).data[0] for channel in Channel]
+    assert hand.lengths() == pytest.approx(expected, abs=1e-12)
 
 
 @settings(max_examples=15, deadline=None)
@@ -155,3 +156,32 @@ def test_bad_commands_are_refused_and_change_nothing(hand, command, message):
 def test_bad_durations_are_refused(hand, seconds):
     with pytest.raises(ValueError, match="whole number"):
         hand.advance(seconds)
+
+
+def test_thumb_regression_is_that_of_the_released_model():
+    """A 10 x 10 sweep of the two thumb cables: joints over cable lengths, and CAD travel over each cable's length."""
+    hand = RoutedHand()
+    command = extended_command(hand)
+    command[Channel.THUMB_ABDUCTION] = 0.8
+    hand.command(command)
+    hand.advance(1.0)
+    lengths, angles = [], []
+    flexor_goals = np.linspace(*hand.command_range[Channel.THUMB_FLEXOR][::-1], 10)
+    for row, cmc in enumerate(np.linspace(*hand.command_range[Channel.THUMB_CMC_FLEXION][::-1], 10)):
+        for flexor in flexor_goals if row % 2 == 0 else flexor_goals[::-1]:
+            command[[Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]] = cmc, flexor
+            hand.command(command)
+            hand.advance(0.6)
+            lengths.append(hand.lengths()[[Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]])
+            angles.append(hand.joint_angles()[Joint.THUMB_CMC :])
+    inputs, outputs = np.column_stack([lengths, np.ones(100)]), np.array(angles)
+    rows, residuals, *_ = np.linalg.lstsq(inputs, outputs, rcond=None)
+    r_squared = 1 - residuals / ((outputs - outputs.mean(axis=0)) ** 2).sum(axis=0)
+
+    assert rows[:, 0] == pytest.approx([-77.8, -0.02, 2.995], abs=0.1)
+    assert rows[:, 1] == pytest.approx([-12.2, -55.9, 6.63], rel=0.03)
+    assert np.all(r_squared > [0.9997, 0.9991, 0.9991])
+    cmc_travel = WINDING[Channel.THUMB_CMC_FLEXION][Joint.THUMB_CMC] * outputs[:, 0]
+    flexor_travel = outputs @ [WINDING[Channel.THUMB_FLEXOR][Joint(j)] for j in range(Joint.THUMB_CMC, 16)]
+    assert 1e3 * np.polyfit(inputs[:, 0], cmc_travel, 1) == pytest.approx([-972.5, 37.4], rel=2e-3)
+    assert 1e3 * np.polyfit(inputs[:, 1], flexor_travel, 1) == pytest.approx([-1222.0, 135.2], rel=2e-3)
