@@ -158,6 +158,12 @@ def test_acknowledged_settings_are_never_repeated(hand, board):
     assert len(board.frames) == 1
 
 
+def test_a_firmware_that_does_not_know_a_setting_is_suspected(hand, board):
+    board.replies[0x31] = lambda frame: []
+    with pytest.raises(LinkTimeoutError, match="too old for SET_SPE"):
+        hand.set_speed(Channel.INDEX, 2400)
+
+
 def test_a_silent_board_is_a_time_out_within_the_time_given(hand, board):
     board.replies[0x22] = lambda frame: []
     with pytest.raises(LinkTimeoutError, match=r"mini board: no reply to GET_POS within 0.1 s, asked 3 times.*homing"):
