@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from aero.channels import FINGERS, Channel
+from aero.channels import Channel
+from hil.simulator import Simulator
 
 Floats = NDArray[np.float64]
 
@@ -25,32 +26,11 @@ GRID_HOLD_S = 0.6
 """From one grid node to rest at the next."""
 
 
-class Simulator(Protocol):
-    """What is asked of a simulated hand; `model.RoutedHand` is one."""
-
-    @property
-    def command_range(self) -> Floats:
-        """Admissible commands, (7, 2) float, m and rad, command order."""
-        ...
-
-    def reset(self) -> None:
-        """Return to rest in the extended pose."""
-        ...
-
-    def command(self, lengths: ArrayLike) -> None:
-        """Set the goals, (7,) float, m and rad."""
-        ...
-
-    def advance(self, seconds: float) -> None:
-        """Integrate for `seconds`."""
-        ...
-
-    def lengths(self) -> Floats:
-        """Return the sensors, (7,) float, m and rad."""
-        ...
+class JointedSimulator(Simulator, Protocol):
+    """A simulator that also tells its joint angles."""
 
     def joint_angles(self) -> Floats:
-        """Return the joints, (16,) float, rad."""
+        """Return the joints, (16,) rad."""
         ...
 
 
@@ -77,7 +57,7 @@ def joined(captures: Iterable[Capture]) -> Capture:
     )
 
 
-def staircase(hand: Simulator, channel: Channel) -> Capture:
+def staircase(hand: JointedSimulator, channel: Channel) -> Capture:
     """Step one channel over its command range and back in 20 equal levels, the others open; 50 samples a second."""
     goal = _open(hand)
     opened, closed = _ends(hand, channel)
@@ -95,12 +75,12 @@ def staircase(hand: Simulator, channel: Channel) -> Capture:
     return _capture(samples)
 
 
-def thumb_staircases(hand: Simulator) -> Capture:
+def thumb_staircases(hand: JointedSimulator) -> Capture:
     """Sweep the three thumb channels, one at a time; the capture that the coefficients are identified on."""
     return joined(staircase(hand, channel) for channel in THUMB)
 
 
-def thumb_grid(hand: Simulator, abduction: float) -> Capture:
+def thumb_grid(hand: JointedSimulator, abduction: float) -> Capture:
     """Settle at the 10 x 10 nodes over both thumb cables' command ranges, abduction (rad) held.
 
     One sweep a level of the CMC cable, (100, ...) samples in all, both cables from open to closed.
@@ -123,25 +103,13 @@ def thumb_grid(hand: Simulator, abduction: float) -> Capture:
     return joined(rows)
 
 
-def finger_intervals(hand: Simulator) -> tuple[tuple[float, float], ...]:
-    """Return each finger cable's shortest and longest settled reading over a sweep of its own actuator, m.
-
-    Readings on the move are left out: a finger passes its stop by up to 0.2 mm before it settles there.
-    """
-    intervals = []
-    for finger in FINGERS:
-        readings = staircase(hand, finger).lengths[SAMPLES_A_LEVEL - 1 :: SAMPLES_A_LEVEL, finger]
-        intervals.append((float(readings.min()), float(readings.max())))
-    return tuple(intervals)
-
-
-def _open(hand: Simulator) -> Floats:
+def _open(hand: JointedSimulator) -> Floats:
     """Reset the hand and return the command that holds it open."""
     hand.reset()
     return np.clip(hand.lengths(), *hand.command_range.T)
 
 
-def _ends(hand: Simulator, channel: Channel) -> tuple[float, float]:
+def _ends(hand: JointedSimulator, channel: Channel) -> tuple[float, float]:
     low, high = hand.command_range[channel]
     return (low, high) if channel == Channel.THUMB_ABDUCTION else (high, low)
 

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 from aero.actuation import stages
 from aero.actuation.coefficients import Coefficients, load_coefficients
-from aero.channels import Channel, Joint
+from aero.channels import FINGERS, Channel, Joint
 from hil.identification.captures import (
     Capture,
-    Simulator,
-    finger_intervals,
+    JointedSimulator,
     joined,
     thumb_grid,
     thumb_staircases,
 )
 from hil.identification.regression import DESIGNS, Fit, least_squares, regressors
+from hil.reach import calibrated_range
 
 Floats = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class Identification:
     """Coefficient set to capture to residuals."""
 
 
-def identify(hand: Simulator, progress: Callable[[str], None] = lambda _: None) -> Identification:
+def identify(hand: JointedSimulator, progress: Callable[[str], None] = lambda _: None) -> Identification:
     """Sweep a hand and fit the map's coefficients; the mechanism's winding radii are the paper's.
 
     Args:
@@ -76,7 +76,7 @@ def identify(hand: Simulator, progress: Callable[[str], None] = lambda _: None) 
     """
     paper = load_coefficients("paper")
     progress("finger sweeps")
-    intervals = finger_intervals(hand)
+    intervals = calibrated_range(hand)[list(FINGERS)]
     progress("thumb staircases")
     staircases = thumb_staircases(hand)
     progress("thumb grids over abduction")
@@ -92,7 +92,7 @@ def identify(hand: Simulator, progress: Callable[[str], None] = lambda _: None) 
         paper,
         name="identified",
         source="aero-hil identify on this project's routed hand; winding radii as in 'paper'",
-        finger_lengths=intervals,
+        finger_lengths=tuple(tuple(ends) for ends in intervals.tolist()),
         thumb_regression=tuple(tuple(row) for row in regression.coefficients.tolist()),
         thumb_gain=tuple(float(fit.coefficients[0, 0]) for fit in inverse),
         thumb_offset=tuple(float(fit.coefficients[0, 1]) for fit in inverse),

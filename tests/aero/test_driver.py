@@ -1,4 +1,5 @@
 import struct
+import threading
 
 import numpy as np
 import pytest
@@ -260,3 +261,23 @@ def test_leaving_the_context_closes_the_link(board):
     with AeroHand(board, board.clock) as hand:
         assert hand.name == "mini board"
     assert board.closed
+
+
+def test_threads_take_turns(board):
+    hand = AeroHand(board, board.clock)
+    both_inside, met, answer = threading.Barrier(2), [], board.answer
+
+    def slow_answer(frame):
+        try:
+            met.append(both_inside.wait(0.05))
+        except threading.BrokenBarrierError:
+            return answer(frame)
+        return answer(frame)
+
+    board.replies[0x22] = slow_answer
+    threads = [threading.Thread(target=hand.read_codes) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not met

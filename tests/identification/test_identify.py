@@ -113,7 +113,9 @@ def test_the_simulator_has_no_abduction_coupling():
     assert np.abs(cables).max() < 1e-9
 
 
-def test_the_command_leaves_coefficients_report_and_figure(tmp_path):
+def test_the_command_leaves_coefficients_report_and_figure(result, tmp_path, monkeypatch):
+    # Sweeping again would show nothing new.
+    monkeypatch.setattr("hil.cli.identify.identify", lambda hand, progress: result)
     outcome = CliRunner().invoke(identify_command, ["--out", str(tmp_path / "new"), "--figure", "png"])
     assert outcome.exit_code == 0, outcome.output
     assert "MCP by flexor cable" in outcome.output
