@@ -34,8 +34,8 @@ def draw_thumb_figure(identification: Identification, path: Path) -> None:
     fitted = grid.joints[:, FLEXION] - fit.residuals
     figure = Figure(figsize=(11.0, 7.6), layout="constrained")
     (cmc_axes, mcp_axes), (paper_axes, own_axes) = figure.subplots(2, 2)
-    _panel(figure, cmc_axes, grid, fitted[:, 0], _CMC, by_rows=False)
-    _panel(figure, mcp_axes, grid, fitted[:, 1], _FLEXOR, by_rows=True)
+    _panel(figure, cmc_axes, grid, Joint.THUMB_CMC, fitted[:, 0])
+    _panel(figure, mcp_axes, grid, Joint.THUMB_MCP, fitted[:, 1])
     cmc_axes.set(title="(a) CMC flexion joint", xlabel="CMC flexion cable [mm]", ylabel="angle [rad]")
     mcp_axes.set(title="(b) MCP joint (IP coincides)", xlabel="flexor cable [mm]", ylabel="angle [rad]")
     limit_mrad = 1e3 * max(
@@ -63,14 +63,16 @@ def draw_thumb_figure(identification: Identification, path: Path) -> None:
         figure.savefig(path, dpi=150, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
-def _panel(figure: Figure, axes: Axes, grid: Capture, fitted: Floats, cable: Channel, *, by_rows: bool) -> None:
-    """Draw one joint against its own cable, a shade a level of the other; the cable shortens to the right."""
-    joint = Joint.THUMB_MCP if by_rows else Joint.THUMB_CMC
-    other = _CMC if by_rows else _FLEXOR
+def _panel(figure: Figure, axes: Axes, grid: Capture, joint: Joint, fitted: Floats) -> None:
+    """Draw one joint against its own cable, a curve a level of the other; the cable shortens to the right."""
+    cable, other = (_CMC, _FLEXOR) if joint == Joint.THUMB_CMC else (_FLEXOR, _CMC)
     lengths, others, angles, model = (
-        values.reshape(GRID_LEVELS, GRID_LEVELS) if by_rows else values.reshape(GRID_LEVELS, GRID_LEVELS).T
+        values.reshape(GRID_LEVELS, GRID_LEVELS)
         for values in (grid.lengths[:, cable], grid.lengths[:, other], grid.joints[:, joint], fitted)
     )
+    if other == _FLEXOR:
+        # The grid's rows are levels of the CMC cable.
+        lengths, others, angles, model = lengths.T, others.T, angles.T, model.T
     shades = mpl.colormaps["viridis"].resampled(GRID_LEVELS + 1)
     levels_mm = 1e3 * others.mean(axis=1)
     scale = mpl.colors.Normalize(levels_mm.min(), levels_mm.max())

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from aero.actuation.coefficients import load_coefficients
-from aero.channels import Channel
+from aero.channels import FINGERS
 from hil.identification.captures import GRID_LEVELS, SAMPLE_S, SAMPLES_A_LEVEL, STAIRCASE_LEVELS
 from hil.identification.identify import Identification, first_order_off_limit, spread_over_cmc_levels
 
@@ -130,7 +130,7 @@ def table(identification: Identification) -> list[tuple[str, str, str, str]]:
         rows.append(
             (f"{cable} offset, mm", f"{1e3 * ours:.2f}", f"{1e3 * theirs:.2f}", f"{1e3 * (ours - theirs):+.2f} mm")
         )
-    for finger, ours_ends, their_ends in zip(Channel, found.finger_lengths, paper.finger_lengths, strict=False):
+    for finger, ours_ends, their_ends in zip(FINGERS, found.finger_lengths, paper.finger_lengths, strict=True):
         ours, theirs = np.ptp(ours_ends) * 1e3, np.ptp(their_ends) * 1e3
         rows.append((f"{finger.label} excursion, mm", f"{ours:.2f}", f"{theirs:.2f}", f"{ours - theirs:+.2f} mm"))
     return rows
