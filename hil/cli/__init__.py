@@ -10,6 +10,7 @@ COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
+    "identify": "hil.cli.identify:identify_command",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
