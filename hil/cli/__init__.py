@@ -6,7 +6,13 @@ from importlib import import_module
 
 import click
 
-COMMANDS: dict[str, str] = {"servos": "hil.cli.servos:servos"}
+COMMANDS: dict[str, str] = {
+    "validate": "hil.cli.validate:validate",
+    "emulate": "hil.cli.emulate:emulate",
+    "map": "hil.cli.map:map_command",
+    "identify": "hil.cli.identify:identify_command",
+    "servos": "hil.cli.servos:servos",
+}
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
 
