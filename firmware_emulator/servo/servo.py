@@ -164,6 +164,8 @@ class Servo:
         wanted = Settings.of(self.memory)
         if wanted == self._wanted:
             return
+        if wanted.enable and not self._wanted.enable:
+            self._protection.release()
         self._wanted = wanted
         if wanted.enable == control.OFF:
             # Nothing that was on its way to the loop may switch the torque on again.

@@ -13,7 +13,7 @@ from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import ideal_zeros
-from tests.firmware_emulator.conftest import CLOSED_DEG, frame, stopped_bench
+from tests.firmware_emulator.conftest import AT_STOPS, CLOSED_DEG, frame, stopped_bench
 
 SLOW = ("pre", "0.1.0", "0.1.1", "0.1.2")
 FAST = ("0.1.3", "0.1.4", "0.1.5", "0.2.0")
@@ -51,8 +51,7 @@ def home(host, timeout=200.0):
 
 def contacts(host):
     """What each servo reads at its rigid stop, counts by ID."""
-    stops = [0.0 if shaft == 4 else math.radians(CLOSED_DEG[shaft]) for shaft in SHAFT_OF_SERVO]
-    return [servo.frame.counts(stop) for servo, stop in zip(host.hand.servos, stops, strict=True)]
+    return [servo.frame.counts(AT_STOPS[shaft]) for servo, shaft in zip(host.hand.servos, SHAFT_OF_SERVO, strict=True)]
 
 
 def signed(word):
@@ -173,8 +172,7 @@ def fold_fingers(lines):
 @pytest.mark.parametrize("version", SLOW)
 def test_slow_homing_says_what_the_version_says(make_host, bus_log, version):
     # Every shaft stands at its stop, so that nothing has to be searched for long.
-    angles = [0.0 if shaft == 4 else math.radians(closed) for shaft, closed in enumerate(CLOSED_DEG)]
-    host = make_host(plant=stopped_bench(angles), firmware=version, start="reset")
+    host = make_host(plant=stopped_bench(AT_STOPS), firmware=version, start="reset")
     host.wait(0.5)
     host.link.discard_input()
     bus_log.clear()
@@ -251,7 +249,7 @@ def test_a_limit_below_the_threshold_makes_its_channel_search_until_time_is_up(m
 
 
 @pytest.mark.parametrize(
-    ("version", "worst"), [("0.2.0", 42.55), ("0.1.3", 42.55), pytest.param("0.1.0", 193.56, marks=pytest.mark.slow)]
+    ("version", "worst"), [("0.2.0", 42.55), pytest.param("0.1.0", 193.56, marks=pytest.mark.slow)]
 )
 def test_worst_case_duration(make_host, version, worst):
     host = make_host(plant=Still(), firmware=version)
