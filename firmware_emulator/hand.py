@@ -115,13 +115,13 @@ class EmulatedHand:
             self._board.start(boot.resume(self._board))
             self.clock.sleep_until(SETTLE_S)
         elif start != "bare":
-            self._board.start(boot.run(self._board, start))
+            self.reset(start)
 
     def reset(self, cause: boot.ResetCause = "reset") -> None:
         """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns."""
         if cause == "power_on":
             for servo in self.servos:
-                servo.reboot()
+                servo.power_up()
         self._board.stop()
         self._board = self._new_board(UartMaster(self.bus))
         self._board.start(boot.run(self._board, cause))

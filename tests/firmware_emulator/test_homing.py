@@ -248,9 +248,8 @@ def test_a_limit_below_the_threshold_makes_its_channel_search_until_time_is_up(m
     assert 12.0 < home(host) < 15.0
 
 
-@pytest.mark.parametrize(
-    ("version", "worst"), [("0.2.0", 42.55), pytest.param("0.1.0", 193.56, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("version", "worst"), [("0.2.0", 42.55), ("0.1.0", 193.56)])
 def test_worst_case_duration(make_host, version, worst):
     host = make_host(plant=Still(), firmware=version)
     assert home(host) == pytest.approx(worst, abs=0.2)
@@ -280,13 +279,16 @@ def test_frames_sent_while_homing_run_afterwards_and_telemetry_stands_still(make
     assert host.link.read(16 * 21, 10.0) == frame("01") + before * 16
 
 
-def test_speed_on_virtual_time(make_host):
+@pytest.mark.parametrize(
+    ("version", "low", "high", "budget"),
+    [("0.2.0", 3.0, 5.0, 0.5), pytest.param("0.1.0", 50.0, 60.0, 5.0, marks=pytest.mark.slow)],
+)
+def test_speed_on_virtual_time(make_host, version, low, high, budget):
     """The 57 s of 0.1.0 in under 5 s of processor time; the 4 s of 0.2.0 in under half a second."""
-    for version, low, high, budget in (("0.1.0", 50, 60, 5.0), ("0.2.0", 3.0, 5.0, 0.5)):
-        host = make_host(plant=stopped_bench(), firmware=version)
-        start = time.process_time()
-        assert low < home(host) < high
-        assert time.process_time() - start < budget
+    host = make_host(plant=stopped_bench(), firmware=version)
+    start = time.process_time()
+    assert low < home(host) < high
+    assert time.process_time() - start < budget
 
 
 NO_SHRINKING = [Phase.explicit, Phase.reuse, Phase.generate]
@@ -303,8 +305,7 @@ def check_contacts(make_host, version, hand, posture, zeros):
         start="reset",
         encoder_zeros=[a + b for a, b in zip(ideal_zeros(hand), zeros, strict=True)],
     )
-    # Long enough for the homing that 0.1.3 does at every boot.
-    host.wait(8.0)
+    host.wait(0.5)
     host.link.discard_input()
     home(host)
     return contacts(host)
@@ -318,10 +319,13 @@ def test_slow_homing_ends_with_every_contact_within_a_count_of_the_table(make_ho
     assert all(abs(a - b) <= 1 for a, b in zip(found, CONTACT[hand], strict=True)), found
 
 
-@settings(max_examples=8, deadline=None, phases=NO_SHRINKING)
-@given(version=st.sampled_from(FAST), hand=st.sampled_from(["right", "left"]), posture=POSTURES, zeros=ZEROS)
+@settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
+@given(version=st.sampled_from(FAST[1:]), hand=st.sampled_from(["right", "left"]), posture=POSTURES, zeros=ZEROS)
 def test_fast_homing_does_not_wait_for_the_half_turn(make_host, version, hand, posture, zeros):
-    """The thumb base is exact; flexor and fingers are calibrated on the way, short of the half turn, all alike."""
+    """The thumb base is exact; flexor and fingers are calibrated on the way, short of the half turn, all alike.
+
+    Without 0.1.3, which has the plan of 0.1.4 and would home at the boot before.
+    """
     found = check_contacts(make_host, version, hand, posture, zeros)
     assert all(abs(a - b) <= 1 for a, b in zip(found[:2], CONTACT[hand][:2], strict=True)), found
     # 250 and 300 ms at 8286 counts/s, less dead time and start: what is missing shows as a contact on the open side.
