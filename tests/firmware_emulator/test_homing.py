@@ -13,6 +13,7 @@ from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import ideal_zeros
+from firmware_emulator.servo.parameters import HLS3606M
 from tests.firmware_emulator.conftest import AT_STOPS, CLOSED_DEG, frame, stopped_bench
 
 SLOW = ("pre", "0.1.0", "0.1.1", "0.1.2")
@@ -297,9 +298,9 @@ POSTURES = st.tuples(*[st.floats(0, math.radians(closed)) for closed in CLOSED_D
 ZEROS = st.tuples(*[st.floats(-2000, 2000)] * 7)
 
 
-def check_contacts(make_host, version, hand, posture, zeros):
+def check_contacts(make_host, version, hand, posture, zeros, friction=0.004):
     host = make_host(
-        plant=stopped_bench(posture),
+        plant=stopped_bench(posture, friction=friction),
         firmware=version,
         hand=hand,
         start="reset",
@@ -313,10 +314,21 @@ def check_contacts(make_host, version, hand, posture, zeros):
 
 @pytest.mark.slow
 @settings(max_examples=12, deadline=None, phases=NO_SHRINKING)
-@given(version=st.sampled_from(SLOW), hand=st.sampled_from(["right", "left"]), posture=POSTURES, zeros=ZEROS)
-def test_slow_homing_ends_with_every_contact_within_a_count_of_the_table(make_host, version, hand, posture, zeros):
-    found = check_contacts(make_host, version, hand, posture, zeros)
-    assert all(abs(a - b) <= 1 for a, b in zip(found, CONTACT[hand], strict=True)), found
+@given(
+    version=st.sampled_from(SLOW),
+    hand=st.sampled_from(["right", "left"]),
+    posture=POSTURES,
+    zeros=ZEROS,
+    friction=st.floats(0.003, 0.04),
+)
+def test_slow_homing_ends_with_every_contact_within_a_count_of_the_table(
+    make_host, version, hand, posture, zeros, friction
+):
+    """One count, and for flexor and fingers what a loop without integral leaves of the half turn in friction."""
+    found = check_contacts(make_host, version, hand, posture, zeros, friction)
+    left = math.ceil(friction / (HLS3606M.stall_torque * HLS3606M.duty_per_count))
+    for channel, (reading, table) in enumerate(zip(found, CONTACT[hand], strict=True)):
+        assert abs(reading - table) <= 1 + (left if channel >= 2 else 0), found
 
 
 @settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
