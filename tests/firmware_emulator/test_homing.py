@@ -319,16 +319,20 @@ def check_contacts(make_host, version, hand, posture, zeros, friction=0.004):
     hand=st.sampled_from(["right", "left"]),
     posture=POSTURES,
     zeros=ZEROS,
-    friction=st.floats(0.003, 0.04),
+    friction=st.sampled_from([0.003, 0.0045, 0.01, 0.02, 0.04]),
 )
 def test_slow_homing_ends_with_every_contact_within_a_count_of_the_table(
     make_host, version, hand, posture, zeros, friction
 ):
-    """One count, and for flexor and fingers what a loop without integral leaves of the half turn in friction."""
+    """One count without friction to speak of.
+
+    In friction a loop without integral stops short of the half turn of flexor and fingers, by more than one reading's
+    rounding can hide: that much and one more count.
+    """
     found = check_contacts(make_host, version, hand, posture, zeros, friction)
-    left = math.ceil(friction / (HLS3606M.stall_torque * HLS3606M.duty_per_count))
-    for channel, (reading, table) in enumerate(zip(found, CONTACT[hand], strict=True)):
-        assert abs(reading - table) <= 1 + (left if channel >= 2 else 0), found
+    short = friction / (HLS3606M.stall_torque * HLS3606M.duty_per_count)
+    bounds = [1, 1, *[1 if short < 0.9 else 2 + short] * 5]
+    assert all(abs(a - b) <= bound for a, b, bound in zip(found, CONTACT[hand], bounds, strict=True)), found
 
 
 @settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
