@@ -48,6 +48,21 @@ def test_set_id_of_the_one_servo_on_the_bus(make_host, bus_log):
     ]
 
 
+def test_set_id_caps_the_limit_and_takes_any_id(make_host):
+    host = make_host(firmware="0.1.0")
+    host.hand.bus.servos = host.hand.bus.servos[:1]
+    host.link.write(frame("02 00 FD 12 FF FF"))
+    assert host.link.read(16, 5.0) == frame("02 00 00 00 FD 00 FF 03")
+
+
+def test_set_id_without_a_servo_scans_all_ids_in_vain(make_host):
+    host = make_host(firmware="0.1.0")
+    host.hand.bus.servos.clear()
+    start = host.hand.clock.now()
+    assert host.ask(0x02, 3, 1023, timeout=5.0) == frame("02 00 FF 00 03 00")
+    assert 2.6 <= host.hand.clock.now() - start <= 2.8
+
+
 def test_sync_read_of_the_telemetry(make_host, bus_log):
     make_host(firmware="0.1.0").wait(0.02)
     assert bus_log[-1][1] == bytes.fromhex("FF FF FE 0B 82 38 0F 00 01 02 03 04 05 06 18")

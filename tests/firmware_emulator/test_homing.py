@@ -236,10 +236,14 @@ def test_homing_at_boot_depends_on_the_cause_of_the_reset(make_host, bus_log, ve
 
 
 def test_a_wrong_current_limit_is_repaired_and_the_torque_stays_off(make_host):
-    host = make_host(plant=stopped_bench(), firmware="0.1.5")
-    host.hand.servos[4].memory.set("protection_current", 1000)
-    home(host)
-    memory = host.hand.servos[4].memory
+    host = make_host(plant=stopped_bench(), firmware="0.1.5", start="reset")
+    servo = host.hand.servos[4]
+    servo.write(55, b"\0")
+    servo.write(28, (1000).to_bytes(2, "little"))
+    # At boot, where no telemetry task races the repair.
+    host.hand.reset("power_on")
+    host.wait(6.0)
+    memory = servo.memory
     assert (memory.get("protection_current"), memory.get("torque_enable"), memory.get("lock")) == (1023, 0, 1)
 
 
