@@ -51,6 +51,10 @@ class Recorder:
         self._times.setdefault(name, []).append(t - self.start)
         self._rows.setdefault(name, []).append(row)
 
+    def has(self, name: str) -> bool:
+        """Whether a series has a sample yet."""
+        return name in self._rows
+
     def derive(self, name: str, source: str, convert: Callable[[NDArray[Any]], NDArray[Any]]) -> None:
         """Add a whole series, computed from all samples (n, 7) of another and at its times."""
         self._times[name] = self._times[source]
@@ -68,7 +72,8 @@ class Recorder:
             target=target.name,
             hand=target.side,
             firmware=target.firmware,
-            map=target.map.describe(),
+            map=target.map.coefficients.name,
+            window=target.map.window.name,
             unit=target.unit,
             seed=target.seed,
             parameters=dict(parameters),
