@@ -11,6 +11,7 @@ COMMANDS: dict[str, str] = {
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
     "identify": "hil.cli.identify:identify_command",
+    "servos": "hil.cli.servos:servos",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 

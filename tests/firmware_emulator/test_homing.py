@@ -13,7 +13,7 @@ from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import ideal_zeros
-from tests.firmware_emulator.conftest import CLOSED_DEG, frame, stopped_bench
+from tests.firmware_emulator.conftest import AT_STOPS, CLOSED_DEG, frame, stopped_bench
 
 SLOW = ("pre", "0.1.0", "0.1.1", "0.1.2")
 FAST = ("0.1.3", "0.1.4", "0.1.5", "0.2.0")
@@ -51,8 +51,7 @@ def home(host, timeout=200.0):
 
 def contacts(host):
     """What each servo reads at its rigid stop, counts by ID."""
-    stops = [0.0 if shaft == 4 else math.radians(CLOSED_DEG[shaft]) for shaft in SHAFT_OF_SERVO]
-    return [servo.frame.counts(stop) for servo, stop in zip(host.hand.servos, stops, strict=True)]
+    return [servo.frame.counts(AT_STOPS[shaft]) for servo, shaft in zip(host.hand.servos, SHAFT_OF_SERVO, strict=True)]
 
 
 def signed(word):
@@ -83,7 +82,8 @@ def script(log):
     search = ("15536", "read 69+2", "read 56+2")
     folded = []
     for is_search, run in groupby(lines, lambda line: any(part in line for part in search)):
-        folded += sorted({line for line in run if "15536" in line or not is_search}) if is_search else run
+        said = list(run)
+        folded += sorted({line for line in said if "15536" in line}) if is_search else said
     return folded
 
 
@@ -92,9 +92,8 @@ def calibration(servo):
 
 
 def limits(servo, low, high):
-    return [f"{servo} torque 0", f"{servo} lock 0", f"{servo} min {low}", f"{servo} max {high}", f"{servo} lock 1"] + [
-        f"{servo} torque 1"
-    ]
+    said = ("torque 0", "lock 0", f"min {low}", f"max {high}", "lock 1", "torque 1")
+    return [f"{servo} {what}" for what in said]
 
 
 def begin(servo, *, opened):
@@ -129,7 +128,7 @@ def fast_script(version):
     ends = [797 if shifted else 910, 3344 if shifted else 3231, 1740, *[3278] * 4]
     lines = []
     for servo in (0, 1, 2):
-        lines += begin(servo, opened=True) + [f"{servo} goal {goals[servo]} 2400/0 950"]
+        lines += [*begin(servo, opened=True), f"{servo} goal {goals[servo]} 2400/0 950"]
         lines += [f"{servo} goal * 2400/0 1000", *calibration(servo)]
         lines += [f"{servo} goal * 2400/0 1000", *calibration(servo)] if servo == 2 else []
         lines += [f"{servo} goal {ends[servo]} 2400/0 1000"]
@@ -173,8 +172,7 @@ def fold_fingers(lines):
 @pytest.mark.parametrize("version", SLOW)
 def test_slow_homing_says_what_the_version_says(make_host, bus_log, version):
     # Every shaft stands at its stop, so that nothing has to be searched for long.
-    angles = [0.0 if shaft == 4 else math.radians(closed) for shaft, closed in enumerate(CLOSED_DEG)]
-    host = make_host(plant=stopped_bench(angles), firmware=version, start="reset")
+    host = make_host(plant=stopped_bench(AT_STOPS), firmware=version, start="reset")
     host.wait(0.5)
     host.link.discard_input()
     bus_log.clear()
@@ -250,9 +248,8 @@ def test_a_limit_below_the_threshold_makes_its_channel_search_until_time_is_up(m
     assert 12.0 < home(host) < 15.0
 
 
-@pytest.mark.parametrize(
-    ("version", "worst"), [("0.2.0", 42.55), ("0.1.3", 42.55), pytest.param("0.1.0", 193.56, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("version", "worst"), [("0.2.0", 42.55), ("0.1.0", 193.56)])
 def test_worst_case_duration(make_host, version, worst):
     host = make_host(plant=Still(), firmware=version)
     assert home(host) == pytest.approx(worst, abs=0.2)
@@ -264,9 +261,8 @@ def test_an_empty_bus_homes_with_success(make_host, bus_log, version, duration):
     host.hand.bus.servos.clear()
     bus_log.clear()
     assert home(host) == pytest.approx(duration, rel=0.05)
-    goals = {packet[6:8] for _, packet in bus_log if packet[4:6] == b"\x03\x29" if packet[6:8] != b""}
-    junk = {bytes.fromhex(text)[1:] for text in ("00 FF FF", "00 FF F7", "00 01 78")}
-    assert junk <= {packet[7:9] for _, packet in bus_log if packet[4:6] == b"\x03\x29"} and goals
+    goals = {packet[7:9].hex() for _, packet in bus_log if packet[4:6] == b"\x03\x29"}
+    assert {"ffff", "fff7", "0178"} <= goals
 
 
 def test_frames_sent_while_homing_run_afterwards_and_telemetry_stands_still(make_host):
@@ -283,13 +279,16 @@ def test_frames_sent_while_homing_run_afterwards_and_telemetry_stands_still(make
     assert host.link.read(16 * 21, 10.0) == frame("01") + before * 16
 
 
-def test_speed_on_virtual_time(make_host):
+@pytest.mark.parametrize(
+    ("version", "low", "high", "budget"),
+    [("0.2.0", 3.0, 5.0, 0.5), pytest.param("0.1.0", 50.0, 60.0, 5.0, marks=pytest.mark.slow)],
+)
+def test_speed_on_virtual_time(make_host, version, low, high, budget):
     """The 57 s of 0.1.0 in under 5 s of processor time; the 4 s of 0.2.0 in under half a second."""
-    for version, low, high, budget in (("0.1.0", 50, 60, 5.0), ("0.2.0", 3.0, 5.0, 0.5)):
-        host = make_host(plant=stopped_bench(), firmware=version)
-        start = time.process_time()
-        assert low < home(host) < high
-        assert time.process_time() - start < budget
+    host = make_host(plant=stopped_bench(), firmware=version)
+    start = time.process_time()
+    assert low < home(host) < high
+    assert time.process_time() - start < budget
 
 
 NO_SHRINKING = [Phase.explicit, Phase.reuse, Phase.generate]
@@ -306,8 +305,7 @@ def check_contacts(make_host, version, hand, posture, zeros):
         start="reset",
         encoder_zeros=[a + b for a, b in zip(ideal_zeros(hand), zeros, strict=True)],
     )
-    # Long enough for the homing that 0.1.3 does at every boot.
-    host.wait(8.0)
+    host.wait(0.5)
     host.link.discard_input()
     home(host)
     return contacts(host)
@@ -321,10 +319,13 @@ def test_slow_homing_ends_with_every_contact_within_a_count_of_the_table(make_ho
     assert all(abs(a - b) <= 1 for a, b in zip(found, CONTACT[hand], strict=True)), found
 
 
-@settings(max_examples=8, deadline=None, phases=NO_SHRINKING)
-@given(version=st.sampled_from(FAST), hand=st.sampled_from(["right", "left"]), posture=POSTURES, zeros=ZEROS)
+@settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
+@given(version=st.sampled_from(FAST[1:]), hand=st.sampled_from(["right", "left"]), posture=POSTURES, zeros=ZEROS)
 def test_fast_homing_does_not_wait_for_the_half_turn(make_host, version, hand, posture, zeros):
-    """The thumb base is exact; flexor and fingers are calibrated on the way, short of the half turn, all alike."""
+    """The thumb base is exact; flexor and fingers are calibrated on the way, short of the half turn, all alike.
+
+    Without 0.1.3, which has the plan of 0.1.4 and would home at the boot before.
+    """
     found = check_contacts(make_host, version, hand, posture, zeros)
     assert all(abs(a - b) <= 1 for a, b in zip(found[:2], CONTACT[hand][:2], strict=True)), found
     # 250 and 300 ms at 8286 counts/s, less dead time and start: what is missing shows as a contact on the open side.
