@@ -16,9 +16,9 @@ from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
 Floats = NDArray[np.float32]
 
 NORMALISED_BOUND = 1e3
-"""Observations saturate this many standard deviations from the mean, so that no finite observation overflows; no measurable one comes near."""
+"""Standard deviations from the mean at which observations saturate, so that none overflows; no real one comes near."""
 ACTION_BOUND = float(np.nextafter(np.float32(1), np.float32(0)))
-"""Largest action: tanh rounds to one for large means, the open interval does not contain it."""
+"""Largest action; tanh alone rounds to one for large means."""
 
 
 @dataclass(frozen=True)
