@@ -1,0 +1,168 @@
+"""Links, joints, contacts and passive parts of a hand as an `mujoco.MjSpec`; both hands are built on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import JOINT_BOX_RAD, Joint
+from model.appearance import PULLEY_RGBA, dress
+from model.geometry.elements import Box, Hand, Link, Pulley, Quaternion
+
+GRAVITY = 9.81
+"""m/s², along -z."""
+BOX_DENSITY = 1000.0
+"""Density of links whose mass follows from their boxes, kg/m³; gives the palm of the released model 0.364 kg."""
+PAD_FRICTION = 0.2
+"""Sliding friction of every surface of the hand; training randomises that of the fingertips."""
+CONTACT_SOLREF = (0.02, 1.5)
+CONTACT_SOLIMP = (0.9, 0.99, 0.001, 0.5, 2.0)
+
+COLLISION_GROUP = 3
+MECHANISM_GROUP = 1
+PULLEY_QUATS: dict[str, Quaternion] = {"x": (0.5**0.5, 0.0, -(0.5**0.5), 0.0), "y": (0.5**0.5, -(0.5**0.5), 0.0, 0.0)}
+
+
+@dataclass(frozen=True)
+class JointDynamics:
+    """What one hand's joints add to the rigid bodies; arrays are (16,) float in the order of `Joint`."""
+
+    armature: NDArray[np.float64]
+    """Reflected inertia, kg m²."""
+    damping: NDArray[np.float64]
+    """Viscous friction, N m s/rad."""
+    friction: NDArray[np.float64]
+    """Dry friction, N m."""
+    upper: NDArray[np.float64]
+    """Closed stop, rad; the extended stop is zero."""
+    stop_solref: tuple[float, float] = (0.02, 1.0)
+    """Time constant (s) and damping ratio of the joints' stops; MuJoCo's default."""
+
+
+def released_dynamics(hand: Hand) -> JointDynamics:
+    """Return the dynamics of the released model's joints, with `hand`'s own damping and stops."""
+    rotor_inertia, gear_ratio = 0.371e-7, 205.0  # paper, "Numerical considerations"
+    damping, upper = np.zeros(len(Joint)), np.zeros(len(Joint))
+    for link in hand.base.walk():
+        if link.hinge:
+            damping[link.hinge.joint] = link.hinge.damping
+            upper[link.hinge.joint] = link.hinge.upper
+    return JointDynamics(
+        armature=np.full(len(Joint), rotor_inertia * gear_ratio**2),
+        damping=damping,
+        friction=np.full(len(Joint), 0.02),
+        upper=upper,
+    )
+
+
+def build_skeleton(hand: Hand, dynamics: JointDynamics) -> mujoco.MjSpec:
+    """Return a spec with the bodies, joints, contacts, pulleys and guides of `hand`, and no cable yet."""
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.option.gravity = (0.0, 0.0, -GRAVITY)
+    _add_link(spec.worldbody, hand.base, dynamics)
+    _leave_out_contacts(spec, hand)
+    return spec
+
+
+def couple(spec: mujoco.MjSpec, hand: Hand, solref: tuple[float, float] = (0.02, 1.0)) -> None:
+    """Tie the coupled joints, PIP=DIP on each finger and MCP=IP on the thumb, with the stiffness of `solref`."""
+    for follower, leader in hand.couplings:
+        spec.add_equality(
+            name=f"{follower.label}_follows",
+            type=mujoco.mjtEq.mjEQ_JOINT,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            name1=follower.label,
+            name2=leader.label,
+            data=np.eye(1, mujoco.mjNEQDATA, 1)[0],
+            solref=solref,
+        )
+
+
+def _add_link(parent: mujoco.MjsBody, link: Link, dynamics: JointDynamics) -> None:
+    body = parent.add_body(name=link.name, pos=link.pos, quat=link.quat)
+    if link.inertia:
+        body.explicitinertial = True
+        body.mass = link.inertia.mass
+        body.ipos = link.inertia.centre
+        body.iquat = link.inertia.quat
+        body.inertia = link.inertia.moments
+    if link.hinge:
+        joint = link.hinge.joint
+        body.add_joint(
+            name=joint.label,
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=link.hinge.axis,
+            limited=mujoco.mjtLimited.mjLIMITED_TRUE,
+            range=(0.0, dynamics.upper[joint]),
+            armature=dynamics.armature[joint],
+            damping=dynamics.damping[joint],
+            frictionloss=dynamics.friction[joint],
+            solref_limit=dynamics.stop_solref,
+        )
+    for index, box in enumerate(link.boxes):
+        _add_box(body, f"{link.name}_box{index}", box)
+    for pulley in link.pulleys:
+        _add_pulley(body, pulley)
+    for guide in link.guides:
+        body.add_site(name=guide.name, pos=guide.pos, size=(0.0006, 0.0006, 0.0006), group=MECHANISM_GROUP + 3)
+    dress(body, link)
+    for child in link.links:
+        _add_link(body, child, dynamics)
+
+
+def _add_box(body: mujoco.MjsBody, name: str, box: Box) -> None:
+    body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=box.half,
+        pos=box.pos,
+        quat=box.quat,
+        density=BOX_DENSITY,
+        group=COLLISION_GROUP,
+        friction=(PAD_FRICTION, 0.005, 0.0001),
+        solref=CONTACT_SOLREF,
+        solimp=CONTACT_SOLIMP,
+    )
+
+
+def _add_pulley(body: mujoco.MjsBody, pulley: Pulley) -> None:
+    body.add_geom(
+        name=pulley.name,
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(pulley.radius, pulley.half_length, 0.0),
+        pos=pulley.pos,
+        quat=PULLEY_QUATS[pulley.axis],
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        group=MECHANISM_GROUP,
+        rgba=PULLEY_RGBA,
+    )
+
+
+def _leave_out_contacts(spec: mujoco.MjSpec, hand: Hand) -> None:
+    """Leave out what meets only where two digits' roots sit in the palm: see `left_out`."""
+    for first, second in left_out(hand):
+        spec.add_exclude(name=f"{first}_{second}", bodyname1=first, bodyname2=second)
+
+
+def left_out(hand: Hand) -> list[tuple[str, str]]:
+    """Return the pairs of links that must not collide.
+
+    The palm against every moving link but the fingertips, the mount against every moving link. Neighbours within a
+    digit never collide in MuJoCo, nor do parts that are both fixed in the world.
+    """
+    moving = [link for link in hand.base.walk() if link.hinge]
+    return [
+        *(("mount", link.name) for link in moving),
+        *(("palm", link.name) for link in moving if link.links),
+    ]
+
+
+def joint_box_upper() -> NDArray[np.float64]:
+    """Return the closed stops of the mechanism's joint box, (16,) float, rad (paper, after eq. (actrange))."""
+    return np.array(JOINT_BOX_RAD[:, 1])
