@@ -1,0 +1,44 @@
+"""The training scene: the routed hand with the cube, and the sensors that training reads."""
+
+from __future__ import annotations
+
+import mujoco
+
+from aero.channels import Channel
+from model.routed import TENDONS, build_routed
+from model.scene import add_cube
+from train.task.signals import SENSOR_COUNT, SENSOR_SIZES
+
+FINGERTIPS = ("index_tip", "middle_tip", "ring_tip", "pinky_tip", "thumb_tip")
+"""Sites, in the order of the critic's state."""
+CUBE_SENSORS = {
+    "cube_position": mujoco.mjtSensor.mjSENS_FRAMEPOS,
+    "cube_orientation": mujoco.mjtSensor.mjSENS_FRAMEQUAT,
+    "cube_linear_velocity": mujoco.mjtSensor.mjSENS_FRAMELINVEL,
+    "cube_angular_velocity": mujoco.mjtSensor.mjSENS_FRAMEANGVEL,
+}
+
+
+def build_scene() -> mujoco.MjSpec:
+    """Return the right hand with the cube and every sensor of `train.task.signals`, in that order."""
+    spec = build_routed("right")
+    add_cube(spec)
+    for channel in Channel:
+        spec.add_sensor(
+            name=f"{channel.label}_force",
+            type=mujoco.mjtSensor.mjSENS_ACTUATORFRC,
+            objtype=mujoco.mjtObj.mjOBJ_ACTUATOR,
+            objname=channel.label,
+        )
+    for tip in FINGERTIPS:
+        spec.add_sensor(
+            name=f"{tip}_position",
+            type=mujoco.mjtSensor.mjSENS_FRAMEPOS,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            objname=tip,
+            reftype=mujoco.mjtObj.mjOBJ_XBODY,
+            refname="palm",
+        )
+    for name, kind in CUBE_SENSORS.items():
+        spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_BODY, objname="cube")
+    return spec
