@@ -1,7 +1,7 @@
-"""What a hand looks like: shells on its links, colours of its cables. No mass, no contacts.
+"""What a hand looks like: bones, joint pins and pads on its links, colours of its cables. No mass, no contacts.
 
 The colours follow the figure of the tendon model in the paper: cables red, couplings blue, springs yellow and cyan,
-pulleys green, links half transparent so that the transmission shows.
+pulleys green, pads half transparent so that the transmission shows.
 """
 
 from __future__ import annotations
@@ -11,43 +11,65 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from model.geometry.elements import Link, Role, Vector
+from model.geometry.elements import Hinge, Link, Role
 
 Rgba = tuple[float, float, float, float]
 
 CABLE_RGBA: dict[Role, Rgba] = {
-    "actuation": (0.85, 0.15, 0.12, 1.0),
-    "coupling": (0.15, 0.35, 0.90, 1.0),
-    "mcp_spring": (0.95, 0.80, 0.15, 1.0),
-    "distal_spring": (0.10, 0.75, 0.80, 1.0),
-    "cmc_spring": (0.95, 0.80, 0.15, 1.0),
+    "actuation": (0.85, 0.12, 0.10, 1.0),
+    "coupling": (0.10, 0.30, 0.90, 1.0),
+    "mcp_spring": (0.95, 0.75, 0.10, 1.0),
+    "distal_spring": (0.05, 0.70, 0.80, 1.0),
+    "cmc_spring": (0.95, 0.75, 0.10, 1.0),
 }
 PULLEY_RGBA: Rgba = (0.25, 0.65, 0.30, 1.0)
-LINK_RGBA: Rgba = (0.86, 0.87, 0.90, 0.45)
-PALM_RGBA: Rgba = (0.30, 0.32, 0.36, 1.0)
-PAD_RGBA: Rgba = (0.20, 0.22, 0.26, 0.75)
+BONE_RGBA: Rgba = (0.90, 0.89, 0.85, 1.0)
+PIN_RGBA: Rgba = (0.35, 0.37, 0.40, 1.0)
+PAD_RGBA: Rgba = (0.95, 0.80, 0.68, 0.35)
+PALM_RGBA: Rgba = (0.42, 0.45, 0.50, 1.0)
 
 SHELL_GROUP = 2
 CABLE_WIDTH = 0.0007
 """Drawn radius of a cable, m."""
+BONE_RADIUS = 0.0024
+"""m"""
+PIN_SIZE = (0.0034, 0.0062)
+"""Radius and half length of a drawn joint pin, m."""
 
 
 def dress(body: mujoco.MjsBody, link: Link) -> None:
-    """Add the shell of one link to its body."""
-    if link.hinge is None:
-        for box in link.boxes:
-            _shell(body, mujoco.mjtGeom.mjGEOM_BOX, PALM_RGBA, size=box.half, pos=box.pos, quat=box.quat)
-        return
-    radius = min(0.0075, max(box.half[0] for box in link.boxes) + 0.001)
+    """Add to a link's body what is drawn of it."""
+    for box in link.boxes:
+        colour = PAD_RGBA if link.hinge else PALM_RGBA
+        _draw(body, mujoco.mjtGeom.mjGEOM_BOX, colour, size=box.half, pos=box.pos, quat=box.quat)
+    if link.hinge:
+        _draw_bones(body, link)
+        _draw_pin(body, link.hinge)
+
+
+def _draw_bones(body: mujoco.MjsBody, link: Link) -> None:
     tips = [guide.pos for guide in link.guides if guide.name.endswith("_tip")]
-    ends = [(0.0, 0.0, 0.0), *(child.pos for child in link.links), *tips]
-    for start, end in pairwise(ends):
-        _capsule(body, start, end, radius)
+    for start, end in pairwise([(0.0, 0.0, 0.0), *(child.pos for child in link.links), *tips]):
+        _draw(
+            body,
+            mujoco.mjtGeom.mjGEOM_CAPSULE,
+            BONE_RGBA,
+            size=(BONE_RADIUS, 0.0, 0.0),
+            fromto=np.array([*start, *end]),
+        )
 
 
-def _capsule(body: mujoco.MjsBody, start: Vector, end: Vector, radius: float) -> None:
-    _shell(body, mujoco.mjtGeom.mjGEOM_CAPSULE, LINK_RGBA, size=(radius, 0.0, 0.0), fromto=np.array([*start, *end]))
+def _draw_pin(body: mujoco.MjsBody, hinge: Hinge) -> None:
+    radius, half_length = PIN_SIZE
+    end = half_length * np.array(hinge.axis)
+    _draw(
+        body,
+        mujoco.mjtGeom.mjGEOM_CYLINDER,
+        PIN_RGBA,
+        size=(radius, 0.0, 0.0),
+        fromto=np.concatenate([-end, end]),
+    )
 
 
-def _shell(body: mujoco.MjsBody, kind: mujoco.mjtGeom, rgba: Rgba, **shape: object) -> None:
+def _draw(body: mujoco.MjsBody, kind: mujoco.mjtGeom, rgba: Rgba, **shape: object) -> None:
     body.add_geom(type=kind, rgba=rgba, mass=0.0, contype=0, conaffinity=0, group=SHELL_GROUP, **shape)

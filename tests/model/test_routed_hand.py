@@ -1,0 +1,157 @@
+"""What the routed geometry gives: sweeps, extremes and the mirrored hand, against the released model's figures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from aero.channels import FINGERS, Channel, Joint
+from model import RoutedHand
+
+RELEASED_EXTREMES = {
+    Channel.INDEX: (0.061587, 0.107522),
+    Channel.MIDDLE: (0.062140, 0.108205),
+    Channel.RING: (0.061583, 0.107518),
+    Channel.PINKY: (0.063683, 0.109323),
+    Channel.THUMB_CMC_FLEXION: (0.026914, 0.037898),
+    Channel.THUMB_FLEXOR: (0.083380, 0.110037),
+}
+"""Sensor extremes of one actuator swept over its range, measured on the released model with MuJoCo 4.0, m."""
+
+
+def extended_command(hand: RoutedHand) -> np.ndarray:
+    command = hand.command_range[:, 1].copy()
+    command[Channel.THUMB_ABDUCTION] = hand.command_range[Channel.THUMB_ABDUCTION, 0]
+    return command
+
+
+def sweep(hand: RoutedHand, channel: Channel) -> np.ndarray:
+    """Move one actuator over its range and back; return the joint angles at the closed end and the readings."""
+    hand.reset()
+    command = extended_command(hand)
+    low, high = hand.command_range[channel]
+    closing = np.linspace(low, high, 11) if channel is Channel.THUMB_ABDUCTION else np.linspace(high, low, 11)
+    readings = []
+    for goal in (*closing, closing[-1], closing[-1]):
+        command[channel] = goal
+        hand.command(command)
+        hand.advance(1.0)
+        readings.append(hand.lengths()[channel])
+    return np.array(readings)
+
+
+@pytest.fixture(scope="module")
+def hand() -> RoutedHand:
+    return RoutedHand()
+
+
+@pytest.mark.parametrize("channel", RELEASED_EXTREMES)
+def test_cable_sweep(hand, channel):
+    readings = sweep(hand, channel)
+    low, high = RELEASED_EXTREMES[channel]
+    assert np.ptp(readings) == pytest.approx(high - low, abs=1e-4)
+    assert readings.min() == pytest.approx(low, abs=1e-4)
+    assert readings.max() == pytest.approx(high, abs=1e-4)
+
+
+def test_abduction_reach(hand):
+    readings = sweep(hand, Channel.THUMB_ABDUCTION)
+    assert np.ptp(readings) == pytest.approx(1.746, abs=5e-3)
+
+
+@pytest.mark.parametrize("finger", FINGERS)
+def test_a_finger_closes_completely(hand, finger):
+    sweep(hand, finger)
+    assert hand.joint_angles()[3 * finger : 3 * finger + 3] == pytest.approx(np.full(3, np.pi / 2), abs=0.02)
+
+
+@pytest.mark.parametrize("channel", Channel)
+def test_left_hand_mirrors_the_right(channel):
+    right, left = RoutedHand("right"), RoutedHand("left")
+    np.testing.assert_allclose(sweep(left, channel), sweep(right, channel), atol=1e-9)
+    np.testing.assert_allclose(left.joint_angles(), right.joint_angles(), atol=1e-7)
+
+
+def test_couplings_hold_in_a_fist(hand):
+    hand.reset()
+    command = hand.command_range[:, 0].copy()
+    command[Channel.THUMB_ABDUCTION] = 0.7
+    command[Channel.THUMB_FLEXOR] = 0.10
+    hand.command(command)
+    hand.advance(3.0)
+    angles = hand.joint_angles()
+    for first in (Joint.INDEX_PIP, Joint.MIDDLE_PIP, Joint.RING_PIP, Joint.PINKY_PIP, Joint.THUMB_MCP):
+        assert angles[first + 1] == pytest.approx(angles[first], abs=0.03)
+
+
+def test_reset_repeats_exactly(hand):
+    traces = []
+    for _ in range(2):
+        hand.reset()
+        command = hand.command_range.mean(axis=1)
+        hand.command(command)
+        hand.advance(0.3)
+        traces.append(hand.lengths())
+    assert np.array_equal(*traces)
+
+
+def test_start_is_rest(hand):
+    hand.reset()
+    before = hand.lengths()
+    hand.advance(0.5)
+    assert hand.time == pytest.approx(0.5)
+    np.testing.assert_allclose(hand.lengths(), before, atol=5e-4)
+
+
+def test_readings_belong_to_the_present(hand):
+    """Advancing in one go or step by step reads the same, without the sensors' one-step lag."""
+    hand.reset()
+    goal = hand.command_range.mean(axis=1)
+    hand.command(goal)
+    hand.advance(0.2)
+    together = hand.lengths()
+    hand.reset()
+    hand.command(goal)
+    for _ in range(20):
+        hand.advance(0.01)
+    assert np.array_equal(hand.lengths(), together)
+    assert hand.lengths()[Channel.THUMB_ABDUCTION] == hand.joint_angles()[Joint.THUMB_ABDUCTION]
+
+
+@settings(max_examples=15, deadline=None)
+@given(hnp.arrays(float, (6, 7), elements=st.floats(0, 1)))
+def test_any_commands_leave_the_hand_finite_and_within_its_stops(fractions):
+    hand = RoutedHand()
+    low, high = hand.command_range.T
+    for fraction in fractions:
+        hand.command(low + fraction * (high - low))
+        hand.advance(0.1)
+    angles = hand.joint_angles()
+    assert np.all(np.isfinite(angles))
+    assert np.all(angles > -0.15)
+    assert np.all(angles < 1.95)
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        (np.zeros(6), r"shape \(7,\)"),
+        (np.full(7, np.nan), "index: command nan"),
+        (np.full(7, 0.09), "thumb_cmc_flexion"),
+    ],
+)
+def test_bad_commands_are_refused_and_change_nothing(hand, command, message):
+    hand.reset()
+    with pytest.raises(ValueError, match=message):
+        hand.command(command)
+    hand.advance(0.1)
+    np.testing.assert_allclose(hand.lengths()[Channel.INDEX], 0.1075, atol=5e-4)
+
+
+@pytest.mark.parametrize("seconds", [-0.01, 0.005])
+def test_bad_durations_are_refused(hand, seconds):
+    with pytest.raises(ValueError, match="whole number"):
+        hand.advance(seconds)
