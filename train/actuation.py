@@ -1,4 +1,4 @@
-"""What lies between a commanded length and the simulated cable: the servo's delay, lag and speed, take-up, gain, counts.
+"""What lies between a commanded length and the simulated cable: delay, lag, speed limit, take-up, gain, counts.
 
 The routed hand's actuators follow a command at once; a hand's do not. Per control period a target becomes one control
 a physics step, and a length becomes a reading. Everything is a pure function over NumPy or JAX arrays. The parameters
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aero.channels import CABLES, Channel
+from aero.channels import CABLES
 from aero.policy.task import CHANNELS, Array, namespace
 
 REMEMBERED = 3
@@ -130,7 +130,14 @@ def at_rest(target: Array) -> ServoState:
 
 
 def drive(
-    servo: ServoState, target: Array, parameters: Parameters, nominal: Array, steps: int, step_s: float, limited: bool
+    servo: ServoState,
+    target: Array,
+    parameters: Parameters,
+    nominal: Array,
+    *,
+    steps: int,
+    step_s: float,
+    limited: bool,
 ) -> tuple[ServoState, Array]:
     """Follow a new target for one control period.
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import mujoco
 
 from aero.channels import Channel
-from model.routed import TENDONS, build_routed
+from model.routed import build_routed
 from model.scene import add_cube
-from train.task.signals import SENSOR_COUNT, SENSOR_SIZES
 
 FINGERTIPS = ("index_tip", "middle_tip", "ring_tip", "pinky_tip", "thumb_tip")
 """Sites, in the order of the critic's state."""

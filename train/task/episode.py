@@ -102,9 +102,9 @@ def command(task: Task, episode: Episode, action: Array) -> tuple[Episode, Array
         targets(action, nominal, scale),
         episode.parameters,
         nominal,
-        task.substeps,
-        PHYSICS_STEP_S,
-        task.actuation.real_servo,
+        steps=task.substeps,
+        step_s=PHYSICS_STEP_S,
+        limited=task.actuation.real_servo,
     )
     return episode._replace(memory=episode.memory.after(action), servo=servo), controls
 
@@ -117,7 +117,7 @@ def observed(task: Task, episode: Episode, noise: Array) -> Array:
 
 
 def finish(
-    task: Task, episode: Episode, sensors: Array, positions: Array, velocities: Array, noise: Array
+    task: Task, episode: Episode, sensors: Array, *, positions: Array, velocities: Array, noise: Array
 ) -> tuple[Episode, Outcome]:
     """Close a control period.
 
@@ -133,11 +133,11 @@ def finish(
     values = terms(
         period,
         positions,
-        episode.lengths,
-        episode.memory.last,
-        episode.memory.before_last,
-        task.settings.period_s,
-        task.rewarded.rotation_cap_rad_s,
+        last_lengths=episode.lengths,
+        action=episode.memory.last,
+        last_action=episode.memory.before_last,
+        period_s=task.settings.period_s,
+        rotation_cap_rad_s=task.rewarded.rotation_cap_rad_s,
     )
     last = Signals(*(part[..., -1, :] for part in period))
     episode = episode._replace(lengths=last.lengths)

@@ -53,7 +53,14 @@ def fallen(cube_height: Array) -> Array:
 
 
 def terms(
-    period: Signals, joints: Array, last_lengths: Array, action: Array, last_action: Array, period_s: float, cap: float
+    period: Signals,
+    joints: Array,
+    *,
+    last_lengths: Array,
+    action: Array,
+    last_action: Array,
+    period_s: float,
+    rotation_cap_rad_s: float,
 ) -> dict[str, Array]:
     """Return every term before weighting, each with the leading axes of `joints`.
 
@@ -64,7 +71,7 @@ def terms(
         action: the period's action, (..., 7).
         last_action: the one before, (..., 7).
         period_s: length of the period, s.
-        cap: rotation that is rewarded at most, rad/s.
+        rotation_cap_rad_s: rotation that is rewarded at most, rad/s.
 
     The rotation is the mean over the period: sampled once a period, a policy learns to burst at the sampling.
     """
@@ -73,7 +80,7 @@ def terms(
     travel_speed = (period.lengths[..., -1, :] - last_lengths) / period_s
     forces = period.forces[..., -1, :]
     return {
-        "rotation": xp.minimum(xp.mean(period.cube_angular_velocity[..., 2], axis=-1), cap),
+        "rotation": xp.minimum(xp.mean(period.cube_angular_velocity[..., 2], axis=-1), rotation_cap_rad_s),
         "fall": xp.where(fallen(period.cube_position[..., -1, 2]), 1.0, 0.0),
         "action_rate": xp.sum((action - last_action) ** 2, axis=-1),
         "cube_speed": speed,
