@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
@@ -19,7 +19,7 @@ from aero.channels import Channel, Joint
 from train.scene import FINGERTIPS
 
 Rule = Literal["set", "shift", "scale"]
-Index = tuple[object, ...]
+Index = tuple[Any, ...]
 Draws = dict[str, NDArray[np.float64]]
 """Model field to its values in every environment, (environments, *shape of the field)."""
 

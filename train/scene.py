@@ -7,6 +7,7 @@ import mujoco
 from aero.channels import Channel
 from model.routed import build_routed
 from model.scene import add_cube
+from train.task.signals import SENSOR_COUNT
 
 FINGERTIPS = ("index_tip", "middle_tip", "ring_tip", "pinky_tip", "thumb_tip")
 """Sites, in the order of the critic's state."""
@@ -18,8 +19,16 @@ CUBE_SENSORS = {
 }
 
 
-def build_scene() -> mujoco.MjSpec:
-    """Return the right hand with the cube and every sensor of `train.task.signals`, in that order."""
+CONTACT_COUNT = SENSOR_COUNT
+"""Index of the cube's contact count in the sensor vector of a scene with that sensor."""
+
+
+def build_scene(*, count_contacts: bool = False) -> mujoco.MjSpec:
+    """Return the right hand with the cube and every sensor of `train.task.signals`, in that order.
+
+    Args:
+        count_contacts: whether one more sensor, at `CONTACT_COUNT`, counts the contacts of the cube.
+    """
     spec = build_routed("right")
     add_cube(spec)
     for channel in Channel:
@@ -40,4 +49,12 @@ def build_scene() -> mujoco.MjSpec:
         )
     for name, kind in CUBE_SENSORS.items():
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_BODY, objname="cube")
+    if count_contacts:
+        spec.add_sensor(
+            name="cube_contacts",
+            type=mujoco.mjtSensor.mjSENS_CONTACT,
+            objtype=mujoco.mjtObj.mjOBJ_GEOM,
+            objname="cube",
+            intprm=(1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1),
+        )
     return spec

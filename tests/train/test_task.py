@@ -55,12 +55,12 @@ def test_the_critic_state_has_81_values_each_once():
     np.testing.assert_allclose(state[68:71], [129 - 0.11, 130, 131])
 
 
-def all_terms(sensors, joints, action=np.zeros(7), cap=np.inf):
+def all_terms(sensors, joints, action=0.0, cap=np.inf):
     return terms(
         unpack(sensors),
         joints,
         last_lengths=np.zeros(7),
-        action=action,
+        action=np.full(7, action),
         last_action=np.zeros(7),
         period_s=0.05,
         rotation_cap_rad_s=cap,
@@ -71,7 +71,7 @@ def some_terms(rotation=(0.0,) * 5, height=0.0, action=0.0, cap=np.inf):
     sensors = np.zeros((5, SENSOR_COUNT))
     sensors[:, 41] = rotation
     sensors[:, 31] = height
-    return all_terms(sensors, np.zeros(23), action=np.full(7, action), cap=cap)
+    return all_terms(sensors, np.zeros(23), action=action, cap=cap)
 
 
 @given(st.lists(st.floats(-10, 10), min_size=5, max_size=5))
