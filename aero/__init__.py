@@ -1,1 +1,24 @@
 """What runs against an Aero Hand Open, real or emulated: channels, actuation map, driver. NumPy and pyserial only."""
+
+from aero.actuation import UNSHIFTED, ActuationMap, CommandWindow
+from aero.channels import CABLES, FINGERS, JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
+from aero.clock import Clock, Deadline, WallClock
+from aero.driver import AeroHand
+from aero.transport import Transport
+
+__all__ = [
+    "CABLES",
+    "FINGERS",
+    "JOINT_BOX_RAD",
+    "OBSERVATION_ORDER",
+    "UNSHIFTED",
+    "ActuationMap",
+    "AeroHand",
+    "Channel",
+    "Clock",
+    "CommandWindow",
+    "Deadline",
+    "Joint",
+    "Transport",
+    "WallClock",
+]

@@ -1,6 +1,9 @@
 """The hand as a MuJoCo model: geometry as data, the routed hand and the built hand."""
 
+from model.built import build_built
+from model.parameters import BuiltHandParameters
+from model.plant import BuiltHandPlant
 from model.routed import build_routed
 from model.routed_hand import RoutedHand
 
-__all__ = ["RoutedHand", "build_routed"]
+__all__ = ["BuiltHandParameters", "BuiltHandPlant", "RoutedHand", "build_built", "build_routed"]

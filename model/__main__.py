@@ -6,9 +6,10 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from model.built import build_built
 from model.routed import build_routed
 
-BUILDERS = {"routed": build_routed}
+BUILDERS = {"routed": build_routed, "built": build_built}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import JOINT_BOX_RAD, Joint
+from aero.channels import Joint
 from model.appearance import PULLEY_RGBA, dress
 from model.geometry.elements import Box, Hand, Link, Pulley, Quaternion
 
@@ -38,8 +38,10 @@ class JointDynamics:
     """Dry friction, N m."""
     upper: NDArray[np.float64]
     """Closed stop, rad; the extended stop is zero."""
-    stop_solref: tuple[float, float] = (0.02, 1.0)
-    """Time constant (s) and damping ratio of the joints' stops; MuJoCo's default."""
+    spring_stiffness: NDArray[np.float64]
+    """Return springs on the joint itself, N m/rad."""
+    spring_reference: NDArray[np.float64]
+    """Angle at which those are relaxed, rad."""
 
 
 def released_dynamics(hand: Hand) -> JointDynamics:
@@ -55,6 +57,8 @@ def released_dynamics(hand: Hand) -> JointDynamics:
         damping=damping,
         friction=np.full(len(Joint), 0.02),
         upper=upper,
+        spring_stiffness=np.zeros(len(Joint)),
+        spring_reference=np.zeros(len(Joint)),
     )
 
 
@@ -68,8 +72,8 @@ def build_skeleton(hand: Hand, dynamics: JointDynamics) -> mujoco.MjSpec:
     return spec
 
 
-def couple(spec: mujoco.MjSpec, hand: Hand, solref: tuple[float, float] = (0.02, 1.0)) -> None:
-    """Tie the coupled joints, PIP=DIP on each finger and MCP=IP on the thumb, with the stiffness of `solref`."""
+def couple(spec: mujoco.MjSpec, hand: Hand) -> None:
+    """Tie the coupled joints, PIP=DIP on each finger and MCP=IP on the thumb."""
     for follower, leader in hand.couplings:
         spec.add_equality(
             name=f"{follower.label}_follows",
@@ -78,7 +82,6 @@ def couple(spec: mujoco.MjSpec, hand: Hand, solref: tuple[float, float] = (0.02,
             name1=follower.label,
             name2=leader.label,
             data=np.eye(1, mujoco.mjNEQDATA, 1)[0],
-            solref=solref,
         )
 
 
@@ -101,7 +104,8 @@ def _add_link(parent: mujoco.MjsBody, link: Link, dynamics: JointDynamics) -> No
             armature=dynamics.armature[joint],
             damping=dynamics.damping[joint],
             frictionloss=dynamics.friction[joint],
-            solref_limit=dynamics.stop_solref,
+            stiffness=dynamics.spring_stiffness[joint],
+            springref=dynamics.spring_reference[joint],
         )
     for index, box in enumerate(link.boxes):
         _add_box(body, f"{link.name}_box{index}", box)
@@ -161,8 +165,3 @@ def left_out(hand: Hand) -> list[tuple[str, str]]:
         *(("mount", link.name) for link in moving),
         *(("palm", link.name) for link in moving if link.links),
     ]
-
-
-def joint_box_upper() -> NDArray[np.float64]:
-    """Return the closed stops of the mechanism's joint box, (16,) float, rad (paper, after eq. (actrange))."""
-    return np.array(JOINT_BOX_RAD[:, 1])

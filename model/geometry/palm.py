@@ -39,6 +39,16 @@ _PALM_BOXES = (
 GRASP_GUIDE = Guide("grasp", (0.11, 0.0, 0.03))
 """Where a held object sits, in the mount's frame."""
 
+THENAR_GUIDE = Guide("thenar", (0.0389, -0.0233, 0.0195))
+"""Where the built hand's metacarpal meets the palm when it flexes without abduction, in the palm's frame.
+
+Not in the released model. The place, with `THENAR_RADIUS`, blocks CMC flexion at 0.79, 0.79 and 0.78 rad at 0, 25° and
+50° of abduction and not beyond 65°, which are the stops one physical hand showed (public logs June-July 2026,
+TTdragoAlex/tetherIA-aero-hand-open 58b518e) after its cable's share of abduction.
+"""
+THENAR_RADIUS = 0.0054
+"""m"""
+
 
 def mount(digits: tuple[Link, ...], anchors: tuple[Guide, ...]) -> Link:
     """Return the fixed part of a right hand carrying `digits`, with the fingers' cable `anchors` on the palm."""
@@ -47,7 +57,7 @@ def mount(digits: tuple[Link, ...], anchors: tuple[Guide, ...]) -> Link:
         pos=(0.04, 0.01, -0.015),
         quat=(0.4056, -0.5792, 0.5792, -0.4056),
         boxes=_PALM_BOXES,
-        guides=anchors,
+        guides=(*anchors, THENAR_GUIDE),
         links=digits,
     )
     return Link(name="mount", pos=(0.0, 0.0, -0.03), boxes=_MOUNT_BOXES, guides=(GRASP_GUIDE,), links=(palm,))

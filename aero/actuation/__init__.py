@@ -1,0 +1,16 @@
+"""The actuation map: from simulator lengths and postures to the codes a hand is sent, and back (paper, chapter 4)."""
+
+from aero.actuation.coefficients import Coefficients, load_coefficients
+from aero.actuation.map import ActuationMap, SaturatedCodes
+from aero.actuation.window import CALIBRATIONS, FIRMWARE_CALIBRATIONS, UNSHIFTED, CommandWindow
+
+__all__ = [
+    "CALIBRATIONS",
+    "FIRMWARE_CALIBRATIONS",
+    "UNSHIFTED",
+    "ActuationMap",
+    "Coefficients",
+    "CommandWindow",
+    "SaturatedCodes",
+    "load_coefficients",
+]

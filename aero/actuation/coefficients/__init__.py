@@ -1,0 +1,129 @@
+"""The numbers of the actuation map: the mechanism's winding radii and what was identified on the simulator.
+
+Two files are shipped: `paper`, the published ones and the default, and `identified`, from this project's own model by
+`aero-hil identify`. A file of another hand or model loads the same way.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+SHIPPED = ("paper", "identified")
+_FINGER_JOINTS = ("mcp", "pip", "dip")
+_THUMB_JOINTS = ("abduction", "cmc", "mcp", "ip")
+
+Vector = tuple[float, ...]
+Matrix = tuple[Vector, ...]
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Everything the map knows in numbers; SI units; tuples, so that a map can be compared, hashed and made static."""
+
+    name: str
+    """What a recording or message calls this set."""
+    source: str
+    """Where the numbers come from."""
+    finger_winding: Vector
+    """(3,) cable taken up per MCP, PIP and DIP angle, m/rad, the same for all fingers."""
+    thumb_winding: Matrix
+    """(2, 4) rows CMC cable and flexor cable; per abduction, CMC, MCP and IP angle, m/rad."""
+    spool_radius: float
+    """Winding radius of every cable channel's spool, m."""
+    finger_lengths: Matrix
+    """(4, 2) shortest and longest finger cable in the simulator, m."""
+    thumb_regression: Matrix
+    """(3, 4) rows CMC, MCP, IP; per abduction (rad), CMC cable (m), flexor cable (m), and constant; rad."""
+    thumb_gain: Vector
+    """(2,) travel of the CMC and flexor cable on the hand per length in the simulator, m/m."""
+    thumb_offset: Vector
+    """(2,) constants that belong to `thumb_gain`, m."""
+
+    def __post_init__(self) -> None:
+        shapes = {
+            "finger_winding": (3,),
+            "thumb_winding": (2, 4),
+            "finger_lengths": (4, 2),
+            "thumb_regression": (3, 4),
+            "thumb_gain": (2,),
+            "thumb_offset": (2,),
+        }
+        for field, shape in shapes.items():
+            _check_shape(self.name, field, getattr(self, field), shape)
+        if not (math.isfinite(self.spool_radius) and self.spool_radius > 0.0):
+            raise ValueError(f"coefficients {self.name!r}: spool_radius must be positive, got {self.spool_radius}")
+        for field in ("finger_winding", "thumb_gain"):
+            if 0.0 in getattr(self, field):
+                raise ValueError(
+                    f"coefficients {self.name!r}: {field} must not hold a zero, got {getattr(self, field)}"
+                )
+        if any(shortest >= longest for shortest, longest in self.finger_lengths):
+            raise ValueError(
+                f"coefficients {self.name!r}: finger_lengths are [shortest, longest], got {self.finger_lengths}"
+            )
+
+
+def load_coefficients(name_or_path: str | Path) -> Coefficients:
+    """Load a shipped set by name (`paper`, `identified`) or any set from a TOML file.
+
+    Raises:
+        ValueError: a missing or unknown key, or a wrong shape; the message names it.
+        OSError: no such file.
+    """
+    if name_or_path in SHIPPED:
+        return _load_shipped(str(name_or_path))
+    return coefficients_from_toml(Path(name_or_path).read_text(encoding="utf-8"))
+
+
+def coefficients_from_toml(text: str) -> Coefficients:
+    """Parse a coefficient file; what is not in `Coefficients` is provenance for people and ignored."""
+    data = tomllib.loads(text)
+    try:
+        mechanism, simulation = data["mechanism"], data["simulation"]
+        return Coefficients(
+            name=data["name"],
+            source=data["source"],
+            finger_winding=_by_joint(mechanism["finger_winding"], _FINGER_JOINTS),
+            thumb_winding=(
+                _by_joint(mechanism["thumb_cmc_winding"], _THUMB_JOINTS),
+                _by_joint(mechanism["thumb_flexor_winding"], _THUMB_JOINTS),
+            ),
+            spool_radius=float(mechanism["spool_radius"]),
+            finger_lengths=_matrix(simulation["finger_lengths"]),
+            thumb_regression=_matrix(simulation["thumb_regression"]),
+            thumb_gain=tuple(map(float, simulation["thumb_gain"])),
+            thumb_offset=tuple(map(float, simulation["thumb_offset"])),
+        )
+    except KeyError as error:
+        raise ValueError(f"coefficient file: the key {error} is missing") from error
+
+
+@cache
+def _load_shipped(name: str) -> Coefficients:
+    return coefficients_from_toml(resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def _by_joint(values: Mapping[str, Any], joints: tuple[str, ...]) -> Vector:
+    if set(values) != set(joints):
+        raise ValueError(f"coefficient file: expected one winding radius for each of {joints}, got {tuple(values)}")
+    return tuple(float(values[joint]) for joint in joints)
+
+
+def _matrix(rows: list[list[float]]) -> Matrix:
+    return tuple(tuple(map(float, row)) for row in rows)
+
+
+def _check_shape(name: str, field: str, value: Any, shape: tuple[int, ...]) -> None:
+    rows = value if len(shape) == 2 else (value,)
+    fits = len(rows) == (shape[0] if len(shape) == 2 else 1) and all(len(row) == shape[-1] for row in rows)
+    if not fits:
+        raise ValueError(f"coefficients {name!r}: {field} must have shape {shape}, got {value}")
+    if not all(math.isfinite(number) for row in rows for number in row):
+        raise ValueError(f"coefficients {name!r}: {field} must be finite, got {value}")

@@ -1,0 +1,47 @@
+"""Position codes exactly as the vendor's SDK computes them, for comparing with it and with what it recorded.
+
+`aero-open-sdk` 0.1.0.dev1 clamps joints in silence, normalises by typed-in limits that differ from the excursions by up
+to 0.037° on the fingers, and truncates; it knows no shifted window. `ActuationMap` rounds, and refuses what is out of
+range.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aero.actuation import stages
+from aero.actuation.coefficients import load_coefficients
+from aero.channels import JOINT_BOX_RAD
+
+SDK_LIMITS_DEG = np.array(
+    [
+        [0.0, 288.1603],
+        [0.0, 288.1603],
+        [0.0, 288.1603],
+        [0.0, 288.1603],
+        [0.0, 100.0],
+        [0.0, 104.1250],
+        [-15.2789, 247.1500],
+    ]
+)
+"""Shaft angles that the SDK takes for codes 0 and 65535, (7, 2) float, degrees, command order."""
+
+
+def sdk_codes_from_joints(joints_deg: ArrayLike) -> NDArray[np.uint16]:
+    """Return the codes (..., 7), uint16, that the SDK sends for postures (..., 16) in degrees and the order of `Joint`.
+
+    Degrees in, because the SDK works in them and truncation shows the last bit of a rounding.
+    """
+    low, high = np.rad2deg(JOINT_BOX_RAD).T
+    paper = load_coefficients("paper")
+    travel = stages.travel_from_joints(paper, np.clip(np.asarray(joints_deg, np.float64), low, high))
+    return sdk_codes_from_angles(stages.angles_from_travel(paper, travel))
+
+
+def sdk_codes_from_angles(angles_deg: ArrayLike) -> NDArray[np.uint16]:
+    """Return the codes (..., 7), uint16, that the SDK sends for shaft angles (..., 7) in degrees; clamps as it does."""
+    low, high = SDK_LIMITS_DEG.T
+    angles = np.clip(np.asarray(angles_deg, np.float64), low, high)
+    codes: NDArray[np.uint16] = ((angles - low) / (high - low) * 65535).astype(np.uint16)
+    return codes

@@ -1,0 +1,127 @@
+"""Which shaft angles the codes 0..65535 stand for: the command window that a firmware gives each channel.
+
+The board keeps two servo counts a channel, `extend` for code 0 and `grasp` for code 65535. With the baselines, which
+are the same in every firmware, the window is the channel's excursion (paper eq. actrange). Firmware 0.2.0 moves two
+thumb windows by 113 counts (9.93°) when it homes: abduction further closed, CMC flexion further open. It stores only
+half of that, so the same firmware can be in three states. The board cannot tell its version or state, so a map has to
+be told.
+
+Counts and angles agree to 0.02° on the fingers and on abduction, 0.15° on CMC flexion and 0.52° on the flexor, whose
+span is 2980 counts where its 262.43° make 2986. The paper's and the SDK's reading is kept: an unshifted window *is* the
+excursion, and counts contribute only by how far a window differs from its baseline.
+
+Source: aero-open-firmware d7bd82e (baselines), aero-hand-open 6a3022d (0.2.0).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+
+COUNTS_PER_TURN = 4096
+"""Servo counts in one turn of an output shaft."""
+
+Counts = tuple[int, ...]
+
+_BASELINE: dict[str, tuple[Counts, Counts]] = {
+    "right": ((3278, 3278, 3278, 3278, 2048, 3231, 1115), (0, 0, 0, 0, 910, 2048, 4095)),
+    "left": ((817, 817, 817, 817, 2048, 865, 2980), (4095, 4095, 4095, 4095, 3186, 2048, 0)),
+}
+"""Extend and grasp counts of each hand, command order."""
+
+_SHIFT_COUNTS = math.trunc(10 / 360 * (COUNTS_PER_TURN - 1))
+_SHIFT_CLOSING = {Channel.THUMB_ABDUCTION: _SHIFT_COUNTS, Channel.THUMB_CMC_FLEXION: -_SHIFT_COUNTS}
+"""How 0.2.0 moves a window, counts in the closing direction."""
+
+CALIBRATIONS = {
+    "homed": "after power-on or homing: both ends of the shifted windows",
+    "unshifted": "flashed over an older version and never homed since: as firmware 0.1.5 and before",
+    "mixed": "any other restart after homing: the extended ends are shifted, the closed ends are not",
+}
+"""The states of firmware 0.2.0."""
+
+FIRMWARE_CALIBRATIONS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("pre", "0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5"), ("unshifted",)),
+    "0.2.0": ("homed", "unshifted", "mixed"),
+}
+"""States each firmware version can be in, the usual one first."""
+
+
+@dataclass(frozen=True)
+class CommandWindow:
+    """The counts between which a board places the codes of each channel; one hand in one calibration state."""
+
+    name: str
+    """The state's name, for messages and recordings."""
+    hand: str
+    """`right` or `left`."""
+    extend_counts: Counts
+    """Servo counts at code 0, command order."""
+    grasp_counts: Counts
+    """Servo counts at code 65535, command order."""
+
+    def __post_init__(self) -> None:
+        if self.hand not in _BASELINE:
+            raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {self.hand!r}")
+        for field in ("extend_counts", "grasp_counts"):
+            counts = getattr(self, field)
+            if len(counts) != len(Channel) or not all(0 <= c < COUNTS_PER_TURN for c in counts):
+                raise ValueError(f"{field}: expected seven counts in 0..{COUNTS_PER_TURN - 1}, got {counts}")
+        if not np.all(self._closing_sign() * (np.subtract(self.grasp_counts, self.extend_counts)) > 0):
+            raise ValueError(f"no window of a {self.hand} hand: {self.extend_counts} to {self.grasp_counts}")
+
+    @classmethod
+    def for_firmware(cls, version: str, calibration: str | None = None, hand: str = "right") -> CommandWindow:
+        """Return the window of a firmware version in one of its calibration states.
+
+        Args:
+            version: `pre`, or `0.1.0` to `0.2.0`.
+            calibration: one of `CALIBRATIONS`; the version's usual one if not given (`homed` for 0.2.0).
+            hand: `right` or `left`.
+
+        Raises:
+            ValueError: an unknown version, hand or state, or a state that the version cannot be in.
+        """
+        if version not in FIRMWARE_CALIBRATIONS:
+            raise ValueError(f"unknown firmware {version!r}; known are {', '.join(FIRMWARE_CALIBRATIONS)}")
+        possible = FIRMWARE_CALIBRATIONS[version]
+        state = calibration or possible[0]
+        if state not in possible:
+            raise ValueError(f"firmware {version} cannot be {state!r}; it can be {' or '.join(possible)}")
+        return cls._in_state(state, hand)
+
+    @classmethod
+    def _in_state(cls, state: str, hand: str) -> CommandWindow:
+        if hand not in _BASELINE:
+            raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {hand!r}")
+        extend, grasp = (np.array(counts) for counts in _BASELINE[hand])
+        closing = np.sign(grasp - extend)
+        for channel, shift in _SHIFT_CLOSING.items():
+            extend[channel] += closing[channel] * shift * (state in ("homed", "mixed"))
+            grasp[channel] += closing[channel] * shift * (state == "homed")
+        return cls(state, hand, tuple(extend.tolist()), tuple(grasp.tolist()))
+
+    def shifts_rad(self) -> NDArray[np.float64]:
+        """Return how far both ends lie from the baseline, (7, 2) float, rad, positive in the closing direction."""
+        ends = np.array([self.extend_counts, self.grasp_counts])
+        counts = self._closing_sign() * (ends - np.array(_BASELINE[self.hand]))
+        shifts: NDArray[np.float64] = counts.T * (2.0 * np.pi / COUNTS_PER_TURN)
+        return shifts
+
+    def spans_counts(self) -> NDArray[np.int64]:
+        """Return the counts between the two ends, (7,) int, positive; readings are multiples of 65535 over these."""
+        return np.abs(np.subtract(self.grasp_counts, self.extend_counts))
+
+    def _closing_sign(self) -> NDArray[np.int64]:
+        extend, grasp = np.array(_BASELINE[self.hand])
+        signs: NDArray[np.int64] = np.sign(grasp - extend)
+        return signs
+
+
+UNSHIFTED = CommandWindow.for_firmware("0.1.5")
+"""The window of the paper and of every firmware up to 0.1.5."""

@@ -1,0 +1,256 @@
+"""The driver: one Aero Hand Open, real or emulated, as seven channels in command order."""
+
+from __future__ import annotations
+
+import math
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aero import protocol
+from aero.channels import Channel
+from aero.clock import Clock, WallClock
+from aero.errors import DesyncError, NoTelemetryError, RefusedError
+from aero.link import HostLink
+from aero.protocol import Opcode, Reply
+from aero.serial_transport import SerialTransport
+from aero.transport import Transport
+
+CURRENT_A_PER_UNIT = 6.5e-3
+"""Nominal scale of the current register. Doubtful: readings stop at the torque limit (700 units would be 4.6 A, the
+servo's maker states a 1.3 A peak), so a unit may well be a share of the stall current rather than 6.5 mA."""
+SPEED_RAD_PER_S_PER_UNIT = 0.732 * 2.0 * math.pi / 60.0
+"""Scale of the speed register, 0.732 rpm a unit."""
+
+_SETTING_TIMEOUT_S = 2.0
+_SET_ID_TIMEOUT_S = 5.0
+_HOMING_TIMEOUT_S = 200.0
+_TELEMETRY_PERIOD_S = 0.02
+_FIRST_TELEMETRY_TRIES = 3
+
+
+class AeroHand:
+    """An Aero Hand Open behind a transport.
+
+    Commands have no acknowledgement in this protocol; readings come from the board's telemetry cache and are normally
+    less than 12 ms old (32 ms with firmware `pre`), but stand still while the board homes. Threads may share a hand:
+    each call is one exchange under a lock.
+    """
+
+    def __init__(
+        self, transport: Transport, clock: Clock, *, reply_timeout_s: float = 0.1, read_attempts: int = 3
+    ) -> None:
+        """Wrap an open transport.
+
+        Args:
+            transport: the bytes' way to the board.
+            clock: what tells the time and is waited on.
+            reply_timeout_s: time for one reply, s; a healthy board needs 1..10 ms.
+            read_attempts: how often a reading is asked for before giving up; nothing else is ever repeated.
+        """
+        self._link = HostLink(transport, clock)
+        self._clock = clock
+        self._reply_timeout_s = reply_timeout_s
+        self._read_attempts = read_attempts
+        self._telemetry_seen_at_restart: int | None = None
+
+    @classmethod
+    def open(cls, port_or_url: str, clock: Clock | None = None) -> Self:
+        """Open a hand on a device path or pyserial URL, on the wall clock unless given another.
+
+        Raises:
+            ConnectionError: the port cannot be opened; the message says why and which ports there are.
+        """
+        return cls(SerialTransport.open(port_or_url), clock or WallClock())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the port back; the hand keeps holding its last command. A second call does nothing."""
+        self._link.close()
+
+    @property
+    def name(self) -> str:
+        """What a person calls the link, for messages."""
+        return self._link.name
+
+    @property
+    def boot_text(self) -> str:
+        """What the board has printed at starts seen by this driver; non-empty means that it restarted meanwhile."""
+        return self._link.boot_text
+
+    def command_codes(self, codes: ArrayLike) -> None:
+        """Send every channel to a position.
+
+        Args:
+            codes: (7,) integers in 0..65535, command order; 0 is open, 65535 closed. An `ActuationMap` makes them.
+
+        Raises:
+            ValueError: wrong shape, not integers, out of range; nothing is sent.
+            ConnectionError: the link is gone.
+        """
+        self._link.send(protocol.make_positions(codes))
+
+    def command_torques(self, magnitudes: ArrayLike) -> None:
+        """Pull every channel closed with a torque, without position control; there is no command that opens.
+
+        Args:
+            magnitudes: (7,) integers in 0..1000, torque register units (about 0.5 mN m), command order.
+
+        Raises:
+            ValueError: wrong shape, not integers, out of range; nothing is sent.
+            ConnectionError: the link is gone.
+        """
+        self._link.send(protocol.make_torques(magnitudes))
+
+    def read_codes(self) -> NDArray[np.uint16]:
+        """Read positions, (7,) uint16 in 0..65535, command order, on the scale of `command_codes`.
+
+        A shaft beyond either end of its window reads as that end. One servo count is 20..58 codes, and the board rounds
+        towards 0.
+
+        Raises:
+            LinkTimeoutError, DesyncError, ConnectionError: no reply, no frame, no link.
+            NoTelemetryError: the board has not reached all seven servos since it started.
+        """
+        return protocol.unsigned_values(self._read(Opcode.GET_POS))
+
+    def read_currents(self) -> NDArray[np.float64]:
+        """Read motor currents, (7,) float, A, command order, at the nominal `CURRENT_A_PER_UNIT`.
+
+        The sign is the register's: positive pulls towards lower counts (seen on one physical hand). That closes all
+        channels of a right hand but the flexor, and of a left hand the flexor alone. Errors as `read_codes`.
+        """
+        return protocol.signed_values(self._read(Opcode.GET_CURR)).astype(np.float64) * CURRENT_A_PER_UNIT
+
+    def read_temperatures(self) -> NDArray[np.float64]:
+        """Read servo temperatures, (7,) float, whole °C, command order; errors as `read_codes`."""
+        return protocol.unsigned_values(self._read(Opcode.GET_TEMP)).astype(np.float64)
+
+    def read_speeds(self) -> NDArray[np.float64]:
+        """Read shaft speeds, (7,) float, rad/s, command order; errors as `read_codes`.
+
+        The sign is the register's: positive towards higher counts, by Feetech's convention and not yet seen on a hand.
+        """
+        return protocol.signed_values(self._read(Opcode.GET_VEL)).astype(np.float64) * SPEED_RAD_PER_S_PER_UNIT
+
+    def set_speed(self, channel: Channel, register_units: int) -> None:
+        """Limit one channel's speed (0..32766 register units; 32766 is no limit) from the next position command on.
+
+        The board forgets it at a restart.
+
+        Raises:
+            ValueError: out of range; nothing is sent.
+            RefusedError: the board stored something else.
+        """
+        self._set(protocol.make_set_speed(channel, register_units), channel, register_units)
+
+    def set_torque(self, channel: Channel, register_units: int) -> None:
+        """Limit one channel's torque (0..1023 register units) from the next position command on; as `set_speed`."""
+        self._set(protocol.make_set_torque(channel, register_units), channel, register_units)
+
+    def trim(self, channel: Channel, degrees: int) -> int:
+        """Shift one channel's extended end by whole degrees (-360..360) of its shaft, kept over restarts; not repeated.
+
+        Trims add up until the next homing, which drops them, as does power-on with firmware 0.1.3 and later.
+
+        Returns:
+            The new extended end, servo counts 0..4095.
+        """
+        return self._acknowledged(protocol.make_trim(channel, degrees), channel).words[1]
+
+    def home(self, timeout_s: float = _HOMING_TIMEOUT_S) -> None:
+        """Home all channels and wait until the board says that it is done: about 4 s, a minute up to firmware 0.1.2.
+
+        The acknowledgement is sent even if a servo is missing or never met its stop, so look at the positions after it.
+
+        Args:
+            timeout_s: patience, s; the longest homing, firmware 0.1.2 with every search timing out, takes 194 s.
+
+        Raises:
+            LinkTimeoutError: no acknowledgement within `timeout_s`.
+        """
+        self._link.ask(protocol.make_query(Opcode.HOMING), timeout_s)
+        self._wait(2 * _TELEMETRY_PERIOD_S)
+
+    def set_id(self, new_id: int, current_limit: int) -> int:
+        """Give the only servo on the bus an ID (0..253) and a current limit (0..1023 register units).
+
+        Returns:
+            The ID it had.
+
+        Raises:
+            ValueError: out of range; nothing is sent.
+            RefusedError: no servo, more than one, or the servo did not keep the setting.
+        """
+        reply = self._link.ask(protocol.make_set_id(new_id, current_limit), _SET_ID_TIMEOUT_S)
+        old_id, stored_id, stored_limit = reply.words[:3]
+        if old_id > protocol.MAX_SERVO_ID:
+            found = "no servo" if old_id == 0xFF else "more than one servo"
+            raise RefusedError(f"{self.name}: the board found {found} on its bus. Connect exactly one and try again.")
+        if (stored_id, stored_limit) != (new_id, current_limit):
+            raise RefusedError(
+                f"{self.name}: asked for ID {new_id} and limit {current_limit}, the servo says {stored_id} and "
+                f"{stored_limit}. It may have been busy storing; try again."
+            )
+        return old_id
+
+    def resynchronise(self) -> int:
+        """Bring a board that waits for the rest of a broken frame back into step; takes up to two seconds.
+
+        The broken frame itself is completed with zeros and carried out, because the board offers no way to drop it: a
+        position command then opens the channels that it had not got to.
+
+        Returns:
+            The stray bytes that the board held, 0..15.
+
+        Raises:
+            LinkTimeoutError: the board stays silent.
+        """
+        return self._link.resynchronise(self._reply_timeout_s)
+
+    def _read(self, opcode: Opcode) -> Reply:
+        reply = self._query(opcode)
+        for _ in range(_FIRST_TELEMETRY_TRIES):
+            known_alive = self._telemetry_seen_at_restart == self._link.restarts
+            if known_alive or any(reply.words) or any(self._query(Opcode.GET_TEMP).words):
+                self._telemetry_seen_at_restart = self._link.restarts
+                return reply
+            self._wait(_TELEMETRY_PERIOD_S)
+            reply = self._query(opcode)
+        raise NoTelemetryError(
+            f"{self.name}: the board answers, but all readings are zero, temperatures included, so it has not reached "
+            "all seven servos once since it started. One missing servo or loose bus connector is enough. Check the "
+            "servos' supply, the bus cables and the boot text."
+        )
+
+    def _query(self, opcode: Opcode) -> Reply:
+        return self._link.ask(protocol.make_query(opcode), self._reply_timeout_s, self._read_attempts)
+
+    def _set(self, request: bytes, channel: Channel, value: int) -> None:
+        stored = self._acknowledged(request, channel).words[1]
+        if stored != value:
+            raise RefusedError(f"{self.name}: asked {channel.label} for {value}, the board stored {stored}.")
+
+    def _acknowledged(self, request: bytes, channel: Channel) -> Reply:
+        reply = self._link.ask(request, _SETTING_TIMEOUT_S)
+        number = protocol.wire_index(channel)
+        if reply.words[0] == protocol.REFUSED_CHANNEL:
+            raise RefusedError(f"{self.name}: the board knows no channel {number} ({channel.label}).")
+        if reply.words[0] != number:
+            raise DesyncError(
+                f"{self.name}: asked about channel {number} ({channel.label}), the board answered about "
+                f"{reply.words[0]}. Is another program using the port?"
+            )
+        return reply
+
+    def _wait(self, seconds: float) -> None:
+        self._clock.sleep_until(self._clock.now() + seconds)

@@ -1,0 +1,223 @@
+"""The host protocol as the driver speaks it: bytes in, values out, and no port, clock or thread in here.
+
+Every frame has sixteen bytes in both directions: opcode, filler, seven little-endian words. There is no checksum, no
+start mark and no sequence number. The board takes bytes sixteen at a time and never looks for a frame's start, so a
+single stray byte shifts everything after it; the host can do better because a reply starts with a known opcode and a
+zero filler, and because nothing but boot text is ever sent unasked.
+
+The words of a frame are in wire order, which is the servos' ID order. This is the only module of the driver that
+knows it: what goes in and what comes out is in command order.
+
+Source: TetherIA aero-open-firmware d7bd82e and aero-hand-open 6a3022d (firmware 0.1.0 and 0.2.0, same frames).
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aero.channels import WIRE_ORDER, Channel
+
+FRAME_SIZE = 16
+_FRAME = struct.Struct("<BB7H")
+_FILLER = 0
+_WIRE_INDEX = np.array(WIRE_ORDER)
+
+MAX_CODE = 0xFFFF
+"""Largest position code; 0 is one end of the command window and this the other, closed one."""
+MAX_TORQUE_COMMAND = 1000
+"""Largest magnitude in torque mode; the board clamps there."""
+MAX_SPEED_SETTING = 32766
+"""Largest speed register value that the board stores."""
+MAX_TORQUE_SETTING = 1023
+"""Largest torque limit that the board stores."""
+MAX_SERVO_ID = 253
+"""Largest ID a servo can be given."""
+REFUSED_CHANNEL = 0xFFFF
+"""First word of a refused setting's acknowledgement."""
+
+BOOT_TEXT_MARKS = (b"[BOOT]", b"[Init]", b"  ID ", b"Servo ")
+"""Fragments of which at least one is in any stretch of text that a starting board prints; firmwares pre to 0.2.0."""
+
+
+class Opcode(IntEnum):
+    """First byte of a frame; a reply carries the opcode of its request."""
+
+    HOMING = 0x01
+    SET_ID = 0x02
+    TRIM = 0x03
+    CTRL_POS = 0x11
+    CTRL_TOR = 0x12
+    GET_POS = 0x22
+    GET_VEL = 0x23
+    GET_CURR = 0x24
+    GET_TEMP = 0x25
+    SET_SPE = 0x31
+    SET_TOR = 0x32
+
+
+PADDING = b"\0"
+"""A byte that does no harm wherever the board reads it: opcode 0 is unknown and swallows its frame in silence."""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """One frame from the board."""
+
+    opcode: int
+    """First byte; an `Opcode` in every reply the board sends."""
+    words: tuple[int, ...]
+    """Seven unsigned words in the order of the wire."""
+
+
+def make_query(opcode: Opcode) -> bytes:
+    """Return a request whose payload the board ignores: a GET or HOMING."""
+    return _FRAME.pack(opcode, _FILLER, *(0,) * len(Channel))
+
+
+def make_positions(codes: ArrayLike) -> bytes:
+    """Return a position command.
+
+    Args:
+        codes: (7,) integers in 0..65535, command order.
+
+    Raises:
+        ValueError: wrong shape, not integers, or out of range.
+    """
+    return _make_channel_words(Opcode.CTRL_POS, codes, MAX_CODE, "position codes")
+
+
+def make_torques(magnitudes: ArrayLike) -> bytes:
+    """Return a torque command; every channel is pulled closed, the protocol has no other direction.
+
+    Args:
+        magnitudes: (7,) integers in 0..1000, units of the servo's torque register, command order.
+
+    Raises:
+        ValueError: wrong shape, not integers, or out of range.
+    """
+    return _make_channel_words(Opcode.CTRL_TOR, magnitudes, MAX_TORQUE_COMMAND, "torque magnitudes")
+
+
+def make_set_speed(channel: Channel, register_units: int) -> bytes:
+    """Return a request to limit one channel's speed to 0..32766 register units from its next position command on."""
+    return _make_setting(Opcode.SET_SPE, channel, _checked_int(register_units, 0, MAX_SPEED_SETTING, "speed setting"))
+
+
+def make_set_torque(channel: Channel, register_units: int) -> bytes:
+    """Return a request to limit one channel's torque to 0..1023 register units from its next position command on."""
+    return _make_setting(Opcode.SET_TOR, channel, _checked_int(register_units, 0, MAX_TORQUE_SETTING, "torque setting"))
+
+
+def make_trim(channel: Channel, degrees: int) -> bytes:
+    """Return a request to shift one channel's extended end by `degrees` (-360..360) of its shaft."""
+    return _make_setting(Opcode.TRIM, channel, _checked_int(degrees, -360, 360, "trim in degrees") & 0xFFFF)
+
+
+def make_set_id(new_id: int, current_limit: int) -> bytes:
+    """Return a request to give the only servo on the bus `new_id` (0..253) and a current limit (0..1023 units)."""
+    words = [
+        _checked_int(new_id, 0, MAX_SERVO_ID, "servo ID"),
+        _checked_int(current_limit, 0, MAX_TORQUE_SETTING, "current limit"),
+    ]
+    return _FRAME.pack(Opcode.SET_ID, _FILLER, *words, 0, 0, 0, 0, 0)
+
+
+def parse_reply(frame: bytes) -> Reply:
+    """Take a frame of exactly sixteen bytes apart.
+
+    Raises:
+        ValueError: another length.
+    """
+    if len(frame) != FRAME_SIZE:
+        raise ValueError(f"a frame has {FRAME_SIZE} bytes, got {len(frame)}")
+    opcode, _, *words = _FRAME.unpack(frame)
+    return Reply(opcode, tuple(words))
+
+
+def unsigned_values(reply: Reply) -> NDArray[np.uint16]:
+    """Return the words of a reply as (7,) uint16 in command order: position codes or °C."""
+    values = np.empty(len(Channel), np.uint16)
+    values[_WIRE_INDEX] = reply.words
+    return values
+
+
+def signed_values(reply: Reply) -> NDArray[np.int16]:
+    """Return the words of a reply as (7,) int16 in command order: speed or current register units."""
+    return unsigned_values(reply).view(np.int16)
+
+
+def wire_index(channel: Channel) -> int:
+    """Return the number by which the board knows a channel, which is also its servo's ID."""
+    return WIRE_ORDER.index(channel)
+
+
+def holds_boot_text(data: bytes) -> bool:
+    """Whether a starting board printed some of `data`."""
+    return any(mark in data for mark in BOOT_TEXT_MARKS)
+
+
+class ReplyScanner:
+    """Finds the reply to one request in a stream that may also hold boot text, late replies and fragments.
+
+    The reply ends what the board has sent, so of several places that look like its start the last one that is
+    complete counts. Without a checksum a fragment can still pass for a reply when it happens to hold the opcode and
+    a zero and the true reply is cut off at the right place; reading in whole frames makes that a matter of bad luck.
+    """
+
+    def __init__(self, opcode: Opcode) -> None:
+        self._head = bytes((opcode, _FILLER))
+        self._buffer = bytearray()
+        self._start: int | None = None
+
+    def feed(self, data: bytes) -> Reply | None:
+        """Add received bytes and return the reply once it is complete."""
+        self._buffer += data
+        start = self._buffer.rfind(self._head, 0, max(0, len(self._buffer) - FRAME_SIZE + len(self._head)))
+        if start < 0:
+            return None
+        self._start = start
+        return parse_reply(bytes(self._buffer[start : start + FRAME_SIZE]))
+
+    @property
+    def missing(self) -> int:
+        """Fewest further bytes that can complete the reply, 1..16."""
+        length = len(self._buffer)
+        for start in range(max(0, length - FRAME_SIZE + 1), length):
+            if self._head.startswith(self._buffer[start : start + len(self._head)]):
+                return FRAME_SIZE - (length - start)
+        return FRAME_SIZE
+
+    @property
+    def stray(self) -> bytes:
+        """Everything received that is not part of the reply."""
+        if self._start is None:
+            return bytes(self._buffer)
+        return bytes(self._buffer[: self._start] + self._buffer[self._start + FRAME_SIZE :])
+
+
+def _make_channel_words(opcode: Opcode, values: ArrayLike, highest: int, what: str) -> bytes:
+    array = np.asarray(values)
+    if array.shape != (len(Channel),):
+        raise ValueError(f"{what}: expected shape ({len(Channel)},), one a channel in command order, got {array.shape}")
+    if array.dtype.kind not in "iu":
+        raise ValueError(f"{what}: expected integers in 0..{highest}, got {array.dtype} {array.tolist()}")
+    outside = np.flatnonzero((array < 0) | (array > highest))
+    if outside.size:
+        named = ", ".join(f"{Channel(int(i)).label} {array[i]}" for i in outside)
+        raise ValueError(f"{what}: expected 0..{highest}, got {named}")
+    return _FRAME.pack(opcode, _FILLER, *array[_WIRE_INDEX].tolist())
+
+
+def _make_setting(opcode: Opcode, channel: Channel, word: int) -> bytes:
+    return _FRAME.pack(opcode, _FILLER, wire_index(Channel(channel)), word, 0, 0, 0, 0, 0)
+
+
+def _checked_int(value: int, lowest: int, highest: int, what: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not lowest <= value <= highest:
+        raise ValueError(f"{what}: expected an integer in {lowest}..{highest}, got {value!r}")
+    return int(value)

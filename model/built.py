@@ -1,0 +1,199 @@
+"""The built hand: joints and links of the mechanism, pulled by one-way cables that spools wind in.
+
+Each cable is a fixed tendon of length sum(c q) - r theta with a one-sided limit at minus its take-up: at the limit
+the constraint force is the cable's tension, above it the cable is slack. Abduction has no spool; its shaft is the
+joint itself (linkage, paper section "Kinematics and transmission").
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import CABLES, JOINT_BOX_RAD, Channel, Joint
+from model.geometry import Side, hand
+from model.geometry.palm import THENAR_GUIDE, THENAR_RADIUS
+from model.geometry.winding import SPOOL_RADIUS, WINDING
+from model.parameters import BuiltHandParameters
+from model.skeleton import COLLISION_GROUP, JointDynamics, build_skeleton, couple
+from model.softness import constraint
+
+NEVER = 1.0
+"""Upper limit of the cables' length, m; out of reach."""
+COUPLING_COMPLIANCE = 0.002
+"""Give of the PIP-DIP and thumb MCP-IP couplings, rad/(N m)."""
+SPOOL_PLACES = {channel: (0.030 + 0.022 * (i % 2), 0.030 - 0.012 * i, -0.030) for i, channel in enumerate(CABLES)}
+"""Where the spools are drawn, mount's frame, m; the physics does not depend on it."""
+
+
+def shaft_name(channel: Channel) -> str:
+    """Return the name of the joint that is a channel's output shaft."""
+    return channel.label if channel is Channel.THUMB_ABDUCTION else f"{channel.label}_spool"
+
+
+def cable_name(channel: Channel) -> str:
+    """Return the name of the tendon that is a cable channel's cable."""
+    return f"{channel.label}_cable"
+
+
+def build_built(side: Side = "right", parameters: BuiltHandParameters | None = None) -> mujoco.MjSpec:
+    """Build the built hand.
+
+    Sixteen joints, six spools, six cables, and seven motors in command order whose control is a torque on the output
+    shaft, N m, positive closes.
+
+    Args:
+        side: which hand.
+        parameters: deviations of this hand; the defaults when left out.
+
+    Raises:
+        ValueError: `side` is neither `right` nor `left`.
+    """
+    unit = parameters or BuiltHandParameters()
+    spec = _assemble(side, unit)
+    _soften(spec, spec.copy().compile(), unit)
+    return spec
+
+
+def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
+    description = hand(side)
+    spec = build_skeleton(description, _joint_dynamics(unit))
+    spec.modelname = f"aero_built_{side}"
+    spec.option.timestep = unit.timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.gravity = (0.0, 0.0, -unit.gravity)
+    if not unit.contacts:
+        spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONTACT
+    couple(spec, description)
+    _add_thenar_stop(spec, unit)
+    for channel in CABLES:
+        _add_spool(spec, channel, unit)
+        _add_cable(spec, channel, unit)
+    for channel in Channel:
+        spec.add_actuator(
+            name=channel.label, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=shaft_name(channel)
+        ).set_to_motor()
+    return spec
+
+
+def _joint_dynamics(unit: BuiltHandParameters) -> JointDynamics:
+    inertia, damping, friction = (
+        np.array(values) for values in (unit.joint_inertia, unit.joint_damping, unit.joint_friction)
+    )
+    # The abduction joint carries its servo itself.
+    inertia[Joint.THUMB_ABDUCTION] += unit.rotor_inertia[Channel.THUMB_ABDUCTION]
+    damping[Joint.THUMB_ABDUCTION] += unit.spool_damping[Channel.THUMB_ABDUCTION]
+    friction[Joint.THUMB_ABDUCTION] += unit.spool_friction[Channel.THUMB_ABDUCTION]
+    stiffness, relaxed = _springs(unit)
+    return JointDynamics(
+        armature=inertia,
+        damping=damping,
+        friction=friction,
+        upper=np.array(unit.closed_stop),
+        spring_stiffness=stiffness,
+        spring_reference=relaxed,
+    )
+
+
+def _springs(unit: BuiltHandParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the joints' spring rates, N m/rad, and relaxed angles, rad."""
+    opened, closed = np.array(unit.spring_open), np.array(unit.spring_closed)
+    if np.any(closed < opened):
+        joint = Joint(int(np.argmax(closed < opened)))
+        raise ValueError(
+            f"{joint.label}: a return spring cannot pull less closed than open, "
+            f"{closed[joint]} N m against {opened[joint]} N m"
+        )
+    # A constant torque is a very soft spring that is very far from relaxed.
+    stiffness = np.maximum(closed - opened, 1e-6 * opened) / JOINT_BOX_RAD[:, 1]
+    relaxed = -np.divide(opened, stiffness, out=np.zeros_like(opened), where=stiffness > 0.0)
+    return stiffness, relaxed
+
+
+def _add_thenar_stop(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
+    """Let the metacarpal meet the palm where it does on a physical hand; the boxes of the palm are too coarse."""
+    stop = constraint(0.0, 1.0, unit.timestep)
+    spec.body("palm").add_geom(
+        name="thenar",
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=(THENAR_RADIUS, 0.0, 0.0),
+        pos=spec.site(THENAR_GUIDE.name).pos,
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        group=COLLISION_GROUP,
+    )
+    spec.add_pair(
+        name="thenar_stop",
+        geomname1="thenar",
+        geomname2="thumb_metacarpal_box0",
+        condim=1,
+        solref=stop.solref,
+        solimp=stop.solimp,
+    )
+
+
+def _add_spool(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters) -> None:
+    body = spec.body("mount").add_body(name=shaft_name(channel), pos=SPOOL_PLACES[channel])
+    body.explicitinertial = True
+    body.mass, body.inertia = 1e-3, (1e-8, 1e-8, 1e-8)
+    body.add_joint(
+        name=shaft_name(channel),
+        type=mujoco.mjtJoint.mjJNT_HINGE,
+        axis=(0.0, 0.0, 1.0),
+        armature=unit.rotor_inertia[channel],
+        damping=unit.spool_damping[channel],
+        frictionloss=unit.spool_friction[channel],
+    )
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(SPOOL_RADIUS, 0.003, 0.0),
+        contype=0,
+        conaffinity=0,
+        rgba=(0.85, 0.12, 0.10, 1.0),
+    )
+
+
+def _add_cable(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters) -> None:
+    tendon = spec.add_tendon(
+        name=cable_name(channel),
+        limited=mujoco.mjtLimited.mjLIMITED_TRUE,
+        range=(-unit.cable_take_up[channel], NEVER),
+    )
+    for joint, radius in winding(channel, unit).items():
+        tendon.wrap_joint(joint.label, radius)
+    tendon.wrap_joint(shaft_name(channel), -SPOOL_RADIUS)
+
+
+def winding(channel: Channel, unit: BuiltHandParameters) -> dict[Joint, float]:
+    """Return one cable's winding radii on this hand, m/rad."""
+    abduction = dict(zip((Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR), unit.abduction_winding, strict=True))
+    return {
+        joint: abduction[channel] if joint is Joint.THUMB_ABDUCTION else radius * unit.winding_scale[channel]
+        for joint, radius in WINDING[channel].items()
+    }
+
+
+def _soften(spec: mujoco.MjSpec, probe: mujoco.MjModel, unit: BuiltHandParameters) -> None:
+    """Set the compliances, which depend on the inertias that only the compiler knows."""
+    for channel in CABLES:
+        tendon = spec.tendon(cable_name(channel))
+        soft = constraint(
+            unit.cable_compliance, float(probe.tendon_invweight0[probe.tendon(tendon.name).id]), unit.timestep
+        )
+        tendon.solref_limit, tendon.solimp_limit = soft.solref, soft.solimp
+    # Dry friction holds: MuJoCo's default lets a loaded joint creep by some 20 counts/s.
+    holding = constraint(0.0, 1.0, unit.timestep)
+    for name in (*(joint.label for joint in Joint), *map(shaft_name, CABLES)):
+        target = spec.joint(name)
+        target.solref_friction, target.solimp_friction = holding.solref, holding.solimp
+    inverse_inertia = {joint: float(probe.dof_invweight0[probe.joint(joint.label).dofadr[0]]) for joint in Joint}
+    for joint in Joint:
+        soft = constraint(unit.stop_compliance, inverse_inertia[joint], unit.timestep)
+        target = spec.joint(joint.label)
+        target.solref_limit, target.solimp_limit = soft.solref, soft.solimp
+    for equality in spec.equalities:
+        both = inverse_inertia[Joint[equality.name1.upper()]] + inverse_inertia[Joint[equality.name2.upper()]]
+        soft = constraint(COUPLING_COMPLIANCE, both, unit.timestep)
+        equality.solref, equality.solimp = soft.solref, soft.solimp

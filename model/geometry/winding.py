@@ -1,0 +1,35 @@
+"""Spools and winding radii of the mechanism: how much cable each joint takes up per radian.
+
+Source: paper, section "The joint-to-actuation model", eqs. (fingermap), (thumbcmc), (thumbflexor), CAD values at the
+digits of the released control stack. Abduction turns its joint through a linkage and winds nothing.
+"""
+
+from __future__ import annotations
+
+from aero.channels import FINGERS, Channel, Joint
+
+SPOOL_RADIUS = 9.0e-3
+"""m, all six cable channels."""
+MCP_RADIUS, PIP_RADIUS, DIP_RADIUS = 12.4912e-3, 7.3211e-3, 9.0e-3
+"""Winding radii of a finger, m/rad."""
+ABDUCTION_RADIUS = 2.5e-3
+"""Winding radius of abduction on both thumb cables, m/rad."""
+
+WINDING: dict[Channel, dict[Joint, float]] = {
+    **{
+        finger: {
+            Joint(3 * finger): MCP_RADIUS,
+            Joint(3 * finger + 1): PIP_RADIUS,
+            Joint(3 * finger + 2): DIP_RADIUS,
+        }
+        for finger in FINGERS
+    },
+    Channel.THUMB_CMC_FLEXION: {Joint.THUMB_ABDUCTION: ABDUCTION_RADIUS, Joint.THUMB_CMC: 12.4931e-3},
+    Channel.THUMB_FLEXOR: {
+        Joint.THUMB_ABDUCTION: ABDUCTION_RADIUS,
+        Joint.THUMB_CMC: -2.5e-3,
+        Joint.THUMB_MCP: 9.4372e-3,
+        Joint.THUMB_IP: 12.5e-3,
+    },
+}
+"""Cable taken up by each joint of each cable channel as it flexes, m/rad; negative pays out."""

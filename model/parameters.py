@@ -1,0 +1,83 @@
+"""What is particular about one built hand: every way in which it departs from rigid, frictionless CAD.
+
+An effect is switched off by its zero; a compliance of zero is as stiff as the step allows. Arrays over channels are
+in command order, arrays over joints in the order of `Joint`.
+
+The defaults describe a plausible hand, not a fitted one. They start from the loads and speeds that one physical hand
+showed (public logs June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e; a count of servo error is worth about
+0.0051 N m at the spool) and from the paper's transmission section.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from model.geometry.winding import ABDUCTION_RADIUS
+
+Channels = tuple[float, ...]
+Joints = tuple[float, ...]
+
+_CLOSED_STOP = (*(1.527,) * 12, 1.871, *map(float, JOINT_BOX_RAD[Joint.THUMB_CMC :, 1]))
+_SPRING_OPEN = (*(0.055, 0.060, 0.075) * 4, 0.0, 0.063, 0.017, 0.020)
+_SPRING_CLOSED = (*(0.085, 0.100, 0.120) * 4, 0.0, 0.160, 0.110, 0.130)
+_SPOOL_FRICTION = (0.034, 0.025, 0.034, 0.030, 0.025, 0.043, 0.017)
+
+
+@dataclass(frozen=True)
+class BuiltHandParameters:
+    """One physical hand behind its servos' output shafts."""
+
+    rotor_inertia: Channels = (7.5e-4,) * 7
+    """Inertia of motor and gears at the output shaft, kg m²; from a motor time constant of 12-16 ms."""
+    back_emf: float = 0.0463
+    """Torque lost per speed while a winding is driven, N m s/rad: stall torque 0.588 over 8286 counts/s."""
+    supply_ratio: float = 1.0
+    """Supply voltage over nominal; scales the torque that a servo's effort gives."""
+    spool_friction: Channels = _SPOOL_FRICTION
+    """Dry friction of gears and spool, N m; Coulomb part of the recorded static errors."""
+    spool_damping: Channels = (0.0,) * 7
+    """Viscous friction of gears and spool, also unpowered, N m s/rad."""
+    cable_take_up: Channels = (0.0,) * 7
+    """Cable wound in at the extended pose before it is taut, m; abduction has no cable."""
+    cable_compliance: float = 5.4e-6
+    """Stretch of a cable, m/N; 0.35 mm at 65 N."""
+    winding_scale: Channels = (1.0,) * 7
+    """Winding radii over those of CAD; the abduction entry is not used."""
+    abduction_winding: tuple[float, float] = (ABDUCTION_RADIUS, ABDUCTION_RADIUS)
+    """Winding radius of abduction on the CMC and the flexor cable, m/rad; zero uncouples them."""
+    spring_open: Joints = _SPRING_OPEN
+    """Opening torque of the return springs at the extended stop, N m; 5 N of cable as recorded."""
+    spring_closed: Joints = _SPRING_CLOSED
+    """Opening torque of the return springs at the closed end of the joint box, N m; 11-18 N of cable as recorded."""
+    joint_friction: Joints = (0.004,) * 16
+    """Dry friction of a joint, N m."""
+    joint_damping: Joints = (0.004,) * 16
+    """Viscous friction of a joint, N m s/rad."""
+    joint_inertia: Joints = (2.0e-5,) * 16
+    """Inertia added to a joint, kg m², for silicone, pins and cable that the rigid links leave out."""
+    closed_stop: Joints = _CLOSED_STOP
+    """Closed end stops, rad; fingers blocked at 0.976-0.979 of 288.16°, abduction 1.871 rad (paper, kinematic test)."""
+    stop_compliance: float = 0.005
+    """Give of a joint's end stops, rad/(N m); printed parts, assumed."""
+    gravity: float = 9.81
+    """m/s², along the back of the hand as it lies palm up."""
+    contacts: bool = True
+    """Whether digits touch each other and the palm."""
+    timestep: float = 0.002
+    """Longest step of the physics, s."""
+
+    def __post_init__(self) -> None:
+        lengths = {"Channels": len(Channel), "Joints": len(Joint), "tuple[float, float]": 2}
+        for field in fields(self):
+            values = np.atleast_1d(np.asarray(getattr(self, field.name), dtype=float))
+            expected = lengths.get(str(field.type), 1)
+            if values.shape != (expected,):
+                raise ValueError(f"{field.name} has {expected} values, not shape {values.shape}")
+            if not np.all(np.isfinite(values)) or np.any(values < 0):
+                raise ValueError(f"{field.name} must be finite and not negative, not {getattr(self, field.name)}")
+        for name in ("rotor_inertia", "joint_inertia", "closed_stop", "winding_scale", "timestep", "supply_ratio"):
+            if np.any(np.asarray(getattr(self, name)) == 0):
+                raise ValueError(f"{name} must be positive; a hand without it has no equations of motion")

@@ -1,0 +1,40 @@
+"""Physical compliance as MuJoCo's constraint parameters.
+
+A MuJoCo constraint has a time constant T and an impedance d. With d constant, a violation r at rest is held by the
+force r / ((1 - d) A T²), where A is the inverse inertia along the constraint that the compiler stores
+(`tendon_invweight0`, `dof_invweight0`). So a physical compliance c (violation per force) is met by
+1 - d = c / (A T²); T is as short as the step allows unless d would leave the range in which that is well behaved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+IMPEDANCE_MIN, IMPEDANCE_MAX = 0.90, 0.9999
+STEPS_PER_TIME_CONSTANT = 2.0
+"""MuJoCo's own lower bound for a stable constraint."""
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """The pair of parameters MuJoCo takes."""
+
+    solref: tuple[float, float]
+    """Time constant, s, and damping ratio."""
+    solimp: tuple[float, float, float, float, float]
+    """Constant impedance."""
+
+
+def constraint(compliance: float, inverse_inertia: float, timestep: float) -> Constraint:
+    """Return a critically damped one-sided constraint of a given static compliance.
+
+    Args:
+        compliance: violation per force, m/N or rad/(N m), not negative.
+        inverse_inertia: of the constraint at the initial pose, 1/kg or 1/(kg m²).
+        timestep: longest step, s; a compliance too small for it gives the stiffest constraint there is.
+    """
+    time_constant = max(STEPS_PER_TIME_CONSTANT * timestep, sqrt(compliance / inverse_inertia / (1 - IMPEDANCE_MIN)))
+    softness = compliance / (inverse_inertia * time_constant**2)
+    impedance = min(1.0 - softness, IMPEDANCE_MAX)
+    return Constraint((time_constant, 1.0), (impedance, impedance, 0.001, 0.5, 2.0))

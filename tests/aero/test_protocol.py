@@ -1,0 +1,151 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero import protocol
+from aero.channels import Channel
+from aero.protocol import Opcode, ReplyScanner
+
+CODES = st.lists(st.integers(0, 65535), min_size=7, max_size=7)
+GETS = st.sampled_from([Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP])
+
+
+def frame(text):
+    return bytes.fromhex(text).ljust(16, b"\0")
+
+
+@pytest.mark.parametrize(
+    ("made", "expected"),
+    [
+        (protocol.make_query(Opcode.HOMING), "01"),
+        (protocol.make_query(Opcode.GET_POS), "22"),
+        (protocol.make_query(Opcode.GET_VEL), "23"),
+        (protocol.make_query(Opcode.GET_CURR), "24"),
+        (protocol.make_query(Opcode.GET_TEMP), "25"),
+        (
+            # index, middle, ring, pinky, abduction, CMC, flexor; the thumb comes first on the wire.
+            protocol.make_positions([0x0301, 0x0302, 0x0303, 0x0304, 0x0105, 0x0106, 0x0107]),
+            "11 00 05 01 06 01 07 01 01 03 02 03 03 03 04 03",
+        ),
+        # What aero-open-sdk 0.1.0.dev1 sends for sixteen joints at zero.
+        (protocol.make_positions([0, 0, 0, 0, 0, 0, 3815]), "11 00 00 00 00 00 E7 0E"),
+        (protocol.make_torques([4, 5, 6, 7, 1, 2, 1000]), "12 00 01 00 02 00 E8 03 04 00 05 00 06 00 07 00"),
+        (protocol.make_trim(Channel.INDEX, -100), "03 00 03 00 9C FF"),
+        (protocol.make_trim(Channel.THUMB_FLEXOR, 10), "03 00 02 00 0A 00"),
+        (protocol.make_set_speed(Channel.THUMB_ABDUCTION, 32766), "31 00 00 00 FE 7F"),
+        (protocol.make_set_torque(Channel.PINKY, 1023), "32 00 06 00 FF 03"),
+        (protocol.make_set_id(3, 1023), "02 00 03 00 FF 03"),
+    ],
+)
+def test_golden_frames(made, expected):
+    assert made == frame(expected)
+
+
+def test_replies_are_taken_apart_into_command_order():
+    positions = protocol.parse_reply(frame("22 00 05 01 06 01 07 01 01 03 02 03 03 03 04 03"))
+    assert positions.opcode == Opcode.GET_POS
+    expected = [0x0301, 0x0302, 0x0303, 0x0304, 0x0105, 0x0106, 0x0107]
+    np.testing.assert_array_equal(protocol.unsigned_values(positions), expected)
+
+
+def test_currents_and_speeds_are_twos_complement():
+    reply = protocol.parse_reply(frame("24 00 FF FF 00 80 FF 7F"))
+    np.testing.assert_array_equal(protocol.signed_values(reply), [0, 0, 0, 0, -1, -32768, 32767])
+
+
+@given(CODES)
+def test_what_is_packed_in_command_order_comes_back_in_command_order(codes):
+    assert protocol.unsigned_values(protocol.parse_reply(protocol.make_positions(codes))).tolist() == codes
+
+
+@pytest.mark.parametrize(
+    "codes",
+    [
+        [0.0] * 7,
+        [0.5] * 7,
+        [float("nan")] * 7,
+        [float("inf")] + [0] * 6,
+        [True] * 7,
+        ["0"] * 7,
+        [None] * 7,
+        [0] * 6,
+        [0] * 8,
+        [[0] * 7],
+        0,
+        [-1] + [0] * 6,
+        [65536] + [0] * 6,
+        [2**70] + [0] * 6,
+    ],
+)
+def test_what_is_no_position_is_refused(codes):
+    with pytest.raises(ValueError, match="position codes"):
+        protocol.make_positions(codes)
+
+
+def test_a_refusal_names_channel_and_limit():
+    with pytest.raises(ValueError, match=r"expected 0..65535, got thumb_flexor 70000"):
+        protocol.make_positions([0, 0, 0, 0, 0, 0, 70000])
+
+
+@pytest.mark.parametrize(
+    ("make", "arguments"),
+    [
+        (protocol.make_torques, ([1001] + [0] * 6,)),
+        (protocol.make_set_speed, (Channel.INDEX, 32767)),
+        (protocol.make_set_speed, (Channel.INDEX, -1)),
+        (protocol.make_set_speed, (Channel.INDEX, 1.0)),
+        (protocol.make_set_speed, (Channel.INDEX, True)),
+        (protocol.make_set_speed, (7, 100)),
+        (protocol.make_set_torque, (Channel.INDEX, 1024)),
+        (protocol.make_trim, (Channel.INDEX, 361)),
+        (protocol.make_trim, (Channel.INDEX, 0.5)),
+        (protocol.make_set_id, (254, 100)),
+        (protocol.make_set_id, (1, 1024)),
+        (protocol.parse_reply, (b"\0" * 15,)),
+    ],
+)
+def test_arguments_out_of_range_are_refused(make, arguments):
+    with pytest.raises(ValueError, match=r"\d"):
+        make(*arguments)
+
+
+@given(st.integers(-360, 360), st.sampled_from(Channel))
+def test_a_trim_carries_channel_and_signed_degrees(degrees, channel):
+    words = protocol.parse_reply(protocol.make_trim(channel, degrees)).words
+    assert (words[0], int(np.uint16(words[1]).view(np.int16))) == (protocol.wire_index(channel), degrees)
+
+
+@given(CODES, st.binary(max_size=40), st.lists(st.integers(1, 20), max_size=20), GETS)
+def test_the_reply_is_found_after_any_noise_in_any_pieces(codes, noise, cuts, opcode):
+    reply = bytes([opcode, 0]) + protocol.make_positions(codes)[2:]
+    stream = noise + reply
+    scanner, found = ReplyScanner(opcode), None
+    for size in [*cuts, len(stream)]:
+        found = scanner.feed(stream[:size])
+        stream = stream[size:]
+    assert found == protocol.parse_reply(reply)
+    assert scanner.stray == noise
+
+
+@given(st.binary(max_size=60), GETS)
+def test_never_more_is_asked_for_than_the_reply_still_lacks(received, opcode):
+    scanner = ReplyScanner(opcode)
+    scanner.feed(received)
+    reply = bytes([opcode, 0, *range(1, 15)])
+    starts_inside = [n for n in range(1, 16) if received.endswith(reply[:n])]
+    assert 1 <= scanner.missing <= 16 - max(starts_inside, default=0)
+
+
+def test_boot_text_never_passes_for_a_reply(boot_text):
+    for opcode in Opcode:
+        scanner = ReplyScanner(opcode)
+        assert scanner.feed(boot_text) is None
+        assert scanner.feed(bytes([opcode]) + b"\0" * 15) is not None
+        assert scanner.stray == boot_text
+    assert protocol.holds_boot_text(boot_text[100:])
+
+
+def test_of_two_replies_the_newer_one_counts():
+    old, new = (bytes([Opcode.GET_POS, 0, *[byte] * 14]) for byte in (1, 2))
+    assert ReplyScanner(Opcode.GET_POS).feed(old + new) == protocol.parse_reply(new)
