@@ -10,29 +10,11 @@ import jax
 import numpy as np
 
 from aero.policy.file import Policy
-from aero.policy.network import Layer, Network
+from train.convert import network
 from train.task.episode import PHYSICS_STEP_S, Task
 
 Parameters = Any
 """Brax's (normaliser, policy, value)."""
-
-
-def network(mean: Any, std: Any, layers: Mapping[str, Mapping[str, Any]]) -> Network:
-    """Return the NumPy network of a Brax policy.
-
-    Args:
-        mean: of the observations, (14,).
-        std: of the observations, (14,).
-        layers: `hidden_0`, `hidden_1`, ... each with `kernel` (in, out) and `bias`.
-    """
-    ordered = [layers[f"hidden_{i}"] for i in range(len(layers))]
-    return Network(
-        np.asarray(mean, np.float32),
-        np.asarray(std, np.float32),
-        tuple(
-            Layer(np.asarray(layer["kernel"], np.float32), np.asarray(layer["bias"], np.float32)) for layer in ordered
-        ),
-    )
 
 
 def policy(name: str, task: Task, parameters: Parameters, provenance: Mapping[str, Any]) -> Policy:
@@ -55,7 +37,8 @@ def save_parameters(parameters: Parameters, path: Path) -> None:
     leaves = jax.tree.leaves(parameters)
     partial = path.with_suffix(".partial")
     with partial.open("wb") as file:
-        np.savez(file, **{f"{i:03d}": np.asarray(leaf) for i, leaf in enumerate(leaves)})
+        arrays: dict[str, Any] = {f"{i:03d}": np.asarray(leaf) for i, leaf in enumerate(leaves)}
+        np.savez(file, **arrays)
     partial.replace(path)
 
 
@@ -68,6 +51,6 @@ def load_parameters(template: Parameters, path: Path) -> Parameters:
     leaves, structure = jax.tree.flatten(template)
     with np.load(path, allow_pickle=False) as archive:
         stored = [archive[name] for name in sorted(archive.files)]
-    if [leaf.shape for leaf in leaves] != [array.shape for array in stored]:
+    if [np.shape(leaf) for leaf in leaves] != [array.shape for array in stored]:
         raise ValueError(f"{path} does not fit the recipe's networks; it belongs to another recipe")
     return jax.tree.unflatten(structure, stored)

@@ -1,4 +1,4 @@
-"""Train a policy: Brax PPO over either backend, checkpoints chosen by true rotation and survival, stuck runs restarted."""
+"""Train a policy: Brax PPO over either backend, best checkpoint by true rotation and survival, restarts when stuck."""
 
 from __future__ import annotations
 
@@ -83,7 +83,9 @@ def train(
     standing = _standing(recipe, seed, folder, resume)
     deadline = time.monotonic() - standing.elapsed_s + (60.0 * minutes if minutes else np.inf)
     while True:
-        attempt = _Attempt(recipe, backend, folder, standing, deadline, on_checkpoint, threads)
+        attempt = _Attempt(
+            recipe, backend, folder, standing, deadline=deadline, on_checkpoint=on_checkpoint, threads=threads
+        )
         try:
             attempt.run()
         except _StuckError:
@@ -123,6 +125,7 @@ class _Attempt:
         backend: Backend,
         folder: Path,
         standing: Standing,
+        *,
         deadline: float,
         on_checkpoint: OnCheckpoint,
         threads: int | None,

@@ -6,11 +6,9 @@ import csv
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
-import matplotlib
-
-matplotlib.use("agg")
-from matplotlib import pyplot as plt  # noqa: E402 - the backend must be chosen first
+from matplotlib.figure import Figure
 
 CURVE = "curve.csv"
 PICTURE = "curve.png"
@@ -76,12 +74,10 @@ def append(folder: Path, point: Checkpoint) -> None:
 
 def read(folder: Path) -> list[Checkpoint]:
     """Return the curve of a run."""
-    kinds = {"attempt": int, "steps": int}
+    kinds: dict[str, Any] = {"attempt": int, "steps": int}
     with (folder / CURVE).open(newline="") as file:
-        return [
-            Checkpoint(**{name: kinds.get(name, float)(value) for name, value in row.items()})
-            for row in csv.DictReader(file)
-        ]
+        rows = [{name: kinds.get(name, float)(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    return [Checkpoint(**row) for row in rows]
 
 
 def write_standing(folder: Path, standing: Standing) -> None:
@@ -102,7 +98,8 @@ def read_standing(folder: Path) -> Standing:
 
 def picture(points: list[Checkpoint], path: Path) -> None:
     """Draw rotation and survival against environment steps, one line an attempt."""
-    figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7, 5), layout="constrained")
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True)
     for attempt in sorted({point.attempt for point in points}):
         own = [point for point in points if point.attempt == attempt]
         steps = [point.steps / 1e6 for point in own]
@@ -114,4 +111,3 @@ def picture(points: list[Checkpoint], path: Path) -> None:
     bottom.set_xlabel("environment steps, millions")
     bottom.set_ylim(-0.02, 1.02)
     figure.savefig(path, dpi=110)
-    plt.close(figure)

@@ -11,6 +11,7 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
+from aero.policy.task import Array
 from train.task.grasp import STATE_POSITIONS, STATE_VELOCITIES
 
 Floats = NDArray[np.float64]
@@ -83,11 +84,11 @@ class Simulator(Batch):
         return trajectory[:, -1], sensors
 
 
-def positions(states: Floats) -> Floats:
+def positions(states: Array) -> Array:
     """Return the generalised positions in `states`, (..., 23)."""
     return states[..., _POSITIONS]
 
 
-def velocities(states: Floats) -> Floats:
+def velocities(states: Array) -> Array:
     """Return the generalised velocities in `states`, (..., 22)."""
     return states[..., _VELOCITIES]

@@ -86,7 +86,7 @@ def run(policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0)
     tally = _Tally(task, count)
     for _ in range(steps):
         before = episode.memory.last
-        action = policy.network.act(observation)
+        action = policy.network.act(observation).astype(np.float64)
         episode, controls = command(task, episode, action)
         states, sensors = batch.advance(states, controls)
         noise = rng.uniform(-1, 1, (count, CHANNELS))
