@@ -9,6 +9,7 @@ Shafts are listed in command order: index, middle, ring, pinky, thumb abduction,
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -22,7 +23,8 @@ SHAFTS = 7
 class Drive:
     """What one servo asks of its motor until it asks for something else.
 
-    `effort = clip(torque + stiffness * (setpoint - angle) - damping * speed, -limit, limit)`; the plant adds back-EMF.
+    `effort = clip(torque + stiffness * (setpoint - angle) - damping * speed, -limit, limit)` is the motor's voltage;
+    `clip(effort - back_emf, -current_limit, current_limit)`, with the plant's back-EMF, turns the shaft.
     Torque off is a drive of zeros with `powered=False`.
     """
 
@@ -36,6 +38,8 @@ class Drive:
     """Feed-forward, N m, positive closes."""
     limit: float = 0.0
     """Bound on the effort, N m, not negative."""
+    current_limit: float = math.inf
+    """Bound on the effort less back-EMF, N m: a torque limit holds a blocked shaft back and not a fast one."""
     powered: bool = True
     """Whether the winding is driven; when not, there is no back-EMF either and the shaft turns freely."""
 

@@ -12,19 +12,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES, JOINT_BOX_RAD, Channel, Joint
+from model.appearance import CABLE_RGBA
 from model.geometry import Side, hand
 from model.geometry.palm import THENAR_GUIDE, THENAR_RADIUS
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import BuiltHandParameters
-from model.skeleton import COLLISION_GROUP, JointDynamics, build_skeleton, couple
+from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
 from model.softness import constraint
 
 NEVER = 1.0
 """Upper limit of the cables' length, m; out of reach."""
 COUPLING_COMPLIANCE = 0.002
 """Give of the PIP-DIP and thumb MCP-IP couplings, rad/(N m)."""
-SPOOL_PLACES = {channel: (0.030 + 0.022 * (i % 2), 0.030 - 0.012 * i, -0.030) for i, channel in enumerate(CABLES)}
-"""Where the spools are drawn, mount's frame, m; the physics does not depend on it."""
+SPOOL_ROW = (
+    Channel.PINKY,
+    Channel.RING,
+    Channel.MIDDLE,
+    Channel.INDEX,
+    Channel.THUMB_CMC_FLEXION,
+    Channel.THUMB_FLEXOR,
+)
+"""Spools as they are drawn behind the palm of a right hand, from +y to -y; the physics does not depend on it."""
+SPOOL_SPACING = 0.022
+"""m"""
 
 
 def shaft_name(channel: Channel) -> str:
@@ -68,7 +78,7 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
     couple(spec, description)
     _add_thenar_stop(spec, unit)
     for channel in CABLES:
-        _add_spool(spec, channel, unit)
+        _add_spool(spec, side, channel, unit)
         _add_cable(spec, channel, unit)
     for channel in Channel:
         spec.add_actuator(
@@ -134,8 +144,9 @@ def _add_thenar_stop(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
     )
 
 
-def _add_spool(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters) -> None:
-    body = spec.body("mount").add_body(name=shaft_name(channel), pos=SPOOL_PLACES[channel])
+def _add_spool(spec: mujoco.MjSpec, side: Side, channel: Channel, unit: BuiltHandParameters) -> None:
+    y = SPOOL_SPACING * (len(SPOOL_ROW) / 2 - 0.5 - SPOOL_ROW.index(channel))
+    body = spec.body("mount").add_body(name=shaft_name(channel), pos=(0.012, y if side == "right" else -y, 0.0))
     body.explicitinertial = True
     body.mass, body.inertia = 1e-3, (1e-8, 1e-8, 1e-8)
     body.add_joint(
@@ -151,7 +162,8 @@ def _add_spool(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters)
         size=(SPOOL_RADIUS, 0.003, 0.0),
         contype=0,
         conaffinity=0,
-        rgba=(0.85, 0.12, 0.10, 1.0),
+        rgba=CABLE_RGBA["actuation"],
+        group=MECHANISM_GROUP,
     )
 
 

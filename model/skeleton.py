@@ -23,6 +23,7 @@ CONTACT_SOLIMP = (0.9, 0.99, 0.001, 0.5, 2.0)
 
 COLLISION_GROUP = 3
 MECHANISM_GROUP = 1
+GUIDE_GROUP = 4
 PULLEY_QUATS: dict[str, Quaternion] = {"x": (0.5**0.5, 0.0, -(0.5**0.5), 0.0), "y": (0.5**0.5, -(0.5**0.5), 0.0, 0.0)}
 
 
@@ -112,7 +113,7 @@ def _add_link(parent: mujoco.MjsBody, link: Link, dynamics: JointDynamics) -> No
     for pulley in link.pulleys:
         _add_pulley(body, pulley)
     for guide in link.guides:
-        body.add_site(name=guide.name, pos=guide.pos, size=(0.0006, 0.0006, 0.0006), group=MECHANISM_GROUP + 3)
+        body.add_site(name=guide.name, pos=guide.pos, size=(0.0006, 0.0006, 0.0006), group=GUIDE_GROUP)
     dress(body, link)
     for child in link.links:
         _add_link(body, child, dynamics)

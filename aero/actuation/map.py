@@ -207,7 +207,7 @@ class ActuationMap:
                 lines.append(f"{channel.label} at {shown}° ({offenders.size} in all), window {low:.2f}..{high:.2f}°")
         return (
             f"shaft angles outside the command window {self.window.name!r}: {'; '.join(lines)}. Stay inside, or choose "
-            "saturation with saturating_codes."
+            "saturation (saturating_codes; --saturate on the command line)."
         )
 
 

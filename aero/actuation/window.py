@@ -19,12 +19,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
 
 COUNTS_PER_TURN = 4096
 """Servo counts in one turn of an output shaft."""
+
+_MAX_CODE = 65535
 
 Counts = tuple[int, ...]
 
@@ -116,6 +118,20 @@ class CommandWindow:
     def spans_counts(self) -> NDArray[np.int64]:
         """Return the counts between the two ends, (7,) int, positive; readings are multiples of 65535 over these."""
         return np.abs(np.subtract(self.grasp_counts, self.extend_counts))
+
+    def counts_from_codes(self, codes: ArrayLike) -> NDArray[np.int64]:
+        """Return the servo counts (..., 7) that the board sends servos to for codes (..., 7) in 0..65535."""
+        extend, grasp = np.array(self.extend_counts), np.array(self.grasp_counts)
+        steps = np.asarray(codes, np.int64) * np.abs(grasp - extend) // _MAX_CODE
+        counts: NDArray[np.int64] = extend + np.sign(grasp - extend) * steps
+        return counts
+
+    def codes_from_counts(self, counts: ArrayLike) -> NDArray[np.int64]:
+        """Return the codes (..., 7) that the board reports for encoder counts (..., 7), 0 and 65535 beyond the ends."""
+        extend, grasp = np.array(self.extend_counts), np.array(self.grasp_counts)
+        into = np.sign(grasp - extend) * (np.rint(counts).astype(np.int64) - extend)
+        codes: NDArray[np.int64] = np.clip(into * _MAX_CODE // np.abs(grasp - extend), 0, _MAX_CODE)
+        return codes
 
     def _closing_sign(self) -> NDArray[np.int64]:
         extend, grasp = np.array(_BASELINE[self.hand])

@@ -6,18 +6,22 @@ from importlib import import_module
 
 import click
 
-COMMANDS: dict[str, str] = {}
+COMMANDS: dict[str, str] = {
+    "validate": "hil.cli.validate:validate",
+    "emulate": "hil.cli.emulate:emulate",
+    "map": "hil.cli.map:map_command",
+}
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
 
 class LazyGroup(click.Group):
     """A click group that imports a command's module when it is asked for."""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
         """Return the command names in the order of `COMMANDS`."""
         return list(COMMANDS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 - as above
         """Import and return one command, None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None

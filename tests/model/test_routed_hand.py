@@ -10,6 +10,7 @@ from hypothesis.extra import numpy as hnp
 
 from aero.channels import FINGERS, Channel, Joint
 from model import RoutedHand
+from model.geometry.winding import WINDING
 
 RELEASED_EXTREMES = {
     Channel.INDEX: (0.061587, 0.107522),
@@ -155,3 +156,32 @@ def test_bad_commands_are_refused_and_change_nothing(hand, command, message):
 def test_bad_durations_are_refused(hand, seconds):
     with pytest.raises(ValueError, match="whole number"):
         hand.advance(seconds)
+
+
+def test_thumb_regression_is_that_of_the_released_model():
+    """A 10 x 10 sweep of the two thumb cables: joints over cable lengths, and CAD travel over each cable's length."""
+    hand = RoutedHand()
+    command = extended_command(hand)
+    command[Channel.THUMB_ABDUCTION] = 0.8
+    hand.command(command)
+    hand.advance(1.0)
+    lengths, angles = [], []
+    flexor_goals = np.linspace(*hand.command_range[Channel.THUMB_FLEXOR][::-1], 10)
+    for row, cmc in enumerate(np.linspace(*hand.command_range[Channel.THUMB_CMC_FLEXION][::-1], 10)):
+        for flexor in flexor_goals if row % 2 == 0 else flexor_goals[::-1]:
+            command[[Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]] = cmc, flexor
+            hand.command(command)
+            hand.advance(0.6)
+            lengths.append(hand.lengths()[[Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]])
+            angles.append(hand.joint_angles()[Joint.THUMB_CMC :])
+    inputs, outputs = np.column_stack([lengths, np.ones(100)]), np.array(angles)
+    rows, residuals, *_ = np.linalg.lstsq(inputs, outputs, rcond=None)
+    r_squared = 1 - residuals / ((outputs - outputs.mean(axis=0)) ** 2).sum(axis=0)
+
+    assert rows[:, 0] == pytest.approx([-77.8, -0.02, 2.995], abs=0.1)
+    assert rows[:, 1] == pytest.approx([-12.2, -55.9, 6.63], rel=0.03)
+    assert np.all(r_squared > [0.9997, 0.9991, 0.9991])
+    cmc_travel = WINDING[Channel.THUMB_CMC_FLEXION][Joint.THUMB_CMC] * outputs[:, 0]
+    flexor_travel = outputs @ [WINDING[Channel.THUMB_FLEXOR][Joint(j)] for j in range(Joint.THUMB_CMC, 16)]
+    assert 1e3 * np.polyfit(inputs[:, 0], cmc_travel, 1) == pytest.approx([-972.5, 37.4], rel=2e-3)
+    assert 1e3 * np.polyfit(inputs[:, 1], flexor_travel, 1) == pytest.approx([-1222.0, 135.2], rel=2e-3)

@@ -1,0 +1,132 @@
+"""The board: its memory and its receive queue; what runs on it are the tasks of the other modules.
+
+What the lock covers: every use of the servo UART while the telemetry task exists. The task only tries it, so a long
+holder (homing, SET_ID) freezes the telemetry and delays nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from firmware_emulator.firmware.frames import CHANNELS, FRAME_SIZE
+from firmware_emulator.firmware.hands import SERVOS, HandConfig
+from firmware_emulator.firmware.nvs import Nvs
+from firmware_emulator.firmware.profiles import FirmwareProfile
+from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task
+from firmware_emulator.uart_master import UartMaster
+
+QUEUE_SIZE = 256
+"""Receive queue of the USB driver; bytes beyond it are dropped (arduino-esp32 HWCDC)."""
+POSITION, TORQUE = "position", "torque"
+
+
+@dataclass
+class Telemetry:
+    """The last complete reading of all servos, as host words by servo ID."""
+
+    positions: Sequence[int] = (0,) * CHANNELS
+    speeds: Sequence[int] = (0,) * CHANNELS
+    currents: Sequence[int] = (0,) * CHANNELS
+    temperatures: Sequence[int] = (0,) * CHANNELS
+
+
+class Window:
+    """Where each channel's travel begins and ends, counts by servo ID; only the open ends are stored."""
+
+    def __init__(self, hand: HandConfig, nvs: Nvs) -> None:
+        self.extend = [nvs.extend(channel, baseline) for channel, baseline in enumerate(hand.extend)]
+        self.grasp = list(hand.grasp)
+
+    def reset(self, hand: HandConfig) -> None:
+        """Go back to the window that is compiled in."""
+        self.extend[:] = hand.extend
+        self.grasp[:] = hand.grasp
+
+    def shift(self, channel: int, counts: int) -> None:
+        """Move both ends of a channel."""
+        self.extend[channel] += counts
+        self.grasp[channel] += counts
+
+
+@dataclass
+class TorqueState:
+    """What torque mode remembers, by servo ID."""
+
+    commanded: list[int] = field(default_factory=lambda: [0] * CHANNELS)
+    """Signed torque of the last command, register units."""
+    outside: list[bool] = field(default_factory=lambda: [False] * CHANNELS)
+    """Whether the soft limit has seen the channel outside its window."""
+    next_check_s: float = 0.0
+    """When the soft limit is due again, s."""
+
+
+class Board:
+    """State of a running firmware."""
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        uart: UartMaster,
+        *,
+        profile: FirmwareProfile,
+        hand: HandConfig,
+        nvs: Nvs,
+        transmit: Callable[[bytes], None],
+        host_latency_s: float,
+    ) -> None:
+        """Reset the firmware: RAM at its defaults, the extend values from NVS."""
+        self.kernel = kernel
+        self.uart = uart
+        self.profile = profile
+        self.hand = hand
+        self.nvs = nvs
+        self.transmit = transmit
+        self.lock = Mutex(kernel)
+        self.window = Window(hand, nvs)
+        self.speed = [profile.speed] * CHANNELS
+        self.torque = [profile.torque] * CHANNELS
+        self.mode = POSITION
+        self.torque_mode = TorqueState()
+        self.telemetry = Telemetry()
+        self.host_latency_s = host_latency_s
+        self._tasks: list[Runner] = []
+        self._queue = bytearray()
+        self.queued = Signal(kernel)
+
+    def start(self, task: Task) -> None:
+        """Start a task that lives until the board is reset."""
+        self._tasks.append(self.kernel.spawn(task))
+
+    def stop(self) -> None:
+        """End all tasks, as a reset does."""
+        for task in self._tasks:
+            task.stop()
+
+    def receive(self, data: bytes) -> None:
+        """Queue bytes from the host, up to the size of the queue."""
+        self._queue += data[: QUEUE_SIZE - len(self._queue)]
+        if len(self._queue) >= FRAME_SIZE:
+            self.queued.fire()
+
+    def next_frame(self) -> bytes | None:
+        """Take 16 bytes from wherever the queue stands, without any resynchronisation; None while there are fewer."""
+        if len(self._queue) < FRAME_SIZE:
+            return None
+        frame = bytes(self._queue[:FRAME_SIZE])
+        del self._queue[:FRAME_SIZE]
+        return frame
+
+    def enter_mode(self, mode: str, register_value: int) -> Task:
+        """Switch all servos to a mode if the firmware believes they are in the other one; the lock is held."""
+        if self.mode != mode:
+            for servo in SERVOS:
+                yield from self.uart.write(servo, 33, bytes((register_value,)))
+            self.mode = mode
+
+    def torque_cap(self, channel: int, torque: int) -> int:
+        """Return a torque (register units) after the thermal clamp, which looks at the cached temperature only."""
+        hot = self.profile.hot
+        if hot is not None and self.telemetry.temperatures[channel] >= hot[0]:
+            return min(torque, hot[1])
+        return torque

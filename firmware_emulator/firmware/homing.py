@@ -1,0 +1,177 @@
+"""Runs a `HomingPlan` on the bus, one library call after the other, as the firmware does.
+
+Each channel searches until its current reaches a threshold, which is where the mechanism stops it, or until time is
+up; either way the place is taken for the contact. The search goal of +-50000 does not fit the library's 16 bits and
+comes out as -+15536, so the search goes against the direction in the table. No failure is ever reported.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.homing_plan import (
+    Calibrate,
+    Go,
+    HomingPlan,
+    Limits,
+    Move,
+    ReadPosition,
+    ShiftWindow,
+    Step,
+    Target,
+)
+from firmware_emulator.firmware.servo_calls import (
+    GOAL_ADDRESS,
+    calibrate,
+    goal,
+    read_signed,
+    unlock,
+    write_limits,
+    write_register,
+)
+from firmware_emulator.kernel import Task
+from firmware_emulator.servo.registers import FEEDBACK, FEEDBACK_SIZE
+
+BEYOND_COUNTS = 50_000
+HALF_TURN = 2048
+NEAR_EXTEND_COUNTS = 625
+LIMIT_MARGIN_COUNTS = 113
+MAX_COUNTS = 4095
+CURRENT_LIMIT = 1023
+
+
+def home(board: Board) -> Task:
+    """Home all channels and store the extend values; the bus lock is held until the last move is sent."""
+    plan = board.profile.homing
+    yield from board.lock.take()
+    board.window.reset(board.hand)
+    for group in plan.groups:
+        yield from _Group(board, plan, group).run()
+    for channel in plan.final:
+        yield from _go(board, channel, board.window.extend[channel], plan.final_move)
+    board.lock.give()
+    if plan.repairs_current_limit:
+        # Without the lock, as in the firmware: a host-requested homing races the telemetry task here.
+        for channel in range(len(plan.steps)):
+            yield from _repair_current_limit(board, channel)
+    for channel, extend in enumerate(board.window.extend):
+        board.nvs.store_extend(channel, extend)
+
+
+def assume_homed(board: Board) -> Task:
+    """Leave firmware and servos as `home` leaves them, without searching: the counts are taken for right."""
+    plan = board.profile.homing
+    for channel, steps in enumerate(plan.steps):
+        for step in steps:
+            if isinstance(step, ShiftWindow):
+                board.window.shift(channel, step.counts * board.hand.direction[channel])
+        yield from _open_limits(board, channel)
+        yield from unlock(board.uart, channel)
+        yield from _close_limits(board, channel)
+        yield from _go(board, channel, board.window.extend[channel], plan.final_move)
+        board.nvs.store_extend(channel, board.window.extend[channel])
+
+
+class _Group:
+    """Channels that search together, and what each of them does afterwards."""
+
+    def __init__(self, board: Board, plan: HomingPlan, channels: tuple[int, ...]) -> None:
+        self._board = board
+        self._plan = plan
+        self._channels = channels
+        self._position = dict.fromkeys(channels, 0)
+
+    def run(self) -> Task:
+        for channel in self._channels:
+            yield from self._prepare(channel)
+        yield from self._search()
+        for channel in self._channels:
+            for step in self._plan.steps[channel]:
+                yield from self._take(channel, step)
+            yield from _close_limits(self._board, channel)
+
+    def _prepare(self, channel: int) -> Task:
+        uart = self._board.uart
+        yield from _open_limits(self._board, channel)
+        yield from write_register(uart, channel, "mode", 0)
+        yield from uart.read(channel, FEEDBACK, FEEDBACK_SIZE)
+
+    def _search(self) -> Task:
+        board, plan = self._board, self._plan
+        kernel = board.kernel
+        started = _millis(kernel.now)
+        searching = list(self._channels)
+        while True:
+            for channel in tuple(searching):
+                threshold = plan.thresholds[channel]
+                beyond = BEYOND_COUNTS * board.hand.direction[channel]
+                yield from _go(board, channel, beyond, replace(plan.search, torque=threshold))
+                current = yield from read_signed(board.uart, channel, "present_current")
+                self._position[channel] = yield from read_signed(board.uart, channel, "present_position")
+                if abs(current) >= threshold:
+                    searching.remove(channel)
+                    if plan.release is not None and len(self._channels) > 1:
+                        yield from _go(board, channel, self._position[channel], plan.release)
+            if not searching or _millis(kernel.now) - started > plan.timeout_ms:
+                return
+            yield (_millis(kernel.now) + 1) / 1000.0 - kernel.now
+
+    def _take(self, channel: int, step: Step) -> Task:
+        board = self._board
+        match step:
+            case Go(to, move, wait_s):
+                yield from _go(board, channel, self._target(channel, to), move)
+                yield wait_s
+            case Calibrate(wait_s):
+                yield from calibrate(board.uart, channel)
+                yield wait_s
+            case ReadPosition():
+                self._position[channel] = yield from read_signed(board.uart, channel, "present_position")
+            case ShiftWindow(counts):
+                board.window.shift(channel, counts * board.hand.direction[channel])
+
+    def _target(self, channel: int, to: Target) -> int:
+        window, direction = self._board.window, self._board.hand.direction[channel]
+        return {
+            Target.CONTACT: self._position[channel],
+            Target.GRASP: window.grasp[channel],
+            Target.EXTEND: window.extend[channel],
+            Target.BACK_OFF: self._position[channel] + HALF_TURN * direction,
+            Target.SHORT_OF_EXTEND: window.extend[channel] - NEAR_EXTEND_COUNTS * direction,
+        }[to]
+
+
+def _go(board: Board, channel: int, position: int, move: Move) -> Task:
+    data = goal(position, speed=move.speed, acceleration=move.acceleration, torque=move.torque)
+    return board.uart.write(channel, GOAL_ADDRESS, data)
+
+
+def _open_limits(board: Board, channel: int) -> Task:
+    if board.profile.homing.limits is not Limits.UNTOUCHED:
+        yield from write_limits(board.uart, channel, 0, 0)
+
+
+def _close_limits(board: Board, channel: int) -> Task:
+    if board.profile.homing.limits is Limits.WINDOW:
+        ends = board.window.extend[channel], board.window.grasp[channel]
+        low, high = max(min(ends) - LIMIT_MARGIN_COUNTS, 0), min(max(ends) + LIMIT_MARGIN_COUNTS, MAX_COUNTS)
+        yield from write_limits(board.uart, channel, low, high)
+
+
+def _repair_current_limit(board: Board, channel: int) -> Task:
+    uart = board.uart
+    if not (yield from uart.ping(channel)):
+        return
+    limit = yield from uart.read(channel, 28, 2)
+    if limit is None or int.from_bytes(limit, "little") == CURRENT_LIMIT:
+        return
+    yield from unlock(uart, channel)
+    yield from write_register(uart, channel, "protection_current", CURRENT_LIMIT)
+    yield from write_register(uart, channel, "lock", 1)
+
+
+def _millis(t: float) -> int:
+    """The firmware's millisecond counter at time `t` (s)."""
+    return math.floor(t * 1000.0 + 1e-6)

@@ -1,0 +1,45 @@
+"""The ESP32's non-volatile storage: seven extend values that survive a restart, in a file or in memory."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+
+class Nvs:
+    """Namespace `hand`, keys `ext0` to `ext6`; written through at once."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        """Open the storage; with a path it is read from and written to that JSON file.
+
+        Raises:
+            ValueError: the file is not a JSON object of integers.
+        """
+        self._path = path
+        self._values: dict[str, int] = {}
+        if path is not None and path.exists():
+            self._values = _checked(path)
+
+    def extend(self, channel: int, baseline: int) -> int:
+        """Return a channel's stored extend value (counts), the baseline when there is none in 0..4095."""
+        value = self._values.get(f"ext{channel}", -1)
+        return value if 0 <= value <= 4095 else baseline
+
+    def store_extend(self, channel: int, value: int) -> None:
+        """Store a channel's extend value (counts)."""
+        self._values[f"ext{channel}"] = value
+        if self._path is not None:
+            # Replaced as a whole, so that a crash leaves the old values and never half a file.
+            draft = self._path.with_name(self._path.name + ".new")
+            draft.write_text(json.dumps(self._values, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+            draft.replace(self._path)
+
+
+def _checked(path: Path) -> dict[str, int]:
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{path} is not the state of an emulated hand: {error}; delete it to start afresh") from error
+    if not isinstance(values, dict) or not all(type(value) is int for value in values.values()):
+        raise ValueError(f"{path} must hold an object of integers such as {{'ext0': 2048}}; delete it to start afresh")
+    return values

@@ -1,0 +1,91 @@
+"""What the firmware does with each opcode, as a table of tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from firmware_emulator.firmware import homing
+from firmware_emulator.firmware.board import POSITION, Board
+from firmware_emulator.firmware.frames import CHANNELS, Opcode, reply
+from firmware_emulator.firmware.hands import SERVOS
+from firmware_emulator.firmware.mapping import MAX_COUNTS, divide, to_counts
+from firmware_emulator.firmware.servo_calls import GOAL_ADDRESS, goal, int16
+from firmware_emulator.firmware.set_id import set_id
+from firmware_emulator.firmware.torque_mode import ctrl_tor
+from firmware_emulator.kernel import Task
+
+Handler = Callable[[Board, tuple[int, ...]], Task]
+
+MAX_SPEED = 32766
+MAX_TORQUE = 1023
+EIGHTHS_OF_COUNTS_PER_DEGREE = 91
+"""The firmware's 11.375 = 4095 / 360, exactly."""
+NO_CHANNEL = (0xFFFF, 0)
+"""Acknowledgement of a setting for a channel that does not exist."""
+
+
+def ctrl_pos(board: Board, words: tuple[int, ...]) -> Task:
+    """Send all seven goals in one sync write; nothing is acknowledged."""
+    window = board.window
+    rows = []
+    for servo, word in zip(SERVOS, words, strict=True):
+        position = to_counts(word, window.extend[servo], window.grasp[servo])
+        torque = board.torque_cap(servo, board.torque[servo])
+        move = goal(position, speed=board.speed[servo], acceleration=board.profile.acceleration, torque=torque)
+        rows.append((servo, move))
+    yield from board.lock.take()
+    yield from board.enter_mode(POSITION, 0)
+    board.uart.sync_write(GOAL_ADDRESS, rows)
+    board.lock.give()
+
+
+def home(board: Board, _words: tuple[int, ...]) -> Task:
+    """Home, however long it takes, and acknowledge whatever came of it."""
+    yield from homing.home(board)
+    board.transmit(reply(Opcode.HOMING, ()))
+
+
+def trim(board: Board, words: tuple[int, ...]) -> Task:
+    """Move the open end of a channel's window by degrees and store it; for an unknown channel, nothing happens."""
+    channel = words[0]
+    if channel < CHANNELS:
+        shift = divide(int16(words[1]) * EIGHTHS_OF_COUNTS_PER_DEGREE, 8)
+        extend = min(max(board.window.extend[channel] + shift, 0), MAX_COUNTS)
+        board.window.extend[channel] = extend
+        board.nvs.store_extend(channel, extend)
+        board.transmit(reply(Opcode.TRIM, (channel, extend)))
+    yield from ()
+
+
+def _getter(opcode: Opcode, field: str) -> Handler:
+    def get(board: Board, _words: tuple[int, ...]) -> Task:
+        board.transmit(reply(opcode, getattr(board.telemetry, field)))
+        yield from ()
+
+    return get
+
+
+def _setter(opcode: Opcode, field: str, maximum: int) -> Handler:
+    def put(board: Board, words: tuple[int, ...]) -> Task:
+        channel, value = words[0], min(words[1], maximum)
+        if channel < CHANNELS:
+            getattr(board, field)[channel] = value
+        board.transmit(reply(opcode, (channel, value) if channel < CHANNELS else NO_CHANNEL))
+        yield from ()
+
+    return put
+
+
+HANDLERS: dict[int, Handler] = {
+    Opcode.HOMING: home,
+    Opcode.SET_ID: set_id,
+    Opcode.TRIM: trim,
+    Opcode.CTRL_POS: ctrl_pos,
+    Opcode.CTRL_TOR: ctrl_tor,
+    Opcode.GET_POS: _getter(Opcode.GET_POS, "positions"),
+    Opcode.GET_VEL: _getter(Opcode.GET_VEL, "speeds"),
+    Opcode.GET_CURR: _getter(Opcode.GET_CURR, "currents"),
+    Opcode.GET_TEMP: _getter(Opcode.GET_TEMP, "temperatures"),
+    Opcode.SET_SPE: _setter(Opcode.SET_SPE, "speed", MAX_SPEED),
+    Opcode.SET_TOR: _setter(Opcode.SET_TOR, "torque", MAX_TORQUE),
+}

@@ -1,0 +1,109 @@
+"""What distinguishes the firmware versions, as data.
+
+Sources: aero-open-firmware 46bc858 (`pre`), d7bd82e (0.1.0); aero-hand-open 890c98b (0.1.1), 5726320 (0.1.3), 495c161
+(0.1.4), a39be56 (0.1.5), 6a3022d (0.2.0); the shipped image of 0.1.2, for which no source was published.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+
+from firmware_emulator.firmware.frames import Opcode
+from firmware_emulator.firmware.homing_plan import (
+    HOMING_0_1_0,
+    HOMING_0_1_1,
+    HOMING_0_1_3,
+    HOMING_0_1_5,
+    HOMING_0_2_0,
+    HOMING_PRE,
+    HomingPlan,
+)
+
+
+class BootHoming(Enum):
+    """When a version homes at boot."""
+
+    NEVER = auto()
+    """Only when asked."""
+    ALWAYS = auto()
+    """At every boot."""
+    ON_POWER = auto()
+    """After power-on and brown-out; other resets skip it and say so."""
+
+
+@dataclass(frozen=True)
+class FirmwareProfile:
+    """One firmware version."""
+
+    version: str
+    """Name, for example `0.2.0`; `pre` is the unreleased one of October 2025 that the paper's hand ran."""
+    opcodes: frozenset[int] = frozenset(Opcode)
+    """What it answers to."""
+    speed: int = 32766
+    """Default goal speed, register units."""
+    acceleration: int = 0
+    """Goal acceleration, register units."""
+    torque: int = 1023
+    """Default goal torque in position mode, register units."""
+    telemetry_period_s: float = 0.01
+    """Period of the telemetry task, s."""
+    hot: tuple[int, int] | None = None
+    """From this temperature (°C) on, torques are capped at this (register units)."""
+    hand_line: bool = True
+    """Whether the boot text names the hand."""
+    pings: bool = True
+    """Whether the boot text reports a ping of each servo."""
+    ping_pause_s: float = 0.0
+    """Pause after each of those pings, s."""
+    direction_lines: bool = True
+    """Whether the boot text lists the servo directions."""
+    boot_homing: BootHoming = BootHoming.NEVER
+    """When the firmware homes without being asked; the boot text tells."""
+    homing: HomingPlan = HOMING_0_1_0
+    """How it homes."""
+    torque_floor: int = 0
+    """Smallest magnitude in torque mode, register units."""
+    soft_limit: bool = False
+    """Whether torque mode weakens a channel that leaves its window."""
+    sign_of_empty_window: int = 1
+    """Sign of the torque where both ends of the window are the same."""
+    eeprom_pause_s: float = 0.0
+    """Pause after each EEPROM write of SET_ID, s."""
+
+
+_PRE = FirmwareProfile(
+    "pre",
+    opcodes=frozenset(Opcode) - {Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR},
+    speed=2400,
+    acceleration=255,
+    telemetry_period_s=0.02,
+    hand_line=False,
+    ping_pause_s=0.02,
+    direction_lines=False,
+    homing=HOMING_PRE,
+    eeprom_pause_s=0.01,
+)
+_0_1_0 = FirmwareProfile("0.1.0")
+_0_1_1 = replace(_0_1_0, version="0.1.1", homing=HOMING_0_1_1, torque_floor=5, soft_limit=True, sign_of_empty_window=-1)
+_0_1_2 = replace(_0_1_1, version="0.1.2", torque=700, hot=(50, 200))
+_0_1_3 = replace(_0_1_2, version="0.1.3", homing=HOMING_0_1_3, boot_homing=BootHoming.ALWAYS)
+_0_1_4 = replace(_0_1_3, version="0.1.4", hot=(70, 500), boot_homing=BootHoming.ON_POWER)
+_0_1_5 = replace(_0_1_4, version="0.1.5", homing=HOMING_0_1_5, pings=False, direction_lines=False)
+_0_2_0 = replace(_0_1_5, version="0.2.0", homing=HOMING_0_2_0)
+
+PROFILES: dict[str, FirmwareProfile] = {
+    profile.version: profile for profile in (_PRE, _0_1_0, _0_1_1, _0_1_2, _0_1_3, _0_1_4, _0_1_5, _0_2_0)
+}
+"""Every version, oldest first."""
+
+
+def profile_of(version: str) -> FirmwareProfile:
+    """Return the profile of a firmware version.
+
+    Raises:
+        ValueError: no such version.
+    """
+    if version not in PROFILES:
+        raise ValueError(f"unknown firmware {version!r}; known are {', '.join(PROFILES)}")
+    return PROFILES[version]

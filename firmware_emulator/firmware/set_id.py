@@ -1,0 +1,76 @@
+"""SET_ID: finds the one servo on the bus, writes its current limit and gives it a new ID.
+
+Any ID up to 253 is accepted. The bus lock is released between scan, check and write, so telemetry runs in between.
+"""
+
+from __future__ import annotations
+
+from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.frames import Opcode, reply
+from firmware_emulator.firmware.servo_calls import unlock, write_register
+from firmware_emulator.kernel import Task
+
+IDS = range(254)
+MAX_LIMIT = 1023
+
+
+def set_id(board: Board, words: tuple[int, ...]) -> Task:
+    """Answer with old ID, new ID and the limit read back, or with one of the error words."""
+    new, limit = words[0] & 0xFF, min(words[1], MAX_LIMIT)
+    if new not in IDS:
+        _answer(board, 0xFF, new, 0)
+        return
+    found = yield from _scan(board)
+    if not found:
+        _answer(board, 0xFF, new, 0)
+        return
+    if len(found) > 1:
+        _answer(board, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF)
+        return
+    (old,) = found
+    if new != old and (yield from _ping(board, new)):
+        _answer(board, old, new, 0)
+        return
+    yield from board.lock.take()
+    stored = yield from _write(board, old, new, limit)
+    board.lock.give()
+    _answer(board, old, new, stored)
+
+
+def _scan(board: Board) -> Task:
+    """Return the IDs that answer, in order, at most two."""
+    found: list[int] = []
+    yield from board.lock.take()
+    for servo in IDS:
+        if (yield from board.uart.ping(servo)):
+            found.append(servo)
+            if len(found) == 2:
+                break
+    board.lock.give()
+    return found
+
+
+def _ping(board: Board, servo: int) -> Task:
+    yield from board.lock.take()
+    answered = yield from board.uart.ping(servo)
+    board.lock.give()
+    return answered
+
+
+def _write(board: Board, old: int, new: int, limit: int) -> Task:
+    """Write limit and ID; return the limit read back, 0 when the read failed."""
+    uart, pause_s = board.uart, board.profile.eeprom_pause_s
+    yield from unlock(uart, old)
+    yield pause_s
+    yield from write_register(uart, old, "protection_current", limit)
+    yield pause_s
+    if new != old:
+        yield from write_register(uart, old, "id", new)
+        yield pause_s
+    yield from write_register(uart, new, "lock", 1)
+    stored = yield from uart.read(new, 28, 2)
+    return 0 if stored is None else int.from_bytes(stored, "little")
+
+
+def _answer(board: Board, *words: int) -> None:
+    board.transmit(reply(Opcode.SET_ID, words))

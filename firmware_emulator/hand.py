@@ -1,0 +1,155 @@
+"""The emulated hand: a plant, seven servos on a bus, and the board, on one clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Literal
+
+from firmware_emulator.bus import ServoBus
+from firmware_emulator.clock import VirtualClock
+from firmware_emulator.firmware import boot
+from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
+from firmware_emulator.firmware.nvs import Nvs
+from firmware_emulator.firmware.profiles import profile_of
+from firmware_emulator.kernel import Kernel, Task
+from firmware_emulator.plant import Plant
+from firmware_emulator.servo.frame import Mounting
+from firmware_emulator.servo.parameters import COUNTS_PER_TURN, HLS3606M, ServoParameters
+from firmware_emulator.servo.servo import Servo
+from firmware_emulator.servo.shafts import Shafts
+from firmware_emulator.uart_master import UartMaster
+
+Start = Literal["homed", "power_on", "reset"]
+
+TRANSMIT_RING = 256
+"""What the board keeps for a host that does not read: the most recent bytes."""
+HOUSEKEEPING_S = 0.05
+"""Period at which servos heat up and look at their protections, s."""
+SETTLE_S = 1.0
+"""Time between the end of the last homing and the first command of a hand that starts homed, s."""
+
+
+def ideal_zeros(hand: HandSide) -> tuple[float, ...]:
+    """Return what the encoders of a freshly homed ideal hand read at shaft angle zero, (7,) counts by servo ID."""
+    config = HANDS[hand]
+    return tuple(
+        extend - math.copysign(COUNTS_PER_TURN / 360.0, grasp - extend) * angle_deg
+        for extend, grasp, angle_deg in zip(config.extend, config.grasp, EXTEND_ANGLE_DEG, strict=True)
+    )
+
+
+class EmulatedHand:
+    """Bytes in, bytes out, and a clock; see `links` for the ways to reach it."""
+
+    def __init__(
+        self,
+        plant: Plant,
+        *,
+        firmware: str = "0.2.0",
+        hand: HandSide = "right",
+        servos: ServoParameters = HLS3606M,
+        seed: int = 0,
+        start: Start = "homed",
+        nvs: Nvs | None = None,
+        encoder_zeros: Sequence[float] | None = None,
+        host_latency_s: float = 0.0002,
+    ) -> None:
+        """Put the electronics on a plant whose time has not begun.
+
+        Args:
+            plant: what the servos turn.
+            firmware: a version of `firmware.profiles`.
+            hand: which hand the firmware was built for.
+            servos: the servos' physics.
+            seed: of all noise.
+            start: `homed` is a hand in use: homed, energised, at rest, no boot text, one second ago; `power_on` and
+                `reset` begin with the boot.
+            nvs: stored calibration; an empty one in memory when None.
+            encoder_zeros: encoder readings at shaft angle zero, (7,) counts by servo ID; those of an ideal homed hand
+                when None.
+            host_latency_s: time from a write on the host to the firmware acting on it, s (assumption).
+
+        Raises:
+            ValueError: an unknown firmware, hand or start, or a wrong number of encoder zeros.
+        """
+        if hand not in HANDS:
+            raise ValueError(f"hand must be one of {', '.join(HANDS)}, got {hand!r}")
+        if start not in {"homed", "power_on", "reset"}:
+            raise ValueError(f"start must be homed, power_on or reset, got {start!r}")
+        zeros = ideal_zeros(hand) if encoder_zeros is None else tuple(encoder_zeros)
+        if len(zeros) != len(SERVOS):
+            raise ValueError(f"encoder_zeros needs {len(SERVOS)} values in wire order, got {len(zeros)}")
+        config = HANDS[hand]
+        self.kernel = Kernel()
+        self.clock = VirtualClock(self.kernel)
+        self.on_transmit: Callable[[bytes], None] = self.keep
+        self._unread = bytearray()
+        self._shafts = Shafts(self.kernel, plant, servos.loop_period_s)
+        self.servos = [
+            Servo(
+                servo,
+                Mounting(SHAFT_OF_SERVO[servo], 1 if config.grasp[servo] > config.extend[servo] else -1, zeros[servo]),
+                servos,
+                self.kernel,
+                self._shafts,
+                seed=seed,
+            )
+            for servo in SERVOS
+        ]
+        self.bus = ServoBus(self.kernel, self.servos, servos.turnaround_s)
+        self.kernel.spawn(self._look_after_servos())
+        self._new_board = partial(
+            Board,
+            self.kernel,
+            profile=profile_of(firmware),
+            hand=config,
+            nvs=nvs if nvs is not None else Nvs(),
+            transmit=self._transmit,
+            host_latency_s=host_latency_s,
+        )
+        self._board = self._new_board(UartMaster(self.bus))
+        if start == "homed":
+            self._board.start(boot.resume(self._board))
+            self.clock.sleep_until(SETTLE_S)
+        else:
+            self._board.start(boot.run(self._board, start))
+
+    def reset(self, cause: boot.ResetCause = "reset") -> None:
+        """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns."""
+        if cause == "power_on":
+            for servo in self.servos:
+                servo.reboot()
+        self._board.stop()
+        self._board = self._new_board(UartMaster(self.bus))
+        self._board.start(boot.run(self._board, cause))
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the host at the present instant."""
+        self._board.receive(data)
+
+    def take_output(self) -> bytes:
+        """Return what the board sent while nobody listened, the most recent 256 bytes at most, and forget it."""
+        unread = bytes(self._unread)
+        self._unread.clear()
+        return unread
+
+    def advance_plant(self) -> None:
+        """Bring the plant up to the present, for whoever looks at it directly."""
+        self._shafts.advance()
+
+    def _look_after_servos(self) -> Task:
+        while True:
+            yield HOUSEKEEPING_S
+            for servo in self.servos:
+                servo.look_after(HOUSEKEEPING_S)
+
+    def _transmit(self, data: bytes) -> None:
+        self.on_transmit(data)
+
+    def keep(self, data: bytes) -> None:
+        """Hold bytes for a host that does not listen."""
+        self._unread += data
+        del self._unread[:-TRANSMIT_RING]

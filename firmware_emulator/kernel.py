@@ -1,0 +1,147 @@
+"""Discrete-event core: the only owner of time on the emulated side.
+
+Theory of operation. Work is a callback at a time (`call_at`) or a task (`spawn`): a generator that reads top to bottom
+like a FreeRTOS task and yields what it waits for,
+
+- a float: a delay in s;
+- a `Signal`: until it fires;
+- a `(Signal, deadline)` pair: until it fires or the time (s) is reached; the yield evaluates to whether it fired.
+
+Events of the same instant run in the order in which they were scheduled, so a run is a pure function of its inputs.
+Whoever owns the clock (a virtual one, or a loop that follows the wall clock) calls `run_until`; nothing else does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from heapq import heappop, heappush
+from typing import Any
+
+
+class Signal:
+    """Something that tasks wait for; firing wakes all that wait at that moment."""
+
+    __slots__ = ("_kernel", "_waiting")
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._kernel = kernel
+        self._waiting: list[tuple[Runner, int]] = []
+
+    def fire(self) -> None:
+        """Wake every waiting task at the present instant, in the order in which they began to wait."""
+        waiting, self._waiting = self._waiting, []
+        for runner, ticket in waiting:
+            runner.wake(ticket, True)
+
+    def _add(self, runner: Runner, ticket: int) -> None:
+        self._waiting = [entry for entry in self._waiting if entry[0].ticket == entry[1]]
+        self._waiting.append((runner, ticket))
+
+
+Yielded = float | Signal | tuple[Signal, float]
+Task = Generator[Yielded, Any, Any]
+"""What `spawn` runs; sub-tasks are called with `yield from` and may return a value."""
+
+
+class Runner:
+    """One spawned task. A ticket is spent by each wait, so that a wake-up that came too late finds it gone."""
+
+    __slots__ = ("_kernel", "_task", "ticket")
+
+    def __init__(self, kernel: Kernel, task: Task) -> None:
+        self._kernel = kernel
+        self._task = task
+        self.ticket = 0
+
+    def wake(self, ticket: int, fired: bool) -> None:
+        """Resume the task if it still waits with this ticket; `fired` is what its yield evaluates to."""
+        if ticket != self.ticket:
+            return
+        self.ticket += 1
+        try:
+            wanted = self._task.send(fired if ticket else None)
+        except StopIteration:
+            return
+        kernel = self._kernel
+        if isinstance(wanted, Signal):
+            wanted._add(self, self.ticket)
+        elif isinstance(wanted, tuple):
+            signal, deadline = wanted
+            signal._add(self, self.ticket)
+            kernel.call_at(deadline, self.wake, self.ticket, False)
+        else:
+            kernel.call_at(kernel.now + wanted, self.wake, self.ticket, False)
+
+    def stop(self) -> None:
+        """End the task where it waits."""
+        self.ticket += 1
+        self._task.close()
+
+
+class Kernel:
+    """A queue of events in time order."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self._queue: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []
+        self._scheduled = 0
+        self._paused = False
+
+    def call_at(self, t: float, function: Callable[..., None], *arguments: object) -> None:
+        """Call `function(*arguments)` at time `t` (s), at the present instant when `t` is past."""
+        self._scheduled += 1
+        heappush(self._queue, (t if t > self.now else self.now, self._scheduled, function, arguments))
+
+    def spawn(self, task: Task) -> Runner:
+        """Start a task at the present instant; the result can stop it."""
+        runner = Runner(self, task)
+        self.call_at(self.now, runner.wake, 0, True)
+        return runner
+
+    def next_event(self) -> float | None:
+        """Return the time (s) of the next event, None when nothing is scheduled."""
+        return self._queue[0][0] if self._queue else None
+
+    def run_until(self, t: float) -> None:
+        """Run events up to and including time `t` (s), or up to the event that calls `pause`."""
+        queue = self._queue
+        self._paused = False
+        while queue and queue[0][0] <= t:
+            when, _, function, arguments = heappop(queue)
+            self.now = when
+            function(*arguments)
+            if self._paused:
+                return
+        self.now = max(self.now, t)
+
+    def pause(self) -> None:
+        """Let `run_until` return after the present event, time standing where it is."""
+        self._paused = True
+
+
+class Mutex:
+    """A lock between tasks, like the semaphore that guards the servo UART."""
+
+    __slots__ = ("_released", "held")
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._released = Signal(kernel)
+        self.held = False
+
+    def try_take(self) -> bool:
+        """Take the lock if it is free; return whether it was."""
+        if self.held:
+            return False
+        self.held = True
+        return True
+
+    def take(self) -> Task:
+        """Take the lock, waiting for it as long as it needs (`yield from`)."""
+        while self.held:
+            yield self._released
+        self.held = True
+
+    def give(self) -> None:
+        """Give the lock back and wake those who wait for it."""
+        self.held = False
+        self._released.fire()

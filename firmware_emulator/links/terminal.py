@@ -1,0 +1,84 @@
+"""A raw pseudo-terminal that behaves like a serial port nobody has opened yet."""
+
+from __future__ import annotations
+
+import os
+import tty
+from pathlib import Path
+from types import TracebackType
+
+
+class Terminal:
+    """The device's end of a pseudo-terminal.
+
+    A fresh one echoes and translates line ends, so it is put in raw mode before anyone can open it. One descriptor of
+    the client's end stays open here, so that a client may close and another one open it without an error on this side.
+    """
+
+    def __init__(self, link: Path | None = None) -> None:
+        """Open a pseudo-terminal, and make `link` a symbolic link to it.
+
+        Raises:
+            FileExistsError: `link` exists and is not the stale link of an emulator that died.
+        """
+        self._device, self._client = os.openpty()
+        tty.setraw(self._client)
+        os.set_blocking(self._device, False)
+        self.path = os.ttyname(self._client)
+        self._link = link
+        if link is not None:
+            try:
+                _point(link, self.path)
+            except OSError:
+                self._link = None
+                self.close()
+                raise
+
+    def __enter__(self) -> Terminal:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def name(self) -> str:
+        """The path that clients open: the link if there is one."""
+        return str(self._link) if self._link is not None else self.path
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait on."""
+        return self._device
+
+    def read(self) -> bytes:
+        """Return what a client has written, nothing when it has not."""
+        try:
+            return os.read(self._device, 4096)
+        except BlockingIOError:
+            return b""
+
+    def write(self, data: bytes) -> None:
+        """Send to the client; what does not fit because nobody reads is lost, as on the board."""
+        try:
+            os.write(self._device, data)
+        except BlockingIOError:
+            return
+
+    def close(self) -> None:
+        """Close it and remove the link; a second call does nothing."""
+        if self._device < 0:
+            return
+        if self._link is not None and self._link.is_symlink() and str(self._link.readlink()) == self.path:
+            self._link.unlink()
+        os.close(self._device)
+        os.close(self._client)
+        self._device = self._client = -1
+
+
+def _point(link: Path, target: str) -> None:
+    if link.is_symlink() and not link.exists():
+        link.unlink()
+    if link.exists():
+        raise FileExistsError(f"{link} exists already; stop what serves it, or remove it, or choose another path")
+    link.symlink_to(target)

@@ -1,0 +1,71 @@
+"""Between shaft angle and encoder counts: mounting, stored offset and the turns a servo has counted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from firmware_emulator.servo.parameters import COUNTS_PER_TURN, RAD_PER_COUNT
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """How a servo sits on its shaft."""
+
+    shaft: int
+    """Index of the shaft in command order."""
+    direction: int
+    """+1 when counts grow as the channel closes, else -1."""
+    zero_counts: float
+    """Encoder reading without offset at shaft angle zero, counts."""
+
+
+class Frame:
+    """Counts of one servo: `present = encoder - offset - 4096 turns`, the encoder being the unbounded shaft's."""
+
+    def __init__(self, mounting: Mounting) -> None:
+        self._mounting = mounting
+        self._turns = 0
+        self._offset = 0
+        self._scale = mounting.direction / RAD_PER_COUNT
+        self._zero = mounting.zero_counts
+        # Rounds to the nearest count, at one add per reading.
+        self._rounding_zero = self._zero + 0.5
+
+    @property
+    def offset(self) -> int:
+        """The part of the shift that the offset register holds, counts, -2048..2047."""
+        return self._offset
+
+    @property
+    def counts_per_rad(self) -> float:
+        """Counts per shaft angle with the mounting's sign."""
+        return self._scale
+
+    def counts(self, angle: float) -> int:
+        """Return the reading at a shaft angle (rad)."""
+        return math.floor(self._rounding_zero + self._scale * angle)
+
+    def angle(self, counts: float) -> float:
+        """Return the shaft angle (rad) at a reading."""
+        return (counts - self._zero) / self._scale
+
+    def calibrate(self, angle: float, value: int) -> None:
+        """Shift the counts so that this shaft angle (rad) reads `value`."""
+        shift = self.counts(angle) + self._offset + self._turns * COUNTS_PER_TURN - value
+        self._offset = (shift + COUNTS_PER_TURN // 2) % COUNTS_PER_TURN - COUNTS_PER_TURN // 2
+        self._place((shift - self._offset) // COUNTS_PER_TURN)
+
+    def forget_turns(self, angle: float) -> None:
+        """Keep only what one turn of the encoder tells, as after power-up: the reading modulo 4096."""
+        self._place(self._turns + self.counts(angle) // COUNTS_PER_TURN)
+
+    def set_offset(self, offset: int) -> None:
+        """Take an offset (counts) from the register."""
+        self._offset = offset
+        self._place(self._turns)
+
+    def _place(self, turns: int) -> None:
+        self._turns = turns
+        self._zero = self._mounting.zero_counts - self._offset - turns * COUNTS_PER_TURN
+        self._rounding_zero = self._zero + 0.5

@@ -1,0 +1,82 @@
+"""A servo's register file: what reads return and writes leave, EEPROM and RAM, lock and power cycle."""
+
+from __future__ import annotations
+
+from firmware_emulator.servo.encoding import decode_signed, encode_signed
+from firmware_emulator.servo.registers import EEPROM_END, MEMORY_SIZE, POWER_UP_COPIES, REGISTER_AT, REGISTERS, Register
+
+LOCK = REGISTERS["lock"].address
+
+
+class RegisterFile:
+    """Bytes with the rules of the register map; meaning is added by the servo."""
+
+    def __init__(self, servo: int) -> None:
+        """Hold factory values for the servo with this ID."""
+        self._eeprom = bytearray(MEMORY_SIZE)
+        for register in REGISTERS.values():
+            self._store(self._eeprom, register, register.default)
+        self._store(self._eeprom, REGISTERS["id"], servo)
+        self.bytes = bytearray(MEMORY_SIZE)
+        self.power_up()
+
+    def power_up(self) -> None:
+        """Forget RAM: load EEPROM, then the registers that start as copies of others."""
+        self.bytes[:] = self._eeprom
+        for source, target in POWER_UP_COPIES.items():
+            self.set(target, self.get(source))
+
+    def restore(self) -> None:
+        """Put factory values everywhere except the ID."""
+        servo = self.get("id")
+        for register in REGISTERS.values():
+            self._store(self._eeprom, register, register.default)
+        self._store(self._eeprom, REGISTERS["id"], servo)
+        self.power_up()
+
+    def get(self, name: str) -> int:
+        """Return a register's value, signed where the register is."""
+        register = REGISTERS[name]
+        word = int.from_bytes(self.bytes[register.address : register.address + register.size], "little")
+        return decode_signed(word) if register.signed else word
+
+    def set(self, name: str, value: int) -> None:
+        """Set a register from inside the servo, whether or not a bus write may."""
+        self._store(self.bytes, REGISTERS[name], value)
+
+    def keep(self, name: str) -> None:
+        """Copy a register's present value to EEPROM if the lock permits, as calibration does."""
+        register = REGISTERS[name]
+        if not self.bytes[LOCK]:
+            span = slice(register.address, register.address + register.size)
+            self._eeprom[span] = self.bytes[span]
+
+    def read(self, address: int, count: int) -> bytes:
+        """Return `count` bytes; addresses behind the map read as zero."""
+        return bytes(self.bytes[address : address + count]).ljust(count, b"\0")
+
+    def write(self, address: int, data: bytes) -> None:
+        """Apply a bus write: read-only bytes are left, values out of a register's range are brought to its edge."""
+        end = min(address + len(data), MEMORY_SIZE)
+        touched = []
+        for at in range(address, end):
+            register = REGISTER_AT.get(at) or REGISTER_AT.get(at - 1)
+            if register is None or not register.writable or at >= register.address + register.size:
+                continue
+            self.bytes[at] = data[at - address]
+            if register not in touched:
+                touched.append(register)
+        for register in touched:
+            self._store(self.bytes, register, self._bounded(register))
+            if register.address < EEPROM_END:
+                self.keep(register.name)
+
+    def _bounded(self, register: Register) -> int:
+        value = self.get(register.name)
+        magnitude = min(max(abs(value), register.low), register.high)
+        return -magnitude if value < 0 else magnitude
+
+    @staticmethod
+    def _store(memory: bytearray, register: Register, value: int) -> None:
+        word = encode_signed(value) if register.signed else value
+        memory[register.address : register.address + register.size] = word.to_bytes(register.size, "little")

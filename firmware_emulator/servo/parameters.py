@@ -1,0 +1,84 @@
+"""What one kind of servo does physically, as data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+COUNTS_PER_TURN = 4096
+RAD_PER_COUNT = 2.0 * math.pi / COUNTS_PER_TURN
+SPEED_UNIT_COUNTS = 50.0
+"""One unit of a speed register, counts/s (0.732 rpm)."""
+ACCELERATION_UNIT_COUNTS = 100.0
+"""One unit of the acceleration register, counts/s²."""
+CURRENT_UNIT_MA = 6.5
+"""One unit of a current or torque register, mA, nominal."""
+
+
+@dataclass(frozen=True)
+class ServoParameters:
+    """An HLS3606M at 6 V.
+
+    Fitted to one physical hand (public logs of June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e) where
+    nothing else is said; assumptions are marked so and listed in `docs/electronics.md`.
+    """
+
+    stall_torque: float = 0.588
+    """Torque at full duty and standstill, N m (6 kg cm, vendor)."""
+    duty_per_count: float = 0.00862
+    """Position gain, share of full duty per count of error."""
+    duty_per_count_per_s: float = 1.21e-4
+    """Damping on the motor voltage, share of full duty per count/s."""
+    no_load_speed_counts: float = 8286.0
+    """Speed at full duty without load, counts/s."""
+    goal_delay_s: float = 0.0143
+    """Dead time between the end of a goal write and the loop acting on it, s: 15.3 ms from the host, 1 ms of wire."""
+    loop_period_s: float = 0.001
+    """Period of the servo's own loop, s: measurements and goals change on this grid (assumption)."""
+    turnaround_s: float = 100e-6
+    """Time between the end of an instruction and the start of the answer, s (assumption)."""
+    current_floor_ma: float = 28.0
+    """Static current per count of error for small errors, mA."""
+    current_rise_ma: float = 32.0
+    """What the static current per count gains towards large errors, mA."""
+    current_knee_counts: float = 32.0
+    """Error at which half of `current_rise_ma` is gained, counts."""
+    current_filter_s: float = 0.01
+    """Time constant of the current reading, s (assumption: with less, the inrush would end a fast homing search)."""
+    current_noise_units: float = 1.5
+    """Standard deviation of the current reading, register units (7-14 mA)."""
+    voltage: float = 6.0
+    """Supply, V."""
+    rest_temperature_c: float = 38.0
+    """Temperature that an energised servo without load settles at, °C."""
+    start_temperature_c: float = 34.0
+    """Temperature at time zero, °C."""
+    cooling_s: float = 400.0
+    """Time constant of cooling, s."""
+    heating_c_per_s: float = 0.15
+    """Heating rate at large currents, °C/s."""
+    heating_knee_a: float = 0.4
+    """Current at which half of `heating_c_per_s` is reached, A."""
+    reboot_s: float = 0.8
+    """Time a servo does not answer after REBOOT, s (transcribed HLS documentation)."""
+    clamp_goal: bool = False
+    """Whether a goal outside the angle limits is brought to them; homing needs that it is not (assumption)."""
+
+    @property
+    def stiffness(self) -> float:
+        """Position gain at the shaft, N m/rad."""
+        return self.stall_torque * self.duty_per_count / RAD_PER_COUNT
+
+    @property
+    def back_emf(self) -> float:
+        """Share of the effort that the motor's own voltage takes, N m s/rad."""
+        return self.stall_torque / (self.no_load_speed_counts * RAD_PER_COUNT)
+
+    @property
+    def damping(self) -> float:
+        """Speed gain at the shaft, N m s/rad."""
+        return self.stall_torque * self.duty_per_count_per_s / RAD_PER_COUNT
+
+
+HLS3606M = ServoParameters()
+"""The hand's servo."""

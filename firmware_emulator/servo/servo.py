@@ -1,0 +1,225 @@
+"""One servo: a register file that moves a shaft.
+
+State machine: control registers change at the end of a bus write; the loop acts on them `goal_delay_s` later, except
+that torque off acts on the next tick. Acting means a new drive for the plant and, where acceleration or speed limit
+the motion, a setpoint that follows a trapezoid. The same goal written again changes nothing, so that homing, which
+rewrites its goal hundreds of times a second, does not restart the ramp.
+"""
+
+from __future__ import annotations
+
+from random import Random
+
+from firmware_emulator.kernel import Kernel
+from firmware_emulator.servo import control
+from firmware_emulator.servo.control import Settings
+from firmware_emulator.servo.electrical import temperature_after
+from firmware_emulator.servo.encoding import decode_signed
+from firmware_emulator.servo.feedback import FeedbackBlock
+from firmware_emulator.servo.frame import Frame, Mounting
+from firmware_emulator.servo.memory import RegisterFile
+from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
+from firmware_emulator.servo.profile import Trapezoid, plan
+from firmware_emulator.servo.protection import Protection
+from firmware_emulator.servo.registers import FEEDBACK
+from firmware_emulator.servo.shafts import Shafts
+
+GOAL = range(42, 48)
+"""Addresses whose write enables the torque: the firmware never does so itself (assumption)."""
+GOAL_BLOCK = 41
+"""Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do."""
+CONTROL = range(28, 50)
+"""Addresses that `Settings` is read from lie in here."""
+MID_COUNTS = 2048
+
+
+class Servo:
+    """An HLS3606M on a shaft."""
+
+    def __init__(
+        self,
+        servo: int,
+        mounting: Mounting,
+        parameters: ServoParameters,
+        kernel: Kernel,
+        shafts: Shafts,
+        *,
+        seed: int,
+    ) -> None:
+        """Mount a servo with this ID; it is powered and its torque is off."""
+        self.memory = RegisterFile(servo)
+        self.frame = Frame(mounting)
+        self.parameters = parameters
+        self.silent_until = -1.0
+        self._mounting = mounting
+        self._kernel = kernel
+        self._shafts = shafts
+        self._feedback = FeedbackBlock(self.memory, self.frame, mounting, parameters, Random(f"{seed}/{servo}"))
+        self._wanted = Settings.of(self.memory)
+        self._acting = self._wanted
+        self._epoch = 0
+        self._motion: Trapezoid | None = None
+        self._setpoint_counts = 0.0
+        self._last_goal: tuple[int, bytes] | None = None
+        self._protection = Protection()
+        self._held: tuple[int, bytes] | None = None
+        self.id = servo
+
+    @property
+    def status(self) -> int:
+        """The error byte of its answers."""
+        return self._feedback.status
+
+    @property
+    def response_level(self) -> int:
+        """0 when only pings and reads are answered."""
+        return self.memory.bytes[8]
+
+    def read(self, address: int, count: int) -> bytes:
+        """Return `count` bytes from `address`, measurements as of the last tick."""
+        if address + count > FEEDBACK:
+            self._refresh()
+        return self.memory.read(address, count)
+
+    def write(self, address: int, data: bytes) -> None:
+        """Apply a write from the bus."""
+        write = address, data
+        if write == self._last_goal:
+            return
+        self._last_goal = write if address == GOAL_BLOCK else None
+        self.memory.write(address, data)
+        end = address + len(data)
+        if address < GOAL.stop and end > GOAL.start:
+            self.memory.set("torque_enable", control.ON)
+        if address < CONTROL.stop and end > CONTROL.start:
+            self._control_written()
+        if address < 33 and end > 31:
+            self.frame.set_offset(self.memory.get("offset"))
+            self._feedback.invalidate()
+        if address <= 5 < end:
+            self.id = self.memory.get("id")
+
+    def look_after(self, seconds: float) -> None:
+        """Heat up or cool down over the last `seconds`, and apply the protections."""
+        feedback, memory = self._feedback, self.memory
+        self._refresh()
+        current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
+        feedback.temperature_c = temperature_after(feedback.temperature_c, current_a**2, seconds, self.parameters)
+        feedback.status = int(self._protection.status(memory, seconds))
+        memory.set("status", feedback.status)
+        if feedback.status & memory.get("unload_conditions") and memory.get("torque_enable"):
+            self._last_goal = None
+            memory.set("torque_enable", control.OFF)
+            self._control_written()
+
+    def hold_write(self, address: int, data: bytes) -> None:
+        """Keep a write until `release_write` (REG WRITE)."""
+        self._held = address, data
+        self.memory.set("async_flag", 1)
+
+    def release_write(self) -> None:
+        """Apply the write that is held, if any (ACTION)."""
+        if self._held is not None:
+            held, self._held = self._held, None
+            self.memory.set("async_flag", 0)
+            self.write(*held)
+
+    def calibrate(self, value: int | None) -> None:
+        """Make the present angle read `value` counts, 2048 when None (CALIBRATE); kept if EEPROM is unlocked."""
+        self.frame.calibrate(self._angle(), MID_COUNTS if value is None else decode_signed(value))
+        self.memory.set("offset", self.frame.offset)
+        self.memory.keep("offset")
+        self._feedback.invalidate()
+
+    def forget_turns(self) -> None:
+        """Read the position within one turn from now on (RESET)."""
+        self.frame.forget_turns(self._angle())
+        self._feedback.invalidate()
+
+    def restore(self) -> None:
+        """Go back to factory registers, the ID excepted (RESTORE)."""
+        self.memory.restore()
+        self._start_over()
+
+    def reboot(self) -> None:
+        """Start again from EEPROM, deaf for a while, turns and goals forgotten (REBOOT, or power coming back)."""
+        self.memory.power_up()
+        self.silent_until = self._kernel.now + self.parameters.reboot_s
+        self._start_over()
+
+    def _start_over(self) -> None:
+        self._held = self._last_goal = None
+        self.id = self.memory.get("id")
+        self.frame.set_offset(self.memory.get("offset"))
+        self.forget_turns()
+        self._control_written()
+
+    def _refresh(self) -> None:
+        self._feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
+
+    def _angle(self) -> float:
+        return self._shafts.sample().angles[self._mounting.shaft]
+
+    def _control_written(self) -> None:
+        wanted = Settings.of(self.memory)
+        if wanted == self._wanted:
+            return
+        self._wanted = wanted
+        if wanted.enable == control.OFF:
+            # Nothing that was on its way to the loop may switch the torque on again.
+            self._epoch += 1
+            self._kernel.call_at(self._shafts.next_tick(self._kernel.now), self._act, wanted, self._epoch)
+        else:
+            at = self._kernel.now + self.parameters.goal_delay_s
+            self._kernel.call_at(self._shafts.next_tick(at), self._act, wanted, self._epoch)
+
+    def _act(self, settings: Settings, epoch: int) -> None:
+        if epoch != self._epoch:
+            return
+        now = self._kernel.now
+        position, velocity = self._present_setpoint(now)
+        self._acting = settings
+        self._motion = self._planned(settings, now, position, velocity)
+        if self._motion is None and settings.mode == control.POSITION and settings.speed:
+            position = self._bounded(settings.position)
+        self._setpoint_counts = position
+        shaft = self._mounting.shaft
+        drive = settings.drive(self.frame.angle(position), self._mounting.direction, self.parameters)
+        self._shafts.drive(shaft, drive)
+        self._shafts.follow(shaft, self._follow if self._motion else None)
+
+    def _present_setpoint(self, now: float) -> tuple[float, float]:
+        """Where a new motion starts, counts and counts/s: the running profile, else the shaft where it stands."""
+        if self._acting.enable == control.ON and self._acting.mode in {control.POSITION, control.SPEED}:
+            return self._motion.at(now) if self._motion else (self._setpoint_counts, 0.0)
+        return float(self.frame.counts(self._angle())), 0.0
+
+    def _planned(self, settings: Settings, now: float, position: float, velocity: float) -> Trapezoid | None:
+        if settings.enable != control.ON:
+            return None
+        limits = settings.limits(self.parameters)
+        if settings.mode == control.POSITION and limits is not None and limits[0] > 0.0:
+            return plan(
+                now, position, velocity, self._bounded(settings.position), speed=limits[0], acceleration=limits[1]
+            )
+        if settings.mode == control.SPEED and settings.speed:
+            speed, acceleration = limits or (self.parameters.no_load_speed_counts, control.MOTOR_ACCELERATION)
+            goal = position + (control.ENDLESS_COUNTS if settings.speed > 0 else -control.ENDLESS_COUNTS)
+            return plan(now, position, velocity, goal, speed=speed, acceleration=acceleration)
+        return None
+
+    def _bounded(self, goal: int) -> float:
+        if self.parameters.clamp_goal:
+            low, high = self.memory.get("min_angle"), self.memory.get("max_angle")
+            if high > low:
+                return float(min(max(goal, low), high))
+        return float(goal)
+
+    def _follow(self, t: float) -> float | None:
+        motion = self._motion
+        if motion is None:
+            return None
+        self._setpoint_counts = motion.at(t)[0]
+        if t >= motion.end:
+            self._motion = None
+        return self.frame.angle(self._setpoint_counts)

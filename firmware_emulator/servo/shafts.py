@@ -1,0 +1,91 @@
+"""The plant as servos see it: sampled and changed only on the grid of the servos' own loop.
+
+The grid keeps the plant's integration regular: whatever the bus does between two ticks, the plant is asked for whole
+ticks, and a telemetry cycle of seven servos costs one call.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from firmware_emulator.kernel import Kernel
+from firmware_emulator.plant import Drive, Plant
+
+
+class Sample(NamedTuple):
+    """The shafts at one tick, in command order."""
+
+    time: float
+    """s."""
+    angles: list[float]
+    """rad."""
+    speeds: list[float]
+    """rad/s."""
+    efforts: list[float]
+    """N m."""
+
+
+class Shafts:
+    """A plant on the servo loop's time grid."""
+
+    def __init__(self, kernel: Kernel, plant: Plant, period: float) -> None:
+        self._kernel = kernel
+        self._plant = plant
+        self._period = period
+        self._sampled = -1
+        self._sample = Sample(0.0, [], [], [])
+        self._moving: dict[int, Callable[[float], float | None]] = {}
+        self._ticking = False
+
+    def next_tick(self, t: float) -> float:
+        """Return the time (s) of the first tick at or after `t`."""
+        return math.ceil(t / self._period - 1e-6) * self._period
+
+    def sample(self) -> Sample:
+        """Return the state at the last tick that has passed."""
+        tick = self.advance()
+        if tick != self._sampled:
+            plant = self._plant
+            self._sample = Sample(
+                tick * self._period, plant.angles().tolist(), plant.speeds().tolist(), plant.efforts().tolist()
+            )
+            self._sampled = tick
+        return self._sample
+
+    def advance(self) -> int:
+        """Bring the plant to the last tick that has passed; return the tick's number."""
+        tick = math.floor(self._kernel.now / self._period + 1e-6)
+        self._plant.advance_to(tick * self._period)
+        return tick
+
+    def drive(self, shaft: int, drive: Drive) -> None:
+        """Change a shaft's drive from the last tick on."""
+        self.advance()
+        self._plant.drive(shaft, drive)
+        self._sampled = -1
+
+    def follow(self, shaft: int, setpoint: Callable[[float], float | None] | None) -> None:
+        """Move a shaft's setpoint along a function of time (s) to rad, tick by tick, until it returns None."""
+        if setpoint is None:
+            self._moving.pop(shaft, None)
+            return
+        self._moving[shaft] = setpoint
+        if not self._ticking:
+            self._ticking = True
+            self._tick()
+
+    def _tick(self) -> None:
+        now = self._kernel.now
+        self.advance()
+        self._sampled = -1
+        for shaft, setpoint in list(self._moving.items()):
+            angle = setpoint(now)
+            if angle is None:
+                del self._moving[shaft]
+            else:
+                self._plant.set_setpoint(shaft, angle)
+        self._ticking = bool(self._moving)
+        if self._ticking:
+            self._kernel.call_at(self.next_tick(now + 0.5 * self._period), self._tick)

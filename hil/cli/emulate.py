@@ -1,0 +1,47 @@
+"""`aero-hil emulate`: an emulated hand on a pseudo-terminal, in real time."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.pty import PtyServer
+from hil.cli.options import emulation
+from hil.units import load_unit
+from model import BuiltHandPlant
+
+
+@click.command()
+@emulation
+@click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
+@click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
+def emulate(
+    *,
+    firmware: str,
+    hand: Literal["right", "left"],
+    unit: str,
+    seed: int,
+    link: Path | None,
+    bus_link: Path | None,
+) -> None:
+    """Serve an emulated hand until it is interrupted.
+
+    Prints one line `ready PATH` when a client may open PATH.
+    """
+    stopped: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda caught, _frame: stopped.append(caught))
+    try:
+        loaded = load_unit(unit)
+        plant = BuiltHandPlant(loaded.hand, hand=hand)
+        electronics = EmulatedHand(plant, firmware=firmware, hand=hand, servos=loaded.servos, seed=seed)
+        server = PtyServer(electronics, link=link, bus_link=bus_link)
+    except (ValueError, OSError) as error:
+        raise click.UsageError(str(error)) from error
+    with server:
+        click.echo(f"ready {server.name}")
+        server.run(stop=lambda: bool(stopped))

@@ -1,0 +1,37 @@
+"""A finding: one thing that was checked, with the verdict in words a builder of the hand can act on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One check of one subject."""
+
+    check: str
+    """What was checked, a stable name such as `tracking_rms`."""
+    subject: str
+    """What it was checked on: a channel's label, or `hand`."""
+    passed: bool
+    measured: str
+    """What was measured, as people read it, with unit."""
+    expected: str
+    """What it should be, for example `at most 0.9 mm`."""
+    source: str
+    """Where the expectation comes from."""
+    meaning: str
+    """What it usually means when this fails."""
+    remedy: str
+    """What to do then."""
+
+    @property
+    def sentence(self) -> str:
+        """The finding in one sentence."""
+        return f"{self.subject}: {self.check} is {self.measured}, should be {self.expected}"
+
+
+def failed(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return those that did not pass."""
+    return tuple(finding for finding in findings if not finding.passed)

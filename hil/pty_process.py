@@ -1,0 +1,40 @@
+"""`aero-hil emulate` as a child process, for the target `pty`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Literal
+
+STOP_TIMEOUT_S = 10.0
+"""Time the child has to leave after SIGTERM."""
+
+
+@contextmanager
+def serve_in_process(*, firmware: str, hand: Literal["right", "left"], unit: str, seed: int) -> Iterator[str]:
+    """Start an emulated hand on a pseudo-terminal and yield the path a client may open.
+
+    Raises:
+        RuntimeError: it did not start, or did not stop cleanly; the message carries what it printed.
+    """
+    command = [sys.executable, "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
+    command += ["--unit", unit, "--seed", str(seed)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None
+        ready = child.stdout.readline().split(maxsplit=1)
+        if len(ready) != 2 or ready[0] != "ready":
+            child.kill()
+            raise RuntimeError(f"`aero-hil emulate` did not start: {child.communicate()[1].strip()}")
+        try:
+            yield ready[1].strip()
+        finally:
+            child.terminate()
+            try:
+                _, errors = child.communicate(timeout=STOP_TIMEOUT_S)
+            except subprocess.TimeoutExpired:
+                child.kill()
+                raise RuntimeError(f"`aero-hil emulate` did not stop within {STOP_TIMEOUT_S:g} s") from None
+        if child.returncode:
+            raise RuntimeError(f"`aero-hil emulate` ended with status {child.returncode}: {errors.strip()}")

@@ -1,0 +1,169 @@
+"""Targets: what a test or an experiment runs against, opened by the value that `--hil` takes.
+
+An experiment sees a `Target` and never asks which kind it is. What only an emulated hand can do is a capability that
+is asked for by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from aero import AeroHand
+from aero.actuation import ActuationMap
+from aero.clock import Clock, WallClock
+from aero.errors import AeroError
+from aero.serial_transport import SerialTransport
+from hil.emulated import build_emulated
+from hil.pty_process import serve_in_process
+from hil.units import DEFAULT_LIMITS, Unit, load_unit
+from hil.wiretap import WireTap
+
+Side = Literal["right", "left"]
+
+DEFAULT_FIRMWARE = "0.2.0"
+PHYSICAL = "physical"
+"""Unit name of a hand that is none of ours."""
+
+
+class NoHandError(Exception):
+    """No hand answers at the target; the message names it and says what to try."""
+
+
+class MissingCapabilityError(Exception):
+    """The target cannot do what was asked for; the message says which could."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """One hand, ready to be commanded, and everything an experiment may know about it."""
+
+    name: str
+    """What `--hil` was."""
+    hand: AeroHand
+    clock: Clock
+    map: ActuationMap
+    firmware: str
+    side: Side
+    unit: str
+    """Unit file of an emulated hand, `physical` for one on a port."""
+    limits: str
+    """Kind of hand whose limits it is judged by."""
+    seed: int
+    wire: WireTap
+    """Everything that crossed the link since it was opened."""
+    capabilities: Mapping[str, Any]
+    """`ground_truth`: the plant (joint angles, cable tensions, slack); `electronics`: the emulated hand."""
+
+    @property
+    def real_time(self) -> bool:
+        """Whether a second of hand time costs a second."""
+        return isinstance(self.clock, WallClock)
+
+    def capability(self, name: str) -> Any:
+        """Return what stands behind a capability.
+
+        Raises:
+            MissingCapabilityError: this target does not have it.
+        """
+        if name not in self.capabilities:
+            raise MissingCapabilityError(f"{self.name} has no {name}; run with --hil=emulated for it")
+        return self.capabilities[name]
+
+    def describe(self) -> str:
+        """Say in one line what this is."""
+        return f"{self.side} hand on {self.name}, firmware {self.firmware}, unit {self.unit}, seed {self.seed}"
+
+
+def open_target(
+    target: str = "emulated",
+    *,
+    firmware: str | None = None,
+    hand: Side = "right",
+    unit: str = "reference",
+    seed: int = 0,
+) -> AbstractContextManager[Target]:
+    """Open a hand; use it in a `with` statement.
+
+    Args:
+        target: `emulated` (this process, virtual time), `pty` (own process, real time), or the path or pyserial URL of
+            a physical hand's port.
+        firmware: version that is emulated, or that the physical hand runs (no board can report its own); 0.2.0 when
+            not given.
+        hand: side.
+        unit: shipped name or `.toml` path of the emulated hand; a physical hand has none.
+        seed: of the emulated hand's noise.
+
+    Raises:
+        ValueError: an unknown firmware, side or unit.
+        NoHandError: nothing answers at the port, on entering the context.
+    """
+    kinds: dict[str, Opener] = {"emulated": _emulated, "pty": _pty}
+    version = firmware or DEFAULT_FIRMWARE
+    codec = ActuationMap.for_firmware(version, hand=hand)
+    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed))
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was asked of `open_target`, checked."""
+
+    name: str
+    map: ActuationMap
+    firmware: str
+    side: Side
+    unit: Unit
+    seed: int
+
+    def granted(self, hand: AeroHand, clock: Clock, wire: WireTap, **more: Any) -> Target:
+        """Return the target, with `more` in place of what was asked."""
+        asked = {"unit": self.unit.name, "limits": self.unit.limits, "capabilities": {}} | more
+        return Target(self.name, hand, clock, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
+
+
+Opener = Callable[[Request], AbstractContextManager[Target]]
+
+
+@contextmanager
+def _emulated(request: Request) -> Iterator[Target]:
+    link, electronics, plant = build_emulated(
+        request.unit, firmware=request.firmware, hand=request.side, seed=request.seed
+    )
+    capabilities = {"ground_truth": plant, "electronics": electronics}
+    wire = WireTap(link, electronics.clock)
+    with AeroHand(wire, electronics.clock) as hand:
+        yield request.granted(hand, electronics.clock, wire, capabilities=capabilities)
+
+
+@contextmanager
+def _pty(request: Request) -> Iterator[Target]:
+    served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
+    with served as path, _serial(path) as (hand, clock, wire):
+        yield request.granted(hand, clock, wire)
+
+
+@contextmanager
+def _physical(request: Request) -> Iterator[Target]:
+    with _serial(request.name) as (hand, clock, wire):
+        yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS)
+
+
+@contextmanager
+def _serial(port: str) -> Iterator[tuple[AeroHand, Clock, WireTap]]:
+    try:
+        transport = SerialTransport.open(port)
+    except (ConnectionError, ValueError) as error:
+        raise NoHandError(
+            f"no hand at {port!r}: {error} Give the hand's port (Linux: /dev/ttyACM0 or a path below "
+            "/dev/serial/by-id), a pyserial URL, or `emulated` or `pty` for a hand without hardware."
+        ) from error
+    clock = WallClock()
+    wire = WireTap(transport, clock)
+    with AeroHand(wire, clock) as hand:
+        try:
+            hand.read_codes()
+        except (AeroError, ConnectionError) as error:
+            raise NoHandError(f"no hand answers at {port!r}: {error}") from error
+        yield hand, clock, wire

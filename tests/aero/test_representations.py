@@ -1,0 +1,160 @@
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero import ActuationMap, CommandWindow
+from aero.actuation.representations import REPRESENTATIONS, convert
+from hil.cli.map import map_command
+
+MAPS = [
+    ActuationMap.for_firmware("0.2.0", state, hand=hand)
+    for state in ("homed", "mixed", "unshifted")
+    for hand in ("right", "left")
+]
+BOTH_WAYS = [name for name, representation in REPRESENTATIONS.items() if representation.to_travel]
+EXACT = [name for name in BOTH_WAYS if name not in ("codes", "counts", "lengths")]
+# Reachable in every window, degrees.
+POSTURES = st.tuples(*[st.floats(0.0, 90.0)] * 4, st.floats(10.0, 90.0), st.floats(0.0, 40.0), st.floats(20.0, 80.0))
+
+
+@pytest.mark.parametrize("codec", MAPS, ids=lambda codec: f"{codec.window.name}-{codec.window.hand}")
+@given(posture=POSTURES, path=st.lists(st.sampled_from(EXACT), max_size=4))
+def test_a_compact_posture_survives_any_path_without_quantisation(codec, posture, path):
+    values, at = posture, "compact"
+    for step in [*path, "compact"]:
+        values, at = convert(codec, values, at, step).values, step
+    np.testing.assert_allclose(values, posture, atol=1e-9)
+
+
+@pytest.mark.parametrize("codec", MAPS, ids=lambda codec: f"{codec.window.name}-{codec.window.hand}")
+@given(posture=POSTURES)
+def test_codes_and_counts_cost_their_quantum(codec, posture):
+    for quantised, quantum_deg in [("codes", 0.5 / 65535 * 300), ("counts", 360 / 4096 + 0.5 / 65535 * 300)]:
+        shafts = convert(codec, posture, "compact", "angles").values
+        back = convert(codec, convert(codec, posture, "compact", quantised).values, quantised, "angles").values
+        # The flexor's window has 2980 counts where its angles would make 2986.
+        tolerance = np.array([quantum_deg] * 6 + [1.01 * quantum_deg])
+        assert (np.abs(back - shafts) <= tolerance).all()
+
+
+def test_counts_are_the_firmwares_own():
+    """Published examples of the firmware's arithmetic, right and left, unshifted."""
+    codes = np.array([0, 3815, 16384, 32767, 32768, 49152, 65526, 65535])
+    expected = {
+        "right": {
+            4: [2048, 1982, 1764, 1480, 1479, 1195, 911, 910],
+            5: [3231, 3163, 2936, 2640, 2640, 2344, 2049, 2048],
+            6: [1115, 1288, 1860, 2604, 2605, 3350, 4094, 4095],
+            0: [3278, 3088, 2459, 1640, 1639, 820, 1, 0],
+        },
+        "left": {
+            4: [2048, 2114, 2332, 2616, 2617, 2901, 3185, 3186],
+            5: [865, 933, 1160, 1456, 1456, 1752, 2047, 2048],
+            6: [2980, 2807, 2235, 1491, 1490, 745, 1, 0],
+            3: [817, 1007, 1636, 2455, 2456, 3275, 4094, 4095],
+        },
+    }
+    for hand, channels in expected.items():
+        window = CommandWindow.for_firmware("0.1.0", hand=hand)
+        for channel, counts in channels.items():
+            spread = np.zeros((8, 7), int)
+            spread[:, channel] = codes
+            assert window.counts_from_codes(spread)[:, channel].tolist() == counts
+
+
+@pytest.mark.parametrize(
+    ("hand", "channel", "counts", "codes"),
+    [
+        ("right", 0, [0, 1, 2047, 2048, 3278, 4095], [65535, 65515, 24610, 24590, 0, 0]),
+        ("right", 4, [2047, 1115], [57, 53729]),
+        ("right", 5, [2049], [65479]),
+        ("right", 6, [2048, 4094], [20518, 65513]),
+        ("left", 0, [2048, 4094], [24610, 65515]),
+    ],
+)
+def test_readings_are_the_firmwares_own(hand, channel, counts, codes):
+    window = CommandWindow.for_firmware("0.1.0", hand=hand)
+    spread = np.full((len(counts), 7), 2000)
+    spread[:, channel] = counts
+    assert window.codes_from_counts(spread)[:, channel].tolist() == codes
+
+
+def test_the_sdk_gets_its_own_codes():
+    assert convert(ActuationMap(), [0.0] * 16, "joints", "sdk-codes").values.tolist() == [0] * 6 + [3815]
+    # aero-open-sdk 0.1.0.dev1 with every joint at its limit.
+    limits = [90.0] * 12 + [100.0, 55.0, 90.0, 90.0]
+    sent = convert(ActuationMap(), limits, "joints", "sdk-codes").values.tolist()
+    assert sent == [65526] * 4 + [65535, 65534, 61719]
+
+
+def test_saturation_is_reported_and_kept_to_the_channels_that_need_it():
+    codec = ActuationMap.for_firmware("0.2.0")
+    result = convert(codec, [30.0] * 4 + [0.0, 20.0, 10.0], "compact", "angles", saturate=True)
+    assert result.saturated.tolist() == [False] * 4 + [True, False, False]
+    assert result.values[4] == pytest.approx(113 / 4096 * 360)
+    assert convert(codec, [30.0] * 7, "compact", "compact", saturate=True).values.tolist() == [30.0] * 7
+
+
+@pytest.mark.parametrize(
+    ("values", "source", "target", "says"),
+    [
+        ([0.0] * 7, "pose", "codes", "unknown representation 'pose'"),
+        ([0.0] * 7, "codes", "pose", "unknown representation 'pose'"),
+        ([0.0] * 7, "sdk-codes", "codes", "nothing can be converted from 'sdk-codes'"),
+        ([0.0] * 6, "compact", "codes", "compact has 7 values"),
+        ([float("nan")] + [0.0] * 6, "compact", "angles", "finite"),
+        ([0.5] + [0.0] * 6, "codes", "angles", "whole numbers"),
+        ([70000.0] + [0.0] * 6, "codes", "angles", "expected 0..65535"),
+        ([0.0] * 7, "compact", "codes", "thumb_abduction"),
+    ],
+)
+def test_what_cannot_be_converted_says_why(values, source, target, says):
+    with pytest.raises(ValueError, match=says):
+        convert(ActuationMap.for_firmware("0.2.0"), values, source, target)
+
+
+def run(arguments, text):
+    return CliRunner().invoke(map_command, arguments, input=text)
+
+
+@pytest.mark.parametrize("target", BOTH_WAYS)
+def test_the_command_reads_what_it_wrote(target):
+    posture = dict(zip(REPRESENTATIONS["compact"].labels, [30.0, 40.0, 50.0, 60.0, 45.0, 20.0, 25.0], strict=True))
+    options = ["--hand", "left", "--calibration", "mixed"]
+    there = run(["--from", "compact", "--to", target, *options], json.dumps(posture))
+    back = run(["--from", target, "--to", "compact", *options], there.stdout)
+    values = json.loads(back.stdout)["values"]
+    assert list(values) == list(posture)
+    # Lengths come back by the thumb's other fit, counts are an eleventh of a degree of shaft.
+    tolerance = {"lengths": 1.5, "codes": 0.05, "counts": 0.3}.get(target, 1e-6)
+    assert values == pytest.approx(posture, abs=tolerance)
+    assert "window 'mixed' of a left hand" in json.loads(there.stdout)["map"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("nonsense", "Expecting value"),
+        ('{"index": 1}', "expected the names index, middle"),
+        ('{"representation": "codes", "values": {}}', "says that it is 'codes', not 'compact'"),
+        ('["a", 0, 0, 0, 0, 0, 0]', "expected 7 numbers"),
+        ("[true, 0, 0, 0, 0, 0, 0]", "expected 7 numbers"),
+        ("[[0, 0, 0, 0, 0, 0, 0]]", "expected 7 numbers"),
+        ("3", "expected 7 numbers"),
+        ("[0, 0, 0, 0, 0, 0, 0]", "--saturate"),
+    ],
+)
+def test_bad_input_is_bad_usage(text, says):
+    result = run(["--from", "compact", "--to", "codes"], text)
+    assert result.exit_code == 2
+    assert says in result.output
+
+
+def test_the_command_saturates_when_told_and_says_so():
+    result = run(["--from", "compact", "--to", "codes", "--saturate"], "[0, 0, 0, 0, 0, 0, 0]")
+    assert json.loads(result.stdout)["saturated"] == ["thumb_abduction"]
+    assert json.loads(result.stdout)["values"]["thumb_cmc_flexion"] == round(113 / 4096 * 360 / 104.1245 * 65535)

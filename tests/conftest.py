@@ -1,0 +1,14 @@
+"""Hypothesis profiles: `dev` by default, `HYPOTHESIS_PROFILE=ci|nightly` for more examples."""
+
+import os
+
+from hypothesis import HealthCheck, settings
+
+# No deadline: the machine may be busy, and time in a test is virtual. Fixtures that Hypothesis warns about are
+# factories here, which give every example its own.
+settings.register_profile(
+    "dev", max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+settings.register_profile("ci", settings.get_profile("dev"), max_examples=60, derandomize=True)
+settings.register_profile("nightly", settings.get_profile("dev"), max_examples=2000)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dev"))

@@ -1,0 +1,98 @@
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_emulator.clock import VirtualClock
+from firmware_emulator.kernel import Kernel, Mutex, Signal
+
+
+@given(st.lists(st.floats(0, 100, allow_nan=False)))
+def test_events_run_in_time_order_and_ties_in_the_order_of_scheduling(times):
+    kernel = Kernel()
+    seen = []
+    for number, t in enumerate(times):
+        kernel.call_at(t, lambda t=t, number=number: seen.append((kernel.now, t, number)))
+    kernel.run_until(100)
+    assert [(t, number) for _, t, number in seen] == sorted((t, number) for number, t in enumerate(times))
+    assert all(now == t for now, t, _ in seen)
+    assert kernel.now == 100
+
+
+def test_a_task_reads_top_to_bottom():
+    kernel = Kernel()
+    seen = []
+
+    def task():
+        seen.append(kernel.now)
+        yield 1.5
+        seen.append(kernel.now)
+
+    kernel.spawn(task())
+    kernel.run_until(1.0)
+    assert seen == [0.0]
+    kernel.run_until(2.0)
+    assert seen == [0.0, 1.5]
+
+
+def test_a_wait_tells_whether_the_signal_or_the_deadline_came_first():
+    kernel = Kernel()
+    signal = Signal(kernel)
+    seen = []
+
+    def waiter(deadline):
+        seen.append(((yield signal, deadline), kernel.now))
+
+    kernel.spawn(waiter(1.0))
+    kernel.spawn(waiter(3.0))
+    kernel.call_at(2.0, signal.fire)
+    kernel.run_until(5.0)
+    assert seen == [(False, 1.0), (True, 2.0)]
+
+
+def test_a_spent_wait_is_not_woken_again():
+    kernel = Kernel()
+    signal = Signal(kernel)
+    seen = []
+
+    def waiter():
+        seen.append((yield signal, 1.0))
+        yield 10.0
+        seen.append(kernel.now)
+
+    kernel.spawn(waiter())
+    for t in (0.5, 0.7, 2.0):
+        kernel.call_at(t, signal.fire)
+    kernel.run_until(20.0)
+    assert seen == [True, 10.5]
+
+
+def test_a_lock_is_held_by_one_task_and_handed_on_in_turn():
+    kernel = Kernel()
+    lock = Mutex(kernel)
+    seen = []
+
+    def user(name):
+        yield from lock.take()
+        assert not lock.try_take()
+        seen.append((name, kernel.now))
+        yield 1.0
+        lock.give()
+
+    for name in "abc":
+        kernel.spawn(user(name))
+    kernel.run_until(10.0)
+    assert seen == [("a", 0.0), ("b", 1.0), ("c", 2.0)]
+    assert lock.try_take()
+
+
+def test_virtual_time_never_goes_back_and_sleeping_runs_what_is_due():
+    kernel = Kernel()
+    clock = VirtualClock(kernel)
+    seen = []
+    kernel.call_at(1.0, lambda: seen.append(clock.now()))
+    clock.sleep_until(2.0)
+    clock.sleep_until(1.0)
+    assert seen == [1.0]
+    assert clock.now() == 2.0
+    kernel.call_at(0.5, lambda: seen.append(clock.now()))
+    clock.sleep_until(2.5)
+    assert seen == [1.0, 2.0]

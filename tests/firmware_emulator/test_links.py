@@ -1,0 +1,143 @@
+import contextlib
+import os
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import serial
+
+from firmware_emulator.bench import Bench
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
+from firmware_emulator.links.pty import PtyServer
+from firmware_emulator.links.terminal import Terminal
+
+GET_TEMP = b"\x25".ljust(16, b"\0")
+
+
+@contextlib.contextmanager
+def served(server):
+    stop = threading.Event()
+    thread = threading.Thread(target=server.run, args=(stop.is_set,))
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+        server.close()
+
+
+def test_reading_moves_virtual_time_by_the_timeout_and_no_further_than_the_answer():
+    hand = EmulatedHand(Bench())
+    link = InProcessLink(hand)
+    start = hand.clock.now()
+    assert link.read(16, 0.5) == b""
+    assert hand.clock.now() == start + 0.5
+    link.write(GET_TEMP)
+    assert len(link.read(16, 0.5)) == 16
+    assert hand.clock.now() < start + 0.51
+
+
+def test_a_short_read_leaves_the_rest_and_discarding_drops_it():
+    link = InProcessLink(EmulatedHand(Bench()))
+    link.write(GET_TEMP * 2)
+    whole = link.read(10, 0.1) + link.read(6, 0.1)
+    assert whole[:2] == GET_TEMP[:2]
+    link.read(4, 0.1)
+    link.discard_input()
+    assert link.read(1, 0.1) == b""
+
+
+def test_a_closed_link_says_so_and_keeps_what_the_board_sends_for_the_next_one():
+    hand = EmulatedHand(Bench())
+    link = InProcessLink(hand)
+    link.write(GET_TEMP)
+    link.close()
+    link.close()
+    for use in (lambda: link.write(b""), lambda: link.read(1, 0.0)):
+        with pytest.raises(ConnectionError, match="closed"):
+            use()
+    hand.clock.sleep_until(hand.clock.now() + 0.1)
+    assert len(InProcessLink(hand).read(99, 0.0)) == 16
+
+
+def test_a_client_comes_back_to_the_terminal(tmp_path):
+    path = tmp_path / "hand"
+    server = PtyServer(EmulatedHand(Bench()), link=path)
+    with served(server):
+        assert path.is_symlink()
+        for _ in range(2):
+            with serial.Serial(server.name, 921600, timeout=1.0) as port:
+                port.write(GET_TEMP)
+                assert port.read(16)[:2] == GET_TEMP[:2]
+    assert not path.is_symlink()
+
+
+def test_answers_over_a_terminal_are_those_of_the_same_bytes_at_the_same_instants():
+    server = PtyServer(EmulatedHand(Bench(), seed=7, firmware="0.1.0", start="reset"))
+    server.log = []
+    with served(server), serial.Serial(server.name, timeout=1.0) as port:
+        port.read(241)
+        for word in range(20):
+            port.write(b"\x11\0" + bytes((0, word * 6)) * 7 + b"\x24".ljust(16, b"\0"))
+            assert len(port.read(16)) == 16
+    again = InProcessLink(EmulatedHand(Bench(), seed=7, firmware="0.1.0", start="reset"))
+    hand = again._hand
+    for t, direction, data in server.log:
+        if direction == ">":
+            hand.clock.sleep_until(t)
+            again.write(data)
+    hand.clock.sleep_until(server.log[-1][0])
+    assert again.log == server.log
+
+
+def test_time_passes_at_the_rate_of_the_wall_clock():
+    hand = EmulatedHand(Bench())
+    server = PtyServer(hand)
+    start, began = hand.clock.now(), time.monotonic()
+    with served(server):
+        Path(server.name).stat()
+        while time.monotonic() < began + 0.3:
+            threading.Event().wait(0.02)
+    assert hand.clock.now() - start == pytest.approx(time.monotonic() - began, abs=0.1)
+
+
+def test_a_stale_link_is_replaced_and_a_live_one_is_not(tmp_path):
+    stale, live = tmp_path / "stale", tmp_path / "live"
+    stale.symlink_to(tmp_path / "gone")
+    with Terminal(stale) as terminal:
+        assert str(stale.readlink()) == terminal.path
+        live.symlink_to(stale)
+        with pytest.raises(FileExistsError, match="stop what serves it"):
+            Terminal(live)
+    assert live.is_symlink()
+    assert not stale.is_symlink()
+
+
+def test_a_link_that_points_elsewhere_by_now_is_left_alone(tmp_path):
+    path = tmp_path / "hand"
+    with Terminal(path):
+        path.unlink()
+        path.symlink_to(tmp_path)
+    assert path.is_symlink()
+
+
+def test_bytes_for_a_client_that_never_reads_are_lost_without_blocking():
+    with Terminal() as terminal:
+        for _ in range(10000):
+            terminal.write(bytes(16))
+        assert terminal.read() == b""
+
+
+def test_a_terminal_does_not_echo_or_translate():
+    with Terminal() as terminal:
+        client = os.open(terminal.path, os.O_RDWR | os.O_NOCTTY)
+        try:
+            terminal.write(b"boot\n")
+            assert os.read(client, 99) == b"boot\n"
+            os.write(client, b"\r\n\x03\x04")
+            assert terminal.read() == b"\r\n\x03\x04"
+        finally:
+            os.close(client)

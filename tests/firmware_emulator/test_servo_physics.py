@@ -1,0 +1,108 @@
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_emulator.servo.electrical import effort_limit, static_current, temperature_after
+from firmware_emulator.servo.encoding import decode_signed, encode_signed
+from firmware_emulator.servo.frame import Frame, Mounting
+from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT
+from firmware_emulator.servo.profile import plan
+
+POSITIONS = st.floats(-2e4, 2e4)
+VELOCITIES = st.floats(-1e4, 1e4)
+SPEEDS = st.floats(50, 1e5)
+ACCELERATIONS = st.floats(100, 25400)
+
+
+@given(st.integers(-32767, 32767))
+def test_sign_magnitude_words_come_back(value):
+    assert decode_signed(encode_signed(value)) == value
+    assert encode_signed(value) & 0x7FFF == abs(value)
+
+
+@pytest.mark.parametrize(("value", "bit"), [(32768, 15), (-32768, 15), (1024, 10)])
+def test_a_number_that_does_not_fit_is_refused(value, bit):
+    with pytest.raises(ValueError, match="limit is"):
+        encode_signed(value, bit)
+
+
+@pytest.mark.parametrize("counts", [5, 10, 20, 30, 40, 46, 52])
+def test_static_current_follows_the_recorded_curve_within_ten_percent(counts):
+    recorded = {5: 30, 10: 30, 20: 37, 30: 43, 40: 47.5, 46: 50, 52: 50}
+    effort = counts * HLS3606M.duty_per_count * HLS3606M.stall_torque
+    assert static_current(effort, HLS3606M) * 6.5 / counts == pytest.approx(recorded[counts], rel=0.1)
+
+
+@given(st.integers(0, 1023))
+def test_a_blocked_servo_reads_exactly_its_goal_torque(units):
+    assert static_current(effort_limit(units, HLS3606M), HLS3606M) == pytest.approx(units, abs=1e-6)
+
+
+@given(st.floats(20, 80), st.floats(0, 25), st.floats(0, 4000), st.floats(0, 4000))
+def test_temperature_does_not_depend_on_how_often_it_is_updated(start, square, first, second):
+    halfway = temperature_after(start, square, first, HLS3606M)
+    assert temperature_after(halfway, square, second, HLS3606M) == pytest.approx(
+        temperature_after(start, square, first + second, HLS3606M), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize(("current_a", "rate"), [(0.22, 0.04), (0.4, 0.08), (0.65, 0.115), (1.0, 0.125)])
+def test_heating_rates_are_near_the_recorded_ones(current_a, rate):
+    rest = HLS3606M.rest_temperature_c
+    assert temperature_after(rest, current_a**2, 1.0, HLS3606M) - rest == pytest.approx(rate, rel=0.2)
+
+
+@given(POSITIONS, VELOCITIES, POSITIONS, SPEEDS, ACCELERATIONS)
+def test_a_profile_is_continuous_keeps_its_limits_and_ends_at_rest_on_the_goal(x, v, goal, speed, acceleration):
+    motion = plan(2.0, x, v, goal, speed=speed, acceleration=acceleration)
+    assert motion.at(2.0) == (pytest.approx(x, abs=1e-6), pytest.approx(v if motion.end > 2.0 else 0.0, abs=1e-6))
+    assert motion.at(motion.end) == (goal, 0.0)
+    last = motion.at(math.nextafter(motion.end, 0.0))
+    assert last[0] == pytest.approx(goal, abs=1e-3)
+    span = motion.end - 2.0
+    states = [motion.at(2.0 + span * step / 200) for step in range(201)]
+    for (x0, v0), (x1, v1) in pairwise(states):
+        assert abs(v1 - v0) <= acceleration * span / 200 * (1 + 1e-6) + 1e-3
+        assert abs(v1) <= max(speed, abs(v)) * (1 + 1e-9) + 1e-6
+        assert abs(x1 - x0) <= max(speed, abs(v)) * span / 200 * (1 + 1e-6) + 1e-3
+
+
+@given(POSITIONS, st.floats(-1e4, 1e4), SPEEDS, ACCELERATIONS)
+def test_a_profile_from_rest_takes_the_time_of_the_vendors_rule_and_does_not_overshoot(x, step, speed, acceleration):
+    motion = plan(0.0, x, 0.0, x + step, speed=speed, acceleration=acceleration)
+    distance = abs(step)
+    cruise = min(speed, math.sqrt(distance * acceleration))
+    expected = distance / cruise + cruise / acceleration if distance else 0.0
+    assert motion.end == pytest.approx(expected, rel=1e-6, abs=1e-9)
+    low, high = min(x, x + step), max(x, x + step)
+    assert all(low - 1e-6 <= motion.at(motion.end * k / 50)[0] <= high + 1e-6 for k in range(51))
+
+
+@given(st.tuples(POSITIONS, VELOCITIES), POSITIONS, SPEEDS, ACCELERATIONS, st.floats(0, 1))
+def test_planning_again_on_the_way_changes_nothing(state, goal, speed, acceleration, share):
+    x, v = state
+    motion = plan(0.0, x, v, goal, speed=speed, acceleration=acceleration)
+    t = motion.end * share
+    again = plan(t, *motion.at(t), goal, speed=speed, acceleration=acceleration)
+    assert again.end == pytest.approx(motion.end, rel=1e-4, abs=1e-4)
+
+
+@given(st.sampled_from([-1, 1]), st.floats(-5000, 5000), st.floats(-30, 30), st.integers(0, 4095))
+def test_calibration_makes_the_present_angle_read_the_value_and_shifts_all_else(direction, zero, angle, value):
+    frame = Frame(Mounting(0, direction, zero))
+    before = frame.counts(angle + 100 * RAD_PER_COUNT) - frame.counts(angle)
+    frame.calibrate(angle, value)
+    assert frame.counts(angle) == value
+    assert abs(frame.counts(angle + 100 * RAD_PER_COUNT) - value - before) <= 1
+    assert -2048 <= frame.offset <= 2047
+    frame.forget_turns(angle)
+    assert frame.counts(angle) == value
+
+
+@given(st.sampled_from([-1, 1]), st.floats(-5000, 5000), st.floats(-30, 30))
+def test_a_frame_is_right_both_ways(direction, zero, angle):
+    frame = Frame(Mounting(0, direction, zero))
+    assert abs(frame.angle(frame.counts(angle)) - angle) <= 0.51 * RAD_PER_COUNT

@@ -1,0 +1,56 @@
+"""Opening a target gives what was asked for, or one message that says why not."""
+
+import pytest
+
+from hil import MissingCapabilityError, NoHandError, open_target
+
+
+def wire_log(seed, unit="reference"):
+    with open_target(seed=seed, unit=unit) as target:
+        for level in range(12):
+            target.hand.command_codes([4000 * level] * 7)
+            target.clock.sleep_until(target.clock.now() + 0.05)
+            target.hand.read_codes()
+            target.hand.read_currents()
+        return target.wire.since(0, 0.0)
+
+
+def test_the_same_seed_gives_the_same_bytes_at_the_same_times():
+    first = wire_log(3)
+    assert first == wire_log(3)
+    assert len(first) > 48
+
+
+def test_another_seed_gives_other_bytes():
+    assert wire_log(3) != wire_log(4)
+
+
+def test_an_emulated_hand_is_opened_as_asked():
+    with open_target(firmware="pre", hand="left", seed=5) as target:
+        assert (target.firmware, target.side, target.seed, target.unit) == ("pre", "left", 5, "reference")
+        assert target.map.window.hand == "left"
+        assert not target.real_time
+        assert target.describe() == "left hand on emulated, firmware pre, unit reference, seed 5"
+        assert target.capability("ground_truth").joint_angles().shape == (16,)
+        with pytest.raises(MissingCapabilityError, match="emulated has no telepathy"):
+            target.capability("telepathy")
+
+
+def test_a_missing_port_is_named_with_what_to_try():
+    context = open_target("/dev/ttyNoSuchHand")
+    with pytest.raises(NoHandError, match=r"(?s)/dev/ttyNoSuchHand.*ttyACM0"), context:
+        pytest.fail("there is no such port")
+
+
+@pytest.mark.parametrize("asked", [{"firmware": "9.9"}, {"hand": "third"}, {"unit": "golden"}])
+def test_what_cannot_be_is_refused_at_once(asked):
+    with pytest.raises(ValueError, match=next(iter(asked.values()))):
+        open_target(**asked)
+
+
+def test_a_hand_on_a_pseudo_terminal_answers_and_has_no_ground_truth():
+    with open_target("pty", seed=1) as target:
+        assert target.real_time
+        assert target.hand.read_codes().shape == (7,)
+        with pytest.raises(MissingCapabilityError, match="--hil=emulated"):
+            target.capability("ground_truth")

@@ -1,0 +1,43 @@
+"""What the tests of this folder share. They run on any target and never ask which one it is."""
+
+import numpy as np
+import pytest
+
+from hil import MissingCapabilityError
+
+SETTLE_S, SETTLE_TRIES = 0.4, 8
+STILL_RAD_S = 0.1
+
+
+@pytest.fixture
+def settle(target):
+    """Command codes and wait until the hand has come to rest; returns what the encoders then read."""
+
+    def command_and_wait(codes):
+        target.hand.command_codes(codes)
+        for _ in range(SETTLE_TRIES):
+            target.clock.sleep_until(target.clock.now() + SETTLE_S)
+            if np.all(np.abs(target.hand.read_speeds()) < STILL_RAD_S):
+                return target.hand.read_codes().astype(int)
+        pytest.fail(f"the hand still moves {SETTLE_S * SETTLE_TRIES:g} s after a command")
+
+    return command_and_wait
+
+
+@pytest.fixture
+def capability(target):
+    """Ask for something only some targets can do; the test is skipped, with the reason, on the others."""
+
+    def get(name):
+        try:
+            return target.capability(name)
+        except MissingCapabilityError as error:
+            pytest.skip(str(error))
+
+    return get
+
+
+@pytest.fixture
+def open_codes():
+    """Every channel at its open end."""
+    return np.zeros(7, int)

@@ -1,0 +1,219 @@
+"""The plant as an interface: time, drives, efforts, motors. What hangs on the shafts is in `test_built_hand`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, nan
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aero.channels import Channel
+from firmware_emulator.plant import Drive, Plant
+from model import BuiltHandParameters, BuiltHandPlant
+from tests.model.servo import STALL, push, settle, towards
+
+LOOSE = BuiltHandParameters(cable_take_up=(0.5,) * 7)
+"""So much cable that the spools turn without moving anything."""
+
+
+@pytest.fixture
+def plant() -> BuiltHandPlant:
+    return BuiltHandPlant()
+
+
+def test_is_what_the_electronics_expect(plant):
+    as_interface: Plant = plant
+    for name in (n for n in dir(Plant) if not n.startswith("_")):
+        assert hasattr(as_interface, name)
+
+
+def test_starts_at_rest_in_the_extended_pose(plant):
+    settle(plant, 0.5)
+    assert np.abs(plant.angles()).max() < 2e-3
+    assert np.abs(plant.speeds()).max() < 1e-3
+    assert np.abs(plant.joint_angles()).max() < 2e-3
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.floats(1e-9, 0.02), min_size=1, max_size=30))
+def test_advances_to_exactly_the_time_asked_for(spans):
+    plant = BuiltHandPlant()
+    plant.drive(0, towards(2.0))
+    t = 0.0
+    for span in spans:
+        t += span
+        plant.advance_to(t)
+        assert plant.time == t
+    assert np.all(np.isfinite(plant.angles()))
+
+
+def test_time_never_goes_backwards(plant):
+    plant.drive(0, towards(2.0))
+    plant.advance_to(0.1)
+    before = plant.angles()
+    plant.advance_to(0.05)
+    plant.advance_to(0.1)
+    assert plant.time == 0.1
+    assert np.array_equal(plant.angles(), before)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.floats(1e-5, 4e-3), min_size=50, max_size=100), st.floats(0.3, 5.0))
+def test_cutting_time_differently_hardly_changes_the_motion(spans, goal):
+    """Shortened steps are stable and consistent: within 1 % of the travel of uncut time."""
+    cut, whole = BuiltHandPlant(), BuiltHandPlant()
+    for plant in (cut, whole):
+        plant.drive(Channel.INDEX, towards(goal))
+    for span in spans:
+        cut.advance_to(cut.time + span)
+    whole.advance_to(cut.time)
+    assert cut.angles()[0] == pytest.approx(whole.angles()[0], abs=0.01 * goal + 2e-3)
+
+
+def test_the_same_calls_give_the_same_state_to_the_bit():
+    states = []
+    for _ in range(2):
+        plant = BuiltHandPlant()
+        for step in range(60):
+            plant.drive(step % 7, towards(0.3 * (step % 5)))
+            plant.advance_to(plant.time + 0.0071)
+        states.append((plant.angles(), plant.speeds(), plant.joint_angles()))
+    for first, second in zip(*states, strict=True):
+        assert np.array_equal(first, second)
+
+
+def test_looking_changes_nothing():
+    watched, alone = BuiltHandPlant(), BuiltHandPlant()
+    for plant in (watched, alone):
+        for shaft in range(7):
+            plant.drive(shaft, towards(1.2))
+    for step in range(1, 100):
+        watched.advance_to(step * 0.0033)
+        watched.cable_tensions()
+        watched.slack()
+        watched.efforts()
+        watched.joint_angles()
+        alone.advance_to(step * 0.0033)
+    assert np.array_equal(watched.angles(), alone.angles())
+
+
+def test_hands_out_copies(plant):
+    plant.angles()[:] = 1.0
+    plant.joint_angles()[:] = 1.0
+    assert np.all(plant.angles() == 0.0)
+    assert np.all(plant.joint_angles() == 0.0)
+
+
+def test_effort_is_the_clipped_law(plant):
+    plant.drive(1, Drive(setpoint=0.5, stiffness=2.0, damping=0.1, torque=0.05, limit=0.3))
+    plant.drive(2, Drive(setpoint=0.1, stiffness=2.0, damping=0.1, torque=0.05, limit=0.3))
+    assert plant.efforts() == pytest.approx([0, 0.3, 0.25, 0, 0, 0, 0])
+    plant.advance_to(0.01)
+    law = 0.05 + 2.0 * (0.1 - plant.angles()[2]) - 0.1 * plant.speeds()[2]
+    assert plant.efforts()[2] == pytest.approx(law)
+    assert plant.speeds()[2] > 0
+
+
+def test_setting_only_the_goal_is_the_same_as_driving_anew():
+    one, other = BuiltHandPlant(), BuiltHandPlant()
+    one.drive(4, towards(0.0))
+    one.set_setpoint(4, 1.0)
+    other.drive(4, towards(1.0))
+    for plant in (one, other):
+        settle(plant, 0.1)
+    assert np.array_equal(one.angles(), other.angles())
+    assert np.array_equal(one.efforts(), other.efforts())
+
+
+@pytest.mark.parametrize("channel", Channel)
+def test_no_load_speed_is_where_back_emf_meets_the_effort(channel):
+    parameters = replace(LOOSE, spool_friction=(0.0,) * 7, closed_stop=(1.5,) * 12 + (60.0,) + (1.0,) * 3)
+    parameters = replace(parameters, joint_friction=(0.0,) * 16, joint_damping=(0.0,) * 16, contacts=False, gravity=0.0)
+    plant = BuiltHandPlant(parameters)
+    plant.drive(channel, push(STALL))
+    settle(plant, 0.3)
+    assert plant.speeds()[channel] == pytest.approx(STALL / parameters.back_emf, rel=1e-3)
+
+
+def test_motor_time_constant_is_inertia_over_back_emf():
+    parameters = replace(LOOSE, spool_friction=(0.0,) * 7)
+    plant = BuiltHandPlant(parameters)
+    plant.drive(0, push(0.2))
+    plant.advance_to(parameters.rotor_inertia[0] / parameters.back_emf)
+    final = 0.2 / parameters.back_emf
+    assert plant.speeds()[0] / final == pytest.approx(1 - np.exp(-1), abs=0.04)
+
+
+def test_a_sagging_supply_weakens_the_motor_not_the_reported_effort():
+    full, sagging = (
+        BuiltHandPlant(replace(LOOSE, supply_ratio=ratio, spool_friction=(0.0,) * 7)) for ratio in (1.0, 0.5)
+    )
+    for plant in (full, sagging):
+        plant.drive(0, push(0.4))
+        settle(plant, 0.3)
+        assert plant.efforts()[0] == 0.4
+    assert sagging.speeds()[0] == pytest.approx(0.5 * full.speeds()[0], rel=1e-3)
+
+
+def test_an_unpowered_shaft_coasts_and_a_powered_one_brakes():
+    coasting, braking = (BuiltHandPlant(replace(LOOSE, spool_friction=(0.0,) * 7)) for _ in range(2))
+    for plant in (coasting, braking):
+        plant.drive(0, push(0.3))
+        settle(plant, 0.2)
+    coasting.drive(0, Drive(powered=False))
+    braking.drive(0, Drive(powered=True))
+    before = coasting.speeds()[0]
+    for plant in (coasting, braking):
+        settle(plant, 0.1)
+    assert coasting.speeds()[0] == pytest.approx(before, rel=1e-3)
+    assert braking.speeds()[0] < 0.01 * before
+
+
+def test_a_step_ends_without_overshoot_as_recorded(plant):
+    """164 counts: rises in about 50 ms and does not overshoot (public logs, 600-count and smaller steps)."""
+    count = 2 * np.pi / 4096
+    plant.drive(0, towards(1.5))
+    settle(plant)
+    start = plant.angles()[0]
+    plant.drive(0, towards(1.5 + 164 * count))
+    trace = []
+    for _ in range(40):
+        plant.advance_to(plant.time + 0.005)
+        trace.append((plant.angles()[0] - start) / (164 * count))
+    trace = np.array(trace)
+    assert trace.max() <= trace[-1] + 0.005
+    rise = 0.005 * (np.argmax(trace > 0.9 * trace[-1]) - np.argmax(trace > 0.1 * trace[-1]))
+    assert 0.03 <= rise <= 0.07
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        Drive(setpoint=nan),
+        Drive(stiffness=-1.0),
+        Drive(damping=-1.0),
+        Drive(limit=-0.1),
+        Drive(limit=inf),
+    ],
+)
+def test_impossible_drives_are_refused(plant, drive):
+    with pytest.raises(ValueError, match="a drive is finite"):
+        plant.drive(0, drive)
+
+
+def test_impossible_setpoints_and_shafts_are_refused(plant):
+    with pytest.raises(ValueError, match="finite angle"):
+        plant.set_setpoint(0, inf)
+    for call in (lambda: plant.set_setpoint(7, 0.0), lambda: plant.drive(-1, Drive())):
+        with pytest.raises(IndexError, match=r"0\.\.6"):
+            call()
+
+
+def test_divergence_is_reported(plant, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo leaves a log where it runs
+    plant.drive(0, Drive(setpoint=1.0, stiffness=1e12, limit=1e12))
+    with pytest.raises(ArithmeticError, match="physics failed"):
+        settle(plant, 5.0)

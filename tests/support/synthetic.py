@@ -1,0 +1,44 @@
+"""Recordings with a known answer, made without any hand."""
+
+import math
+
+import numpy as np
+
+from aero.channels import Channel
+from hil.recording import Header, Recording, Series
+
+LABELS = tuple(channel.label for channel in Channel)
+UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
+HEADER = Header("staircase", "emulated", "right", "0.2.0", "paper", "reference", 0)
+HOLD = 0.48
+RANGES = np.array([0.046, 0.046, 0.046, 0.046, 1.75, 0.011, 0.027])
+
+
+def staircase(*, levels=4, tau=0.03, gain=1.0, offset=0.0, hand_tau=0.05, dt=0.01):
+    """A one-channel-at-a-time staircase from zero, answered by two first-order lags."""
+    per = round(HOLD / dt)
+    fractions = [*range(1, levels + 1), *range(levels - 1, -1, -1)]
+    levels_of = np.zeros((7 * 2 * levels + 1, 7))
+    for channel in range(7):
+        for i, fraction in enumerate(fractions):
+            levels_of[1 + channel * 2 * levels + i, channel] = fraction / levels * RANGES[channel]
+    command = np.repeat(levels_of, per, axis=0)
+    t = dt * np.arange(len(command))
+
+    def lag(tau):
+        value, out = np.zeros(7), []
+        for row in command:
+            out.append(value)
+            value = row + (value - row) * math.exp(-dt / tau)
+        return np.array(out)
+
+    hand = lag(hand_tau)
+    series = {"command": command, "model": lag(tau), "hand": gain * hand + offset * RANGES, "travel": hand}
+    return Recording(HEADER, {name: Series.of(LABELS, UNITS, t, v) for name, v in series.items()})
+
+
+def replaced(recording, name, values):
+    """The same recording with other values in one series."""
+    series = recording[name]
+    changed = Series.of(series.columns, series.units, series.times, values)
+    return Recording(recording.header, {**recording.series, name: changed}, recording.wire, recording.events)
