@@ -60,6 +60,11 @@ class Recipe:
         if self.environments % self.minibatches:
             raise ValueError(f"{self.environments} environments must divide into minibatches, got {self.minibatches}")
 
+    def with_steps(self, steps: int) -> Recipe:
+        """Return the recipe for a run of `steps`, with at least ten checkpoints where the batches allow."""
+        batch = self.environments * self.unroll
+        return replace(self, steps=steps, checkpoint_steps=max(batch, min(self.checkpoint_steps, steps // 10)))
+
 
 FAST = Recipe("fast", Task(), survival_goal=0.95)
 """For the record in simulation: the paper's task, without a servo."""

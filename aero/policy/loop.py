@@ -28,6 +28,7 @@ def run_policy(
     actuation_map: ActuationMap,
     *,
     settings: RunSettings | None = None,
+    on_ready: Callable[[], None] = lambda: None,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> Run:
     """Run `policy` on `hand` and bring the hand back to where it was.
@@ -38,6 +39,7 @@ def run_policy(
         clock: of the hand.
         actuation_map: for the hand's firmware.
         settings: how; None for the defaults.
+        on_ready: told when the hand has waited in the nominal grasp and the policy is about to begin.
         on_step: told about every control period, before the next one begins.
 
     Raises:
@@ -49,6 +51,7 @@ def run_policy(
     try:
         session.move_to(session.codes_of(np.zeros(CHANNELS)))
         session.wait()
+        on_ready()
         ending = session.loop()
     finally:
         session.move_to(home)

@@ -1,0 +1,89 @@
+"""Pictures of an evaluation: rate and survival against delay, and a video of one episode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from matplotlib.figure import Figure
+
+from aero.policy.file import Policy
+from aero.policy.task import CHANNELS
+from model.scene import add_floor, add_light
+from train import actuation
+from train.evaluation.rollouts import Episodes
+from train.scene import build_scene
+from train.simulator import Floats, Simulator, positions, velocities
+from train.task.episode import PHYSICS_STEP_S, Task, begin, command, finish, observed
+from train.task.grasp import draw_starts
+
+FRAMES_PER_S = 20
+WIDTH, HEIGHT = 640, 480
+
+
+def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -> None:
+    """Draw the rate (mean and quartiles) and the survival against the delay."""
+    figure = Figure(figsize=(6, 4.5), layout="constrained")
+    rate, survival = figure.subplots(2, 1, sharex=True)
+    delays_ms = 1e3 * np.array(delays_s)
+    rates = [one.rate_rad_s for one in episodes]
+    rate.fill_between(delays_ms, *np.percentile(rates, [25, 75], axis=1), alpha=0.25, linewidth=0, label="quartiles")
+    rate.plot(delays_ms, np.mean(rates, axis=1), marker="o", label="mean")
+    rate.axhline(0.0, color="black", linewidth=0.6)
+    rate.set_ylabel("rate, rad/s")
+    rate.legend(frameon=False)
+    survival.plot(delays_ms, [one.kept.mean() for one in episodes], marker="o")
+    survival.set_ylim(-0.02, 1.02)
+    survival.set_ylabel("share that keeps the cube")
+    survival.set_xlabel("delay, ms")
+    figure.savefig(path, dpi=120)
+
+
+def trajectory(policy: Policy, task: Task, seconds: float, seed: int) -> Floats:
+    """Return the generalised positions of one episode at each control step, (steps, 23)."""
+    rng, model = np.random.default_rng(seed), build_scene().compile()
+    rows = []
+    with Simulator([model], threads=1) as batch:
+        starts = draw_starts(rng, 1, task.reset)
+        states, sensors = batch.at(starts), batch.sensors_at(starts, np.array(task.settings.nominal))
+        episode = begin(task, sensors, rng.uniform(size=(1, actuation.DRAWS)))
+        observation = observed(task, episode, rng.uniform(-1, 1, (1, CHANNELS)))
+        for _ in range(round(seconds / task.settings.period_s)):
+            action = policy.network.act(observation).astype(np.float64)
+            episode, controls = command(task, episode, action)
+            states, sensors = batch.advance(states, controls)
+            noise = rng.uniform(-1, 1, (1, CHANNELS))
+            episode, outcome = finish(
+                task, episode, sensors, positions=positions(states), velocities=velocities(states), noise=noise
+            )
+            observation = outcome.observation
+            rows.append(positions(states)[0])
+    return np.array(rows)
+
+
+def frames(rows: Floats) -> list[np.ndarray]:
+    """Render positions (steps, 23), one (HEIGHT, WIDTH, 3) uint8 picture each."""
+    spec = build_scene()
+    add_floor(spec)
+    add_light(spec)
+    spec.option.timestep = PHYSICS_STEP_S
+    model = spec.compile()
+    data, camera = mujoco.MjData(model), mujoco.MjvCamera()
+    camera.lookat[:] = (0.09, 0.0, 0.02)
+    camera.distance, camera.azimuth, camera.elevation = 0.42, 150.0, -35.0
+    pictures = []
+    with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
+        for row in rows:
+            data.qpos[:] = row
+            mujoco.mj_forward(model, data)
+            renderer.update_scene(data, camera)
+            pictures.append(renderer.render())
+    return pictures
+
+
+def video(rows: Floats, path: Path) -> None:
+    """Write positions (steps, 23) as an MP4 at `FRAMES_PER_S`."""
+    import imageio.v3 as imageio  # noqa: PLC0415 - only videos need it
+
+    imageio.imwrite(path, np.array(frames(rows)), fps=FRAMES_PER_S)
