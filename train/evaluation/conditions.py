@@ -34,13 +34,13 @@ def servo(lag_s: float, delay_s: float) -> ActuationRanges:
 
 
 def conditions(policy: Policy) -> list[Condition]:
-    """Return the conditions without a sweep: as trained, and as the paper deploys."""
+    """Return the conditions without a sweep: as trained, with and without noise, and as the paper deploys."""
     as_trained = task_of(policy)
     deployed = task_of(policy, PAPER_DEPLOYMENT)
     return [
-        Condition("training settings, noise, random starts", as_trained),
-        Condition("the same, no noise", replace(as_trained, settings=replace(policy.settings, noise=(0.0,) * 7))),
-        Condition("the paper's deployment settings, nominal start", replace(deployed, reset=NOMINAL_RESET)),
+        Condition("as trained, with noise", as_trained),
+        Condition("as trained, no noise", replace(as_trained, settings=replace(policy.settings, noise=(0.0,) * 7))),
+        Condition("deployed, nominal grasp", replace(deployed, reset=NOMINAL_RESET)),
     ]
 
 
@@ -48,7 +48,7 @@ def sweep(policy: Policy) -> list[tuple[float, Condition]]:
     """Return the training conditions behind a servo, with the delay (s) of each."""
     base = task_of(policy)
     return [
-        (delay, Condition(f"lag {SERVO_LAG_S * 1e3:.0f} ms, delay {delay * 1e3:.0f} ms", behind))
+        (delay, Condition(f"lag {SERVO_LAG_S * 1e3:.0f}, delay {delay * 1e3:.0f} ms", behind))
         for delay in SWEEP_DELAYS_S
         for behind in [replace(base, actuation=servo(SERVO_LAG_S, delay))]
     ]

@@ -10,16 +10,18 @@ from matplotlib.figure import Figure
 
 from aero.policy.file import Policy
 from aero.policy.task import CHANNELS
-from model.scene import add_floor, add_light
+from model.scene import CUBE_SIDE, add_light
 from train import actuation
 from train.evaluation.rollouts import Episodes
 from train.scene import build_scene
 from train.simulator import Floats, Simulator, positions, velocities
-from train.task.episode import PHYSICS_STEP_S, Task, begin, command, finish, observed
+from train.task.episode import Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
 
 FRAMES_PER_S = 20
 WIDTH, HEIGHT = 640, 480
+STICKERS = ((0.80, 0.20, 0.20, 1.0), (0.20, 0.55, 0.30, 1.0), (0.95, 0.95, 0.95, 1.0))
+"""Colours on the three pairs of faces, so that a turn can be seen."""
 
 
 def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -> None:
@@ -65,13 +67,16 @@ def trajectory(policy: Policy, task: Task, seconds: float, seed: int) -> Floats:
 def frames(rows: Floats) -> list[np.ndarray]:
     """Render positions (steps, 23), one (HEIGHT, WIDTH, 3) uint8 picture each."""
     spec = build_scene()
-    add_floor(spec)
     add_light(spec)
-    spec.option.timestep = PHYSICS_STEP_S
+    for axis, colour in enumerate(STICKERS):
+        flat, place = np.full(3, 0.4 * CUBE_SIDE), np.zeros(3)
+        flat[axis], place[axis] = 0.1e-3, 0.5 * CUBE_SIDE
+        for side in (-1, 1):
+            spec.body("cube").add_site(type=mujoco.mjtGeom.mjGEOM_BOX, size=flat, pos=side * place, rgba=colour)
     model = spec.compile()
     data, camera = mujoco.MjData(model), mujoco.MjvCamera()
     camera.lookat[:] = (0.09, 0.0, 0.02)
-    camera.distance, camera.azimuth, camera.elevation = 0.42, 150.0, -35.0
+    camera.distance, camera.azimuth, camera.elevation = 0.32, 150.0, -40.0
     pictures = []
     with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
         for row in rows:
@@ -83,7 +88,7 @@ def frames(rows: Floats) -> list[np.ndarray]:
 
 
 def video(rows: Floats, path: Path) -> None:
-    """Write positions (steps, 23) as an MP4 at `FRAMES_PER_S`."""
+    """Write positions (steps, 23) as an MP4 at `FRAMES_PER_S`. Needs OpenGL; without a display set `MUJOCO_GL=egl`."""
     import imageio.v3 as imageio  # noqa: PLC0415 - only videos need it
 
     imageio.imwrite(path, np.array(frames(rows)), fps=FRAMES_PER_S)

@@ -1,0 +1,70 @@
+"""Training end to end, small; slow because XLA compiles for tens of seconds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("brax.training.agents.ppo", reason="needs the extra `train`")
+
+from aero.policy.file import load
+from train import ppo
+from train.progress import Checkpoint, read, read_standing
+from train.recipe import STEADY, Stuck
+
+TINY = replace(STEADY, environments=8, minibatches=2, unroll=5, epochs=1, hidden=(16,), steps=160, checkpoint_steps=80)
+
+
+@pytest.fixture(autouse=True)
+def short_episodes(monkeypatch):
+    monkeypatch.setattr(ppo, "EPISODE_S", 0.5)
+    monkeypatch.setattr(ppo, "EVALUATED", 2)
+
+
+def test_the_score_prefers_survival_up_to_its_goal():
+    assert ppo.score(1.0, 0.98, 0.95) == 1.0
+    assert ppo.score(1.0, 0.85, 0.95) == pytest.approx(0.5)
+
+
+@pytest.mark.slow
+def test_a_run_leaves_a_policy_and_can_go_on(tmp_path):
+    told: list[Checkpoint] = []
+    policy = ppo.train(TINY, "native", 0, tmp_path, threads=1, on_checkpoint=told.append)
+    assert [point.steps for point in told] == [0, 80, 160]
+    assert read(tmp_path) == told
+    assert policy.trained_delay_s == STEADY.task.actuation.delay_s
+    assert policy.provenance["recipe"] == "steady"
+    with pytest.raises(FileExistsError, match="resume"):
+        ppo.train(TINY, "native", 0, tmp_path)
+    with pytest.raises(ValueError, match="seed 0"):
+        ppo.train(TINY, "native", 1, tmp_path, resume=True)
+    longer = ppo.train(replace(TINY, steps=240), "native", 0, tmp_path, threads=1, resume=True)
+    assert [point.steps for point in read(tmp_path)] == [0, 80, 160, 160, 240]
+    assert read_standing(tmp_path).steps == 240
+    observation = policy.network.mean
+    np.testing.assert_array_equal(
+        load(tmp_path / "steady.npz").network.act(observation), longer.network.act(observation)
+    )
+
+
+@pytest.mark.slow
+def test_a_run_that_does_not_get_going_is_begun_again_with_another_seed(tmp_path):
+    told: list[Checkpoint] = []
+
+    def enough(point: Checkpoint) -> None:
+        told.append(point)
+        if point.attempt == 2:
+            raise KeyboardInterrupt
+
+    hopeless = replace(TINY, stuck=Stuck(steps=80, rate_rad_s=1e3))
+    with pytest.raises(KeyboardInterrupt):
+        ppo.train(hopeless, "native", 0, tmp_path, threads=1, on_checkpoint=enough)
+    assert [(point.attempt, point.steps) for point in told] == [(0, 0), (0, 80), (1, 0), (1, 80), (2, 0)]
+    assert told[0].score != told[2].score
+
+
+@pytest.mark.slow
+def test_a_run_stops_at_its_time(tmp_path):
+    told: list[Checkpoint] = []
+    ppo.train(TINY, "native", 0, tmp_path, minutes=1e-3, threads=1, on_checkpoint=told.append)
+    assert len(told) == 1
