@@ -10,6 +10,7 @@ import numpy as np
 from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.policy.file import Policy
+from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings, Step
 from firmware_emulator.hand import EmulatedHand
@@ -35,7 +36,7 @@ class Trial:
     seed: int
     """Of the hand's noise and of where the cube was put."""
     kept: bool
-    """Whether the cube was still in the hand when the time was over."""
+    """Whether the cube was still in the hand when the time was over, and no limit ended the run before."""
     alive_s: float
     """Time until then or until the loss, s."""
     rotation_rad: float
@@ -113,7 +114,7 @@ def run_trial(
         unit=unit.name,
         firmware=firmware,
         seed=seed,
-        kept=not cube.lost,
+        kept=not cube.lost and run.ending is Ending.TIME,
         alive_s=cube.alive_s,
         rotation_rad=cube.rotation,
         run=run,

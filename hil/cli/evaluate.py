@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from aero.policy.file import Policy, PolicyFileError, load
+from aero.policy.running import RunSettings
 from firmware_emulator.firmware.profiles import PROFILES
 from hil.trial import Trial, random_unit, run_trial
 from hil.units import load_unit
@@ -78,7 +79,7 @@ def evaluate(
     if "mjx" in backends:
         results["MJX"] = _over_mjx(policy, episodes, seconds, seed)
     if "bytes" in backends:
-        results["every byte"] = _through_bytes(policy, trials, units, seed)
+        results["every byte"] = _through_bytes(policy, trials, units, RunSettings(seconds=seconds), seed)
     (out / "evaluation.json").write_text(json.dumps({"policy": policy.name, "results": results}, indent=1))
     for backend, rows in results.items():
         _print(console, backend, rows)
@@ -104,16 +105,19 @@ def _over_mjx(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[
     return {name: one.summary() for name, one in found.items()}
 
 
-def _through_bytes(policy: Policy, trials: int, units: int, seed: int) -> dict[str, dict[str, float]]:
+def _through_bytes(
+    policy: Policy, trials: int, units: int, settings: RunSettings, seed: int
+) -> dict[str, dict[str, float]]:
     shipped = [load_unit(name) for name in ("reference", "paper")]
-    rows = {}
-    for unit in [*shipped, *(random_unit(shipped[0], seed + k) for k in range(units))]:
-        rows[unit.name] = _summary([run_trial(policy, unit, seed=seed + k) for k in range(trials)])
-    for firmware in PROFILES:
-        rows[f"reference, firmware {firmware}"] = _summary(
-            [run_trial(policy, shipped[0], firmware=firmware, seed=seed + k) for k in range(trials)]
+    hands = [*shipped, *(random_unit(shipped[0], seed + k) for k in range(units))]
+    cases = [(unit.name, unit, "0.2.0") for unit in hands]
+    cases += [(f"reference, firmware {firmware}", shipped[0], firmware) for firmware in PROFILES]
+    return {
+        name: _summary(
+            [run_trial(policy, unit, firmware=firmware, seed=seed + k, settings=settings) for k in range(trials)]
         )
-    return rows
+        for name, unit, firmware in cases
+    }
 
 
 def _summary(trials: list[Trial]) -> dict[str, float]:
