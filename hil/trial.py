@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
@@ -81,6 +82,7 @@ def run_trial(
     firmware: str = "0.2.0",
     seed: int = 0,
     settings: RunSettings | None = None,
+    script: NDArray[np.float64] | None = None,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> Trial:
     """Run `policy` once from the nominal grasp with the cube put into the hand.
@@ -91,6 +93,7 @@ def run_trial(
         firmware: version the board runs.
         seed: of the hand's noise and of where the cube is put.
         settings: of the loop; the policy's own and 15 s when left out.
+        script: actions (periods, 7) to play open loop in place of the policy's.
         on_step: told about every control period.
     """
     plant = CubePlant(unit.hand)
@@ -104,6 +107,7 @@ def run_trial(
             electronics.clock,
             ActuationMap.for_firmware(firmware),
             settings=settings,
+            script=script,
             on_ready=cube.place,
             on_step=cube.watch,
         )

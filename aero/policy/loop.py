@@ -28,6 +28,7 @@ def run_policy(
     actuation_map: ActuationMap,
     *,
     settings: RunSettings | None = None,
+    script: Floats | None = None,
     on_ready: Callable[[], None] = lambda: None,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> Run:
@@ -39,13 +40,14 @@ def run_policy(
         clock: of the hand.
         actuation_map: for the hand's firmware.
         settings: how; None for the defaults.
+        script: actions (periods, 7) to play open loop in place of the policy's; its length bounds the time too.
         on_ready: told when the hand has waited in the nominal grasp and the policy is about to begin.
         on_step: told about every control period, before the next one begins.
 
     Raises:
         AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
     """
-    session = _Session(policy, hand, clock, actuation_map, settings or RunSettings(), on_step=on_step)
+    session = _Session(policy, hand, clock, actuation_map, settings or RunSettings(), script=script, on_step=on_step)
     home = hand.read_codes().astype(np.float64)
     session.command = home
     try:
@@ -79,10 +81,11 @@ class _Session:
         actuation_map: ActuationMap,
         settings: RunSettings,
         *,
+        script: Floats | None,
         on_step: Callable[[Step], None],
     ) -> None:
         self._policy, self._hand, self._clock, self._map = policy, hand, clock, actuation_map
-        self._settings, self._on_step = settings, on_step
+        self._settings, self._script, self._on_step = settings, script, on_step
         self._task = settings.settings or policy.settings
         window = actuation_map.window_rad
         codes_per_rad = 65535 / (window[:, 1] - window[:, 0])
@@ -112,7 +115,7 @@ class _Session:
         memory, over_current = ActionMemory.empty(np.zeros(CHANNELS)), OverCurrent(limits)
         missing, due = 0, self._clock.now()
         pending = self.command
-        for period in range(round(self._settings.seconds / period_s)):
+        for period in range(self._periods()):
             self._clock.sleep_until(due)
             t = self._clock.now()
             if t - due > limits.late_s:
@@ -129,7 +132,7 @@ class _Session:
             missing = 0
             lengths = self._map.lengths_from_codes(codes)
             observation = observe(lengths, memory.shown(self._policy.shown_action))
-            action = self._policy.network.act(observation).astype(np.float64)
+            action = self._act(period, observation)
             memory = memory.after(action)
             target, asked, saturated = self._asked(action)
             asked, pending = (pending, asked) if self._settings.one_period_late else (asked, asked)
@@ -161,6 +164,15 @@ class _Session:
     def summary(self, ending: Ending) -> Run:
         """Return what the run came to."""
         return replace(self._tally, ending=ending)
+
+    def _periods(self) -> int:
+        asked = round(self._settings.seconds / self._task.period_s)
+        return asked if self._script is None else min(asked, len(self._script))
+
+    def _act(self, period: int, observation: Floats) -> Floats:
+        if self._script is not None:
+            return np.asarray(self._script[period], np.float64)
+        return self._policy.network.act(observation).astype(np.float64)
 
     def _asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         target = targets(action, np.array(self._task.nominal), np.array(self._task.scale))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
@@ -11,15 +12,18 @@ from rich.console import Console
 from rich.table import Table
 
 from aero.policy.file import Policy, PolicyFileError, load
-from aero.policy.running import RunSettings
+from aero.policy.running import RunSettings, Step
+from aero.policy.task import CHANNELS
 from firmware_emulator.firmware.profiles import PROFILES
+from hil.attribution import ChannelGap, attribute
 from hil.trial import Trial, random_unit, run_trial
 from hil.units import load_unit
 from train.evaluation.conditions import conditions, measure, sweep
-from train.evaluation.figures import delay_picture, trajectory, video
-from train.evaluation.rollouts import task_of
+from train.evaluation.figures import delay_picture, video
+from train.evaluation.rollouts import log, task_of
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
+from train.task.grasp import NOMINAL_RESET
 
 BACKENDS = ("mujoco", "mjx", "bytes")
 COLUMNS = {
@@ -80,11 +84,15 @@ def evaluate(
         results["MJX"] = _over_mjx(policy, episodes, seconds, seed)
     if "bytes" in backends:
         results["every byte"] = _through_bytes(policy, trials, units, RunSettings(seconds=seconds), seed)
-    (out / "evaluation.json").write_text(json.dumps({"policy": policy.name, "results": results}, indent=1))
+    gaps = _gaps(policy, seconds, seed) if "bytes" in backends else ()
+    report = {"policy": policy.name, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
+    (out / "evaluation.json").write_text(json.dumps(report, indent=1))
     for backend, rows in results.items():
         _print(console, backend, rows)
+    if gaps:
+        _print_gaps(console, gaps)
     if with_video:
-        video(trajectory(policy, task_of(policy), seconds, seed), out / "policy.mp4")
+        video(log(policy, task_of(policy), seconds, seed).positions, out / "policy.mp4")
 
 
 def _simulated(policy: Policy, batch: Batch, seconds: float, seed: int, picture: Path) -> dict[str, dict[str, float]]:
@@ -120,6 +128,29 @@ def _through_bytes(
     }
 
 
+def _gaps(policy: Policy, seconds: float, seed: int) -> tuple[ChannelGap, ...]:
+    """Replay a simulated episode's actions on the reference hand, and run the policy on it too."""
+    unit, settings = load_unit("reference"), RunSettings(seconds=seconds)
+    quiet = replace(policy.settings, noise=(0.0,) * CHANNELS)
+    simulated = log(policy, replace(task_of(policy, quiet), reset=NOMINAL_RESET), seconds, seed)
+
+    def lengths(script: np.ndarray | None) -> np.ndarray:
+        steps: list[np.ndarray] = []
+
+        def keep(step: Step) -> None:
+            steps.append(step.lengths)
+
+        run_trial(policy, unit, seed=seed, settings=settings, script=script, on_step=keep)
+        return np.array(steps)
+
+    after = lengths(simulated.actions)[1:]  # a reading shows what the action before it did
+    return attribute(simulated.lengths[: len(after)], after, lengths(None))
+
+
+def _as_json(gap: ChannelGap) -> dict[str, float | str]:
+    return asdict(gap) | {"channel": gap.channel.label}
+
+
 def _summary(trials: list[Trial]) -> dict[str, float]:
     return {
         "episodes": float(len(trials)),
@@ -137,4 +168,14 @@ def _print(console: Console, backend: str, rows: dict[str, dict[str, float]]) ->
     scale = {"finger_travel_m_s": 1e3}
     for name, row in rows.items():
         table.add_row(name, *(form.format(row[key] * scale.get(key, 1.0)) for key, (_, form) in shown.items()))
+    console.print(table)
+
+
+def _print_gaps(console: Console, gaps: tuple[ChannelGap, ...]) -> None:
+    columns = ("", "simulated", "replayed", "residual", "offset", "closed loop", "gap from")
+    title = "Motion with one episode's actions, standard deviations in mm, abduction in mrad"
+    table = Table(*columns, title=title, title_justify="left")
+    for gap in gaps:
+        figures = (gap.simulated, gap.replayed, gap.residual, gap.offset, gap.closed_loop)
+        table.add_row(gap.channel.label, *(f"{1e3 * figure:.2f}" for figure in figures), gap.cause)
     console.print(table)

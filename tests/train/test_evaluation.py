@@ -7,8 +7,8 @@ from policies import policy
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PAPER_DEPLOYMENT
 from train.evaluation.conditions import conditions, measure, sweep
-from train.evaluation.figures import delay_picture, trajectory
-from train.evaluation.rollouts import Episodes, run, task_of
+from train.evaluation.figures import delay_picture
+from train.evaluation.rollouts import Episodes, log, run, task_of
 from train.scene import build_scene
 from train.simulator import Simulator
 
@@ -93,4 +93,12 @@ def test_pictures_are_drawn(tmp_path, batch):
     episodes = [run(policy(), task_of(policy()), batch, 0.5, seed) for seed in (0, 1)]
     delay_picture([0.0, 0.05], episodes, tmp_path / "delay.png")
     assert (tmp_path / "delay.png").read_bytes().startswith(b"\x89PNG")
-    assert trajectory(policy(), task_of(policy()), 0.5, 0).shape == (10, 23)
+
+
+def test_a_log_keeps_every_step_of_an_episode():
+    kept = log(policy(), task_of(policy()), 0.5, 3)
+    assert (kept.positions.shape, kept.actions.shape, kept.lengths.shape) == ((10, 23), (10, 7), (10, 7))
+    with Simulator([build_scene(count_contacts=True).compile()], threads=1) as single:
+        episodes = run(policy(), task_of(policy()), single, 0.5, 3)
+    change = np.linalg.norm(np.diff(np.vstack([np.zeros(7), kept.actions]), axis=0), axis=1)
+    np.testing.assert_allclose(episodes.action_change, change.mean())

@@ -5,8 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aero.channels import JOINT_BOX_RAD
-from aero.policy.settings import PAPER_TRAINING, Settings
+from aero.channels import JOINT_BOX_RAD, Channel
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, Settings
+from aero.policy.task import targets
+from model.routed import COMMAND_RANGE
 from train.task import grasp
 from train.task.episode import Task
 from train.task.reward import FALL_HEIGHT, PAPER_REWARD, Weights, fallen, reward, terms
@@ -121,3 +123,19 @@ def test_the_cube_is_lost_below_the_fall_height_only():
 def test_a_period_that_is_not_whole_physics_steps_is_refused():
     with pytest.raises(ValueError, match="whole"):
         Task(settings=Settings(PAPER_TRAINING.nominal, PAPER_TRAINING.scale, control_rate_hz=30.0))
+
+
+@given(st.lists(st.floats(-1, 1), min_size=7, max_size=7))
+def test_training_targets_stay_inside_the_calibrated_ranges(action):
+    low, high = np.array([COMMAND_RANGE[channel] for channel in Channel]).T
+    asked = targets(np.array(action), np.array(PAPER_TRAINING.nominal), np.array(PAPER_TRAINING.scale))
+    assert ((asked >= low) & (asked <= high)).all()
+
+
+def test_the_papers_deployment_targets_leave_the_finger_ranges_at_their_closed_ends_only():
+    low, high = np.array([COMMAND_RANGE[channel] for channel in Channel]).T
+    closed, opened = (
+        targets(np.full(7, a), np.array(PAPER_DEPLOYMENT.nominal), np.array(PAPER_DEPLOYMENT.scale)) for a in (-1, 1)
+    )
+    np.testing.assert_array_equal(np.flatnonzero(closed < low), [0, 1, 2])
+    assert (opened <= high).all()

@@ -8,15 +8,10 @@ import mujoco
 import numpy as np
 from matplotlib.figure import Figure
 
-from aero.policy.file import Policy
-from aero.policy.task import CHANNELS
 from model.scene import CUBE_SIDE, add_light
-from train import actuation
 from train.evaluation.rollouts import Episodes
 from train.scene import build_scene
-from train.simulator import Floats, Simulator, positions, velocities
-from train.task.episode import Task, begin, command, finish, observed
-from train.task.grasp import draw_starts
+from train.simulator import Floats
 
 FRAMES_PER_S = 20
 WIDTH, HEIGHT = 640, 480
@@ -40,28 +35,6 @@ def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -
     survival.set_ylabel("share that keeps the cube")
     survival.set_xlabel("delay, ms")
     figure.savefig(path, dpi=120)
-
-
-def trajectory(policy: Policy, task: Task, seconds: float, seed: int) -> Floats:
-    """Return the generalised positions of one episode at each control step, (steps, 23)."""
-    rng, model = np.random.default_rng(seed), build_scene().compile()
-    rows = []
-    with Simulator([model], threads=1) as batch:
-        starts = draw_starts(rng, 1, task.reset)
-        states, sensors = batch.at(starts), batch.sensors_at(starts, np.array(task.settings.nominal))
-        episode = begin(task, sensors, rng.uniform(size=(1, actuation.DRAWS)))
-        observation = observed(task, episode, rng.uniform(-1, 1, (1, CHANNELS)))
-        for _ in range(round(seconds / task.settings.period_s)):
-            action = policy.network.act(observation).astype(np.float64)
-            episode, controls = command(task, episode, action)
-            states, sensors = batch.advance(states, controls)
-            noise = rng.uniform(-1, 1, (1, CHANNELS))
-            episode, outcome = finish(
-                task, episode, sensors, positions=positions(states), velocities=velocities(states), noise=noise
-            )
-            observation = outcome.observation
-            rows.append(positions(states)[0])
-    return np.array(rows)
 
 
 def frames(rows: Floats) -> list[np.ndarray]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +14,9 @@ from aero.policy.settings import Settings
 from aero.policy.task import CHANNELS, targets
 from train import actuation
 from train.actuation import SPEED_LIMIT
-from train.scene import CONTACT_COUNT
-from train.simulator import Batch, Floats, positions, velocities
-from train.task.episode import Task, begin, command, finish, observed
+from train.scene import CONTACT_COUNT, build_scene
+from train.simulator import Batch, Floats, Simulator, positions, velocities
+from train.task.episode import Episode, Outcome, Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
 from train.task.signals import unpack
 
@@ -66,6 +68,25 @@ def task_of(policy: Policy, settings: Settings | None = None) -> Task:
     return Task(settings=settings or policy.settings, shown_action=policy.shown_action)
 
 
+class Log(NamedTuple):
+    """One episode, step by step; each after the action of that control period."""
+
+    positions: Floats
+    """Generalised positions, (steps, 23)."""
+    actions: Floats
+    """(steps, 7)"""
+    lengths: Floats
+    """Channel values, (steps, 7), m, abduction rad."""
+
+
+def log(policy: Policy, task: Task, seconds: float, seed: int = 0) -> Log:
+    """Run one episode in native MuJoCo and keep all of it; arguments as for `run`."""
+    rows: list[tuple[Floats, Floats, Floats]] = []
+    with Simulator([build_scene(count_contacts=True).compile()], threads=1) as batch:
+        _run(policy, task, batch, seconds, rng=np.random.default_rng(seed), on_period=lambda *s: rows.append(_row(*s)))
+    return Log(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
 def run(policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0) -> Episodes:
     """Run one episode in every scene of `batch`.
 
@@ -76,16 +97,28 @@ def run(policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0)
         seconds: length of an episode, s.
         seed: of starts, actuation and noise.
     """
-    rng = np.random.default_rng(seed)
-    count, steps = len(batch), round(seconds / task.settings.period_s)
+    tally = _Tally(task, len(batch))
+    _run(policy, task, batch, seconds, rng=np.random.default_rng(seed), on_period=tally.add)
+    return tally.episodes()
+
+
+def _run(
+    policy: Policy,
+    task: Task,
+    batch: Batch,
+    seconds: float,
+    *,
+    rng: np.random.Generator,
+    on_period: Callable[[Episode, Floats, Floats, Outcome], None],
+) -> None:
+    """Run episodes and tell `on_period` the episode, states, sensors and outcome after each control period."""
+    count = len(batch)
     starts = draw_starts(rng, count, task.reset)
     states = batch.at(starts)
     sensors = batch.sensors_at(starts, np.array(task.settings.nominal))
     episode = begin(task, sensors, rng.uniform(size=(count, actuation.DRAWS)))
     observation = observed(task, episode, rng.uniform(-1, 1, (count, CHANNELS)))
-    tally = _Tally(task, count)
-    for _ in range(steps):
-        before = episode.memory.last
+    for _ in range(round(seconds / task.settings.period_s)):
         action = policy.network.act(observation).astype(np.float64)
         episode, controls = command(task, episode, action)
         states, sensors = batch.advance(states, controls)
@@ -94,8 +127,11 @@ def run(policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0)
             task, episode, sensors, positions=positions(states), velocities=velocities(states), noise=noise
         )
         observation = outcome.observation
-        tally.add(before, action, sensors, outcome.lost)
-    return tally.episodes()
+        on_period(episode, states, sensors, outcome)
+
+
+def _row(episode: Episode, states: Floats, _sensors: Floats, _outcome: Outcome) -> tuple[Floats, Floats, Floats]:
+    return positions(states)[0], episode.memory.last[0], episode.lengths[0]
 
 
 class _Tally:
@@ -108,7 +144,8 @@ class _Tally:
         self._airborne, self._observed = np.zeros((2, count))
         self._travel = np.zeros((count, CHANNELS))
 
-    def add(self, before: Floats, action: Floats, sensors: Floats, lost: NDArray[np.bool_]) -> None:
+    def add(self, episode: Episode, _states: Floats, sensors: Floats, outcome: Outcome) -> None:
+        action, before = episode.memory.last, episode.memory.before_last
         period_s, alive = self._task.settings.period_s, self._alive
         nominal, scale = np.array(self._task.settings.nominal), np.array(self._task.settings.scale)
         travel = np.abs(targets(action, nominal, scale) - targets(before, nominal, scale))
@@ -120,7 +157,7 @@ class _Tally:
         settled = alive & (self._steps * period_s > SETTLING_S)
         self._airborne += settled * (sensors[..., CONTACT_COUNT] == 0).mean(axis=-1)
         self._observed += settled
-        self._alive = alive & ~lost
+        self._alive = alive & ~outcome.lost
 
     def episodes(self) -> Episodes:
         alive_s = self._steps * self._task.settings.period_s
