@@ -220,3 +220,27 @@ def test_an_error_in_the_middle_still_brings_the_hand_back():
 def test_limits_that_make_no_sense_are_refused():
     with pytest.raises(ValueError, match="positive"):
         Limits(current_a=0.0)
+
+
+def test_a_script_is_played_open_loop_and_bounds_the_time():
+    clock = StepClock()
+    hand, steps = FakeHand(clock), []
+    script = np.random.default_rng(0).uniform(-0.1, 0.1, (12, 7))
+    run = run_policy(policy(), hand, clock, MAP, settings=SHORT, script=script, on_step=steps.append)
+    assert run.steps == 12
+    np.testing.assert_array_equal([step.action for step in steps], script)
+
+
+def test_whoever_places_the_object_is_told_when_the_policy_begins():
+    clock = StepClock()
+    told, steps = [], []
+    run_policy(
+        policy(),
+        FakeHand(clock),
+        clock,
+        MAP,
+        settings=SHORT,
+        on_ready=lambda: told.append(clock.t),
+        on_step=steps.append,
+    )
+    assert told == [steps[0].t] == [pytest.approx(0.7)]
