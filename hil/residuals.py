@@ -1,4 +1,8 @@
-"""Where a channel's settled residual comes from: its own sweep up, its own sweep down, its end stop, the others."""
+"""Where a channel's settled residual comes from.
+
+Two cuts through the same numbers: by source (the simulator's own static error, the map, the hand's), which add up
+sample by sample, and by part of the run (the channel's own sweep up, down, its end stop, the others' sweeps).
+"""
 
 from __future__ import annotations
 
@@ -15,17 +19,26 @@ SHARE_WORTH_NAMING = 0.1
 """Part of the summed squares below which a contribution is not mentioned."""
 
 PARTS = {
-    "closing": "static error while closing (friction and return spring against a servo without integral action)",
-    "opening": "static error while opening",
-    "stopped": "levels at which the hand stands still although the command moves on (end stop or blocked joint)",
-    "others": "motion or offset while other channels are swept (coupling, or a wrong zero)",
+    "closing": "while it closes",
+    "opening": "while it opens",
+    "stopped": "at levels where the hand stands still although the command moves on (end stop, or blocked)",
+    "others": "while other channels are swept",
+}
+
+
+SOURCES = {
+    "simulator": "the simulator's actuator, which stops short of its command under its springs",
+    "map": "the map, whose two directions are separate fits on the thumb",
+    "hand": "the hand, which stops short of its goal under friction and springs",
 }
 
 
 @dataclass(frozen=True)
 class Attribution:
-    """One channel's settled residual, by part of the run; lengths in the channel's display unit."""
+    """One channel's settled residual, taken apart; lengths in the channel's display unit."""
 
+    source: dict[str, float]
+    """RMS over the whole run of each of `SOURCES`; as signed numbers they add up to the residual."""
     share: dict[str, float]
     """Part of the run (a key of `PARTS`) to its share of the summed squares; they add to one."""
     rms: dict[str, float]
@@ -38,19 +51,24 @@ class Attribution:
         named = sorted(
             (part for part in self.share if self.share[part] >= SHARE_WORTH_NAMING), key=lambda part: -self.share[part]
         )
+        sources = sorted(self.source, key=lambda source: -self.source[source])
+        text = "RMS " + ", ".join(f"{self.source[source]:.2f} from {SOURCES[source]}" for source in sources) + ". "
         texts = []
         for part in named:
-            text = f"{self.share[part]:.0%} from {PARTS[part]}, {self.rms[part]:.2f} {row.unit} RMS there"
+            text_of_part = f"{self.share[part]:.0%} of the squares {PARTS[part]}, {self.rms[part]:.2f} {row.unit} RMS"
             if part == "others" and self.worst_other is not None:
-                text += f", most during the sweep of {self.worst_other.label}"
-            texts.append(text)
-        return "; ".join(texts) + "."
+                text_of_part += f", most during the sweep of {self.worst_other.label}"
+            texts.append(text_of_part)
+        return text + "; ".join(texts) + "."
 
 
 def attribute(recording: Recording) -> dict[Channel, Attribution]:
     """Split each channel's settled residual of a staircase recording by what was going on."""
     command, hand = recording["command"], recording["hand"]
     residual, settled = residuals(recording)
+    in_force = np.maximum(np.searchsorted(command.times, hand.times, side="right") - 1, 0)
+    commanded, goal = command.values[in_force], recording["goal"].values[in_force]
+    sources = {"simulator": commanded - (hand.values - residual), "map": goal - commanded, "hand": hand.values - goal}
     steps = find_steps(command.times, command.values)
     sweeping = np.full(len(hand.times), -1)
     closing = np.zeros(len(hand.times), bool)
@@ -83,6 +101,7 @@ def attribute(recording: Recording) -> dict[Channel, Attribution]:
         }
         worst = max(by_sweep, key=lambda other: by_sweep[other])
         found[channel] = Attribution(
+            source={name: scale * rms(part[settled[:, channel], channel]) for name, part in sources.items()},
             share={part: value / total if total else 0.0 for part, value in squares.items()},
             rms={part: rms(values) for part, values in kept.items()},
             worst_other=worst if by_sweep[worst] else None,

@@ -11,8 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 from aero import AeroHand, Channel
+from hil import validation
 from hil.cli import main
 from hil.cli import validate as validate_module
+from hil.limits import load_limits
 from hil.mcap_file import read_recording
 from hil.metrics import staircase_metrics
 from hil.staircase import Staircase
@@ -41,7 +43,12 @@ def run_short(monkeypatch, *arguments, change=lambda target: None):
         change(target)
         return run_validation(target, SHORT, **options)
 
+    def tracking_limits(kind, firmware):
+        """The others are made for twenty levels."""
+        return tuple(limit for limit in load_limits(kind, firmware) if limit.metric == "tracking_rms")
+
     monkeypatch.setattr(validate_module, "run_validation", validate_short)
+    monkeypatch.setattr(validation, "load_limits", tracking_limits)
     return CliRunner().invoke(main, ["validate", *arguments], catch_exceptions=False)
 
 

@@ -53,5 +53,18 @@ def test_the_sentence_names_the_sweep_that_couples(perfect):
     recording = replaced(perfect, "hand", hand)
     channel = Channel.THUMB_FLEXOR
     sentence = attribute(recording)[channel].sentence(staircase_metrics(recording)[channel])
-    assert "thumb_cmc_flexion" in sentence
-    assert sentence.startswith(("99%", "100%"))
+    assert "100% of the squares while other channels are swept" in sentence
+    assert sentence.endswith("most during the sweep of thumb_cmc_flexion.")
+
+
+@pytest.mark.parametrize(("series", "source"), [("hand", "hand"), ("model", "simulator"), ("goal", "map")])
+def test_a_constant_error_is_attributed_to_its_source(perfect, series, source):
+    error = 0.02 * RANGES[RING]
+    changed = perfect[series].values.copy()
+    changed[:, RING] += error
+    recording = replaced(perfect, series, changed)
+    if series == "goal":
+        recording = replaced(recording, "hand", perfect["hand"].values + error * (np.arange(7) == RING))
+    found = attribute(recording)[RING].source
+    assert found[source] == pytest.approx(1e3 * error, rel=0.01)
+    assert all(found[other] < 0.05 * found[source] for other in found if other != source)

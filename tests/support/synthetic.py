@@ -34,6 +34,7 @@ def staircase(*, levels=4, tau=0.03, gain=1.0, offset=0.0, hand_tau=0.05, dt=0.0
 
     hand = lag(hand_tau)
     series = {"command": command, "model": lag(tau), "hand": gain * hand + offset * RANGES, "travel": hand}
+    series["goal"] = command
     return Recording(HEADER, {name: Series.of(LABELS, UNITS, t, v) for name, v in series.items()})
 
 
