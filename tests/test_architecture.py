@@ -19,7 +19,7 @@ MAY_IMPORT = {
     "hil": {"aero", "firmware_emulator", "model"},
     "train": {"aero", "model"},
 }
-ADDITIONALLY = {"hil/cli": {"train", "jax"}}
+ADDITIONALLY = {"hil/cli": {"train"}}
 """What single folders may import besides: the command line, where everything meets, a command's needs at its call."""
 HEAVY = {
     "aero": {"mujoco", "jax", "scipy", "matplotlib", "click", "rich", "pytest"},

@@ -24,6 +24,9 @@ from train.recipe import Recipe
 from train.scene import build_scene
 from train.simulator import Simulator
 
+# A callback into MuJoCo would wait for the thread that it blocks. Holds only if set before JAX makes its CPU client.
+jax.config.update("jax_cpu_enable_async_dispatch", False)
+
 Backend = Literal["native", "mjx"]
 OnCheckpoint = Callable[[Checkpoint], None]
 
@@ -46,6 +49,11 @@ class _TimeOverError(Exception):
 def score(rate_rad_s: float, survival: float, goal: float) -> float:
     """Return what checkpoints are chosen by: the rate, less `RATE_PER_SURVIVAL` for survival short of the goal."""
     return rate_rad_s - RATE_PER_SURVIVAL * max(0.0, goal - survival)
+
+
+def machine_backend() -> Backend:
+    """Return `mjx` where JAX finds a GPU, else `native`."""
+    return "mjx" if jax.default_backend() == "gpu" else "native"
 
 
 def train(
@@ -77,8 +85,6 @@ def train(
         ValueError: the run in `folder` is of another recipe or seed.
         RuntimeError: the time was over before the first checkpoint.
     """
-    if backend == "native":
-        jax.config.update("jax_cpu_enable_async_dispatch", False)  # callbacks would wait for a thread they block
     folder.mkdir(parents=True, exist_ok=True)
     standing = _standing(recipe, seed, folder, resume)
     deadline = time.monotonic() - standing.elapsed_s + (60.0 * minutes if minutes else np.inf)

@@ -7,12 +7,13 @@ from typing import Literal
 
 import click
 from rich.console import Console
-from rich.table import Table
 
+from train.evaluation.figures import video
+from train.evaluation.rollouts import log
 from train.progress import PICTURE, Checkpoint
 from train.recipe import RECIPES, on_gpu
 
-COLUMNS = ("attempt", "steps", "elapsed_s", "steps_per_s", "rotation_rad", "rate_rad_s", "survival", "airborne")
+EPISODE_S = 15.0
 
 
 @click.command()
@@ -25,6 +26,7 @@ COLUMNS = ("attempt", "steps", "elapsed_s", "steps_per_s", "rotation_rad", "rate
 @click.option("--minutes", type=float, help="Wall time, restarts included; without it the recipe's steps decide.")
 @click.option("--steps", type=int, help="Environment steps instead of the recipe's.")
 @click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
+@click.option("--video", "with_video", is_flag=True, help="Render an episode of the best checkpoint at the end.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), default=Path("training"), show_default=True,
     help="Folder for the policy, the curve and the checkpoint.",
@@ -37,6 +39,7 @@ def train(
     minutes: float | None,
     steps: int | None,
     resume: bool,
+    with_video: bool,
     out: Path,
 ) -> None:
     """Train RECIPE, `steady` for the hand or `fast` for the record in simulation.
@@ -44,12 +47,10 @@ def train(
     The best checkpoint, by true rotation and survival, is written to the folder as it comes; Ctrl-C keeps it.
     """
     try:
-        import jax  # noqa: PLC0415 - the extra is asked for before it is used
-
-        from train.ppo import train as run  # noqa: PLC0415
+        from train import ppo  # noqa: PLC0415 - the extra is asked for where it is used
     except ImportError as error:
         raise click.UsageError(f"training needs `pip install aero-hil[train]`: {error}") from error
-    on = backend or ("mjx" if jax.default_backend() == "gpu" else "native")
+    on = backend or ppo.machine_backend()
     chosen = on_gpu(RECIPES[recipe]) if on == "mjx" else RECIPES[recipe]
     chosen = chosen.with_steps(steps) if steps else chosen
     console = Console()
@@ -58,17 +59,22 @@ def train(
 
     def show(point: Checkpoint) -> None:
         points.append(point)
-        console.print("  ".join(f"{name} {_text(getattr(point, name))}" for name in COLUMNS), highlight=False)
+        console.print(_line(point), highlight=False)
 
     try:
-        policy = run(chosen, on, seed, out, minutes=minutes, resume=resume, on_checkpoint=show)
+        policy = ppo.train(chosen, on, seed, out, minutes=minutes, resume=resume, on_checkpoint=show)
     except (FileExistsError, FileNotFoundError, ValueError) as error:
         raise click.UsageError(str(error)) from error
     best = max(points, key=lambda point: point.score)
-    table = Table("best of this call", *COLUMNS, title=f"{out / (recipe + '.npz')}, {out / PICTURE}")
-    table.add_row(policy.name, *(_text(getattr(best, name)) for name in COLUMNS))
-    console.print(table)
+    console.print(f"best of this call: {_line(best)}", highlight=False)
+    console.print(f"{out / (recipe + '.npz')}, {out / PICTURE}", highlight=False)
+    if with_video:
+        video(log(policy, chosen.task, EPISODE_S, seed).positions, out / f"{recipe}.mp4")
 
 
-def _text(value: float) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+def _line(point: Checkpoint) -> str:
+    return (
+        f"attempt {point.attempt}  {point.steps / 1e6:6.2f} M steps  {point.elapsed_s / 60:5.1f} min  "
+        f"{point.steps_per_s:6.0f} steps/s  {point.rotation_rad:5.1f} rad  {point.rate_rad_s:5.2f} rad/s  "
+        f"keeps {point.survival:4.0%}"
+    )
