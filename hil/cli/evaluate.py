@@ -28,13 +28,15 @@ from train.task.grasp import NOMINAL_RESET
 BACKENDS = ("mujoco", "mjx", "bytes")
 COLUMNS = {
     "survival": ("keeps", "{:.2f}"),
-    "rate_rad_s": ("rate, rad/s", "{:.2f}"),
-    "rotation_median_rad": ("median, rad", "{:.1f}"),
+    "rate_rad_s": ("rad/s", "{:.2f}"),
+    "rotation_median_rad": ("rad", "{:.1f}"),
     "airborne": ("no contact", "{:.2%}"),
-    "action_change": ("action change", "{:.2f}"),
-    "finger_travel_m_s": ("finger travel, mm/s", "{:.1f}"),
-    "peak_current_a": ("peak current, A", "{:.2f}"),
+    "action_change": ("change", "{:.2f}"),
+    "finger_travel_m_s": ("mm/s", "{:.1f}"),
+    "peak_current_a": ("A", "{:.2f}"),
 }
+"""Heading and format of each figure: share that keeps the cube, mean rate, median rotation, steps without contact,
+change of the action from step to step, commanded travel of a finger, peak motor current."""
 
 
 @click.command()
@@ -164,7 +166,10 @@ def _summary(trials: list[Trial]) -> dict[str, float]:
 
 def _print(console: Console, backend: str, rows: dict[str, dict[str, float]]) -> None:
     shown = {key: column for key, column in COLUMNS.items() if any(key in row for row in rows.values())}
-    table = Table("", *(title for title, _ in shown.values()), title=backend, title_justify="left")
+    table = Table(title=backend, title_justify="left")
+    table.add_column("", no_wrap=True)
+    for title, _ in shown.values():
+        table.add_column(title, justify="right")
     scale = {"finger_travel_m_s": 1e3}
     for name, row in rows.items():
         table.add_row(name, *(form.format(row[key] * scale.get(key, 1.0)) for key, (_, form) in shown.items()))
