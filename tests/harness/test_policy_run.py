@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from policies import policy
 
 from aero.policy.file import save
-from aero.policy.limits import Ending
+from aero.policy.limits import Ending, Limits
 from aero.policy.loop import actions_on
 from aero.policy.running import RunSettings
 from hil.cli import main
@@ -62,6 +62,21 @@ def test_a_trial_follows_the_cube_from_its_placing():
     assert 0.0 < trial.alive_s <= 1.0
     assert np.isfinite(trial.rotation_rad)
     assert trial == run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
+
+
+def test_a_hand_that_opens_has_not_kept_the_cube():
+    opening = np.tile([1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0], (60, 1))
+    trial = run_trial(policy(), load_unit("reference"), settings=RunSettings(seconds=3.0), script=opening)
+    assert trial.run.ending is Ending.TIME
+    assert not trial.kept
+    assert trial.alive_s < 2.5
+
+
+def test_a_run_that_a_limit_ended_has_not_kept_the_cube():
+    settings = RunSettings(seconds=1.0, limits=Limits(current_a=0.01, current_s=0.2))
+    trial = run_trial(policy(), load_unit("reference"), settings=settings, script=np.zeros((20, 7)))
+    assert trial.run.ending is Ending.CURRENT
+    assert not trial.kept
 
 
 def test_random_units_differ_in_their_own_seeds_only():
