@@ -22,6 +22,8 @@ RESIDUAL_SHARE = 0.5
 """Open-loop residual over the simulated motion from which the transmission is to blame."""
 MOTION_SHARE = 0.5
 """Relative change of a channel's motion in closed loop from which there is a gap to explain."""
+FLOOR = np.array([0.01 if channel is Channel.THUMB_ABDUCTION else 2e-4 for channel in Channel])
+"""Differences below this are no gap, (7,), m, abduction rad: what a hand's static error alone makes."""
 
 
 @dataclass(frozen=True)
@@ -69,15 +71,15 @@ def attribute(simulated: Floats, replayed: Floats, closed_loop: Floats) -> tuple
                 residual=float(residual),
                 offset=float(difference[:, channel].mean()),
                 closed_loop=float(closed),
-                cause=_cause(float(sim), float(residual), float(closed)),
+                cause=_cause(float(sim), float(residual), float(closed), float(FLOOR[channel])),
             )
         )
     return tuple(gaps)
 
 
-def _cause(simulated: float, residual: float, closed_loop: float) -> Cause:
-    if residual > RESIDUAL_SHARE * simulated:
+def _cause(simulated: float, residual: float, closed_loop: float, floor: float) -> Cause:
+    if residual > max(RESIDUAL_SHARE * simulated, floor):
         return "transmission"
-    if abs(closed_loop - simulated) > MOTION_SHARE * simulated:
+    if abs(closed_loop - simulated) > max(MOTION_SHARE * simulated, floor):
         return "feedback"
     return "none"

@@ -7,7 +7,7 @@ from aero.channels import Channel
 from hil.attribution import attribute
 
 T = np.arange(200) * 0.05
-GAIT = 0.01 * np.sin(2 * np.pi * 2.0 * T)[:, None] * np.ones(7)
+GAIT = 0.05 * np.sin(2 * np.pi * 2.0 * T)[:, None] * np.ones(7)
 
 
 def causes(simulated, replayed, closed_loop):
@@ -42,3 +42,8 @@ def test_a_gait_that_changes_only_in_closed_loop_is_the_feedbacks(channel, scale
 def test_traces_of_different_length_are_refused():
     with pytest.raises(ValueError, match="one length"):
         attribute(GAIT, GAIT[1:], GAIT)
+
+
+def test_a_hand_that_hardly_moves_has_no_gap():
+    noise = 1e-4 * np.random.default_rng(0).normal(size=GAIT.shape)
+    assert causes(0.0 * GAIT, noise, noise) == ["none"] * 7

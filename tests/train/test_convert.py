@@ -5,11 +5,13 @@ import types
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from policies import network
 
 from aero.policy.file import load, save
-from aero.policy.settings import PAPER_TRAINING
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from aero.policy.task import ShownAction
+from hil.cli import main
 from train.convert import CheckpointError, Origin, convert
 
 ORIGIN = Origin(PAPER_TRAINING)
@@ -112,3 +114,13 @@ def test_a_huge_file_is_refused_unread(tmp_path):
         file.truncate(65 * 2**20)
     with pytest.raises(CheckpointError, match=r"about 1\.5 million"):
         convert(path, ORIGIN)
+
+
+def test_the_command_writes_a_policy_with_what_it_was_told(checkpoint, tmp_path):
+    path, _ = checkpoint
+    arguments = ["convert-policy", str(path), str(tmp_path / "mine.npz"), "--shown-action", "last"]
+    result = CliRunner().invoke(main, [*arguments, "--settings", "deployment"], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    policy = load(tmp_path / "mine.npz")
+    assert policy.shown_action is ShownAction.LAST
+    assert policy.settings == PAPER_DEPLOYMENT

@@ -7,10 +7,27 @@ import pytest
 
 pytest.importorskip("brax.training.agents.ppo", reason="needs the extra `train`")
 
+from click.testing import CliRunner
+from policies import policy
+
 from aero.policy.file import load
+from hil.cli import main
 from train import ppo
 from train.progress import Checkpoint, read, read_standing
 from train.recipe import STEADY, Stuck
+
+POINT = Checkpoint(
+    attempt=0,
+    steps=204_800,
+    elapsed_s=31.5,
+    steps_per_s=6500.0,
+    rotation_rad=8.3,
+    rate_rad_s=0.55,
+    survival=0.97,
+    airborne=0.001,
+    overspeed=0.0,
+    score=0.5,
+)
 
 TINY = replace(STEADY, environments=8, minibatches=2, unroll=5, epochs=1, hidden=(16,), steps=160, checkpoint_steps=80)
 
@@ -24,6 +41,29 @@ def short_episodes(monkeypatch):
 def test_the_score_prefers_survival_up_to_its_goal():
     assert ppo.score(1.0, 0.98, 0.95) == 1.0
     assert ppo.score(1.0, 0.85, 0.95) == pytest.approx(0.5)
+
+
+def test_the_command_asks_for_the_recipe_and_says_every_checkpoint(monkeypatch, tmp_path):
+    asked = []
+
+    def fake(recipe, backend, seed, folder, *, minutes, resume, on_checkpoint):
+        asked.append((recipe.name, recipe.steps, backend, seed, folder, minutes, resume))
+        on_checkpoint(POINT)
+        return policy()
+
+    monkeypatch.setattr(ppo, "train", fake)
+    arguments = ["train", "fast", "--backend", "native", "--steps", "102400", "--seed", "3", "--minutes", "5"]
+    result = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path)], catch_exceptions=False)
+    assert asked == [("fast", 102_400, "native", 3, tmp_path, 5.0, False)]
+    assert "keeps  97%" in result.output
+    assert "0.20 M steps" in result.output
+
+
+def test_the_command_refuses_a_folder_that_holds_a_run(tmp_path):
+    (tmp_path / "parameters.npz").touch()
+    result = CliRunner().invoke(main, ["train", "--backend", "native", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "resume" in result.output
 
 
 @pytest.mark.slow
