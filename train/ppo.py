@@ -141,7 +141,9 @@ class _Attempt:
         self._best_rate = -np.inf
         self._seed = standing.seed * 1000 + standing.attempt
         rng = np.random.default_rng(self._seed)
-        environments = recipe.environments // jax.local_device_count()
+        # One simulator serves one device; MJX gives every device the same randomised hands, as Brax does.
+        self._devices = 1 if backend == "native" else jax.local_device_count()
+        environments = recipe.environments // self._devices
         model = build_scene().compile()
         draws = randomise.draw(model, rng, environments)
         self._simulator = Simulator(randomise.models(model, draws), threads)
@@ -162,6 +164,7 @@ class _Attempt:
         learn = partial(
             brax_ppo.train,
             environment=self._environment,
+            max_devices_per_host=self._devices,
             wrap_env=False,
             num_envs=recipe.environments,
             episode_length=recipe.task.episode_steps,
