@@ -10,6 +10,7 @@ COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
+    "identify": "hil.cli.identify:identify_command",
     "train": "hil.cli.train:train",
     "evaluate": "hil.cli.evaluate:evaluate",
     "run-policy": "hil.cli.run_policy:run_policy",
