@@ -18,7 +18,7 @@ from firmware_emulator.firmware.profiles import PROFILES
 from hil.attribution import ChannelGap, attribute
 from hil.trial import Trial, random_unit, run_trial
 from hil.units import load_unit
-from train.evaluation.conditions import conditions, measure, sweep
+from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture, video
 from train.evaluation.rollouts import log, task_of
 from train.scene import build_scene
@@ -98,8 +98,8 @@ def evaluate(
 
 
 def _simulated(policy: Policy, batch: Batch, seconds: float, seed: int, picture: Path) -> dict[str, dict[str, float]]:
-    swept = sweep(policy)
-    cases = [*conditions(policy), *(case for _, case in swept)]
+    swept = delay_sweep(policy)
+    cases = [*conditions(policy), *(case for _, case in swept), *lag_sweep(policy)]
     found = measure(policy, cases, batch, seconds=seconds, seed=seed)
     delay_picture([delay for delay, _ in swept], [found[case.name] for _, case in swept], picture)
     return {name: one.summary() for name, one in found.items()}

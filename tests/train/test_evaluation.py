@@ -6,7 +6,7 @@ from policies import policy
 
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PAPER_DEPLOYMENT
-from train.evaluation.conditions import conditions, measure, sweep
+from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture
 from train.evaluation.rollouts import Episodes, log, run, task_of
 from train.scene import build_scene
@@ -59,10 +59,11 @@ def test_the_conditions_are_the_papers_and_the_sweep_reaches_a_control_period():
     assert max(quiet.task.settings.noise) == 0
     assert deployed.task.settings == PAPER_DEPLOYMENT
     assert deployed.task.reset.joint_std_rad == 0
-    delays = [delay for delay, _ in sweep(policy())]
+    delays = [delay for delay, _ in delay_sweep(policy())]
     assert delays[0] == 0
     assert delays[-1] == policy().settings.period_s
-    assert all(case.task.actuation.delay_s == (delay, delay) for delay, case in sweep(policy()))
+    assert len({case.task.actuation.lag_s for case in lag_sweep(policy())}) == len(lag_sweep(policy()))
+    assert all(case.task.actuation.delay_s == (delay, delay) for delay, case in delay_sweep(policy()))
 
 
 def test_every_condition_is_measured_by_name(batch):

@@ -14,7 +14,10 @@ from train.task.episode import Task
 from train.task.grasp import NOMINAL_RESET
 
 SERVO_LAG_S = 0.025
-"""Closed loop of the physical hand's servos; the sweep's lag."""
+"""Closed loop of the physical hand's servos; the lag of the delay sweep."""
+SERVO_DELAY_S = 0.025
+"""From a command to its motion and into the next reading, rounded up; the delay of the lag sweep."""
+SWEEP_LAGS_S = (0.015, 0.040, 0.060)
 SWEEP_DELAYS_S = (0.0, 0.010, 0.020, 0.030, 0.040, 0.050)
 
 
@@ -44,14 +47,19 @@ def conditions(policy: Policy) -> list[Condition]:
     ]
 
 
-def sweep(policy: Policy) -> list[tuple[float, Condition]]:
-    """Return the training conditions behind a servo, with the delay (s) of each."""
-    base = task_of(policy)
-    return [
-        (delay, Condition(f"lag {SERVO_LAG_S * 1e3:.0f}, delay {delay * 1e3:.0f} ms", behind))
-        for delay in SWEEP_DELAYS_S
-        for behind in [replace(base, actuation=servo(SERVO_LAG_S, delay))]
-    ]
+def delay_sweep(policy: Policy) -> list[tuple[float, Condition]]:
+    """Return the training conditions behind a servo of `SERVO_LAG_S`, with the delay (s) of each."""
+    return [(delay_s, _behind(policy, SERVO_LAG_S, delay_s)) for delay_s in SWEEP_DELAYS_S]
+
+
+def lag_sweep(policy: Policy) -> list[Condition]:
+    """Return the training conditions behind slower and faster servos, with `SERVO_DELAY_S` each."""
+    return [_behind(policy, lag_s, SERVO_DELAY_S) for lag_s in SWEEP_LAGS_S]
+
+
+def _behind(policy: Policy, lag_s: float, delay_s: float) -> Condition:
+    name = f"lag {lag_s * 1e3:.0f}, delay {delay_s * 1e3:.0f} ms"
+    return Condition(name, replace(task_of(policy), actuation=servo(lag_s, delay_s)))
 
 
 def measure(
