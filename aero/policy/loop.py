@@ -91,6 +91,7 @@ class _Session:
         codes_per_rad = 65535 / (window[:, 1] - window[:, 0])
         self._most = settings.limits.shaft_speed_rad_s * self._task.period_s * codes_per_rad
         self.command = np.zeros(CHANNELS)
+        self._blind = 0
         self._tally = Run(Ending.TIME, 0, 0, 0, 0, 0.0, 0.0, np.nan)
 
     def codes_of(self, action: Floats) -> Floats:
@@ -158,6 +159,8 @@ class _Session:
                 return Ending.CURRENT
             if hot:
                 return Ending.TEMPERATURE
+            if self._blind > limits.missing_readings:
+                return Ending.READINGS
             due = max(due + period_s, t)
         return Ending.TIME
 
@@ -186,14 +189,16 @@ class _Session:
             self._hand.command_codes(np.round(command).astype(np.uint16))
 
     def _health(self, period: int) -> tuple[Floats, bool]:
-        """Read currents, and now and then temperatures; a missing reading leaves NaN, positions count the misses."""
+        """Read currents, and now and then temperatures; a missing reading leaves NaN and is counted in `_blind`."""
+        hottest = np.nan
         try:
             currents = self._hand.read_currents()
-            if period % self._settings.temperatures_every:
-                return currents, False
-            hottest = float(np.max(self._hand.read_temperatures()))
+            if period % self._settings.temperatures_every == 0:
+                hottest = float(np.max(self._hand.read_temperatures()))
         except AeroError:
+            self._blind += 1
             return np.full(CHANNELS, np.nan), False
+        self._blind = 0
         self._tally = replace(self._tally, peak_temperature_c=float(np.fmax(self._tally.peak_temperature_c, hottest)))
         return currents, hottest > self._settings.limits.temperature_c
 

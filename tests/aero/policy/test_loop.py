@@ -171,21 +171,28 @@ def silent(hand):
     hand.silent_after = 1.0
 
 
+def blind(hand):
+    def fail():
+        raise LinkTimeoutError("no reply")
+
+    hand.read_currents = fail
+
+
 def slow(hand):
     hand.read_takes_s = 0.6
 
 
-ENDINGS = {
-    Ending.CURRENT: (over_current, 11),
-    Ending.TEMPERATURE: (too_hot, 1),
-    Ending.READINGS: (silent, 6),
-    Ending.OVERRUN: (slow, 1),
-}
+ENDINGS = [
+    (Ending.CURRENT, over_current, 11),
+    (Ending.TEMPERATURE, too_hot, 1),
+    (Ending.READINGS, silent, 6),
+    (Ending.READINGS, blind, 5),
+    (Ending.OVERRUN, slow, 1),
+]
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_what_a_hand_should_not_bear_ends_the_run_and_brings_the_hand_back(ending):
-    change, steps = ENDINGS[ending]
+@pytest.mark.parametrize(("ending", "change", "steps"), ENDINGS)
+def test_what_a_hand_should_not_bear_ends_the_run_and_brings_the_hand_back(ending, change, steps):
     result, hand, _ = run(change=change)
     assert (result.ending, result.steps) == (ending, steps)
     np.testing.assert_array_equal(hand.written[-1][1], FakeHand(StepClock()).codes)
