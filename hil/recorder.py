@@ -21,6 +21,7 @@ SERIES_UNITS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("command", "model", "hand", "goal", "travel"), LENGTH_UNITS),
     **dict.fromkeys(("codes", "command_codes"), ("u16",) * len(Channel)),
     "currents": ("A",) * len(Channel),
+    "action": ("1",) * len(Channel),
     "temperatures": ("degC",) * len(Channel),
 }
 """Every series an experiment may leave, with the units of its seven columns."""
@@ -51,6 +52,10 @@ class Recorder:
         self._times.setdefault(name, []).append(t - self.start)
         self._rows.setdefault(name, []).append(row)
 
+    def has(self, name: str) -> bool:
+        """Whether a series has a sample yet."""
+        return name in self._rows
+
     def derive(self, name: str, source: str, convert: Callable[[NDArray[Any]], NDArray[Any]]) -> None:
         """Add a whole series, computed from all samples (n, 7) of another and at its times."""
         self._times[name] = self._times[source]
@@ -68,7 +73,8 @@ class Recorder:
             target=target.name,
             hand=target.side,
             firmware=target.firmware,
-            map=target.map.describe(),
+            map=target.map.coefficients.name,
+            window=target.map.window.name,
             unit=target.unit,
             seed=target.seed,
             parameters=dict(parameters),

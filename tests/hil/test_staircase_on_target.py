@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from aero.channels import Channel
+from hil.experiments.staircase import Staircase, run_staircase
 from hil.metrics import staircase_metrics
-from hil.staircase import Staircase, run_staircase
 from model import RoutedHand
 
 SHORT = Staircase(levels=2, hold_s=0.6, lead_s=0.6)
