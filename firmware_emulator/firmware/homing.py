@@ -61,12 +61,17 @@ def home(board: Board) -> Task:
 
 
 def assume_homed(board: Board) -> Task:
-    """Leave firmware and servos as `home` leaves them, without searching: the counts are taken for right."""
+    """Leave firmware and servos as `home` leaves them, without searching: the counts are taken for right.
+
+    Extend values in the storage are kept: they are what was homed then, and trimmed since.
+    """
     plan = board.profile.homing
+    board.window.reset(board.hand)
     for channel, steps in enumerate(plan.steps):
         for step in steps:
             if isinstance(step, ShiftWindow):
                 board.window.shift(channel, step.counts * board.hand.direction[channel])
+        board.window.extend[channel] = board.nvs.extend(channel, board.window.extend[channel])
         yield from _open_limits(board, channel)
         yield from unlock(board.uart, channel)
         yield from _close_limits(board, channel)

@@ -94,6 +94,7 @@ def test_a_goal_enables_the_torque_and_is_reached_after_the_dead_time():
     bus = Bus()
     bus.write(41, 0, *(3000).to_bytes(2, "little"), *(1023).to_bytes(2, "little"), *(32766).to_bytes(2, "little"))
     assert bus.read(40, 1) == 1
+    assert bus.read(66, 1) == 0b11
     bus.wait(0.3)
     assert bus.position() == pytest.approx(3000, abs=1)
     assert bus.read(66, 1) == 0
