@@ -32,7 +32,7 @@ from firmware_emulator.firmware.servo_calls import (
     write_register,
 )
 from firmware_emulator.kernel import Task
-from firmware_emulator.servo.registers import FEEDBACK, FEEDBACK_SIZE
+from firmware_emulator.servo.registers import FEEDBACK, FEEDBACK_SIZE, REGISTERS
 
 BEYOND_COUNTS = 50_000
 HALF_TURN = 2048
@@ -169,7 +169,7 @@ def _repair_current_limit(board: Board, channel: int) -> Task:
     uart = board.uart
     if not (yield from uart.ping(channel)):
         return
-    limit = yield from uart.read(channel, 28, 2)
+    limit = yield from uart.read(channel, REGISTERS["protection_current"].address, 2)
     if limit is None or int.from_bytes(limit, "little") == CURRENT_LIMIT:
         return
     yield from unlock(uart, channel)

@@ -86,6 +86,22 @@ def test_a_locked_eeprom_forgets_at_power_up_and_an_open_one_does_not(address, d
     assert opened.read(0, EEPROM_END) == written.read(0, EEPROM_END)
 
 
+def test_bytes_take_ten_microseconds_and_a_servo_a_hundred_to_answer():
+    bus = Bus()
+    arrived = []
+    port = bus.hand.bus.connect(lambda data: arrived.append((bus.hand.clock.now(), len(data))))
+    start = bus.hand.clock.now()
+    port.write(bytes.fromhex("FF FF 03 02 01 F9"))
+    port.write(bytes.fromhex("FF FF FE 06 82 38 0F 00 03 2F"))
+    bus.wait(0.01)
+    # Six bytes out and six back; ten out and twice twenty-one back, behind them.
+    pings, reads = 0.00006 + 0.0001 + 0.00006, 0.0001 + 2 * (0.0001 + 0.00021)
+    assert [(t - start, size) for t, size in arrived] == [
+        (pytest.approx(pings), 6),
+        (pytest.approx(0.00006 + reads), 42),
+    ]
+
+
 def test_reads_behind_the_map_are_zero():
     assert Bus().say(2, bytes((120, 20)))[5:-1] == bytes(20)
 
