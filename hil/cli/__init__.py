@@ -12,6 +12,12 @@ COMMANDS: dict[str, str] = {
     "map": "hil.cli.map:map_command",
     "calibrate": "hil.cli.calibrate:calibrate_command",
     "record": "hil.cli.record:record_command",
+    "identify": "hil.cli.identify:identify_command",
+    "servos": "hil.cli.servos:servos",
+    "train": "hil.cli.train:train",
+    "evaluate": "hil.cli.evaluate:evaluate",
+    "run-policy": "hil.cli.run_policy:run_policy",
+    "convert-policy": "hil.cli.convert_policy:convert_policy",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
@@ -19,11 +25,11 @@ COMMANDS: dict[str, str] = {
 class LazyGroup(click.Group):
     """A click group that imports a command's module when it is asked for."""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
+    def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the command names in the order of `COMMANDS`."""
         return list(COMMANDS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 - as above
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return one command, None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None

@@ -16,6 +16,8 @@ from firmware_emulator.links.in_process import InProcessLink
 CLOSED_DEG = (288.16, 288.16, 288.16, 288.16, 100.0, 104.125, 247.15)
 """Where each shaft (command order) meets its closed end; the abduction's stop is at its open end instead."""
 ABDUCTION = 4
+AT_STOPS = tuple(0.0 if shaft == ABDUCTION else math.radians(closed) for shaft, closed in enumerate(CLOSED_DEG))
+"""Shaft angles at which homing makes contact, rad, command order."""
 
 
 class Host:

@@ -1,4 +1,6 @@
-"""Serves an emulated hand on a bench in its own process: `python serve_bench.py LINK BUS_LINK FIRMWARE START [IDS]`.
+"""Serves an emulated hand on a bench in its own process: `python serve_bench.py LINK BUS_LINK FIRMWARE START IDS`.
+
+IDS has one digit a servo.
 
 Clients busy-poll and have short time-outs, so the hand must not share an interpreter with them.
 """
@@ -23,7 +25,9 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     hand = EmulatedHand(stopped_bench(), firmware=firmware, start=start)
-    hand.bus.servos = [servo for servo in hand.servos if str(servo.id) in ids]
+    hand.bus.servos = hand.servos[: len(ids)]
+    for servo, number in zip(hand.bus.servos, ids, strict=True):
+        servo.write(5, bytes((int(number),)))
     with PtyServer(hand, link=Path(link), bus_link=Path(bus_link)) as server:
         print("ready", server.name, flush=True)
         server.run(stop.is_set)

@@ -136,4 +136,4 @@ class BoardMachine(RuleBasedStateMachine):
 
 
 TestBoardMachine = BoardMachine.TestCase
-TestBoardMachine.settings = settings(max_examples=15, stateful_step_count=25, deadline=None)
+TestBoardMachine.settings = settings(max_examples=10, stateful_step_count=25, deadline=None)

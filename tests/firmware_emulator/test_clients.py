@@ -182,7 +182,9 @@ def test_ftservo_python_sdk_on_the_bus(tmp_path):
     """In a process of its own: it and feetech-servo-sdk install into the same package name."""
     folder = os.environ.get("FTSERVO_SDK")
     if folder is None:
-        pytest.skip("needs FTSERVO_SDK, the folder of `pip install --no-deps --target FOLDER ftservo-python-sdk==2.0.1`")
+        pytest.skip(
+            "needs FTSERVO_SDK, the folder of `pip install --no-deps --target FOLDER ftservo-python-sdk==2.0.1`"
+        )
     with served(tmp_path, ids="012345") as (_, bus_link):
         client = subprocess.run(
             [sys.executable, str(HERE / "ftservo_client.py"), str(bus_link)],

@@ -1,4 +1,4 @@
-"""A million random bytes at either interface: nothing breaks, nothing grows, and the device ends as a real one would."""
+"""A million random bytes at either interface: nothing breaks or grows, and the device ends as a real one would."""
 
 import random
 
@@ -9,7 +9,6 @@ from tests.firmware_emulator.conftest import stopped_bench
 
 MILLION = 1_000_000
 GET_TEMP = b"\x25".ljust(16, b"\0")
-
 
 
 def test_the_board_ends_exactly_as_misaligned_as_the_bytes_it_took(make_host):
@@ -40,8 +39,7 @@ def test_the_board_ends_exactly_as_misaligned_as_the_bytes_it_took(make_host):
 
 def test_servos_answer_again_after_the_bytes_and_a_silence():
     rng = random.Random(1)
-    hand = EmulatedHand(Bench())
-    hand._board.stop()
+    hand = EmulatedHand(Bench(), start="bare")
     hand.bus.servos = hand.servos[:3]
     answers = bytearray()
     port = hand.bus.connect(answers.extend)
