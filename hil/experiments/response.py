@@ -99,4 +99,10 @@ def _arrived(codes: np.ndarray[tuple[int], np.dtype[np.uint16]], *, closing: boo
     return bool(np.all(fingers >= CLOSED) if closing else np.all(fingers <= OPENED))
 
 
-RESPONSE = Experiment("response", "From a command to motion, and how fast the hand opens and closes", run, measure)
+RESPONSE = Experiment(
+    "response",
+    "From a command to motion, and how fast the hand opens and closes",
+    run,
+    measure,
+    (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
+)
