@@ -89,7 +89,7 @@ def _joint_box_rad() -> NDArray[np.float64]:
     box_deg: NDArray[np.float64] = np.tile([0.0, 90.0], (len(Joint), 1))
     box_deg[Joint.THUMB_ABDUCTION] = 0.0, 100.0
     box_deg[Joint.THUMB_CMC] = 0.0, 55.0
-    box_rad = np.deg2rad(box_deg)
+    box_rad: NDArray[np.float64] = np.deg2rad(box_deg)
     box_rad.flags.writeable = False
     return box_rad
 

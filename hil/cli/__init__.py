@@ -14,6 +14,8 @@ COMMANDS: dict[str, str] = {
     "baseline": "hil.cli.recordings:baseline",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
+    "identify": "hil.cli.identify:identify_command",
+    "servos": "hil.cli.servos:servos",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
@@ -21,11 +23,11 @@ COMMANDS: dict[str, str] = {
 class LazyGroup(click.Group):
     """A click group that imports a command's module when it is asked for."""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
+    def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the command names in the order of `COMMANDS`."""
         return list(COMMANDS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 - as above
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return one command, None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None

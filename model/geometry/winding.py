@@ -2,6 +2,9 @@
 
 Source: paper, section "The joint-to-actuation model", eqs. (fingermap), (thumbcmc), (thumbflexor), CAD values at the
 digits of the released control stack. Abduction turns its joint through a linkage and winds nothing.
+
+These describe the mechanism, not the actuation map: the map states its own coefficients, because a plant that took
+them from the map could not show a mistake in it. A test holds the two together.
 """
 
 from __future__ import annotations

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from servo_law import COUNT, STALL, push, settle, towards
 
-from aero.channels import FINGERS, Channel, Joint
+from aero.channels import CABLES, FINGERS, Channel, Joint
 from firmware_emulator.plant import Drive
 from model import BuiltHandParameters, BuiltHandPlant, build_built
 from model.geometry.winding import SPOOL_RADIUS, WINDING
-from tests.model.servo import COUNT, STALL, push, settle, towards
 
 NOTHING = (0.0,) * 16
 RIGID = BuiltHandParameters(
@@ -23,6 +23,7 @@ RIGID = BuiltHandParameters(
     contacts=False,
 )
 """Springs and inertia alone."""
+PULLED = list(CABLES)
 FINGER_SPAN = np.deg2rad(288.16)
 
 
@@ -42,11 +43,10 @@ def test_taut_cables_wind_by_the_cad_radii(fraction):
     """Without compliance and take-up, spool radius times shaft angle is what the joints take up."""
     plant = BuiltHandPlant(RIGID)
     plant.drive(Channel.THUMB_ABDUCTION, towards(0.9))
-    for channel in (*FINGERS, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR):
+    for channel in PULLED:
         plant.drive(channel, towards(0.4 + fraction * 1.5))
     settle(plant)
-    cables = np.array(sorted({*Channel} - {Channel.THUMB_ABDUCTION}))
-    np.testing.assert_allclose(SPOOL_RADIUS * plant.angles()[cables], wound_in(plant)[cables], atol=2e-5)
+    np.testing.assert_allclose(SPOOL_RADIUS * plant.angles()[PULLED], wound_in(plant)[PULLED], atol=2e-5)
     assert plant.angles()[Channel.THUMB_ABDUCTION] == plant.joint_angles()[Joint.THUMB_ABDUCTION]
 
 
@@ -82,6 +82,18 @@ def test_cables_pull_and_do_not_push(plant):
     assert plant.joint_angles()[:3] == pytest.approx(np.zeros(3), abs=2e-3)
     assert plant.slack()[0] == pytest.approx(SPOOL_RADIUS * 1.0, rel=0.02)
     assert plant.cable_tensions()[0] == 0.0
+
+
+def test_slack_is_that_of_the_present_in_motion():
+    take_up = 0.03
+    plant = BuiltHandPlant(BuiltHandParameters(cable_take_up=(take_up,) * 7))
+    for channel in PULLED:
+        plant.drive(channel, push(0.2))
+    plant.drive(Channel.THUMB_ABDUCTION, push(0.2))
+    plant.advance_to(0.0501)
+    expected = (take_up + wound_in(plant) - SPOOL_RADIUS * plant.angles())[PULLED]
+    assert np.all(expected > 0)
+    assert plant.slack()[PULLED] == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("compliance", [2e-6, 5.4e-6, 2e-5])
@@ -164,9 +176,6 @@ def test_a_released_finger_opens_within_half_a_second(plant, released):
         plant.drive(finger, released)
     settle(plant, 0.5)
     assert plant.joint_angles()[: Joint.THUMB_ABDUCTION] == pytest.approx(np.zeros(12), abs=0.02)
-
-
-PULLED = [*FINGERS, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]
 
 
 @pytest.mark.parametrize("channel", PULLED)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+from servo_law import STALL
 
 from model import build_built
-from tests.model.servo import STALL
 
 
 def pressed_force(finger: str) -> float:

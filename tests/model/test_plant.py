@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from servo_law import STALL, push, settle, towards
 
 from aero.channels import Channel
 from firmware_emulator.plant import Drive, Plant
 from model import BuiltHandParameters, BuiltHandPlant
-from tests.model.servo import STALL, push, settle, towards
 
 LOOSE = BuiltHandParameters(cable_take_up=(0.5,) * 7)
 """So much cable that the spools turn without moving anything."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from aero.channels import FINGERS, Channel, Joint
-from model import RoutedHand
+from model import RoutedHand, build_routed
 from model.geometry.winding import WINDING
 
 RELEASED_EXTREMES = {
@@ -53,9 +54,10 @@ def hand() -> RoutedHand:
 def test_cable_sweep(hand, channel):
     readings = sweep(hand, channel)
     low, high = RELEASED_EXTREMES[channel]
-    assert np.ptp(readings) == pytest.approx(high - low, abs=1e-4)
-    assert readings.min() == pytest.approx(low, abs=1e-4)
-    assert readings.max() == pytest.approx(high, abs=1e-4)
+    # Where dry friction leaves the CMC joint depends on the sweep; the others end at their stops.
+    tolerance = 1e-4 if channel is Channel.THUMB_CMC_FLEXION else 2e-6
+    assert readings.min() == pytest.approx(low, abs=tolerance)
+    assert readings.max() == pytest.approx(high, abs=tolerance)
 
 
 def test_abduction_reach(hand):
@@ -108,18 +110,16 @@ def test_start_is_rest(hand):
 
 
 def test_readings_belong_to_the_present(hand):
-    """Advancing in one go or step by step reads the same, without the sensors' one-step lag."""
+    """In motion, the readings are those of the present joint angles, without the sensors' one-step lag."""
     hand.reset()
-    goal = hand.command_range.mean(axis=1)
-    hand.command(goal)
-    hand.advance(0.2)
-    together = hand.lengths()
-    hand.reset()
-    hand.command(goal)
-    for _ in range(20):
-        hand.advance(0.01)
-    assert np.array_equal(hand.lengths(), together)
-    assert hand.lengths()[Channel.THUMB_ABDUCTION] == hand.joint_angles()[Joint.THUMB_ABDUCTION]
+    hand.command(hand.command_range.mean(axis=1))
+    hand.advance(0.05)
+    model = build_routed().compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = hand.joint_angles()
+    mujoco.mj_forward(model, data)
+    expected = [data.sensor(channel.label).data[0] for channel in Channel]
+    assert hand.lengths() == pytest.approx(expected, abs=1e-12)
 
 
 @settings(max_examples=15, deadline=None)
