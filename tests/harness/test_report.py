@@ -69,7 +69,7 @@ def test_each_channel_stands_beside_the_paper(recording):
     rows = staircase_metrics(recording)
     for row in rows.values():
         assert f"{row.tracking_rms:.2f}" in html
-    for paper in ("26.79", "44.45", "0.63", "1871.00"):
+    for paper in ("26.79", "44.45", "0.63", "1871.00", "0.11"):
         assert f"paper {paper}" in html
 
 
@@ -91,6 +91,12 @@ def test_the_papers_text_figures_have_a_row_each_and_say_when_they_were_not_meas
         assert figure.name in html
     assert "needs a force gauge" in html
     assert html.count("not measured") >= 3
+
+
+def test_each_limit_stands_beside_its_number(recording):
+    html = page(recording, [BAD])
+    row = html[html.index('Tracking RMS"') :]
+    assert row.index("paper 0.45") < row.index("at most 0.9 mm") < row.index("</td>")
 
 
 def test_nothing_to_report_is_an_error():
