@@ -24,7 +24,6 @@ from hil.target import PHYSICAL, NoHandError, Target, open_target
 from hil.validation import Validation, write_results
 from hil.validation import validate as run_validation
 
-
 SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
 """For a terminal of 80 columns."""
 
