@@ -61,7 +61,7 @@ class BuiltHandPlant:
 
     def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
         self.parameters = parameters or BuiltHandParameters()
-        self._model = build_built(hand, self.parameters).compile()
+        self._model = self._spec(hand).compile()
         self._data = mujoco.MjData(self._model)
         self._warnings = self._data.warning.number
         self._model.actuator_forcelimited[:] = 1
@@ -174,6 +174,10 @@ class BuiltHandPlant:
         loose = self._data.ten_length[self._cables] - self._model.tendon_range[self._cables, 0]
         slack[list(CABLES)] = np.maximum(loose, 0.0)
         return slack
+
+    def _spec(self, hand: Side) -> mujoco.MjSpec:
+        """Describe what is simulated; a plant with more around the hand adds it here."""
+        return build_built(hand, self.parameters)
 
     def _check(self, shaft: int) -> None:
         if not 0 <= shaft < SHAFTS:

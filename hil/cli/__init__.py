@@ -17,6 +17,10 @@ COMMANDS: dict[str, str] = {
     "map": "hil.cli.map:map_command",
     "identify": "hil.cli.identify:identify_command",
     "servos": "hil.cli.servos:servos",
+    "train": "hil.cli.train:train",
+    "evaluate": "hil.cli.evaluate:evaluate",
+    "run-policy": "hil.cli.run_policy:run_policy",
+    "convert-policy": "hil.cli.convert_policy:convert_policy",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
