@@ -11,6 +11,7 @@ import platform
 import subprocess
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Literal, Self
 
@@ -164,6 +165,7 @@ def versions() -> dict[str, str]:
     return found
 
 
+@cache
 def source_commit() -> str:
     """Return the commit this source tree is at, with `+changes` when it was edited; empty outside a checkout."""
     root = Path(__file__).parents[1]

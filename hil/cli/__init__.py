@@ -8,6 +8,11 @@ import click
 
 COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
+    "report": "hil.cli.recordings:report",
+    "replay": "hil.cli.recordings:replay",
+    "diff": "hil.cli.recordings:diff",
+    "baseline": "hil.cli.recordings:baseline",
+    "endurance": "hil.cli.endurance:endurance",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
     "calibrate": "hil.cli.calibrate:calibrate_command",
