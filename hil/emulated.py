@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable
+from typing import Any, Literal
 
 from firmware_emulator.hand import EmulatedHand
-from firmware_emulator.links.in_process import InProcessLink
+from firmware_emulator.plant import Plant
 from hil.units import Unit
 from model import BuiltHandPlant
 
+Rewire = Callable[[Plant], Plant]
+"""Puts something between the servos' shafts and the mechanics, as a builder who mixes up two cables does."""
+
 
 def build_emulated(
-    unit: Unit, *, firmware: str, hand: Literal["right", "left"], seed: int
-) -> tuple[InProcessLink, EmulatedHand, BuiltHandPlant]:
-    """Return a link to an emulated hand, its electronics and the mechanics behind them.
+    unit: Unit, *, firmware: str, hand: Literal["right", "left"], seed: int, rewire: Rewire | None = None
+) -> tuple[EmulatedHand, BuiltHandPlant]:
+    """Return the electronics of an emulated hand, and the mechanics behind them.
 
     Raises:
         ValueError: an unknown firmware or side.
     """
     plant = BuiltHandPlant(unit.hand, hand=hand)
-    electronics = EmulatedHand(plant, firmware=firmware, hand=hand, servos=unit.servos, seed=seed)
-    return InProcessLink(electronics), electronics, plant
+    behind: Any = plant if rewire is None else rewire(plant)
+    return EmulatedHand(behind, firmware=firmware, hand=hand, servos=unit.servos, seed=seed), plant

@@ -68,7 +68,7 @@ class Recorder:
             target=target.name,
             hand=target.side,
             firmware=target.firmware,
-            map=target.map.describe(),
+            map=f"{target.map.coefficients.name} coefficients, {target.map.window.name} window",
             unit=target.unit,
             seed=target.seed,
             parameters=dict(parameters),

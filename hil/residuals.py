@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aero.channels import Channel
-from hil.metrics import ChannelMetrics, display_unit, residuals, rms
+from hil.metrics import display_unit, residuals, rms
 from hil.recording import Recording
 from hil.steps import find_steps
 
@@ -21,16 +21,14 @@ SHARE_WORTH_NAMING = 0.1
 PARTS = {
     "closing": "while it closes",
     "opening": "while it opens",
-    "stopped": "at levels where the hand stands still although the command moves on (end stop, or blocked)",
-    "others": "while other channels are swept",
+    "stopped": "where it stands still although the command moves on",
+    "others": "while others are swept",
 }
 
 
-SOURCES = {
-    "simulator": "the simulator's actuator, which stops short of its command under its springs",
-    "map": "the map, whose two directions are separate fits on the thumb",
-    "hand": "the hand, which stops short of its goal under friction and springs",
-}
+SOURCES = ("simulator", "map", "hand")
+"""The simulator's actuator stops short of its command, the map's two directions are separate fits on the thumb, the
+hand stops short of its goal."""
 
 
 @dataclass(frozen=True)
@@ -46,20 +44,16 @@ class Attribution:
     worst_other: Channel | None
     """The channel during whose sweep the residual was largest, None when it was zero throughout."""
 
-    def sentence(self, row: ChannelMetrics) -> str:
-        """Say in words what the channel's RMS consists of, the largest part first."""
+    @property
+    def where(self) -> str:
+        """Say in which parts of the run the residual arises, the largest share of its squares first."""
         named = sorted(
             (part for part in self.share if self.share[part] >= SHARE_WORTH_NAMING), key=lambda part: -self.share[part]
         )
-        sources = sorted(self.source, key=lambda source: -self.source[source])
-        text = "RMS " + ", ".join(f"{self.source[source]:.2f} from {SOURCES[source]}" for source in sources) + ". "
-        texts = []
-        for part in named:
-            text_of_part = f"{self.share[part]:.0%} of the squares {PARTS[part]}, {self.rms[part]:.2f} {row.unit} RMS"
-            if part == "others" and self.worst_other is not None:
-                text_of_part += f", most during the sweep of {self.worst_other.label}"
-            texts.append(text_of_part)
-        return text + "; ".join(texts) + "."
+        texts = [f"{self.share[part]:.0%} {PARTS[part]}" for part in named]
+        if "others" in named and self.worst_other is not None:
+            texts[named.index("others")] += f" (most: {self.worst_other.label})"
+        return ", ".join(texts)
 
 
 def attribute(recording: Recording) -> dict[Channel, Attribution]:

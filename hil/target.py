@@ -16,10 +16,14 @@ from aero.actuation import ActuationMap
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
 from aero.serial_transport import SerialTransport
+from aero.transport import Transport
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated import build_emulated
 from hil.pty_process import serve_in_process
 from hil.units import DEFAULT_LIMITS, Unit, load_unit
 from hil.wiretap import WireTap
+from model import BuiltHandPlant
 
 Side = Literal["right", "left"]
 
@@ -128,13 +132,18 @@ Opener = Callable[[Request], AbstractContextManager[Target]]
 
 @contextmanager
 def _emulated(request: Request) -> Iterator[Target]:
-    link, electronics, plant = build_emulated(
-        request.unit, firmware=request.firmware, hand=request.side, seed=request.seed
-    )
-    capabilities = {"ground_truth": plant, "electronics": electronics}
-    wire = WireTap(link, electronics.clock)
-    with AeroHand(wire, electronics.clock) as hand:
-        yield request.granted(hand, electronics.clock, wire, capabilities=capabilities)
+    electronics, plant = build_emulated(request.unit, firmware=request.firmware, hand=request.side, seed=request.seed)
+    with in_process(request, electronics, plant, InProcessLink(electronics)) as target:
+        yield target
+
+
+@contextmanager
+def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlant, link: Transport) -> Iterator[Target]:
+    """Make a target of an emulated hand in this process and the link to it."""
+    clock = electronics.clock
+    wire = WireTap(link, clock)
+    with AeroHand(wire, clock) as hand:
+        yield request.granted(hand, clock, wire, capabilities={"ground_truth": plant, "electronics": electronics})
 
 
 @contextmanager

@@ -8,11 +8,10 @@ from typing import Literal
 
 import click
 
-from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.options import emulation
+from hil.emulated import build_emulated
 from hil.units import load_unit
-from model import BuiltHandPlant
 
 
 @click.command()
@@ -36,9 +35,7 @@ def emulate(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda caught, _frame: stopped.append(caught))
     try:
-        loaded = load_unit(unit)
-        plant = BuiltHandPlant(loaded.hand, hand=hand)
-        electronics = EmulatedHand(plant, firmware=firmware, hand=hand, servos=loaded.servos, seed=seed)
+        electronics, _ = build_emulated(load_unit(unit), firmware=firmware, hand=hand, seed=seed)
         server = PtyServer(electronics, link=link, bus_link=bus_link)
     except (ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error

@@ -61,7 +61,7 @@ def render_report(
         findings=findings,
         failures=failed(findings),
         rows=table(metrics),
-        causes=[(title(channel), attributions[channel].sentence(row)) for channel, row in metrics.items()],
+        causes=[(title(channel), row, attributions[channel]) for channel, row in metrics.items()],
         figures={name: as_svg(draw) for name, draw in panels(recording).items()},
         events=recording.events,
         title=title,

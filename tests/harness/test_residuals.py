@@ -5,7 +5,6 @@ import pytest
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
-from hil.metrics import staircase_metrics
 from hil.residuals import attribute
 
 RING = Channel.RING
@@ -47,14 +46,12 @@ def test_a_blocked_top_is_called_stopped(perfect):
     assert attribution.share["stopped"] > 0.5
 
 
-def test_the_sentence_names_the_sweep_that_couples(perfect):
+def test_the_words_name_the_sweep_that_couples(perfect):
     hand = perfect["hand"].values.copy()
     hand[:, Channel.THUMB_FLEXOR] += 0.05 * hand[:, Channel.THUMB_CMC_FLEXION]
     recording = replaced(perfect, "hand", hand)
-    channel = Channel.THUMB_FLEXOR
-    sentence = attribute(recording)[channel].sentence(staircase_metrics(recording)[channel])
-    assert "100% of the squares while other channels are swept" in sentence
-    assert sentence.endswith("most during the sweep of thumb_cmc_flexion.")
+    where = attribute(recording)[Channel.THUMB_FLEXOR].where
+    assert where == "100% while others are swept (most: thumb_cmc_flexion)"
 
 
 @pytest.mark.parametrize(("series", "source"), [("hand", "hand"), ("model", "simulator"), ("goal", "map")])
