@@ -49,7 +49,8 @@ class GuardedHand(AeroHand):
     Before the first motion it looks at currents and temperatures, then opens slowly at limited speed and torque; only a
     hand whose encoders all arrive gets its usual limits back. From then on every call, and every wait on `clock`,
     looks at currents, encoders and temperatures as often as `Thresholds` says. What breaks a threshold opens the hand
-    slowly and raises `SafetyStopError`, then and at every later call. `release` opens it in any case.
+    slowly and raises `SafetyStopError`, then and at every later call. `close`, and with it the end of a `with`
+    statement, opens it in any case.
 
     Not for several threads. While the board homes it answers nothing, so nothing is watched then.
     """
@@ -130,14 +131,19 @@ class GuardedHand(AeroHand):
         self._look_if_due()
         return super().read_codes()
 
-    def release(self) -> None:
-        """Open the hand slowly and leave it weak, if this program has moved it; Ctrl-C waits meanwhile.
+    def close(self) -> None:
+        """Open the hand slowly and leave it weak, if this program has moved it, and give the port back.
+
+        Ctrl-C waits meanwhile. A second call does nothing.
 
         Raises:
             SafetyStopError: the hand could not be reached; the message says what to do.
         """
-        if self.phase in {Phase.OPENING, Phase.MOVING}:
-            self._open("The program ended")
+        try:
+            if self.phase in {Phase.OPENING, Phase.MOVING}:
+                self._open("The program ended")
+        finally:
+            super().close()
 
     def _before_motion(self) -> None:
         if self.phase is Phase.RESTING:
