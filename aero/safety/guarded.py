@@ -19,9 +19,12 @@ from aero.safety.interrupts import uninterrupted
 from aero.safety.opening import OPEN, limit, open_and_relax, open_slowly
 from aero.safety.thresholds import Settings, Thresholds
 from aero.safety.watch import Watch
+from aero.safety.watched_clock import WatchedClock
 from aero.transport import Transport
 
 Floats = NDArray[np.float64]
+
+THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 
 
 @dataclass(frozen=True)
@@ -156,12 +159,13 @@ class GuardedHand(AeroHand):
         self.phase = Phase.OPENING
         if self._usual is not None:
             limit(self, Settings(self.thresholds.gentle_speed, self.thresholds.gentle_torque))
-        self._watch.commanded(self._bare_clock.now(), health.codes / MAX_CODE)
         open_slowly(self, self.clock, health.codes, self.thresholds.opening_s)
         self.clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
         self._expect_open()
         if self._usual is not None:
             limit(self, self._usual)
+            for channel in THUMB_CABLES:
+                self.set_torque(channel, min(self._usual.torque, self.thresholds.thumb_torque))
         self.phase = Phase.MOVING
 
     def _expect_open(self) -> None:
@@ -172,6 +176,7 @@ class GuardedHand(AeroHand):
                 f"{Channel(worst).label} is still {shares[worst]:.0%} closed after the hand was opened slowly: it is "
                 "blocked, its servo has no torque, or its zero is lost; home the hand"
             )
+        self._watch.found(self._bare_clock.now(), shares)
 
     def _look_if_due(self) -> None:
         """Look at the hand if it is time; nothing happens before the first motion."""
@@ -218,27 +223,3 @@ class GuardedHand(AeroHand):
             raise SafetyStopError(self._stop) from error
         finally:
             self.phase = Phase.STOPPED
-
-
-class WatchedClock:
-    """A clock whose waits are cut into pieces, with a look at the hand after each."""
-
-    def __init__(self, clock: Clock, look: Callable[[], None], piece_s: float) -> None:
-        self._clock = clock
-        self._look = look
-        self._piece_s = piece_s
-
-    @property
-    def bare(self) -> Clock:
-        """The clock behind."""
-        return self._clock
-
-    def now(self) -> float:
-        """Return the time in s."""
-        return self._clock.now()
-
-    def sleep_until(self, t: float) -> None:
-        """Return when `now()` is at least `t` (s)."""
-        while (now := self._clock.now()) < t:
-            self._clock.sleep_until(min(t, now + self._piece_s))
-            self._look()

@@ -48,6 +48,9 @@ class Thresholds:
     """Speed limit while it opens, register units of 0.732 rpm: a finger's whole window in 1.6 s."""
     gentle_torque: int = 300
     """Torque limit while it opens, register units: 1.95 A at the nominal scale."""
+    thumb_torque: int = 500
+    """Torque limit of the thumb's two cables all the time, register units, 3.25 A: on a healthy hand the palm stops CMC
+    flexion at 0.61 of its window and the flexor at 0.83 (logs), where the default limit would let 4.5 A flow."""
     limp_torque: int = 200
     """Torque limit it is left with, register units: what firmware 0.1.2 leaves to hot servos, 1.3 A."""
 
@@ -55,10 +58,14 @@ class Thresholds:
         for name, value in self.as_dict().items():
             if not (math.isfinite(value) and value > 0):
                 raise ValueError(f"safety threshold {name} must be positive, got {value}")
-        if self.gentle_speed > MAX_SPEED_SETTING or max(self.gentle_torque, self.limp_torque) > MAX_TORQUE_SETTING:
+        if (
+            self.gentle_speed > MAX_SPEED_SETTING
+            or max(self.gentle_torque, self.thumb_torque, self.limp_torque) > MAX_TORQUE_SETTING
+        ):
             raise ValueError(
-                f"safety settings: the board stores speeds up to {MAX_SPEED_SETTING} and torques up to "
-                f"{MAX_TORQUE_SETTING}, got {self.gentle_speed}, {self.gentle_torque} and {self.limp_torque}"
+                f"the board stores speed limits up to {MAX_SPEED_SETTING} and torque limits up to "
+                f"{MAX_TORQUE_SETTING}, got speed {self.gentle_speed} and torques {self.gentle_torque}, "
+                f"{self.thumb_torque} and {self.limp_torque}"
             )
 
     def as_dict(self) -> dict[str, float]:

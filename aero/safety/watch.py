@@ -29,7 +29,14 @@ class Watch:
         self._answered_at: float | None = None
 
     def commanded(self, t: float, shares: Floats) -> None:
-        """Take a position command, or a position that the hand was found in before the first one."""
+        """Take a position command; the first one after `forget_commands` may find the encoders anywhere."""
+        if not self._commands:
+            self._commands.extend((t, np.full(len(Channel), end)) for end in (0.0, 1.0))
+        self._commands.append((t, shares.copy()))
+
+    def found(self, t: float, shares: Floats) -> None:
+        """Take positions that the hand is known to be at rest in, in place of all earlier commands."""
+        self._commands.clear()
         self._commands.append((t, shares.copy()))
 
     def forget_commands(self) -> None:
