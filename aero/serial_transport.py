@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import serial
 from serial.tools import list_ports
@@ -93,8 +93,9 @@ class SerialTransport:
 
     def close(self) -> None:
         """Close the port; a second call does nothing."""
-        if self._port.is_open:
-            _refuse_others(self._port, "TIOCNXCL")
+        with suppress(OSError):  # an unplugged port has nothing left to give back
+            if self._port.is_open:
+                _refuse_others(self._port, "TIOCNXCL")
         self._port.close()
 
     @contextmanager
@@ -118,13 +119,12 @@ def _refuse_others(port: serial.Serial, request: str) -> None:
     pyserial's own lock keeps out programs that ask for it; the vendor's software does not. A pseudo-terminal is left
     alone: it would stay closed if this program were killed, because the emulator behind it keeps it in use.
     """
-    if termios is None or not isinstance(port, serial.Serial) or _is_pseudo_terminal(port.fileno()):
-        return
-    fcntl.ioctl(port.fileno(), getattr(termios, request))
+    if termios is not None and isinstance(port, serial.Serial) and not _is_pseudo_terminal(port):
+        fcntl.ioctl(port.fileno(), getattr(termios, request))
 
 
-def _is_pseudo_terminal(descriptor: int) -> bool:
-    return os.ttyname(descriptor).startswith("/dev/pts/")
+def _is_pseudo_terminal(port: serial.Serial) -> bool:
+    return os.path.realpath(port.port).startswith("/dev/pts/")
 
 
 def _ports_here() -> str:

@@ -148,7 +148,7 @@ def test_a_second_program_is_told_that_the_port_is_taken():
 
 def test_a_port_is_closed_to_programs_that_do_not_lock_it(monkeypatch):
     """Shown on a pseudo-terminal that passes for a real one."""
-    monkeypatch.setattr(serial_transport, "_is_pseudo_terminal", lambda descriptor: False)
+    monkeypatch.setattr(serial_transport, "_is_pseudo_terminal", lambda port: False)
 
     def refuses_others():
         flag = array.array("i", [0])
