@@ -102,6 +102,8 @@ class AeroHand:
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """Pull every channel closed with a torque, without position control; there is no command that opens.
 
+        Firmware before 0.1.0 does not know it and does nothing.
+
         Args:
             magnitudes: (7,) integers in 0..1000, torque register units (about 0.5 mN m), command order.
 

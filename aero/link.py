@@ -7,7 +7,16 @@ import threading
 
 from aero.clock import Clock, Deadline
 from aero.errors import DesyncError, LinkTimeoutError
-from aero.protocol import FRAME_SIZE, PADDING, Opcode, Reply, ReplyScanner, holds_boot_text, make_query
+from aero.protocol import (
+    FRAME_SIZE,
+    PADDING,
+    SINCE_0_1_0,
+    Opcode,
+    Reply,
+    ReplyScanner,
+    holds_boot_text,
+    make_query,
+)
 from aero.transport import Transport
 
 _LOG = logging.getLogger(__name__)
@@ -171,7 +180,9 @@ class HostLink:
                 f"{asked}, but {len(stray)} other bytes: {stray[: 2 * FRAME_SIZE].hex(' ')}. Is another program using "
                 "the port, and is it the hand's?"
             )
+        too_old = f"too old for {opcode.name} (firmware before 0.1.0), " if opcode in SINCE_0_1_0 else ""
         return LinkTimeoutError(
-            f"{asked}. The board may be homing (about 4 s after power-on, up to 45 s), without power, waiting for the "
-            "rest of a frame that another program cut short (resynchronise() helps), or this is not the hand's port."
+            f"{asked}. The board may be {too_old}homing (about 4 s after power-on, up to 45 s), without power, waiting "
+            "for the rest of a frame that another program cut short (resynchronise() helps), or this is not the hand's "
+            "port."
         )

@@ -60,6 +60,9 @@ class Opcode(IntEnum):
     SET_TOR = 0x32
 
 
+SINCE_0_1_0 = frozenset({Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR})
+"""What the firmware before 0.1.0, `pre`, takes for an unknown opcode: it drops the frame and says nothing."""
+
 PADDING = b"\0"
 """A byte that does no harm wherever the board reads it: opcode 0 is unknown and swallows its frame in silence."""
 

@@ -124,7 +124,7 @@ def _refuse_others(port: serial.Serial, request: str) -> None:
 
 
 def _is_pseudo_terminal(port: serial.Serial) -> bool:
-    return os.path.realpath(port.port).startswith("/dev/pts/")
+    return os.path.realpath(str(port.port)).startswith("/dev/pts/")
 
 
 def _ports_here() -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Literal
+from typing import Literal, get_args
 
 from firmware_emulator.bus import ServoBus
 from firmware_emulator.clock import VirtualClock
@@ -22,7 +22,7 @@ from firmware_emulator.servo.servo import Servo
 from firmware_emulator.servo.shafts import Shafts
 from firmware_emulator.uart_master import UartMaster
 
-Start = Literal["homed", "power_on", "reset"]
+Start = Literal["homed", "power_on", "reset", "bare"]
 
 TRANSMIT_RING = 256
 """What the board keeps for a host that does not read: the most recent bytes."""
@@ -66,7 +66,7 @@ class EmulatedHand:
             servos: the servos' physics.
             seed: of all noise.
             start: `homed` is a hand in use: homed, energised, at rest, no boot text, one second ago; `power_on` and
-                `reset` begin with the boot.
+                `reset` begin with the boot; `bare` leaves the board off, for a physical one on the servos' bus.
             nvs: stored calibration; an empty one in memory when None.
             encoder_zeros: encoder readings at shaft angle zero, (7,) counts by servo ID; those of an ideal homed hand
                 when None.
@@ -77,8 +77,8 @@ class EmulatedHand:
         """
         if hand not in HANDS:
             raise ValueError(f"hand must be one of {', '.join(HANDS)}, got {hand!r}")
-        if start not in {"homed", "power_on", "reset"}:
-            raise ValueError(f"start must be homed, power_on or reset, got {start!r}")
+        if start not in get_args(Start):
+            raise ValueError(f"start must be one of {', '.join(get_args(Start))}, got {start!r}")
         zeros = ideal_zeros(hand) if encoder_zeros is None else tuple(encoder_zeros)
         if len(zeros) != len(SERVOS):
             raise ValueError(f"encoder_zeros needs {len(SERVOS)} values in wire order, got {len(zeros)}")
@@ -114,14 +114,14 @@ class EmulatedHand:
         if start == "homed":
             self._board.start(boot.resume(self._board))
             self.clock.sleep_until(SETTLE_S)
-        else:
-            self._board.start(boot.run(self._board, start))
+        elif start != "bare":
+            self.reset(start)
 
     def reset(self, cause: boot.ResetCause = "reset") -> None:
         """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns."""
         if cause == "power_on":
             for servo in self.servos:
-                servo.reboot()
+                servo.power_up()
         self._board.stop()
         self._board = self._new_board(UartMaster(self.bus))
         self._board.start(boot.run(self._board, cause))

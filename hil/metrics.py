@@ -60,7 +60,7 @@ class ChannelMetrics:
 
 
 def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
-    """Evaluate a recording of `hil.staircase`.
+    """Evaluate a recording of `hil.experiments.staircase`.
 
     Raises:
         KeyError: the recording lacks a series; it was made by another experiment.

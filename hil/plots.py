@@ -27,6 +27,9 @@ MARGIN_S = 2.0
 COMMAND, MODEL, HAND, RESIDUAL = "#777777", "#c0392b", "#1f4e9c", "#2b2b2b"
 RESOLVED = (Channel.INDEX, Channel.THUMB_CMC_FLEXION)
 """Channels of which one step is drawn resolved: a finger and a thumb channel."""
+THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
+LINE_STYLES = ("-", "--", "-.", ":")
+CHANNEL_COLOURS = ("#1f4e9c", "#c0392b", "#2e7d32", "#8e5a00", "#6a3d9a", "#00838f", "#444444")
 STYLE: Any = {  # matplotlib types the keys as one literal each
     "font.size": 9,
     "axes.spines.top": False,
@@ -116,6 +119,54 @@ def panels(recording: Recording) -> dict[str, Draw]:
 
     found = {channel.label: sweep(channel) for channel in Channel}
     return found | {f"step_{channel.label}": step(channel) for channel in RESOLVED}
+
+
+def draw_series(axes: Axes, recording: Recording, name: str, unit: str) -> None:
+    """Draw all seven channels of one series against time, told apart by line style and marker as well as colour."""
+    series = recording[name]
+    for i, channel in enumerate(Channel):
+        axes.plot(
+            series.times,
+            series.values[:, channel],
+            LINE_STYLES[i % len(LINE_STYLES)],
+            color=CHANNEL_COLOURS[i],
+            label=title(channel),
+        )
+    axes.set_xlabel("time, s")
+    axes.set_ylabel(unit)
+    axes.legend(fontsize=7, ncols=2, framealpha=0.8)
+
+
+def draw_thumb(axes: Axes, recording: Recording) -> None:
+    """Draw the thumb's three encoders over the coupling sweep."""
+    codes = recording["codes"]
+    for channel, style in zip(THUMB, LINE_STYLES, strict=False):
+        axes.plot(codes.times, 100.0 * codes.values[:, channel] / 65535, style, color=CHANNEL_COLOURS[channel])
+    axes.set_title("Thumb coupling: CMC flexion closed at three abductions", loc="left", fontsize=10)
+    axes.legend([title(channel) for channel in THUMB], fontsize=7)
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("encoder, % of window")
+
+
+def figures_of(experiment: str, recording: Recording) -> dict[str, Draw]:
+    """Return the panels that belong in the report of an experiment, none when it has no figure."""
+    if experiment == "staircase":
+        return panels(recording)
+    if experiment == "coupling":
+        return {"thumb": lambda axes: draw_thumb(axes, recording)}
+    if experiment in ("excursion", "holding"):
+        return {
+            f"{experiment}_currents": lambda axes: _titled(axes, recording, "currents", "A", f"Currents, {experiment}"),
+            f"{experiment}_temperatures": lambda axes: _titled(
+                axes, recording, "temperatures", "°C", f"Temperatures, {experiment}"
+            ),
+        }
+    return {}
+
+
+def _titled(axes: Axes, recording: Recording, name: str, unit: str, text: str) -> None:
+    draw_series(axes, recording, name, unit)
+    axes.set_title(text, loc="left", fontsize=10)
 
 
 def as_svg(draw: Draw, *, width_inches: float = 4.6, height_inches: float = 2.9) -> str:

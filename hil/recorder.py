@@ -36,20 +36,24 @@ class Recorder:
     Times given to it are times of the target's clock; those in the recording count from the recorder's making.
     """
 
-    def __init__(self, target: Target) -> None:
-        """Start now."""
+    def __init__(self, target: Target, *, from_opening: bool = False) -> None:
+        """Start now, or, for the bytes alone, at the opening of the target."""
         self._target = target
         self._times: dict[str, list[float]] = {}
         self._rows: dict[str, list[NDArray[Any]]] = {}
         self._events: list[Event] = []
-        self._wire_mark = target.wire.mark()
-        self.start = target.clock.now()
+        self._wire_mark = 0 if from_opening else target.wire.mark()
+        self.start = target.wire.opened if from_opening else target.clock.now()
         """Time of the target's clock that is zero in the recording, s."""
 
     def add(self, name: str, t: float, row: NDArray[Any]) -> None:
         """Add one sample, (7,), taken at `t` (s on the target's clock), to a series of `SERIES_UNITS`."""
         self._times.setdefault(name, []).append(t - self.start)
         self._rows.setdefault(name, []).append(row)
+
+    def has(self, name: str) -> bool:
+        """Whether a series has a sample yet."""
+        return name in self._rows
 
     def derive(self, name: str, source: str, convert: Callable[[NDArray[Any]], NDArray[Any]]) -> None:
         """Add a whole series, computed from all samples (n, 7) of another and at its times."""
@@ -68,10 +72,11 @@ class Recorder:
             target=target.name,
             hand=target.side,
             firmware=target.firmware,
-            map=f"{target.map.coefficients.name} coefficients, {target.map.window.name} window",
+            map=target.map.coefficients.name,
+            window=target.map.window.name,
             unit=target.unit,
             seed=target.seed,
-            parameters=dict(parameters),
+            parameters={**parameters, **_thresholds(target)},
             versions=versions(),
             commit=source_commit(),
         )
@@ -80,3 +85,9 @@ class Recorder:
             for name, rows in self._rows.items()
         }
         return Recording(header, series, target.wire.since(self._wire_mark, self.start), tuple(self._events))
+
+
+def _thresholds(target: Target) -> dict[str, float]:
+    """Return what would have stopped a guarded hand, for the header."""
+    guard = target.guard
+    return {} if guard is None else {f"safety.{name}": value for name, value in guard.thresholds.as_dict().items()}

@@ -11,6 +11,7 @@ import platform
 import subprocess
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Literal, Self
 
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Direction = Literal["to_hand", "from_hand"]
+Side = Literal["right", "left"]
 Severity = Literal["info", "warning", "error"]
 
 LIBRARIES = ("aero-hil", "numpy", "mujoco", "pyserial")
@@ -31,12 +33,14 @@ class Header:
     """Name of the experiment, for example `staircase`."""
     target: str
     """What `--hil` was: `emulated`, `pty`, a path or a pyserial URL."""
-    hand: str
+    hand: Side
     """`right` or `left`."""
     firmware: str
     """Firmware version the map and the limits were chosen for."""
     map: str
-    """Description of the actuation map in use: coefficients and command window."""
+    """Coefficients of the actuation map in use."""
+    window: str
+    """Calibration state of the command window that the map is for."""
     unit: str
     """Unit file of an emulated hand; `physical` for a hand on a port."""
     seed: int
@@ -161,6 +165,7 @@ def versions() -> dict[str, str]:
     return found
 
 
+@cache
 def source_commit() -> str:
     """Return the commit this source tree is at, with `+changes` when it was edited; empty outside a checkout."""
     root = Path(__file__).parents[1]

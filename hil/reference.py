@@ -34,3 +34,49 @@ PAPER: dict[Channel, PaperRow] = {
     Channel.THUMB_FLEXOR: PaperRow(6.44, 20.64, 0.63, 60.0, 100.0),
 }
 """By channel."""
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A number of the paper's text, and which measurement of ours stands beside it."""
+
+    name: str
+    paper: str
+    """As published, with unit."""
+    experiment: str = ""
+    """Experiment whose measurement corresponds; empty when none does."""
+    subject: str = ""
+    metric: str = ""
+    unit: str = ""
+    note: str = ""
+    """How ours differs, or why there is none."""
+
+
+FINGERTIP = "needs a force gauge at the fingertip; the built hand's model is measured in the model's own tests"
+PAPER_TEXT: tuple[PaperFigure, ...] = (
+    PaperFigure("Open-and-close cycle", "about 1.2 Hz", "response", "hand", "open_close_rate", "Hz"),
+    PaperFigure("Finger excursion, open to fist", "44.45 mm", "excursion", "index", "fist_travel", "mm"),
+    PaperFigure("Abduction travel, open to fist", "1871 mrad", "excursion", "thumb_abduction", "fist_travel", "mrad"),
+    PaperFigure(
+        "Abduction in the model", "1746 mrad", "staircase", "thumb_abduction", "excursion_model", "mrad",
+        "firmware 0.2.0 gives away 173 mrad at the open end",
+    ),
+    PaperFigure("CMC flexion travel, open to fist", "16.57 mm", "excursion", "thumb_cmc_flexion", "fist_travel", "mm"),
+    PaperFigure("Flexor travel, open to fist", "20.64 mm", "excursion", "thumb_flexor", "fist_travel", "mm"),
+    PaperFigure("Settled part of the run", "60 %", "staircase", "index", "settled_percent", "%", "shorter levels"),
+    PaperFigure("Worst finger residual", "within 2 % of range", "staircase", "index", "worst_percent", "%"),
+    PaperFigure("Worst flexor residual", "7.1 % of range", "staircase", "thumb_flexor", "worst_percent", "%"),
+    PaperFigure("Overshoot", "none on any channel", "staircase", "index", "overshoot_hand_percent", "%"),
+    PaperFigure(
+        "Open-loop replay of a finger", "within a millimetre", "replay", "index", "replay_shape", "mm",
+        "after removing the hand's delay",
+    ),
+    PaperFigure(
+        "Repeatability over homings and closures", "3 mm of cable", "homing", "index", "homing_spread", "mm",
+        "run with `--only homing`",
+    ),
+    PaperFigure("Fingertip force", "about 12 N", note=FINGERTIP),
+    PaperFigure("Greatest cable tension", "about 66 N", note="needs a load cell; follows from stall torque and spool"),
+    PaperFigure("Endurance", "more than 400 000 cycles", note="needs a physical hand and 90 h"),
+)  # fmt: skip
+"""Figures of the paper's text beyond its validation table."""

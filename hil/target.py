@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
@@ -22,12 +22,11 @@ from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated import build_emulated
 from hil.pty_process import serve_in_process
+from hil.recording import Side
 from hil.safety.driving import drive, ready_for_the_worst
 from hil.units import DEFAULT_LIMITS, Unit, load_unit
 from hil.wiretap import WireTap
 from model import BuiltHandPlant
-
-Side = Literal["right", "left"]
 
 DEFAULT_FIRMWARE = "0.2.0"
 PHYSICAL = "physical"
@@ -160,7 +159,7 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
     """Make a target of an emulated hand in this process and the link to it."""
     clock = electronics.clock
     wire = WireTap(link, clock)
-    with drive(wire, clock, request.thresholds, request.firmware) as hand:
+    with drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
         yield request.granted(hand, clock, wire, capabilities={"ground_truth": plant, "electronics": electronics})
 
 
@@ -190,7 +189,14 @@ def _serial(request: Request, port: str) -> Iterator[tuple[AeroHand, Clock, Wire
     wire = WireTap(transport, clock)
     with (
         ready_for_the_worst(port, request.thresholds, request.firmware) as on_first_motion,
-        drive(wire, clock, request.thresholds, request.firmware, on_first_motion) as hand,
+        drive(
+            wire,
+            clock,
+            request.map,
+            request.firmware,
+            thresholds=request.thresholds,
+            on_first_motion=on_first_motion,
+        ) as hand,
     ):
         try:
             hand.read_codes()

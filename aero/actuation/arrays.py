@@ -20,18 +20,17 @@ def namespace(array: Array) -> Any:
 
 
 def as_floats(values: Array, width: int, what: str) -> Array:
-    """Return `values` as an array of floats with `width` entries on the last axis.
-
-    Lists and integers become float64; arrays of other libraries stay what they are.
+    """Return `values` as an array of floats with `width` entries on the last axis; floats stay what they are.
 
     Raises:
-        ValueError: no number, or another width.
+        ValueError: not real numbers, or another width.
     """
-    array = values
-    if not hasattr(values, "__array_namespace__"):
-        array = np.asarray(values, np.float64)
-    elif isinstance(values, np.ndarray) and values.dtype.kind in "iu":
-        array = values.astype(np.float64)
+    array = values if hasattr(values, "__array_namespace__") else np.asarray(values)
+    xp = namespace(array)
+    if xp.isdtype(array.dtype, "integral"):
+        array = xp.astype(array, xp.asarray(0.0).dtype)
+    elif not xp.isdtype(array.dtype, "real floating"):
+        raise ValueError(f"{what}: expected real numbers, got {array.dtype}")
     return _of_width(array, width, what)
 
 

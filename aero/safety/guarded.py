@@ -24,7 +24,7 @@ from aero.transport import Transport
 
 Floats = NDArray[np.float64]
 
-THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
+THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,9 @@ class GuardedHand(AeroHand):
         transport: Transport,
         clock: Clock,
         *,
-        thresholds: Thresholds | None = None,
+        spans_counts: ArrayLike,
         usual: Settings | None,
+        thresholds: Thresholds | None = None,
         on_first_motion: Callable[[], None] = lambda: None,
     ) -> None:
         """Wrap an open transport.
@@ -72,9 +73,10 @@ class GuardedHand(AeroHand):
         Args:
             transport: the bytes' way to the board.
             clock: what tells the time and is waited on.
-            thresholds: when to stop; the defaults when None.
+            spans_counts: (7,) servo counts of the channels' command windows, `CommandWindow.spans_counts()`.
             usual: the firmware's own limits, given back after the slow opening; None for a firmware that has no
                 settings for them, whose start is slow in steps of position alone.
+            thresholds: when to stop; the defaults when None.
             on_first_motion: called once before anything moves.
         """
         super().__init__(transport, clock)
@@ -85,7 +87,7 @@ class GuardedHand(AeroHand):
         self._bare_clock = clock
         self._usual = usual
         self._on_first_motion = on_first_motion
-        self._watch = Watch(self.thresholds)
+        self._watch = Watch(self.thresholds, spans_counts)
         self._look_due = self._temperatures_due = clock.now()
         self._last_codes: NDArray[np.integer] = np.array(OPEN)
         self._stop = ""
@@ -114,19 +116,19 @@ class GuardedHand(AeroHand):
         self._before_motion()
         super().command_codes(codes)
         self._last_codes = np.asarray(codes)
-        self._watch.commanded(self._bare_clock.now(), self._last_codes / MAX_CODE)
+        self._watch.encoders.commanded(self._bare_clock.now(), self._last_codes / MAX_CODE)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
         self._before_motion()
-        self._watch.forget_commands()
+        self._watch.encoders.forget()
         super().command_torques(magnitudes)
 
     def home(self, timeout_s: float = 200.0) -> None:
         """As `AeroHand.home`; the hand is checked before and not watched meanwhile."""
         self._before_motion()
         super().home(timeout_s)
-        self._watch.forget_commands()
+        self._watch.pause()
         self._look_due = self._bare_clock.now()
 
     def read_codes(self) -> NDArray[np.uint16]:
@@ -164,7 +166,7 @@ class GuardedHand(AeroHand):
         self._expect_open()
         if self._usual is not None:
             limit(self, self._usual)
-            for channel in THUMB_CABLES:
+            for channel in THUMB:
                 self.set_torque(channel, min(self._usual.torque, self.thresholds.thumb_torque))
         self.phase = Phase.MOVING
 
@@ -176,7 +178,7 @@ class GuardedHand(AeroHand):
                 f"{Channel(worst).label} is still {shares[worst]:.0%} closed after the hand was opened slowly: it is "
                 "blocked, its servo has no torque, or its zero is lost; home the hand"
             )
-        self._watch.found(self._bare_clock.now(), shares)
+        self._watch.encoders.found(self._bare_clock.now(), shares)
 
     def _look_if_due(self) -> None:
         """Look at the hand if it is time; nothing happens before the first motion."""
@@ -186,18 +188,18 @@ class GuardedHand(AeroHand):
         if self.phase not in {Phase.OPENING, Phase.MOVING} or now < self._look_due:
             return
         try:
-            objection = self._look(now)
+            objection = self._look()
         except AeroError:
             objection = self._watch.unanswered(self._bare_clock.now())
         self._look_due = now + self.thresholds.look_s
         if objection is not None:
             self._abort(objection)
 
-    def _look(self, now: float) -> str | None:
-        positions, currents = super().read_codes() / MAX_CODE, super().read_currents()
-        objection = self._watch.look(now, positions, currents)
-        if objection is None and now >= self._temperatures_due:
-            self._temperatures_due = now + self.thresholds.temperature_look_s
+    def _look(self) -> str | None:
+        positions, t = super().read_codes() / MAX_CODE, self._bare_clock.now()
+        objection = self._watch.look(t, positions, super().read_currents())
+        if objection is None and t >= self._temperatures_due:
+            self._temperatures_due = t + self.thresholds.temperature_look_s
             objection = self._watch.temperatures(super().read_temperatures())
         return objection
 

@@ -36,6 +36,11 @@ class Thresholds:
     """Commands no older than this say where an encoder may be, s; the slowest firmware, `pre`, closes in 1.5 s."""
     stray_s: float = 0.1
     """How long an encoder may be elsewhere, s: longer than one bad reading."""
+    rest: float = 0.1
+    """How far an encoder may move while no channel has been commanded anything new for `follow_s`, share of the
+    window: a tenth of a finger's window takes the whole torque of its servo."""
+    jump_counts_s: float = 13000.0
+    """Speed that an encoder may show, servo counts/s: half as much again as a servo without load (8100-8800, logs)."""
     arrival: float = 0.1
     """How far from open an encoder may be after the slow opening at the start, share of the window."""
     look_s: float = 0.04
@@ -49,8 +54,8 @@ class Thresholds:
     gentle_torque: int = 300
     """Torque limit while it opens, register units: 1.95 A at the nominal scale."""
     thumb_torque: int = 500
-    """Torque limit of the thumb's two cables all the time, register units, 3.25 A: on a healthy hand the palm stops CMC
-    flexion at 0.61 of its window and the flexor at 0.83 (logs), where the default limit would let 4.5 A flow."""
+    """Torque limit of the thumb's channels all the time, register units, 3.25 A: on a healthy hand the palm stops CMC
+    flexion at 0.61 of its window, and the flexor stops at 0.83 (logs), where the default limit lets 4.5 A flow."""
     limp_torque: int = 200
     """Torque limit it is left with, register units: what firmware 0.1.2 leaves to hot servos, 1.3 A."""
 

@@ -1,4 +1,4 @@
-"""Serves an emulated hand in real time: the board, and if asked the raw servo bus, on pseudo-terminals.
+"""Serves an emulated hand in real time: the board, and if asked the raw servo bus.
 
 The kernel is the same one as on virtual time; here a loop runs it up to the wall clock whenever an event is due or
 bytes arrive. Bytes are taken at the instant at which they are seen, and `log` holds those instants: the same bytes at
@@ -10,44 +10,73 @@ from __future__ import annotations
 import select
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
+from typing import Protocol
 
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import WireEntry
+from firmware_emulator.links.serial_port import SerialPort
 from firmware_emulator.links.terminal import Terminal
 
 IDLE_S = 0.05
 """Longest wait before `stop` is looked at again, s."""
 
 
-class PtyServer:
-    """An emulated hand on one or two pseudo-terminals."""
+class _End(Protocol):
+    """The device's end of a terminal or port."""
 
-    def __init__(self, emulated_hand: EmulatedHand, *, link: Path | None = None, bus_link: Path | None = None) -> None:
+    @property
+    def name(self) -> str: ...
+
+    def fileno(self) -> int: ...
+
+    def read(self) -> bytes: ...
+
+    def write(self, data: bytes) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class PtyServer:
+    """An emulated hand behind a pseudo-terminal, its servo bus behind another one or behind a real port."""
+
+    def __init__(
+        self,
+        emulated_hand: EmulatedHand,
+        *,
+        link: Path | None = None,
+        bus_link: Path | None = None,
+        bus_port: str | None = None,
+    ) -> None:
         """Open the terminals; nothing is served before `run`.
 
         Args:
             emulated_hand: what to serve.
             link: symbolic link to the board's terminal.
             bus_link: symbolic link to a terminal on the servo bus; no such terminal when None.
+            bus_port: serial port (device path or pyserial URL) to serve the servo bus on; start the hand `bare`, lest
+                two boards drive its servos.
 
         Raises:
             FileExistsError: a link exists already.
+            serial.SerialException: the port cannot be opened.
         """
         self.log: list[WireEntry] | None = None
         self._hand = emulated_hand
-        self._host = Terminal(link)
-        self._terminals: dict[Terminal, Callable[[bytes], object]] = {self._host: emulated_hand.receive}
-        self._bus: Terminal | None = None
-        if bus_link is not None:
-            try:
-                self._bus = Terminal(bus_link)
-            except OSError:
-                self._host.close()
-                raise
-            port = emulated_hand.bus.connect(self._bus.write)
-            self._terminals[self._bus] = port.write
+        self._takers: dict[_End, Callable[[bytes], object]] = {}
+        with ExitStack() as opened:
+            self._host = Terminal(link)
+            opened.callback(self._host.close)
+            self._takers[self._host] = emulated_hand.receive
+            self._bus = Terminal(bus_link) if bus_link is not None else None
+            if self._bus is not None:
+                opened.callback(self._bus.close)
+                self._put_on_bus(self._bus)
+            if bus_port is not None:
+                self._put_on_bus(SerialPort(bus_port))
+            opened.pop_all()
 
     def __enter__(self) -> PtyServer:
         return self
@@ -77,21 +106,24 @@ class PtyServer:
         while not stop():
             due = kernel.next_event()
             idle = IDLE_S if due is None else min(max(start + due - time.monotonic(), 0.0), IDLE_S)
-            ready, _, _ = select.select(list(self._terminals), [], [], idle)
+            ready, _, _ = select.select(list(self._takers), [], [], idle)
             kernel.run_until(time.monotonic() - start)
-            for terminal in ready:
-                self._take(terminal)
+            for end in ready:
+                self._take(end)
 
     def close(self) -> None:
         """Close the terminals and remove their links; a second call does nothing."""
-        for terminal in self._terminals:
-            terminal.close()
+        for end in self._takers:
+            end.close()
 
-    def _take(self, terminal: Terminal) -> None:
-        data = terminal.read()
-        if terminal is self._host and self.log is not None:
+    def _put_on_bus(self, end: _End) -> None:
+        self._takers[end] = self._hand.bus.connect(end.write).write
+
+    def _take(self, end: _End) -> None:
+        data = end.read()
+        if end is self._host and self.log is not None:
             self.log.append((self._hand.kernel.now, ">", data))
-        self._terminals[terminal](data)
+        self._takers[end](data)
 
     def _transmit(self, data: bytes) -> None:
         if self.log is not None:

@@ -21,9 +21,19 @@ class Status(IntFlag):
 
 
 class Protection:
-    """Watches the measurements; only the over-current rule has a memory, its timer."""
+    """Watches the measurements; only the over-current rule has a memory.
+
+    Cutting the torque ends the current that was too high, so its bit stays until the torque is enabled again
+    (assumption); temperature and voltage speak for themselves.
+    """
 
     def __init__(self) -> None:
+        self._over_current_s = 0.0
+        self._tripped = False
+
+    def release(self) -> None:
+        """Forget an over-current, because the torque is enabled anew."""
+        self._tripped = False
         self._over_current_s = 0.0
 
     def status(self, memory: RegisterFile, seconds: float) -> Status:
@@ -36,6 +46,7 @@ class Protection:
             status |= Status.TEMPERATURE
         over = abs(memory.get("present_current")) > memory.get("protection_current")
         self._over_current_s = self._over_current_s + seconds if over else 0.0
-        if over and self._over_current_s >= 0.01 * memory.get("over_current_time"):
+        self._tripped |= over and self._over_current_s >= 0.01 * memory.get("over_current_time")
+        if self._tripped:
             status |= Status.CURRENT
         return status

@@ -31,6 +31,7 @@ GOAL_BLOCK = 41
 CONTROL = range(28, 50)
 """Addresses that `Settings` is read from lie in here."""
 MID_COUNTS = 2048
+MAX_GOAL = 32767
 
 
 class Servo:
@@ -55,8 +56,7 @@ class Servo:
         self._kernel = kernel
         self._shafts = shafts
         self._feedback = FeedbackBlock(self.memory, self.frame, mounting, parameters, Random(f"{seed}/{servo}"))
-        self._wanted = Settings.of(self.memory)
-        self._acting = self._wanted
+        self._wanted = self._acting = self._at_power_up()
         self._epoch = 0
         self._motion: Trapezoid | None = None
         self._setpoint_counts = 0.0
@@ -142,9 +142,13 @@ class Servo:
         self._start_over()
 
     def reboot(self) -> None:
-        """Start again from EEPROM, deaf for a while, turns and goals forgotten (REBOOT, or power coming back)."""
-        self.memory.power_up()
+        """Start again as after a loss of power, deaf for a while (REBOOT)."""
+        self.power_up()
         self.silent_until = self._kernel.now + self.parameters.reboot_s
+
+    def power_up(self) -> None:
+        """Start again from EEPROM, turns and goals forgotten; ready before the board is (assumption)."""
+        self.memory.power_up()
         self._start_over()
 
     def _start_over(self) -> None:
@@ -152,7 +156,13 @@ class Servo:
         self.id = self.memory.get("id")
         self.frame.set_offset(self.memory.get("offset"))
         self.forget_turns()
+        self._at_power_up()
         self._control_written()
+
+    def _at_power_up(self) -> Settings:
+        # The goal starts where the shaft is, so that enabling the torque holds (assumption).
+        self.memory.set("goal_position", min(max(self.frame.counts(self._angle()), -MAX_GOAL), MAX_GOAL))
+        return Settings.of(self.memory)
 
     def _refresh(self) -> None:
         self._feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
@@ -164,6 +174,8 @@ class Servo:
         wanted = Settings.of(self.memory)
         if wanted == self._wanted:
             return
+        if wanted.enable and not self._wanted.enable:
+            self._protection.release()
         self._wanted = wanted
         if wanted.enable == control.OFF:
             # Nothing that was on its way to the loop may switch the torque on again.

@@ -8,8 +8,14 @@ import click
 
 COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
+    "report": "hil.cli.recordings:report",
+    "replay": "hil.cli.recordings:replay",
+    "diff": "hil.cli.recordings:diff",
+    "baseline": "hil.cli.recordings:baseline",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
+    "identify": "hil.cli.identify:identify_command",
+    "servos": "hil.cli.servos:servos",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 

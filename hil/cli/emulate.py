@@ -8,6 +8,7 @@ from typing import Literal
 
 import click
 
+from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.options import emulation
 from hil.emulated import build_emulated
@@ -18,6 +19,8 @@ from hil.units import load_unit
 @emulation
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
+@click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
+@click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
 def emulate(
     *,
     firmware: str,
@@ -26,6 +29,8 @@ def emulate(
     seed: int,
     link: Path | None,
     bus_link: Path | None,
+    bus_port: str | None,
+    state: Path | None,
 ) -> None:
     """Serve an emulated hand until it is interrupted.
 
@@ -35,8 +40,15 @@ def emulate(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda caught, _frame: stopped.append(caught))
     try:
-        electronics, _ = build_emulated(load_unit(unit), firmware=firmware, hand=hand, seed=seed)
-        server = PtyServer(electronics, link=link, bus_link=bus_link)
+        electronics, _ = build_emulated(
+            load_unit(unit),
+            firmware=firmware,
+            hand=hand,
+            seed=seed,
+            start="homed" if bus_port is None else "bare",
+            nvs=Nvs(state),
+        )
+        server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
     except (ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
     with server:

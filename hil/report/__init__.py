@@ -1,20 +1,24 @@
-"""One self-contained HTML page about one recording: verdict first, then why, then everything it rests on."""
+"""One self-contained HTML page about one run of experiments: verdict first, then why, then everything it rests on."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aero.channels import Channel
-from hil.findings import Finding, failed
-from hil.metrics import ChannelMetrics
-from hil.plots import as_svg, panels, title
-from hil.recording import Recording
-from hil.reference import PAPER
-from hil.residuals import Attribution
+from hil.experiments import EXPERIMENTS
+from hil.findings import failed
+from hil.metrics import ChannelMetrics, staircase_metrics
+from hil.plots import as_svg, figures_of, title
+from hil.reference import PAPER, PAPER_TEXT, PaperFigure
+from hil.residuals import attribute
+
+if TYPE_CHECKING:
+    from hil.validation import Validation
 
 
 @dataclass(frozen=True)
@@ -42,30 +46,64 @@ def table(metrics: Mapping[Channel, ChannelMetrics]) -> tuple[Row, ...]:
     return tuple(_row(channel, row) for channel, row in metrics.items())
 
 
-def render_report(
-    recording: Recording,
-    metrics: Mapping[Channel, ChannelMetrics],
-    findings: Sequence[Finding],
-    attributions: Mapping[Channel, Attribution],
-    *,
-    wall_seconds: float,
-) -> str:
-    """Return the page for a staircase recording; it loads nothing from anywhere."""
+@dataclass(frozen=True)
+class TextRow:
+    """A number of the paper's text beside ours."""
+
+    name: str
+    paper: str
+    ours: str
+    note: str
+
+
+def render_report(validation: Validation) -> str:
+    """Return the page for a run of experiments; it loads nothing from anywhere.
+
+    Raises:
+        ValueError: no experiment ran to its end, so there is nothing to report on.
+    """
+    if not validation.results:
+        raise ValueError("no experiment ran to its end; there is nothing to report on")
     environment = Environment(
         loader=PackageLoader(__name__), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    first = next(iter(validation.results.values())).recording
     return environment.get_template("report.html.j2").render(
-        header=recording.header,
-        hand_seconds=recording["hand"].times[-1],
-        wall_seconds=wall_seconds,
-        findings=findings,
-        failures=failed(findings),
-        rows=table(metrics),
-        causes=[(title(channel), row, attributions[channel]) for channel, row in metrics.items()],
-        figures={name: as_svg(draw) for name, draw in panels(recording).items()},
-        events=recording.events,
-        title=title,
+        header=first.header,
+        validation=validation,
+        failures=failed(validation.findings),
+        staircase=_staircase(validation),
+        text_rows=[_text_row(figure, validation) for figure in PAPER_TEXT],
+        figures=_figures(validation),
+        ran={name: EXPERIMENTS[name].title for name in validation.results},
+        events=[(name, event) for name, result in validation.results.items() for event in result.recording.events],
+        subjects=(*(channel.label for channel in Channel), "hand"),
     )
+
+
+def _staircase(validation: Validation) -> dict[str, Any] | None:
+    """Return what the page says about the staircase, None when there was none."""
+    if "staircase" not in validation.results:
+        return None
+    recording = validation.results["staircase"].recording
+    metrics, attributions = staircase_metrics(recording), attribute(recording)
+    return {
+        "rows": table(metrics),
+        "causes": [(title(channel), row, attributions[channel]) for channel, row in metrics.items()],
+    }
+
+
+def _figures(validation: Validation) -> dict[str, dict[str, str]]:
+    """Return the page's figures: experiment to panel to SVG."""
+    drawn = {name: figures_of(name, result.recording) for name, result in validation.results.items()}
+    return {name: {panel: as_svg(draw) for panel, draw in draws.items()} for name, draws in drawn.items() if draws}
+
+
+def _text_row(figure: PaperFigure, validation: Validation) -> TextRow:
+    if figure.experiment not in validation.results:
+        return TextRow(figure.name, figure.paper, "not measured", figure.note or f"run with --only {figure.experiment}")
+    value = validation.results[figure.experiment].measured[figure.subject][figure.metric]
+    return TextRow(figure.name, figure.paper, f"{value:.3g} {figure.unit}", figure.note)
 
 
 def _row(channel: Channel, row: ChannelMetrics) -> Row:

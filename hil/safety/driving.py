@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from aero import AeroHand
+from aero.actuation import ActuationMap
 from aero.clock import Clock
 from aero.safety import GuardedHand, Settings, Thresholds, lifeline, unwinding
 from aero.transport import Transport
@@ -22,15 +23,23 @@ def usual_settings(firmware: str) -> Settings | None:
 def drive(
     transport: Transport,
     clock: Clock,
-    thresholds: Thresholds | None,
+    codec: ActuationMap,
     firmware: str,
+    *,
+    thresholds: Thresholds | None,
     on_first_motion: Callable[[], None] = lambda: None,
 ) -> AeroHand:
     """Return a driver on an open transport, guarded when there are thresholds."""
     if thresholds is None:
         return AeroHand(transport, clock)
-    usual = usual_settings(firmware)
-    return GuardedHand(transport, clock, thresholds=thresholds, usual=usual, on_first_motion=on_first_motion)
+    return GuardedHand(
+        transport,
+        clock,
+        spans_counts=codec.window.spans_counts(),
+        usual=usual_settings(firmware),
+        thresholds=thresholds,
+        on_first_motion=on_first_motion,
+    )
 
 
 @contextmanager

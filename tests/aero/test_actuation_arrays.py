@@ -58,6 +58,13 @@ def test_every_stage_keeps_to_the_array_api():
     np.testing.assert_array_equal(np.asarray(MAP.codes_from_compact(compact)), MAP.codes_from_joints(JOINTS))
 
 
+def test_integers_are_taken_for_the_numbers_that_they_are():
+    degrees = np.arange(16)
+    expected = MAP.travel_from_joints(degrees.astype(float))
+    np.testing.assert_array_equal(MAP.travel_from_joints(degrees), expected)
+    np.testing.assert_array_equal(np.asarray(MAP.travel_from_joints(strict.asarray(degrees))), expected)
+
+
 def test_single_precision_stays_single():
     codes = MAP.codes_from_lengths(LENGTHS.astype(np.float32))
     assert np.abs(codes.astype(int) - MAP.codes_from_lengths(LENGTHS)).max() <= 1

@@ -190,6 +190,10 @@ def test_saturation_does_not_hide_a_nan():
     [
         (MAP.codes_from_lengths, np.zeros(6), r"lengths: expected shape \(..., 7\), got \(6,\)"),
         (MAP.travel_from_joints, np.zeros(7), r"joints: expected shape \(..., 16\)"),
+        (MAP.travel_from_joints, ["0.1"] * 16, "joints: expected real numbers"),
+        (MAP.travel_from_joints, [None] * 16, "joints: expected real numbers"),
+        (MAP.travel_from_joints, [0.1j] * 16, "joints: expected real numbers"),
+        (MAP.travel_from_joints, [True] * 16, "joints: expected real numbers"),
         (MAP.angles_from_codes, np.zeros(7), "codes: expected integers in 0..65535, got float64"),
         (MAP.angles_from_codes, [65536] + [0] * 6, r"codes: expected 0..65535, got 0..65536"),
         (MAP.angles_from_codes, [-1] + [0] * 6, r"codes: expected 0..65535, got -1..0"),

@@ -1,4 +1,5 @@
 import struct
+import threading
 
 import numpy as np
 import pytest
@@ -65,6 +66,13 @@ def test_settings_are_confirmed_by_the_board(hand, board):
     assert hand.set_id(3, 500) == 9
     hand.home()
     assert board.frames[-1] == reply(0x01, [0] * 7)
+
+
+def test_after_homing_the_first_reading_is_not_older_than_the_homing(hand, board):
+    board.replies[0x01] = lambda frame: [(4.0, reply(0x01, [0] * 7))]
+    hand.home()
+    # Two telemetry periods of the slowest firmware.
+    assert board.clock.now() >= 4.04
 
 
 @pytest.mark.parametrize(
@@ -149,6 +157,12 @@ def test_acknowledged_settings_are_never_repeated(hand, board):
     with pytest.raises(LinkTimeoutError, match="no reply to TRIM within 2 s"):
         hand.trim(Channel.INDEX, 10)
     assert len(board.frames) == 1
+
+
+def test_a_firmware_that_does_not_know_a_setting_is_suspected(hand, board):
+    board.replies[0x31] = lambda frame: []
+    with pytest.raises(LinkTimeoutError, match="too old for SET_SPE"):
+        hand.set_speed(Channel.INDEX, 2400)
 
 
 def test_a_silent_board_is_a_time_out_within_the_time_given(hand, board):
@@ -247,3 +261,23 @@ def test_leaving_the_context_closes_the_link(board):
     with AeroHand(board, board.clock) as hand:
         assert hand.name == "mini board"
     assert board.closed
+
+
+def test_threads_take_turns(board):
+    hand = AeroHand(board, board.clock)
+    both_inside, met, answer = threading.Barrier(2), [], board.answer
+
+    def slow_answer(frame):
+        try:
+            met.append(both_inside.wait(0.05))
+        except threading.BrokenBarrierError:
+            return answer(frame)
+        return answer(frame)
+
+    board.replies[0x22] = slow_answer
+    threads = [threading.Thread(target=hand.read_codes) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not met

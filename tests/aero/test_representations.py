@@ -93,9 +93,11 @@ def test_the_sdk_gets_its_own_codes():
 
 def test_saturation_is_reported_and_kept_to_the_channels_that_need_it():
     codec = ActuationMap.for_firmware("0.2.0")
-    result = convert(codec, [30.0] * 4 + [0.0, 20.0, 10.0], "compact", "angles", saturate=True)
+    result = convert(codec, [31.1] * 4 + [0.0, 20.0, 10.0], "compact", "angles", saturate=True)
     assert result.saturated.tolist() == [False] * 4 + [True, False, False]
     assert result.values[4] == pytest.approx(113 / 4096 * 360)
+    exact = convert(codec, [31.1] * 4 + [20.0, 20.0, 10.0], "compact", "angles").values
+    np.testing.assert_allclose(result.values[:4], exact[:4], atol=1e-12)
     assert convert(codec, [30.0] * 7, "compact", "compact", saturate=True).values.tolist() == [30.0] * 7
 
 

@@ -1,5 +1,6 @@
 import os
 import select
+import socket
 import threading
 import tty
 
@@ -104,3 +105,27 @@ def test_urls_are_opened_like_ports():
     transport.write(b"echo")
     assert transport.read(4, 1.0) == b"echo"
     transport.close()
+
+
+def test_a_hand_behind_a_network_port():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def board():
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(16)
+                connection.sendall(bytes([0x25, 0, *[30, 0] * 7]))
+                connection.recv(16)
+
+        bench = threading.Thread(target=board)
+        bench.start()
+        with AeroHand.open(f"socket://127.0.0.1:{server.getsockname()[1]}") as hand:
+            assert hand.read_temperatures().tolist() == [30.0] * 7
+        bench.join()
+
+
+def test_a_network_port_where_nobody_listens():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    with pytest.raises(ConnectionError, match=rf"cannot open socket://127.0.0.1:{port}"):
+        SerialTransport.open(f"socket://127.0.0.1:{port}")

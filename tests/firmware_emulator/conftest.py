@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import pytest
 
-from firmware_emulator.bench import Bench
+from firmware_emulator.bench import Bench, BenchShaft
+from firmware_emulator.bus import BusPort
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
+
+CLOSED_DEG = (288.16, 288.16, 288.16, 288.16, 100.0, 104.125, 247.15)
+"""Where each shaft (command order) meets its closed end; the abduction's stop is at its open end instead."""
+ABDUCTION = 4
+AT_STOPS = tuple(0.0 if shaft == ABDUCTION else math.radians(closed) for shaft, closed in enumerate(CLOSED_DEG))
+"""Shaft angles at which homing makes contact, rad, command order."""
 
 
 class Host:
@@ -36,6 +44,33 @@ class Host:
         self.hand.clock.sleep_until(self.hand.clock.now() + seconds)
 
 
+def stopped_bench(angles: Sequence[float] = (0.0,) * 7, *, friction: float = 0.0, stiffness: float = 2000.0) -> Bench:
+    """Seven shafts with the end stops that homing looks for, and nothing else to hold them."""
+    shafts = []
+    for shaft, closed in enumerate(CLOSED_DEG):
+        stop = {"stop_low": 0.0} if shaft == ABDUCTION else {"stop_high": math.radians(closed)}
+        shafts.append(BenchShaft(friction=friction, stop_stiffness=stiffness, **stop))
+    return Bench(tuple(shafts), angles=tuple(angles))
+
+
+def frame(text: str) -> bytes:
+    return bytes.fromhex(text).ljust(16, b"\0")
+
+
 @pytest.fixture(scope="session")
 def make_host() -> Callable[..., Host]:
     return Host
+
+
+@pytest.fixture
+def bus_log(monkeypatch) -> list[tuple[float, bytes]]:
+    """Every write of a master to a servo bus, with its time."""
+    log: list[tuple[float, bytes]] = []
+    write = BusPort.write
+
+    def spy(port: BusPort, data: bytes) -> float:
+        log.append((port._bus.kernel.now, data))
+        return write(port, data)
+
+    monkeypatch.setattr(BusPort, "write", spy)
+    return log

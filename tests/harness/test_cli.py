@@ -1,5 +1,6 @@
 """The commands others script against: their exit codes, their files and what they print."""
 
+import dataclasses
 import json
 import os
 import signal
@@ -13,12 +14,12 @@ from click.testing import CliRunner
 from aero import AeroHand, Channel
 from hil import validation
 from hil.cli import main
-from hil.cli import validate as validate_module
+from hil.experiments import EXPERIMENTS
+from hil.experiments.staircase import STAIRCASE, Staircase, run_staircase
 from hil.limits import load_limits
 from hil.mcap_file import read_recording
 from hil.metrics import staircase_metrics
-from hil.staircase import Staircase
-from hil.validation import validate as run_validation
+from model import RoutedHand
 
 CHANNEL_KEYS = {
     "unit",
@@ -37,19 +38,20 @@ SHORT = Staircase(levels=3)
 
 
 def run_short(monkeypatch, *arguments, change=lambda target: None):
-    """`aero-hil validate` with three levels in place of twenty, on a hand that `change` may spoil."""
+    """`aero-hil validate` on presence and a staircase of three levels, on a hand that `change` may spoil."""
 
-    def validate_short(target, **options):
+    def run(target, progress):
         change(target)
-        return run_validation(target, SHORT, **options)
+        return run_staircase(target, RoutedHand(target.side), SHORT, progress=progress)
 
     def tracking_limits(kind, firmware):
         """The others are made for twenty levels."""
         return tuple(limit for limit in load_limits(kind, firmware) if limit.metric == "tracking_rms")
 
-    monkeypatch.setattr(validate_module, "run_validation", validate_short)
+    monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(STAIRCASE, run=run))
     monkeypatch.setattr(validation, "load_limits", tracking_limits)
-    return CliRunner().invoke(main, ["validate", *arguments], catch_exceptions=False)
+    selected = ["--only", "presence", "--only", "staircase"]
+    return CliRunner().invoke(main, ["validate", *selected, *arguments], catch_exceptions=False)
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +78,7 @@ def test_a_table_and_the_verdict_are_printed(results):
     assert result.exit_code == 0, result.output
     assert "paper" in result.output
     assert "within limits" in result.output
+    assert "presence" in result.output
     assert str(out / "report.html") in result.output.replace("\n", "")
 
 
@@ -101,6 +104,15 @@ def test_the_recording_gives_the_same_metrics_again(results):
     metrics = json.loads((out / "metrics.json").read_text())["channels"]
     for channel, row in staircase_metrics(read_recording(out / "staircase.mcap")).items():
         assert {name: getattr(row, name) for name in CHANNEL_KEYS} == metrics[channel.label]
+
+
+def test_every_measurement_and_finding_is_in_checks_json(results):
+    _, out = results
+    checks = json.loads((out / "checks.json").read_text())
+    assert checks["passed"] is True
+    assert set(checks["measured"]) == {"presence", "staircase"}
+    assert checks["measured"]["presence"]["hand"]["lost_replies"] == 0.0
+    assert {finding["check"] for finding in checks["findings"]} == {"tracking_rms"}
 
 
 def test_the_report_is_one_page_with_the_verdict(results):

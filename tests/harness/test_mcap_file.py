@@ -13,7 +13,7 @@ from mcap.writer import Writer
 from hil.mcap_file import read_recording, write_recording
 from hil.recording import Event, Header, Recording, Series, WireRecord
 
-HEADER = Header("staircase", "emulated", "right", "0.2.0", "paper, homed window", "reference", 3, {"levels": 20.0})
+HEADER = Header("staircase", "emulated", "right", "0.2.0", "paper", "homed", "reference", 3, {"levels": 20.0})
 FINITE = st.floats(-1e9, 1e9)
 TIMES = st.floats(0, 1e6)
 

@@ -6,11 +6,13 @@ from html.parser import HTMLParser
 import pytest
 from synthetic import staircase
 
+from hil.experiments.staircase import STAIRCASE
 from hil.findings import Finding
 from hil.metrics import staircase_metrics
 from hil.plots import as_svg, panels, validation_figure
+from hil.reference import PAPER_TEXT
 from hil.report import render_report
-from hil.residuals import attribute
+from hil.validation import Result, Validation
 
 GOOD = Finding("rise_hand_ms", "ring", True, "50 ms", "at most 70 ms", "logs", "slow <servo>", "look")
 BAD = Finding("tracking_rms", "index", False, "1.2 mm", "at most 0.9 mm", "paper", "A loose cable.", "Tighten it.")
@@ -22,7 +24,8 @@ def recording():
 
 
 def page(recording, findings):
-    return render_report(recording, staircase_metrics(recording), findings, attribute(recording), wall_seconds=1.5)
+    result = Result(recording, STAIRCASE.measure(recording), tuple(findings))
+    return render_report(Validation({"staircase": result}, None, 1.5))
 
 
 class Elements(HTMLParser):
@@ -80,3 +83,16 @@ def test_the_figure_has_the_papers_nine_panels(recording):
     titles = [axes.get_title("left") for axes in figure.axes if axes.get_title("left")]
     assert titles[:7] == ["Index", "Middle", "Ring", "Pinky", "Thumb abduction", "Thumb CMC flexion", "Thumb flexor"]
     assert titles[7:] == ["One step, index", "One step, thumb CMC flexion"]
+
+
+def test_the_papers_text_figures_have_a_row_each_and_say_when_they_were_not_measured(recording):
+    html = page(recording, [])
+    for figure in PAPER_TEXT:
+        assert figure.name in html
+    assert "needs a force gauge" in html
+    assert html.count("not measured") >= 3
+
+
+def test_nothing_to_report_is_an_error():
+    with pytest.raises(ValueError, match="nothing to report"):
+        render_report(Validation({}, BAD, 0.0))

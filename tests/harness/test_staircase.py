@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.staircase import Staircase
+from hil.experiments.staircase import Staircase
 from hil.steps import find_steps
 
 OPEN = np.array([0.1075, 0.1082, 0.1075, 0.1093, 0.0, 0.0379, 0.11])

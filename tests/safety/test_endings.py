@@ -35,7 +35,12 @@ with (
     unwinding(),
     lifeline(path, limits, settable=True) as start,
     GuardedHand(
-        SerialTransport.open(path), WallClock(), thresholds=limits, usual=Settings(32766, 700), on_first_motion=start
+        SerialTransport.open(path),
+        WallClock(),
+        spans_counts=[3278] * 4 + [1138, 1183, 2980],
+        usual=Settings(32766, 700),
+        thresholds=limits,
+        on_first_motion=start,
     ) as hand,
 ):
     hand.command_codes([40000] * 7)

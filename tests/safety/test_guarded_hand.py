@@ -73,7 +73,7 @@ def test_it_opens_gently_first_and_gets_its_usual_limits_back(firmware):
         assert target.hand.read_codes()[Channel.INDEX] == pytest.approx(0.5 * MAX_CODE, abs=2000)
         if usual is not None:
             thumb = Thresholds().thumb_torque
-            assert torque_limits(target) == [usual.torque, thumb, thumb, *[usual.torque] * 4]
+            assert torque_limits(target) == [thumb] * 3 + [usual.torque] * 4
     assert (usual is None) == (firmware == "pre")
 
 

@@ -9,7 +9,7 @@ from hil.recording import Header, Recording, Series
 
 LABELS = tuple(channel.label for channel in Channel)
 UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
-HEADER = Header("staircase", "emulated", "right", "0.2.0", "paper", "reference", 0)
+HEADER = Header("staircase", "emulated", "right", "0.2.0", "paper", "homed", "reference", 0)
 HOLD = 0.48
 RANGES = np.array([0.046, 0.046, 0.046, 0.046, 1.75, 0.011, 0.027])
 
@@ -35,7 +35,12 @@ def staircase(*, levels=4, tau=0.03, gain=1.0, offset=0.0, hand_tau=0.05, dt=0.0
     hand = lag(hand_tau)
     series = {"command": command, "model": lag(tau), "hand": gain * hand + offset * RANGES, "travel": hand}
     series["goal"] = command
-    return Recording(HEADER, {name: Series.of(LABELS, UNITS, t, v) for name, v in series.items()})
+    recorded = {name: Series.of(LABELS, UNITS, t, v) for name, v in series.items()}
+    recorded["codes"] = Series.of(LABELS, ["u16"] * 7, t, np.zeros_like(command))
+    # Springs that pull with 0.7 A at full closure.
+    pull = 0.7 * command / RANGES
+    recorded["currents"] = Series.of(LABELS, ["A"] * 7, t, pull * [1, 1, 1, 1, 1, 1, -1])
+    return Recording(HEADER, recorded)
 
 
 def replaced(recording, name, values):

@@ -64,6 +64,9 @@ class Coefficients:
                 raise ValueError(
                     f"coefficients {self.name!r}: {field} must not hold a zero, got {getattr(self, field)}"
                 )
+        (_, cmc_cmc, *cmc_distal), (_, flexor_cmc, *flexor_distal) = self.thumb_winding
+        if cmc_cmc * sum(flexor_distal) == flexor_cmc * sum(cmc_distal):
+            raise ValueError(f"coefficients {self.name!r}: thumb_winding does not tell CMC from MCP and IP")
         if any(shortest >= longest for shortest, longest in self.finger_lengths):
             raise ValueError(
                 f"coefficients {self.name!r}: finger_lengths are [shortest, longest], got {self.finger_lengths}"

@@ -14,17 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from hil.experiments.base import Experiment, Measured
+from hil.experiments.pair import follow
+from hil.loads import loads
+from hil.metrics import ChannelMetrics, staircase_metrics
 from hil.reach import calibrated_range, reachable
-from hil.recorder import Progress, Recorder, silent
+from hil.recorder import Progress, silent
 from hil.recording import Recording
 from hil.simulator import MODEL_STEP_S, Simulator
 from hil.target import Target
+from model import RoutedHand
 
 Floats = NDArray[np.float64]
-
-CURRENT_EVERY = 5
-TEMPERATURE_EVERY = 50
-"""Samples of the encoders from one reading of the currents or temperatures to the next."""
 
 
 @dataclass(frozen=True)
@@ -91,48 +92,52 @@ def run_staircase(
         progress: called once a sample.
 
     Returns:
-        A recording with `command`, `model`, `hand` and `goal` (simulator length, m or rad; `goal` is what the map makes
-        of the command there and back, hence `hand` if the hand were perfect), `travel` (cable wound in, m, or rad),
-        `codes` and `command_codes` (u16), `currents` (A) and `temperatures` (degC).
+        The recording that `follow` leaves.
     """
     plan = plan or Staircase()
-    hand, clock, codec = target.hand, target.clock, target.map
-    opened, closed = reachable(codec, calibrated_range(simulator))
-    times, commands = plan.commands(opened, closed)
-    goals, saturated = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_lengths(commands)))
-    recorder = Recorder(target)
+    opened, closed = reachable(target.map, calibrated_range(simulator))
+    _, commands = plan.commands(opened, closed)
+
+    def doing(i: int) -> str:
+        moved = np.flatnonzero(commands[i] != opened)
+        return Channel(moved[0]).label if moved.size else "open hand"
+
+    return follow(
+        target,
+        simulator,
+        commands,
+        period_s=plan.sample_period_s,
+        name="staircase",
+        parameters=dataclasses.asdict(plan),
+        doing=doing,
+        progress=progress,
+    )
+
+
+def run(target: Target, progress: Progress) -> Recording:
+    """Run the default staircase beside the routed hand of the target's side."""
+    return run_staircase(target, RoutedHand(target.side), progress=progress)
+
+
+def measure(recording: Recording) -> Measured:
+    """Return each channel's row of the validation table, and each cable's take-up, spring load and friction."""
+    found = {channel.label: _numbers(row) for channel, row in staircase_metrics(recording).items()}
+    ranges = np.ptp(recording["command"].values, axis=0) * 1e3
     for channel in Channel:
-        if saturated[:, channel].any():
-            recorder.note(
-                f"{channel.label} waits at the end of its command window in {saturated[:, channel].sum()} of "
-                f"{len(times)} samples: the map asks it to follow another channel's sweep beyond"
-            )
-    simulator.reset()
-    for i, t in enumerate(times):
-        clock.sleep_until(recorder.start + t)
-        recorder.add("codes", clock.now(), hand.read_codes())
-        recorder.add("command_codes", clock.now(), goals[i])
-        hand.command_codes(goals[i])
-        if i % CURRENT_EVERY == 0:
-            recorder.add("currents", clock.now(), hand.read_currents())
-        if i % TEMPERATURE_EVERY == 0:
-            recorder.add("temperatures", clock.now(), hand.read_temperatures())
-        simulator.command(commands[i])
-        for step in range(round(plan.sample_period_s / MODEL_STEP_S)):
-            recorder.add("model", recorder.start + t + step * MODEL_STEP_S, simulator.lengths())
-            simulator.advance(MODEL_STEP_S)
-        progress((i + 1) / len(times), _doing(commands[i], opened))
-    for name, source in (("hand", "codes"), ("goal", "command_codes")):
-        recorder.derive(name, source, codec.lengths_from_codes)
-    recorder.derive("travel", "codes", lambda codes: codec.travel_from_angles(codec.angles_from_codes(codes)))
-    recorder.derive("command", "command_codes", lambda _: commands)
-    return recorder.finish("staircase", dataclasses.asdict(plan))
+        row = found[channel.label]
+        row["settled_percent"] = 100.0 * row["settled_samples"] / len(recording["hand"].times)
+        row["worst_percent"] = 100.0 * abs(row["worst_residual"]) / float(ranges[channel])
+    for channel, load in loads(recording).items():
+        found[channel.label] |= {"take_up": load.take_up_mm, "spring": load.spring, "friction": load.friction}
+    return found
 
 
-def _doing(command: Floats, opened: Floats) -> str:
-    moved = np.flatnonzero(command != opened)
-    return Channel(moved[0]).label if moved.size else "open hand"
+def _numbers(row: ChannelMetrics) -> dict[str, float]:
+    return {name: float(value) for name, value in dataclasses.asdict(row).items() if name != "unit"}
 
 
 def _is_multiple(value: float, unit: float) -> bool:
     return abs(value / unit - round(value / unit)) < 1e-9
+
+
+STAIRCASE = Experiment("staircase", "Simulator and hand on one command stream", run, measure, (1.0,) * 7)

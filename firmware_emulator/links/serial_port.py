@@ -1,0 +1,43 @@
+"""The emulated servos on a real serial port, for a physical board that drives them."""
+
+from __future__ import annotations
+
+import serial
+
+BAUD = 1_000_000
+
+
+class SerialPort:
+    """The servos' end of a serial port; same shape as `Terminal`.
+
+    The adapter must not feed back what it sends: the servos would take their own answers for instructions.
+    """
+
+    def __init__(self, port: str) -> None:
+        """Open a port (device path or pyserial URL) at 1 Mbit/s.
+
+        Raises:
+            serial.SerialException: it cannot be opened.
+        """
+        self._port = serial.serial_for_url(port, BAUD, timeout=0, write_timeout=0.1)
+
+    @property
+    def name(self) -> str:
+        """The port as it was given."""
+        return str(self._port.port)
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait on."""
+        return int(self._port.fileno())
+
+    def read(self) -> bytes:
+        """Return what has arrived."""
+        return bytes(self._port.read(4096))
+
+    def write(self, data: bytes) -> None:
+        """Send an answer."""
+        self._port.write(data)
+
+    def close(self) -> None:
+        """Close the port; a second call does nothing."""
+        self._port.close()

@@ -1,0 +1,23 @@
+"""The experiments, in the order in which a hand goes through them: what needs least of it comes first."""
+
+from hil.experiments.audit import AUDIT
+from hil.experiments.base import Experiment, Measured
+from hil.experiments.coupling import COUPLING
+from hil.experiments.excursion import EXCURSION
+from hil.experiments.holding import HOLDING
+from hil.experiments.homing import HOMING
+from hil.experiments.presence import PRESENCE
+from hil.experiments.replay import REPLAY
+from hil.experiments.response import RESPONSE
+from hil.experiments.staircase import STAIRCASE
+
+EXPERIMENTS: dict[str, Experiment] = {
+    experiment.name: experiment
+    for experiment in (PRESENCE, AUDIT, EXCURSION, RESPONSE, COUPLING, HOLDING, STAIRCASE, REPLAY, HOMING)
+}
+DEFAULT = tuple(name for name in EXPERIMENTS if name != "homing")
+"""Run unless others are asked for."""
+GATES = ("presence",)
+"""When one of these fails, nothing that moves the hand is run."""
+
+__all__ = ["DEFAULT", "EXPERIMENTS", "GATES", "Experiment", "Measured"]

@@ -1,0 +1,63 @@
+"""Channel audit: each command moves its own encoder, the right way, by the right amount, and no other.
+
+The expected signs come from the mechanism (`hil.mechanism`) and never from the map under test. Leaves `codes`,
+`command_codes`, `currents` and `temperatures`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aero.actuation.fingerprint import fits_span
+from aero.channels import Channel
+from hil.experiments.base import FULL, Driver, Experiment, Measured, map_of, one_closed
+from hil.mechanism import closing_current
+from hil.metrics import at_times
+from hil.recorder import Progress
+from hil.recording import Recording
+from hil.steps import find_steps
+from hil.target import Target
+
+NUDGE = 0.2
+HALF_S = 0.6
+"""Time at the nudge, and at the open hand after it, s."""
+
+
+def run(target: Target, progress: Progress) -> Recording:
+    """Nudge each channel closed and open again."""
+    driver = Driver(target, progress, HALF_S * (1 + 2 * len(Channel)))
+    driver.hold(np.zeros(len(Channel)), HALF_S, "open hand")
+    for channel in Channel:
+        driver.hold(one_closed(channel, NUDGE), HALF_S, channel.label)
+        driver.hold(np.zeros(len(Channel)), HALF_S, channel.label)
+    return driver.recorder.finish("audit", {"nudge": NUDGE, "half_s": HALF_S})
+
+
+def measure(recording: Recording) -> Measured:
+    """Return, in per cent of the nudge, how far each channel followed, came back, and moved with the others."""
+    codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
+    pull = at_times(currents.times, closing_current(currents.values, recording.header.hand), codes.times)
+    spans = map_of(recording.header).window.spans_counts()
+    found: dict[str, dict[str, float]] = {}
+    closing = [step for step in find_steps(commands.times, commands.values) if step.after > step.before]
+    for step in closing:
+        start, nudged = _row(codes.times, step.start), _row(codes.times, step.end)
+        moved = (codes.values[nudged] - codes.values[start]) / (NUDGE * FULL) * 100.0
+        others = np.delete(moved, step.channel)
+        back = codes.values[_row(codes.times, step.end + HALF_S), step.channel]
+        found[Channel(step.channel).label] = {
+            "followed": float(moved[step.channel]),
+            "others_moved": float(np.abs(others).max()),
+            "came_back": 100.0 - float(back - codes.values[start, step.channel]) / (NUDGE * FULL) * 100.0,
+            "pull": float(pull[nudged, step.channel] - pull[start, step.channel]),
+            "quantum_fits": 100.0 * float(fits_span(codes.values[:, step.channel], spans[step.channel]).mean()),
+        }
+    return found
+
+
+def _row(times: np.ndarray[tuple[int], np.dtype[np.float64]], t: float) -> int:
+    """Return the last sample taken before a command at `t`."""
+    return int(np.searchsorted(times, t)) - 1
+
+
+AUDIT = Experiment("audit", "Each command moves its own encoder, the right way", run, measure, (NUDGE,) * 7)

@@ -1,0 +1,65 @@
+"""Excursion: how far each channel goes alone, how hard it is stopped, and the whole hand from open to fist.
+
+The full code range is commanded, whatever the map says, so the end stops show where the command window really lies.
+Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aero.channels import Channel
+from hil.experiments.base import FULL, Driver, Experiment, Measured, last_before, map_of, one_closed
+from hil.mechanism import closing_current
+from hil.metrics import display_unit
+from hil.recorder import LENGTH_UNITS, Progress
+from hil.recording import Recording
+from hil.steps import find_steps
+from hil.target import Target
+
+HOLD_S = 0.9
+"""Time at either end, s: a finger of firmware `pre` needs 0.7 s for its range."""
+
+
+def run(target: Target, progress: Progress) -> Recording:
+    """Close and open each channel alone, then all together."""
+    driver = Driver(target, progress, HOLD_S * (3 + 2 * len(Channel)))
+    opened = np.zeros(len(Channel))
+    driver.hold(opened, HOLD_S, "open hand")
+    for channel in Channel:
+        driver.hold(one_closed(channel, 1.0), HOLD_S, channel.label)
+        driver.hold(opened, HOLD_S, channel.label)
+    driver.hold(np.full(len(Channel), FULL), HOLD_S, "fist")
+    driver.hold(opened, HOLD_S, "open hand")
+    return driver.recorder.finish("excursion", {"hold_s": HOLD_S})
+
+
+def measure(recording: Recording) -> Measured:
+    """Return, by channel, where it stops alone and in the fist, and the current that holds it there."""
+    codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
+    codec = map_of(recording.header)
+    pull = closing_current(currents.values, recording.header.hand)
+    steps = find_steps(commands.times, commands.values)
+    fist_end = next(step.end for step in reversed(steps) if step.after > step.before)
+    fist = last_before(codes.times, codes.values, fist_end).astype(int)
+    fist_start = next(step.start for step in reversed(steps) if step.after > step.before)
+    travel = codec.travel_from_angles(codec.angles_from_codes(np.array([_at(recording, fist_start), fist])))
+    found: dict[str, dict[str, float]] = {}
+    for step in steps[: 2 * len(Channel) : 2]:
+        closed = last_before(codes.times, codes.values, step.end).astype(int)
+        _, scale = display_unit(LENGTH_UNITS[step.channel])
+        found[Channel(step.channel).label] = {
+            "closed_percent": 100.0 * float(closed[step.channel]) / FULL,
+            "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
+            "stop_current": float(last_before(currents.times, pull, step.end)[step.channel]),
+            "fist_travel": scale * float(travel[1, step.channel] - travel[0, step.channel]),
+        }
+    return found
+
+
+def _at(recording: Recording, t: float) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    codes = recording["codes"]
+    return last_before(codes.times, codes.values, t).astype(np.int64)
+
+
+EXCURSION = Experiment("excursion", "How far each channel goes, and what stops it", run, measure, (1.0,) * 7)

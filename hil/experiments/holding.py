@@ -1,0 +1,48 @@
+"""Holding: currents and heating of a half closed hand that holds still.
+
+Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aero.channels import Channel
+from hil.experiments.base import FULL, Driver, Experiment, Measured
+from hil.mechanism import closing_current
+from hil.recorder import Progress
+from hil.recording import Recording
+from hil.target import Target
+
+POSTURE = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
+"""Parts of each channel's window: a loose grasp in which no digit meets another."""
+OPEN_S, HOLD_S = 1.0, 8.0
+
+
+def run(target: Target, progress: Progress) -> Recording:
+    """Hold the open hand, a loose grasp, and the open hand again."""
+    driver = Driver(target, progress, 2 * OPEN_S + HOLD_S)
+    opened = np.zeros(len(Channel))
+    driver.hold(opened, OPEN_S, "open hand")
+    driver.hold(FULL * np.array(POSTURE), HOLD_S, "holding")
+    driver.hold(opened, OPEN_S, "open hand")
+    return driver.recorder.finish("holding", {"open_s": OPEN_S, "hold_s": HOLD_S})
+
+
+def measure(recording: Recording) -> Measured:
+    """Return each channel's holding current (A, positive closes), its drift, and its warming (degC)."""
+    currents, temperatures, codes = (recording[name] for name in ("currents", "temperatures", "codes"))
+    pull = closing_current(currents.values, recording.header.hand)
+    held = (currents.times > OPEN_S + 1.0) & (currents.times < OPEN_S + HOLD_S)
+    still = (codes.times > OPEN_S + 1.0) & (codes.times < OPEN_S + HOLD_S)
+    return {
+        channel.label: {
+            "holding_current": float(np.median(pull[held, channel])),
+            "creep_percent": 100.0 * float(np.ptp(codes.values[still, channel])) / FULL,
+            "warming": float(temperatures.values[-1, channel] - temperatures.values[0, channel]),
+        }
+        for channel in Channel
+    }
+
+
+HOLDING = Experiment("holding", "Currents and heating while the hand holds still", run, measure, POSTURE)

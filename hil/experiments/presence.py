@@ -1,0 +1,70 @@
+"""Presence: does a hand answer, completely and freshly, while nothing moves?
+
+Leaves `codes`, `currents` and `temperatures`, and the bytes on the wire. The hand is not commanded.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aero.channels import Channel
+from hil.experiments.base import Experiment, Measured
+from hil.recorder import Progress, Recorder
+from hil.recording import Recording, WireRecord
+from hil.target import Target
+
+READINGS = 30
+PERIOD_S = 0.025
+FRAME = 16
+"""Bytes of a host frame; a request and its reply are one each."""
+
+
+def run(target: Target, progress: Progress) -> Recording:
+    """Read everything a few dozen times."""
+    recorder = Recorder(target)
+    for i in range(READINGS):
+        target.clock.sleep_until(recorder.start + i * PERIOD_S)
+        recorder.add("codes", target.clock.now(), target.hand.read_codes())
+        recorder.add("currents", target.clock.now(), target.hand.read_currents())
+        recorder.add("temperatures", target.clock.now(), target.hand.read_temperatures())
+        progress((i + 1) / READINGS, "reading")
+    if target.hand.boot_text:
+        recorder.note(f"the board printed its boot text: {target.hand.boot_text.strip()!r}", "warning")
+    return recorder.finish("presence", {"readings": READINGS, "period_s": PERIOD_S})
+
+
+def measure(recording: Recording) -> Measured:
+    """Return temperatures and idle currents by channel; lost replies, round trip and freshness of the hand."""
+    currents, temperatures = recording["currents"].values, recording["temperatures"].values
+    channels = {
+        channel.label: {
+            "temperature": float(temperatures[:, channel].max()),
+            "idle_current": float(np.abs(np.median(currents[:, channel]))),
+        }
+        for channel in Channel
+    }
+    requests, trips = round_trips(recording.wire)
+    return channels | {
+        "hand": {
+            "lost_replies": 100.0 * (1.0 - len(trips) / requests),
+            "round_trip": 1e3 * float(np.median(trips)),
+            "distinct_readings": float(len(np.unique(currents, axis=0))),
+        }
+    }
+
+
+def round_trips(wire: tuple[WireRecord, ...]) -> tuple[int, list[float]]:
+    """Return how many requests went out, and the time (s) to the complete reply of each that was answered at once."""
+    requests, trips = 0, []
+    asked, received = 0.0, 0
+    for record in wire:
+        if record.direction == "to_hand":
+            requests, asked, received = requests + 1, record.t, 0
+        else:
+            received += len(record.data)
+            if received == FRAME:
+                trips.append(record.t - asked)
+    return requests, trips
+
+
+PRESENCE = Experiment("presence", "A hand answers, completely and freshly", run, measure, (0.0,) * 7)

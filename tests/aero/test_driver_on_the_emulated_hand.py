@@ -1,0 +1,101 @@
+"""Driver and map against the emulated electronics on a bench, which encode wire and windows on their own."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from aero import ActuationMap, AeroHand, Channel
+from aero.actuation import FIRMWARE_CALIBRATIONS
+from aero.actuation.fingerprint import check_readings
+from aero.errors import WindowMismatchError
+from firmware_emulator.bench import Bench, BenchShaft
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
+
+# Reachable in every window, degrees of shaft.
+ANGLES_DEG = np.array([30.0, 90.0, 150.0, 250.0, 60.0, 40.0, 100.0])
+# Static error of the servos, and the flexor's window of 2980 counts for 2986.
+TOLERANCE_DEG = 1.5
+
+
+class Rig:
+    """A driver, the emulated hand it drives, and the truth about the shafts."""
+
+    def __init__(self, plant=None, **options):
+        self.plant = plant or Bench()
+        self.electronics = EmulatedHand(self.plant, **options)
+        self.hand = AeroHand(InProcessLink(self.electronics), self.electronics.clock)
+
+    def shafts_deg_after(self, codes):
+        clock = self.electronics.clock
+        self.hand.command_codes(codes)
+        clock.sleep_until(clock.now() + 3.0)
+        return np.rad2deg(self.plant.angles())
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("firmware", FIRMWARE_CALIBRATIONS)
+def test_a_posture_is_where_the_map_says_on_every_firmware(firmware, side):
+    rig = Rig(firmware=firmware, hand=side)
+    codec = ActuationMap.for_firmware(firmware, hand=side)
+    shafts = rig.shafts_deg_after(codec.codes_from_angles(np.deg2rad(ANGLES_DEG)))
+    np.testing.assert_allclose(shafts, ANGLES_DEG, atol=TOLERANCE_DEG)
+    np.testing.assert_allclose(np.rad2deg(codec.angles_from_codes(rig.hand.read_codes())), shafts, atol=0.7)
+
+
+def test_the_map_of_another_firmware_is_ten_degrees_off_on_the_thumb():
+    rig = Rig(firmware="0.2.0")
+    shafts = rig.shafts_deg_after(ActuationMap().codes_from_angles(np.deg2rad(ANGLES_DEG)))
+    off = shafts - ANGLES_DEG
+    assert off[Channel.THUMB_ABDUCTION] == pytest.approx(9.93, abs=TOLERANCE_DEG)
+    assert off[Channel.THUMB_CMC_FLEXION] == pytest.approx(-9.93, abs=TOLERANCE_DEG)
+
+
+def test_a_restart_is_noticed_and_leaves_the_mixed_state(caplog):
+    rig = Rig(firmware="0.2.0")
+    rig.hand.read_codes()
+    assert rig.hand.boot_text == ""
+    rig.electronics.reset("reset")
+    with caplog.at_level(logging.WARNING):
+        rig.hand.read_codes()
+    assert "Non-power reset" in rig.hand.boot_text
+    assert "has restarted" in caplog.text
+    codec = ActuationMap.for_firmware("0.2.0", "mixed")
+    shafts = rig.shafts_deg_after(codec.codes_from_angles(np.deg2rad(ANGLES_DEG)))
+    np.testing.assert_allclose(shafts, ANGLES_DEG, atol=TOLERANCE_DEG)
+
+
+def test_the_mixed_state_shows_in_what_the_hand_reports():
+    rig = Rig(firmware="0.2.0")
+    homed = ActuationMap.for_firmware("0.2.0").window
+    readings = []
+    for step in range(24):
+        clock = rig.electronics.clock
+        rig.hand.command_codes([2000 * step + 7000] * 7)
+        clock.sleep_until(clock.now() + 0.1)
+        readings.append(rig.hand.read_codes())
+    check_readings(homed, readings)
+    rig.electronics.reset("reset")
+    for step in range(24):
+        rig.hand.command_codes([2000 * step + 7000] * 7)
+        clock.sleep_until(clock.now() + 0.1)
+        readings.append(rig.hand.read_codes())
+    with pytest.raises(WindowMismatchError, match="thumb_abduction"):
+        check_readings(homed, readings[24:])
+
+
+@pytest.mark.parametrize("stray", [1, 7, 15])
+def test_the_emulated_board_is_brought_back_into_step(stray):
+    rig = Rig(firmware="0.2.0")
+    InProcessLink(rig.electronics).write(b"\x7f" * stray)
+    rig.hand = AeroHand(InProcessLink(rig.electronics), rig.electronics.clock)
+    assert rig.hand.resynchronise() == stray
+    assert rig.hand.read_temperatures().all()
+
+
+def test_homing_is_waited_for():
+    rig = Rig(Bench(BenchShaft(stop_low=-0.3, stop_high=5.1)), firmware="0.2.0")
+    started = rig.electronics.clock.now()
+    rig.hand.home()
+    assert rig.electronics.clock.now() - started > 2.5

@@ -1,0 +1,36 @@
+"""Serves an emulated hand on a bench in its own process: `python serve_bench.py LINK BUS_LINK FIRMWARE START IDS`.
+
+IDS has one digit a servo.
+
+Clients busy-poll and have short time-outs, so the hand must not share an interpreter with them.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.pty import PtyServer
+from tests.firmware_emulator.conftest import stopped_bench
+
+
+def main() -> None:
+    link, bus_link, firmware, start, ids = sys.argv[1:]
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    hand = EmulatedHand(stopped_bench(), firmware=firmware, start=start)
+    hand.bus.servos = hand.servos[: len(ids)]
+    for servo, number in zip(hand.bus.servos, ids, strict=True):
+        servo.write(5, bytes((int(number),)))
+    with PtyServer(hand, link=Path(link), bus_link=Path(bus_link)) as server:
+        print("ready", server.name, flush=True)
+        server.run(stop.is_set)
+
+
+main()

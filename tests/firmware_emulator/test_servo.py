@@ -1,0 +1,293 @@
+"""One servo on the bus: registers, modes, protections, power."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_emulator.bench import Bench, BenchShaft
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.servo.memory import RegisterFile
+from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT, ServoParameters
+from firmware_emulator.servo.registers import EEPROM_END, POWER_UP_COPIES, REGISTERS
+
+SHAFT_OF_SERVO_3 = 0
+"""Servo 3 turns the index, whose counts fall as it closes; 3278 is open."""
+
+
+class Bus:
+    """A bare hand and what its servos answer."""
+
+    def __init__(self, plant=None, **options):
+        self.hand = EmulatedHand(plant or Bench(BenchShaft(friction=0.0)), start="bare", **options)
+        self.answers = bytearray()
+        self.port = self.hand.bus.connect(self.answers.extend)
+        self.servo = self.hand.servos[3]
+
+    def say(self, code, parameters=b"", *, servo=3):
+        body = bytes((servo, len(parameters) + 2, code)) + parameters
+        self.answers.clear()
+        self.port.write(b"\xff\xff" + body + bytes((~sum(body) & 255,)))
+        self.wait(0.02)
+        return bytes(self.answers)
+
+    def write(self, address, *data):
+        assert self.say(3, bytes((address, *data)))[4] == self.servo.status
+
+    def write_word(self, address, word):
+        self.write(address, word & 255, word >> 8)
+
+    def read(self, address, size=2):
+        answer = self.say(2, bytes((address, size)))
+        return int.from_bytes(answer[5:-1], "little")
+
+    def position(self):
+        word = self.read(56)
+        return word if word < 0x8000 else 0x8000 - word
+
+    def wait(self, seconds):
+        self.hand.clock.sleep_until(self.hand.clock.now() + seconds)
+
+
+def test_the_register_table_is_consistent():
+    taken = {}
+    for name, register in REGISTERS.items():
+        assert name == register.name
+        for address in range(register.address, register.address + register.size):
+            assert address not in taken
+            taken[address] = name
+        assert register.low <= abs(register.default) <= register.high
+        assert register.confidence in "ABC"
+    for source, target in POWER_UP_COPIES.items():
+        assert REGISTERS[source].address < EEPROM_END <= REGISTERS[target].address
+
+
+@given(st.integers(0, 127), st.binary(min_size=1, max_size=40))
+def test_any_write_leaves_every_register_in_its_range(address, data):
+    memory = RegisterFile(1)
+    memory.write(address, data)
+    for name, register in REGISTERS.items():
+        assert register.low <= abs(memory.get(name)) <= register.high or not register.writable
+
+
+@given(st.integers(0, 127), st.binary(min_size=1, max_size=40))
+def test_a_locked_eeprom_forgets_at_power_up_and_an_open_one_does_not(address, data):
+    locked, opened = RegisterFile(1), RegisterFile(1)
+    opened.write(REGISTERS["lock"].address, b"\0")
+    for memory in (locked, opened):
+        memory.write(address, data)
+        memory.power_up()
+    assert locked.read(0, EEPROM_END) == RegisterFile(1).read(0, EEPROM_END)
+    written = RegisterFile(1)
+    written.write(REGISTERS["lock"].address, b"\0")
+    written.write(address, data)
+    assert opened.read(0, EEPROM_END) == written.read(0, EEPROM_END)
+
+
+def test_reads_behind_the_map_are_zero():
+    assert Bus().say(2, bytes((120, 20)))[5:-1] == bytes(20)
+
+
+def test_a_goal_enables_the_torque_and_is_reached_after_the_dead_time():
+    bus = Bus()
+    bus.write(41, 0, *(3000).to_bytes(2, "little"), *(1023).to_bytes(2, "little"), *(32766).to_bytes(2, "little"))
+    assert bus.read(40, 1) == 1
+    bus.wait(0.3)
+    assert bus.position() == pytest.approx(3000, abs=1)
+    assert bus.read(66, 1) == 0
+
+
+def test_nothing_moves_before_the_dead_time_is_over():
+    slow = ServoParameters(goal_delay_s=0.2)
+    bus = Bus(servos=slow)
+    bus.write_word(42, 2000)
+    bus.wait(0.1)
+    assert bus.position() == 3278
+    bus.wait(0.2)
+    assert bus.position() < 3000
+
+
+def test_torque_off_cancels_a_goal_that_is_on_its_way():
+    bus = Bus(servos=ServoParameters(goal_delay_s=0.2))
+    bus.write_word(42, 2000)
+    bus.write(40, 0)
+    bus.wait(1.0)
+    assert bus.position() == 3278
+
+
+@pytest.mark.parametrize(("register", "word"), [(44, 0), (46, 0)])
+def test_no_torque_and_no_speed_mean_no_motion(register, word):
+    bus = Bus()
+    bus.write_word(register, word)
+    bus.write_word(42, 2000)
+    bus.wait(0.5)
+    assert bus.position() == 3278
+
+
+def test_speed_mode_turns_on_both_ways_at_the_speed():
+    for word, expected in ((20, 1000), (0x8000 | 20, -1000)):
+        bus = Bus()
+        bus.write(33, 1)
+        bus.write_word(46, word)
+        bus.wait(0.5)
+        before = bus.position()
+        bus.wait(0.48)
+        assert bus.position() - before == pytest.approx(0.5 * expected, abs=10)
+
+
+@pytest.mark.parametrize(("word", "sign"), [(300, -1), (0x8000 | 300, 1)])
+def test_positive_torque_pulls_toward_lower_counts(word, sign):
+    bus = Bus()
+    bus.write(33, 2)
+    bus.write_word(44, word)
+    bus.wait(0.2)
+    assert math.copysign(1, bus.position() - 3278) == sign
+
+
+def test_pwm_mode_drives_open_loop():
+    bus = Bus()
+    bus.write(33, 3)
+    bus.write_word(44, 500)
+    bus.wait(1.0)
+    assert bus.read(58) & 0x8000
+    speed = (bus.read(58) & 0x7FFF) * 50
+    assert speed == pytest.approx(0.5 * HLS3606M.no_load_speed_counts, rel=0.05)
+    assert bus.read(60) & 0x3FF == 500
+
+
+def test_the_position_counts_turns_unless_the_phase_says_otherwise():
+    bus = Bus()
+    bus.write_word(42, 0x8000 | 5000)
+    bus.wait(2.0)
+    assert bus.position() == pytest.approx(-5000, abs=1)
+    bus.write(18, 0)
+    assert bus.position() == pytest.approx(-5000 % 4096, abs=1)
+
+
+def test_calibration_to_the_middle_and_to_a_value():
+    bus = Bus()
+    for parameters, value in ((b"", 2048), (b"\x10\x00", 16), (b"\x10\x80", -16)):
+        assert bus.say(0x0B, parameters) == bytes.fromhex("FF FF 03 02 00 FA")
+        assert bus.position() == value
+    assert bus.say(0x0B, b"\1") == b""
+
+
+def test_turns_are_lost_by_reset_and_at_power_up_and_the_offset_by_an_open_lock_only():
+    bus = Bus()
+    bus.write(55, 0)
+    bus.say(0x0B, b"\x00\x50")
+    assert bus.position() == 0x5000
+    bus.say(0x0A)
+    assert bus.position() == 0x5000 % 4096
+    bus.say(0x08)
+    bus.wait(1.0)
+    assert bus.position() == 0x5000 % 4096
+    bus.write(55, 1)
+    bus.say(0x0B)
+    assert bus.position() == 2048
+    bus.say(0x08)
+    bus.wait(1.0)
+    assert bus.position() == 0x5000 % 4096
+
+
+def test_reboot_is_silent_and_deaf_for_a_while():
+    bus = Bus()
+    bus.write_word(46, 100)
+    assert bus.say(0x08) == b""
+    assert bus.say(1) == b""
+    bus.wait(0.8)
+    assert bus.say(1) == bytes.fromhex("FF FF 03 02 00 FA")
+    assert bus.read(46) == 32766
+
+
+def test_restore_keeps_the_id_only():
+    bus = Bus()
+    bus.write(55, 0)
+    bus.write_word(28, 500)
+    bus.say(0x06)
+    assert (bus.read(5, 1), bus.read(28)) == (3, 1023)
+
+
+def test_too_hot_a_servo_lets_go_says_so_and_takes_no_goal():
+    bus = Bus()
+    bus.write_word(42, 3000)
+    bus.servo._feedback.temperature_c = 75.0
+    bus.wait(0.1)
+    assert bus.say(1)[4] == 0x04
+    assert bus.read(65, 1) == 0x04
+    assert bus.read(40, 1) == 0
+    bus.write_word(42, 2000)
+    bus.wait(1.0)
+    assert bus.read(40, 1) == 0
+    bus.servo._feedback.temperature_c = 60.0
+    bus.wait(0.1)
+    assert bus.say(1)[4] == 0
+
+
+def test_a_supply_out_of_range_is_reported_but_does_not_cut_the_torque():
+    bus = Bus(servos=ServoParameters(voltage=9.5))
+    bus.write_word(42, 3000)
+    bus.wait(0.5)
+    assert bus.say(1)[4] == 0x01
+    assert bus.read(40, 1) == 1
+
+
+def test_over_current_cuts_the_torque_after_its_time():
+    blocked = Bench(BenchShaft(friction=0.0, stop_low=0.0, stop_high=0.0))
+    bus = Bus(blocked)
+    bus.write_word(28, 300)
+    bus.write(33, 3)
+    bus.write_word(44, 600)
+    bus.wait(1.5)
+    assert bus.say(1)[4] == 0
+    bus.wait(0.8)
+    assert bus.say(1)[4] == 0x08
+    assert bus.read(40, 1) == 0
+    bus.write(40, 1)
+    bus.wait(0.5)
+    assert bus.say(1)[4] == 0
+
+
+@pytest.mark.parametrize("limit", [100, 700, 1023])
+def test_a_blocked_servo_reads_its_goal_torque_and_pushes_no_harder(limit):
+    blocked = Bench(BenchShaft(friction=0.0, stop_low=-1.0, stop_high=0.0, stop_stiffness=20.0))
+    bus = Bus(blocked)
+    bus.write_word(44, limit)
+    bus.write_word(42, 0)
+    bus.wait(1.0)
+    readings = {bus.read(69) for _ in range(10)}
+    assert max(readings) == limit
+    # The stop's deflection is what the shaft is pushed with.
+    pushed = blocked.angles()[SHAFT_OF_SERVO_3] * 20.0
+    units = HLS3606M.stall_torque * HLS3606M.duty_per_count
+    counts = pushed / units
+    current = counts * (28 + 32 * counts**2 / (counts**2 + 32**2)) / 6.5
+    assert current == pytest.approx(limit, rel=0.1)
+
+
+def test_holding_a_load_heats_and_rest_cools():
+    bus = Bus(Bench(BenchShaft(stop_low=-1.0, stop_high=0.0)))
+    start = bus.read(63, 1)
+    bus.write_word(44, 200)
+    bus.write_word(42, 0)
+    bus.wait(100.0)
+    hot = bus.read(63, 1)
+    assert hot - start > 8
+    bus.write(40, 0)
+    bus.wait(300.0)
+    assert bus.read(63, 1) < hot - 4
+
+
+def test_angle_limits_bound_goals_only_when_told_so():
+    for clamp, reached in ((False, -1000), (True, 0)):
+        bus = Bus(servos=ServoParameters(clamp_goal=clamp))
+        bus.write_word(42, 0x8000 | 1000)
+        bus.wait(2.0)
+        assert bus.position() == pytest.approx(reached, abs=1)
+
+
+def test_an_angle_reads_in_counts_of_its_channel():
+    bus = Bus(Bench(angles=(100 * RAD_PER_COUNT,) * 7))
+    assert bus.position() == 3178
+    assert bus.say(2, bytes((56, 2)), servo=2)[5:7] == round(1115 + 15.2789 / 360 * 4096 + 100).to_bytes(2, "little")

@@ -1,0 +1,67 @@
+"""Each of ten mistakes a builder can make is found by the check that should, in words that name the cause."""
+
+import dataclasses
+
+import pytest
+from build_errors import BUILD_ERRORS, BuildError, spoiled
+
+from hil.experiments import EXPERIMENTS
+from hil.experiments import staircase as staircase_module
+from hil.experiments.staircase import Staircase, run_staircase
+from hil.findings import failed
+from hil.validation import validate
+from model import RoutedHand
+
+FOUND_BY = {
+    "two cables swapped": ("excursion", "closed_percent", "thumb_flexor", "two cables are swapped"),
+    "cable wound backwards": ("staircase", "spring", "ring", "wound backwards"),
+    "cable slack by 20 mm": ("staircase", "take_up", "middle", "Slack cable"),
+    "stiff joint": ("staircase", "friction", "index", "stiff joint"),
+    "trimmed servo": ("audit", "quantum_fits", "middle", "trimmed"),
+    "servo of the wrong ID": ("presence", "distinct_readings", "hand", "wrong ID"),
+    "wrong firmware window": ("excursion", "closed_angle", "thumb_abduction", "wrong firmware window"),
+    "reversed abduction": ("audit", "followed", "thumb_abduction", "reversed"),
+    "hot servo": ("presence", "temperature", "ring", "hot servo"),
+    "lossy cable": ("presence", "lost_replies", "hand", "lossy cable"),
+}
+"""Experiment, check, subject, and words of the meaning."""
+
+
+@pytest.fixture(autouse=True)
+def short_staircase(monkeypatch):
+    """Eight levels are enough for the loads."""
+
+    def run(target, progress):
+        return run_staircase(target, RoutedHand(target.side), Staircase(levels=8, hold_s=0.44), progress=progress)
+
+    monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(staircase_module.STAIRCASE, run=run))
+
+
+def test_all_mistakes_have_a_check():
+    assert FOUND_BY.keys() == BUILD_ERRORS.keys()
+
+
+@pytest.mark.parametrize("mistake", FOUND_BY)
+def test_the_mistake_is_reported_by_its_check(mistake):
+    experiment, check, subject, words = FOUND_BY[mistake]
+    with spoiled(BUILD_ERRORS[mistake]) as target:
+        result = validate(target, [experiment])
+    found = [finding for finding in failed(result.findings) if (finding.check, finding.subject) == (check, subject)]
+    assert found, [finding.sentence for finding in result.findings]
+    assert words.lower() in found[0].meaning.lower()
+
+
+@pytest.mark.parametrize("experiment", sorted({entry[0] for entry in FOUND_BY.values()}))
+def test_a_good_hand_passes_the_same_checks(experiment):
+    relevant = {(check, subject) for name, check, subject, _ in FOUND_BY.values() if name == experiment}
+    with spoiled(BuildError()) as target:
+        result = validate(target, [experiment])
+    assert not {(f.check, f.subject) for f in failed(result.findings)} & relevant
+
+
+def test_a_hand_that_fails_presence_is_not_moved():
+    with spoiled(BUILD_ERRORS["hot servo"]) as target:
+        result = validate(target, ["presence", "audit"])
+    assert list(result.results) == ["presence"]
+    assert result.stopped.check == "after presence"
+    assert not any(record.data[0] == 0x11 for record in target.wire.since(0, 0.0) if record.direction == "to_hand")
