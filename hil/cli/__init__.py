@@ -16,6 +16,8 @@ COMMANDS: dict[str, str] = {
     "map": "hil.cli.map:map_command",
     "identify": "hil.cli.identify:identify_command",
     "servos": "hil.cli.servos:servos",
+    "calibrate": "hil.cli.calibrate:calibrate_command",
+    "record": "hil.cli.record:record_command",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 
