@@ -76,7 +76,8 @@ class Recorder:
             window=target.map.window.name,
             unit=target.unit,
             seed=target.seed,
-            parameters={**parameters, **_thresholds(target)},
+            parameters=dict(parameters),
+            safety={} if target.guard is None else target.guard.thresholds.as_dict(),
             versions=versions(),
             commit=source_commit(),
         )
@@ -85,9 +86,3 @@ class Recorder:
             for name, rows in self._rows.items()
         }
         return Recording(header, series, target.wire.since(self._wire_mark, self.start), tuple(self._events))
-
-
-def _thresholds(target: Target) -> dict[str, float]:
-    """Return what would have stopped a guarded hand, for the header."""
-    guard = target.guard
-    return {} if guard is None else {f"safety.{name}": value for name, value in guard.thresholds.as_dict().items()}
