@@ -96,14 +96,13 @@ class ServoBus:
         if packet.servo != BROADCAST or len(packet.parameters) < 3:
             return []
         address, count = packet.parameters[:2]
-        answers: list[bytes] = []
-        for wanted in packet.parameters[2:]:
-            answer: bytes | None = None
-            for servo in self._listening(wanted) if wanted != BROADCAST else ():
-                answer = _meet(answer, pack(wanted, servo.status, servo.read(address, count)))
-            if answer is not None:
-                answers.append(answer)
-        return answers
+        wanted = packet.parameters[2:]
+        answers: dict[int, bytes] = {}
+        for servo in self._listening(BROADCAST):
+            if servo.id in wanted:
+                answer = pack(servo.id, servo.status, servo.read(address, count))
+                answers[servo.id] = _meet(answers.get(servo.id), answer)
+        return [answers[number] for number in wanted if number in answers]
 
     def _sync_write(self, packet: Packet) -> None:
         parameters = packet.parameters

@@ -26,7 +26,7 @@ Start = Literal["homed", "power_on", "reset", "bare"]
 
 TRANSMIT_RING = 256
 """What the board keeps for a host that does not read: the most recent bytes."""
-HOUSEKEEPING_S = 0.05
+HOUSEKEEPING_S = 0.1
 """Period at which servos heat up and look at their protections, s."""
 SETTLE_S = 1.0
 """Time between the end of the last homing and the first command of a hand that starts homed, s."""

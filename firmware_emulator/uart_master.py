@@ -73,24 +73,19 @@ class UartMaster:
         while len(self._received) < size:
             if not (yield self._arrived, deadline):
                 break
+        received = bytes(self._received)
         answers: list[bytes] = []
         for servo in servos:
-            answer = self._answer_of(servo, count)
-            if answer is None:
+            # An ID is looked for everywhere; where it is expected, behind the one before it, comes first.
+            start = HEADER + bytes((servo, count + 2))
+            at = len(answers) * (count + 6)
+            if not received.startswith(start, at):
+                at = received.find(start)
+            body = received[at + 2 : at + 6 + count] if at >= 0 else b""
+            if len(body) < count + 4 or (sum(body) + 1) & 0xFF:
                 return None
-            answers.append(answer)
+            answers.append(body[3:-1])
         return answers
-
-    def _answer_of(self, servo: int, count: int) -> bytes | None:
-        received = self._received
-        at = -1
-        while (at := received.find(HEADER, at + 1)) >= 0:
-            body = received[at + 2 : at + 6 + count]
-            if body[:1] == b"\xff":
-                continue
-            if len(body) == count + 4 and body[0] == servo and body[1] == count + 2:
-                return bytes(body[3:-1]) if ~sum(body[:-1]) & 0xFF == body[-1] else None
-        return None
 
     def _acknowledged(self, servo: int, instruction: int, parameters: bytes) -> Task:
         self._send(_request(servo, instruction, parameters))

@@ -21,6 +21,7 @@ SERIES_UNITS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("command", "model", "hand", "goal", "travel"), LENGTH_UNITS),
     **dict.fromkeys(("codes", "command_codes"), ("u16",) * len(Channel)),
     "currents": ("A",) * len(Channel),
+    "action": ("1",) * len(Channel),
     "temperatures": ("degC",) * len(Channel),
 }
 """Every series an experiment may leave, with the units of its seven columns."""

@@ -62,7 +62,7 @@ class BuiltHandPlant:
 
     def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
         self.parameters = parameters or BuiltHandParameters()
-        self._model = build_built(hand, self.parameters).compile()
+        self._model = self._spec(hand).compile()
         self._data = mujoco.MjData(self._model)
         self._warnings = self._data.warning.number
         self._model.actuator_forcelimited[:] = 1
@@ -190,6 +190,10 @@ class BuiltHandPlant:
         forces[data.efc_id[pulling]] = data.efc_force[pulling]
         tensions: NDArray[np.float64] = forces[self._cables]
         return tensions
+
+    def _spec(self, hand: Side) -> mujoco.MjSpec:
+        """Describe what is simulated; a plant with more around the hand adds it here."""
+        return build_built(hand, self.parameters)
 
     def _check(self, shaft: int) -> None:
         if not 0 <= shaft < SHAFTS:

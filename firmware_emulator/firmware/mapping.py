@@ -16,10 +16,6 @@ def divide(numerator: int, denominator: int) -> int:
     return quotient if (numerator < 0) == (denominator < 0) else -quotient
 
 
-def _wrap_32(value: int) -> int:
-    return (value + 0x80000000 & 0xFFFFFFFF) - 0x80000000
-
-
 def to_counts(word: int, extend: int, grasp: int) -> int:
     """Return the goal (counts, 0..4095) for a host word (0 = extended, 65535 = grasped)."""
     if extend == grasp == 0:
@@ -32,4 +28,8 @@ def to_host(position_word: int, extend: int, grasp: int) -> int:
     if grasp == extend:
         return 0
     product = (position_word - extend) * FULL
-    return min(max(divide(_wrap_32(product), grasp - extend), 0), FULL)
+    if not -0x80000000 <= product <= 0x7FFFFFFF:
+        product = (product + 0x80000000 & 0xFFFFFFFF) - 0x80000000
+    # Exact: a quotient of these sizes is never closer to a whole number than a double can tell.
+    word = int(product / (grasp - extend))
+    return word if 0 <= word <= FULL else 0 if word < 0 else FULL

@@ -1,4 +1,7 @@
-"""The measurements a servo reports: registers 56 to 70, from the state of its shaft."""
+"""The measurements a servo reports: registers 56 to 70, from the state of its shaft.
+
+Refreshed for all seven servos a hundred times a second, so what does not change is worked out beforehand.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,13 @@ from firmware_emulator.servo.control import OFF, PWM, Settings
 from firmware_emulator.servo.electrical import static_current
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
-from firmware_emulator.servo.parameters import SPEED_UNIT_COUNTS, ServoParameters
-from firmware_emulator.servo.registers import FEEDBACK
+from firmware_emulator.servo.parameters import COUNTS_PER_TURN, SPEED_UNIT_COUNTS, ServoParameters
+from firmware_emulator.servo.registers import FEEDBACK, REGISTERS
 from firmware_emulator.servo.shafts import Sample
 
 BLOCK = Struct("<HHHBBBBBHH")
+PHASE = REGISTERS["phase"].address
+ASYNC_FLAG = REGISTERS["async_flag"].address
 MULTI_TURN = 0x10
 """Bit of the phase register: the reading counts turns."""
 MAX_UNITS = 2047
@@ -29,12 +34,19 @@ class FeedbackBlock:
     def __init__(
         self, memory: RegisterFile, frame: Frame, mounting: Mounting, parameters: ServoParameters, noise: Random
     ) -> None:
-        self._memory = memory
+        self._memory = memory.bytes
         self._frame = frame
         self._shaft = mounting.shaft
-        self._direction = mounting.direction
         self._parameters = parameters
-        self._noise = noise
+        self._noise = noise.gauss
+        # The sign of load and current is that of a goal torque: positive toward lower counts.
+        self._sign = -mounting.direction
+        self._speed_units = frame.counts_per_rad / SPEED_UNIT_COUNTS
+        self._load_units = 1000.0 / parameters.stall_torque
+        self._back_emf = parameters.back_emf
+        self._decivolts = round(10.0 * parameters.voltage)
+        self._settings: Settings | None = None
+        self._limit = 0
         self._seen: Sample | None = None
         self._measured_at = 0.0
         self._measured_units = 0.0
@@ -51,26 +63,26 @@ class FeedbackBlock:
         if sample is self._seen:
             return
         self._seen = sample
-        servo = self._parameters
-        counts = self._frame.counts(sample.angles[self._shaft])
-        if not self._memory.bytes[18] & MULTI_TURN:
-            counts %= 4096
-        speed = round(self._frame.counts_per_rad * sample.speeds[self._shaft] / SPEED_UNIT_COUNTS)
-        # The sign of load and current is that of a goal torque: positive toward lower counts.
-        effort = -self._direction * sample.efforts[self._shaft]
-        load = round(1000.0 * effort / servo.stall_torque)
-        back_emf = -self._direction * servo.back_emf * sample.speeds[self._shaft]
-        self.current_units = current = self._current(effort - back_emf, sample.time, settings)
+        shaft = self._shaft
+        shaft_speed = sample.speeds[shaft]
+        counts = self._frame.counts(sample.angles[shaft])
+        if not self._memory[PHASE] & MULTI_TURN:
+            counts %= COUNTS_PER_TURN
+        speed = round(self._speed_units * shaft_speed)
+        effort = self._sign * sample.efforts[shaft]
+        load = round(self._load_units * effort)
+        winding = effort - self._sign * self._back_emf * shaft_speed
+        self.current_units = current = self._current(winding, sample.time, settings)
         moving = bool(speed) | (abs(setpoint_counts - counts) > REACHED_COUNTS) << 1
         BLOCK.pack_into(
-            self._memory.bytes,
+            self._memory,
             FEEDBACK,
             _word(counts),
             _word(speed),
             load if load >= 0 else -load | 0x400,
-            round(10.0 * servo.voltage),
+            self._decivolts,
             int(self.temperature_c),
-            self._memory.bytes[64],
+            self._memory[ASYNC_FLAG],
             self.status,
             moving,
             _word(round(setpoint_counts)),
@@ -79,18 +91,23 @@ class FeedbackBlock:
 
     def _current(self, winding: float, now: float, settings: Settings) -> int:
         """Reading (register units) for what drives the winding, N m."""
-        servo = self._parameters
-        units = 0.0 if settings.enable == OFF else math.copysign(static_current(winding, servo), winding)
+        if settings is not self._settings:
+            self._settings = settings
+            self._limit = MAX_UNITS if settings.mode == PWM else settings.current
         # The loop clips what it drives; a blocked servo comes to read its goal torque exactly, as homing needs.
-        limit = settings.current if settings.mode != PWM else MAX_UNITS
-        units = min(max(units, -limit), limit)
-        share = math.exp((self._measured_at - now) / servo.current_filter_s)
+        limit = self._limit
+        units = 0.0 if settings.enable == OFF else min(static_current(winding, self._parameters), limit)
+        if winding < 0.0:
+            units = -units
+        share = math.exp((self._measured_at - now) / self._parameters.current_filter_s)
         self._measured_at = now
-        self._measured_units = units + share * (self._measured_units - units)
-        noisy = round(self._measured_units + self._noise.gauss(0.0, servo.current_noise_units))
-        return min(max(noisy, -limit), limit)
+        self._measured_units = measured = units + share * (self._measured_units - units)
+        noisy = round(measured + self._noise(0.0, self._parameters.current_noise_units))
+        return noisy if -limit <= noisy <= limit else limit if noisy > 0 else -limit
 
 
 def _word(value: int) -> int:
     """Sign-magnitude word of a measurement; readings beyond 15 bits stay at the end of the range."""
-    return min(value, 0x7FFF) if value >= 0 else min(-value, 0x7FFF) | 0x8000
+    if value >= 0:
+        return value if value <= 0x7FFF else 0x7FFF
+    return -value | 0x8000 if value >= -0x7FFF else 0xFFFF

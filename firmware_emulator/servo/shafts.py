@@ -45,20 +45,22 @@ class Shafts:
 
     def sample(self) -> Sample:
         """Return the state at the last tick that has passed."""
-        tick = self.advance()
+        tick = self._last_tick()
         if tick != self._sampled:
             plant = self._plant
+            plant.advance_to(tick * self._period)
             self._sample = Sample(
                 tick * self._period, plant.angles().tolist(), plant.speeds().tolist(), plant.efforts().tolist()
             )
             self._sampled = tick
         return self._sample
 
-    def advance(self) -> int:
-        """Bring the plant to the last tick that has passed; return the tick's number."""
-        tick = math.floor(self._kernel.now / self._period + 1e-6)
-        self._plant.advance_to(tick * self._period)
-        return tick
+    def advance(self) -> None:
+        """Bring the plant to the last tick that has passed."""
+        self._plant.advance_to(self._last_tick() * self._period)
+
+    def _last_tick(self) -> int:
+        return math.floor(self._kernel.now / self._period + 1e-6)
 
     def drive(self, shaft: int, drive: Drive) -> None:
         """Change a shaft's drive from the last tick on."""

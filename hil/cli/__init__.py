@@ -18,6 +18,10 @@ COMMANDS: dict[str, str] = {
     "servos": "hil.cli.servos:servos",
     "calibrate": "hil.cli.calibrate:calibrate_command",
     "record": "hil.cli.record:record_command",
+    "train": "hil.cli.train:train",
+    "evaluate": "hil.cli.evaluate:evaluate",
+    "run-policy": "hil.cli.run_policy:run_policy",
+    "convert-policy": "hil.cli.convert_policy:convert_policy",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
 

@@ -13,6 +13,7 @@ from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import ideal_zeros
+from firmware_emulator.servo.parameters import HLS3606M
 from tests.firmware_emulator.conftest import AT_STOPS, CLOSED_DEG, frame, stopped_bench
 
 SLOW = ("pre", "0.1.0", "0.1.1", "0.1.2")
@@ -294,39 +295,56 @@ def test_speed_on_virtual_time(make_host, version, low, high, budget):
 NO_SHRINKING = [Phase.explicit, Phase.reuse, Phase.generate]
 """A homing takes a good part of a second, and a failing posture says enough as it is."""
 POSTURES = st.tuples(*[st.floats(0, math.radians(closed)) for closed in CLOSED_DEG])
-ZEROS = st.tuples(*[st.floats(-2000, 2000)] * 7)
+MOUNTINGS = st.tuples(*[st.floats(-2000, 2000)] * 7)
+"""How the encoders are turned against their channels, counts."""
 
 
-def check_contacts(make_host, version, hand, posture, zeros):
-    host = make_host(
-        plant=stopped_bench(posture),
-        firmware=version,
-        hand=hand,
-        start="reset",
-        encoder_zeros=[a + b for a, b in zip(ideal_zeros(hand), zeros, strict=True)],
-    )
+def contacts_after(host):
+    """Home a board that has booted without, and return the contacts."""
     host.wait(0.5)
     host.link.discard_input()
     home(host)
     return contacts(host)
 
 
+def mounted(hand, mounting):
+    return [zero + turned for zero, turned in zip(ideal_zeros(hand), mounting, strict=True)]
+
+
 @pytest.mark.slow
 @settings(max_examples=12, deadline=None, phases=NO_SHRINKING)
-@given(version=st.sampled_from(SLOW), hand=st.sampled_from(["right", "left"]), posture=POSTURES, zeros=ZEROS)
-def test_slow_homing_ends_with_every_contact_within_a_count_of_the_table(make_host, version, hand, posture, zeros):
-    found = check_contacts(make_host, version, hand, posture, zeros)
-    assert all(abs(a - b) <= 1 for a, b in zip(found, CONTACT[hand], strict=True)), found
+@given(
+    what=st.tuples(st.sampled_from(SLOW), st.sampled_from(["right", "left"])),
+    posture=POSTURES,
+    mounting=MOUNTINGS,
+    friction=st.sampled_from([0.003, 0.0045, 0.01, 0.02, 0.04]),
+)
+def test_slow_homing_ends_with_every_contact_within_a_count_of_the_table(make_host, what, posture, mounting, friction):
+    """One count without friction to speak of.
+
+    In friction a loop without integral stops short of the half turn of flexor and fingers; that much, and two counts
+    because two readings are rounded on the way.
+    """
+    version, hand = what
+    plant, zeros = stopped_bench(posture, friction=friction), mounted(hand, mounting)
+    found = contacts_after(make_host(plant=plant, firmware=version, hand=hand, start="reset", encoder_zeros=zeros))
+    short = friction / (HLS3606M.stall_torque * HLS3606M.duty_per_count)
+    bounds = [1, 1, *[1 if short < 0.9 else 2 + math.ceil(short)] * 5]
+    assert all(abs(a - b) <= bound for a, b, bound in zip(found, CONTACT[hand], bounds, strict=True)), found
 
 
 @settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
-@given(version=st.sampled_from(FAST[1:]), hand=st.sampled_from(["right", "left"]), posture=POSTURES, zeros=ZEROS)
-def test_fast_homing_does_not_wait_for_the_half_turn(make_host, version, hand, posture, zeros):
+@given(
+    what=st.tuples(st.sampled_from(FAST[1:]), st.sampled_from(["right", "left"])), posture=POSTURES, mounting=MOUNTINGS
+)
+def test_fast_homing_does_not_wait_for_the_half_turn(make_host, what, posture, mounting):
     """The thumb base is exact; flexor and fingers are calibrated on the way, short of the half turn, all alike.
 
     Without 0.1.3, which has the plan of 0.1.4 and would home at the boot before.
     """
-    found = check_contacts(make_host, version, hand, posture, zeros)
+    version, hand = what
+    plant, zeros = stopped_bench(posture, friction=0.004), mounted(hand, mounting)
+    found = contacts_after(make_host(plant=plant, firmware=version, hand=hand, start="reset", encoder_zeros=zeros))
     assert all(abs(a - b) <= 1 for a, b in zip(found[:2], CONTACT[hand][:2], strict=True)), found
     # 250 and 300 ms at 8286 counts/s, less dead time and start: what is missing shows as a contact on the open side.
     missing = [abs(a - b) for a, b in zip(found[2:], CONTACT[hand][2:], strict=True)]

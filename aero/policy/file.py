@@ -1,0 +1,142 @@
+"""Policy files: one `.npz` with the weights and a JSON header that says everything needed to run them rightly."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from aero.policy.network import Layer, Network
+from aero.policy.settings import Settings
+from aero.policy.task import ACTION_LAYOUT, OBSERVATION_LAYOUT, ShownAction
+
+FORMAT = "aero-hil policy"
+VERSION = 1
+FIXED: dict[str, Any] = {
+    "format": FORMAT,
+    "version": VERSION,
+    "observation": list(OBSERVATION_LAYOUT),
+    "action": list(ACTION_LAYOUT),
+    "activation": "swish",
+    "head": "tanh of the mean",
+}
+"""Header entries that this version of the project can run in one way only; a file that differs is refused."""
+FREE = ("name", "shown_action", "settings", "physics_rate_hz", "trained_lag_s", "trained_delay_s", "provenance")
+
+Span = tuple[float, float]
+
+
+class PolicyFileError(ValueError):
+    """A policy file that this project cannot run as it was meant."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """A network and what it was trained with."""
+
+    name: str
+    """What a person calls it."""
+    network: Network
+    """The function from observation to action."""
+    settings: Settings
+    """Rate, nominal grasp, scales and noise of its training."""
+    shown_action: ShownAction
+    """Which action its observation shows."""
+    physics_rate_hz: float = 100.0
+    """Physics steps a second in its training."""
+    trained_lag_s: Span = (0.0, 0.0)
+    """Range of the servo's first-order lag it was trained with, s."""
+    trained_delay_s: Span = (0.0, 0.0)
+    """Range of the pure delay it was trained with, s."""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    """Where it comes from: JSON values such as seed, steps, commit, versions, source file and its digest."""
+
+
+def save(policy: Policy, path: Path) -> None:
+    """Write `policy` to `path`; the same policy gives the same bytes."""
+    header = FIXED | {
+        "name": policy.name,
+        "shown_action": policy.shown_action.value,
+        "settings": asdict(policy.settings),
+        "physics_rate_hz": policy.physics_rate_hz,
+        "trained_lag_s": policy.trained_lag_s,
+        "trained_delay_s": policy.trained_delay_s,
+        "provenance": dict(policy.provenance),
+    }
+    arrays: dict[str, Any] = {"mean": policy.network.mean, "std": policy.network.std}
+    for i, layer in enumerate(policy.network.layers):
+        arrays |= {f"kernel_{i}": layer.kernel, f"bias_{i}": layer.bias}
+    with path.open("wb") as file:
+        np.savez(file, header=np.array(json.dumps(header, sort_keys=True, allow_nan=False)), **arrays)
+
+
+def load(path: Path) -> Policy:
+    """Read a policy and check that it means what this project would do with it.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        PolicyFileError: not a policy file, another version, another layout or order, an unknown or missing entry,
+            or weights that do not fit.
+    """
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        header = json.loads(str(arrays.pop("header")))
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError, KeyError, EOFError, TypeError, BadZipFile) as error:
+        raise PolicyFileError(
+            f"{path} is not a policy file ({error}); turn a checkpoint into one with `aero-hil convert-policy`"
+        ) from error
+    _check_entries(path, header)
+    try:
+        return _policy(header, arrays)
+    except (TypeError, ValueError, KeyError) as error:
+        raise PolicyFileError(f"{path}: {error}") from error
+
+
+def _check_entries(path: Path, header: Any) -> None:
+    if not isinstance(header, dict):
+        raise PolicyFileError(f"{path}: the header must be a JSON object, got {type(header).__name__}")
+    for key, expected in FIXED.items():
+        if header.get(key) != expected:
+            raise PolicyFileError(f"{path}: {key} must be {expected!r}, the file has {header.get(key)!r}")
+    wrong = set(header) ^ {*FIXED, *FREE}
+    if wrong:
+        raise PolicyFileError(f"{path}: entries missing or unknown in version {VERSION}: {sorted(wrong)}")
+
+
+def _policy(header: Mapping[str, Any], arrays: dict[str, Any]) -> Policy:
+    settings: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in header["settings"].items()
+    }
+    depth = (len(arrays) - 2) // 2
+    network = Network(
+        mean=arrays.pop("mean"),
+        std=arrays.pop("std"),
+        layers=tuple(Layer(arrays.pop(f"kernel_{i}"), arrays.pop(f"bias_{i}")) for i in range(depth)),
+    )
+    if arrays:
+        raise ValueError(f"unknown arrays {sorted(arrays)}")
+    return Policy(
+        name=header["name"],
+        network=network,
+        settings=Settings(**settings),
+        shown_action=ShownAction(header["shown_action"]),
+        physics_rate_hz=float(header["physics_rate_hz"]),
+        trained_lag_s=_span(header["trained_lag_s"]),
+        trained_delay_s=_span(header["trained_delay_s"]),
+        provenance=header["provenance"],
+    )
+
+
+def _span(values: list[float]) -> Span:
+    low, high = map(float, values)
+    if not 0.0 <= low <= high:
+        raise ValueError(f"a range of times must be 0 <= low <= high, got {values}")
+    return low, high

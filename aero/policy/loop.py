@@ -1,0 +1,214 @@
+"""Run a policy on a hand: read, map back, observe, act, map forward, write, at the policy's rate.
+
+The same function serves an emulated hand on the virtual clock and a real one on the wall clock. It begins by moving
+slowly to the nominal grasp, waits there for the object, and ends by moving slowly back, whatever ended it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.actuation.map import ActuationMap
+from aero.clock import Clock
+from aero.errors import AeroError
+from aero.policy.file import Policy
+from aero.policy.limits import Ending, OverCurrent, slewed
+from aero.policy.running import Floats, Hand, Run, RunSettings, Step
+from aero.policy.task import CHANNELS, ActionMemory, observe, targets
+
+
+def run_policy(
+    policy: Policy,
+    hand: Hand,
+    clock: Clock,
+    actuation_map: ActuationMap,
+    *,
+    settings: RunSettings | None = None,
+    script: Floats | None = None,
+    on_ready: Callable[[], None] = lambda: None,
+    on_step: Callable[[Step], None] = lambda _: None,
+) -> Run:
+    """Run `policy` on `hand` and bring the hand back to where it was.
+
+    Args:
+        policy: what acts.
+        hand: what it acts on.
+        clock: of the hand.
+        actuation_map: for the hand's firmware.
+        settings: how; None for the defaults.
+        script: actions (periods, 7) to play open loop in place of the policy's; its length bounds the time too.
+        on_ready: told when the hand has waited in the nominal grasp and the policy is about to begin.
+        on_step: told about every control period, before the next one begins.
+
+    Raises:
+        AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
+    """
+    session = _Session(policy, hand, clock, actuation_map, settings or RunSettings(), script=script, on_step=on_step)
+    home = hand.read_codes().astype(np.float64)
+    session.command = home
+    try:
+        session.move_to(session.codes_of(np.zeros(CHANNELS)))
+        session.wait()
+        on_ready()
+        ending = session.loop()
+    finally:
+        session.move_to(home)
+    return session.summary(ending)
+
+
+def actions_on(policy: Policy, lengths: Floats) -> Floats:
+    """Return the actions of `policy` (steps, 7) when it reads `lengths` (steps, 7) one after another."""
+    memory, actions = ActionMemory.empty(np.zeros(CHANNELS)), []
+    for row in lengths:
+        action = policy.network.act(observe(row, memory.shown(policy.shown_action))).astype(np.float64)
+        memory = memory.after(action)
+        actions.append(action)
+    return np.array(actions)
+
+
+class _Session:
+    """The state of one run."""
+
+    def __init__(
+        self,
+        policy: Policy,
+        hand: Hand,
+        clock: Clock,
+        actuation_map: ActuationMap,
+        settings: RunSettings,
+        *,
+        script: Floats | None,
+        on_step: Callable[[Step], None],
+    ) -> None:
+        self._policy, self._hand, self._clock, self._map = policy, hand, clock, actuation_map
+        self._settings, self._script, self._on_step = settings, script, on_step
+        self._task = settings.settings or policy.settings
+        window = actuation_map.window_rad
+        codes_per_rad = 65535 / (window[:, 1] - window[:, 0])
+        self._most = settings.limits.shaft_speed_rad_s * self._task.period_s * codes_per_rad
+        self.command = np.zeros(CHANNELS)
+        self._blind = 0
+        self._tally = Run(Ending.TIME, 0, 0, 0, 0, 0.0, 0.0, np.nan)
+
+    def codes_of(self, action: Floats) -> Floats:
+        """Return the codes of an action's targets, (7,), saturated at the command window."""
+        return self._asked(action)[1]
+
+    def move_to(self, goal: Floats) -> None:
+        """Go from the present command to `goal` (7,) at an even pace."""
+        steps = max(1, round(self._settings.approach_s / self._task.period_s))
+        start, begin = self.command, self._clock.now()
+        for step in range(1, steps + 1):
+            self._write(start + (goal - start) * step / steps)
+            self._clock.sleep_until(begin + step * self._task.period_s)
+
+    def wait(self) -> None:
+        """Stay where the hand is."""
+        self._clock.sleep_until(self._clock.now() + self._settings.wait_s)
+
+    def loop(self) -> Ending:
+        """Let the policy act until something ends it."""
+        limits, period_s = self._settings.limits, self._task.period_s
+        memory, over_current = ActionMemory.empty(np.zeros(CHANNELS)), OverCurrent(limits)
+        missing, due = 0, self._clock.now()
+        pending = self.command
+        for period in range(self._periods()):
+            self._clock.sleep_until(due)
+            t = self._clock.now()
+            if t - due > limits.late_s:
+                return Ending.OVERRUN
+            try:
+                codes = self._hand.read_codes()
+            except AeroError:
+                missing += 1
+                self._tally = replace(self._tally, missing=self._tally.missing + 1)
+                if missing > limits.missing_readings:
+                    return Ending.READINGS
+                due = max(due + period_s, self._clock.now())
+                continue
+            missing = 0
+            lengths = self._map.lengths_from_codes(codes)
+            observation = observe(lengths, memory.shown(self._policy.shown_action))
+            action = self._act(period, observation)
+            memory = memory.after(action)
+            target, asked, saturated = self._asked(action)
+            asked, pending = (pending, asked) if self._settings.one_period_late else (asked, asked)
+            command = slewed(self.command, asked, self._most)
+            self._write(command)
+            currents, hot = self._health(period)
+            step = Step(
+                t=t,
+                late_s=t - due,
+                codes=codes,
+                lengths=lengths,
+                observation=observation,
+                action=action,
+                target=target,
+                command=np.round(command).astype(np.uint16),
+                saturated=saturated,
+                limited=command != asked,
+                currents_a=currents,
+            )
+            self._count(step)
+            self._on_step(step)
+            if over_current.seen(t, currents):
+                return Ending.CURRENT
+            if hot:
+                return Ending.TEMPERATURE
+            if self._blind > limits.missing_readings:
+                return Ending.READINGS
+            due = max(due + period_s, t)
+        return Ending.TIME
+
+    def summary(self, ending: Ending) -> Run:
+        """Return what the run came to."""
+        return replace(self._tally, ending=ending)
+
+    def _periods(self) -> int:
+        asked = round(self._settings.seconds / self._task.period_s)
+        return asked if self._script is None else min(asked, len(self._script))
+
+    def _act(self, period: int, observation: Floats) -> Floats:
+        if self._script is not None:
+            return np.asarray(self._script[period], np.float64)
+        return self._policy.network.act(observation).astype(np.float64)
+
+    def _asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        target = targets(action, np.array(self._task.nominal), np.array(self._task.scale))
+        angles = self._map.angles_from_travel(self._map.travel_from_lengths(target))
+        codes, saturated = self._map.saturating_codes(angles)
+        return target, codes.astype(np.float64), saturated
+
+    def _write(self, command: Floats) -> None:
+        self.command = command
+        if not self._settings.dry:
+            self._hand.command_codes(np.round(command).astype(np.uint16))
+
+    def _health(self, period: int) -> tuple[Floats, bool]:
+        """Read currents, and now and then temperatures; a missing reading leaves NaN and is counted in `_blind`."""
+        hottest = np.nan
+        try:
+            currents = self._hand.read_currents()
+            if period % self._settings.temperatures_every == 0:
+                hottest = float(np.max(self._hand.read_temperatures()))
+        except AeroError:
+            self._blind += 1
+            return np.full(CHANNELS, np.nan), False
+        self._blind = 0
+        self._tally = replace(self._tally, peak_temperature_c=float(np.fmax(self._tally.peak_temperature_c, hottest)))
+        return currents, hottest > self._settings.limits.temperature_c
+
+    def _count(self, step: Step) -> None:
+        peak = np.max(np.abs(step.currents_a), initial=0.0, where=np.isfinite(step.currents_a))
+        self._tally = replace(
+            self._tally,
+            steps=self._tally.steps + 1,
+            saturated=self._tally.saturated + bool(step.saturated.any()),
+            limited=self._tally.limited + bool(step.limited.any()),
+            latest_s=max(self._tally.latest_s, step.late_s),
+            peak_current_a=max(self._tally.peak_current_a, float(peak)),
+        )

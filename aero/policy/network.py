@@ -1,0 +1,96 @@
+"""The policy network in NumPy: normaliser, swish layers, tanh of the mean.
+
+The same function as the deterministic Brax policy (`brax.training.agents.ppo`, `NormalTanhDistribution.mode`) for
+every observation within `NORMALISED_BOUND` standard deviations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
+
+Floats = NDArray[np.float32]
+
+NORMALISED_BOUND = 1e3
+"""Standard deviations from the mean at which observations saturate, so that none overflows; no real one comes near."""
+ACTION_BOUND = float(np.nextafter(np.float32(1), np.float32(0)))
+"""Largest action; tanh alone rounds to one for large means."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One affine layer."""
+
+    kernel: Floats
+    """(inputs, outputs)."""
+    bias: Floats
+    """(outputs,)."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """A deterministic policy: 14 observations to 7 actions.
+
+    Raises:
+        ValueError: layers that do not chain from 14 to 14, values that are not finite, a standard deviation of zero.
+    """
+
+    mean: Floats
+    """Mean of the observations, (14,)."""
+    std: Floats
+    """Standard deviation of the observations, (14,), positive."""
+    layers: tuple[Layer, ...]
+    """All layers; the last gives 7 means and 7 raw exploration scales, of which only the means are used."""
+
+    def __post_init__(self) -> None:
+        widths = [OBSERVATION_SIZE, *(layer.kernel.shape[-1] for layer in self.layers)]
+        if not self.layers or widths[-1] != 2 * ACTION_SIZE:
+            raise ValueError(f"the last layer must have {2 * ACTION_SIZE} outputs (means and scales), got {widths[-1]}")
+        expected: dict[str, tuple[int, ...]] = {"mean": (OBSERVATION_SIZE,), "std": (OBSERVATION_SIZE,)}
+        arrays = {"mean": self.mean, "std": self.std}
+        for i, layer in enumerate(self.layers):
+            expected |= {f"kernel_{i}": (widths[i], widths[i + 1]), f"bias_{i}": (widths[i + 1],)}
+            arrays |= {f"kernel_{i}": layer.kernel, f"bias_{i}": layer.bias}
+        for name, array in arrays.items():
+            if array.shape != expected[name]:
+                raise ValueError(f"{name} must be {expected[name]} to fit its neighbours, got {array.shape}")
+            if not np.all(np.isfinite(array)):
+                raise ValueError(f"{name} holds values that are not finite")
+        if np.min(self.std) <= 0:
+            raise ValueError("every standard deviation of the normaliser must be positive")
+
+    def act(self, observation: ArrayLike) -> Floats:
+        """Return the action for one observation or a batch.
+
+        Args:
+            observation: (..., 14), m and rad and actions as `aero.policy.task.observe` lays them out.
+
+        Returns:
+            (..., 7) in command order, inside (-1, 1).
+
+        Raises:
+            ValueError: the last axis is not 14 long or a value is not finite.
+        """
+        x = np.asarray(observation, dtype=np.float64)
+        if x.shape[-1:] != (OBSERVATION_SIZE,):
+            raise ValueError(f"an observation is (..., {OBSERVATION_SIZE}), got {x.shape}")
+        if not np.all(np.isfinite(x)):
+            raise ValueError(f"an observation must be finite, got {x}")
+        reach = NORMALISED_BOUND * self.std
+        hidden: Floats = ((np.clip(x, self.mean - reach, self.mean + reach) - self.mean) / self.std).astype(np.float32)
+        for layer in self.layers[:-1]:
+            hidden = swish(hidden @ layer.kernel + layer.bias)
+        head = hidden @ self.layers[-1].kernel + self.layers[-1].bias
+        action: Floats = np.clip(np.tanh(head[..., :ACTION_SIZE]), -ACTION_BOUND, ACTION_BOUND)
+        return action
+
+
+def swish(x: Floats) -> Floats:
+    """Return `x * sigmoid(x)`, written with tanh so that large values do not overflow."""
+    half: Floats = np.float32(0.5) * x
+    ramp: Floats = half + half * np.tanh(half)
+    return ramp

@@ -1,0 +1,106 @@
+"""What goes into running a policy on a hand, and what comes out of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aero.policy.limits import Ending, Limits
+from aero.policy.settings import Settings
+
+Floats = NDArray[np.float64]
+
+
+class Hand(Protocol):
+    """What the loop needs of a hand; `aero.driver.AeroHand` is one."""
+
+    def read_codes(self) -> NDArray[np.uint16]:
+        """Read positions, (7,), command order."""
+        ...
+
+    def command_codes(self, codes: ArrayLike) -> None:
+        """Send every channel to a position, (7,), command order."""
+        ...
+
+    def read_currents(self) -> Floats:
+        """Read motor currents, (7,), A, command order."""
+        ...
+
+    def read_temperatures(self) -> Floats:
+        """Read servo temperatures, (7,), °C, command order."""
+        ...
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How to run a policy."""
+
+    seconds: float = 15.0
+    """Time under the policy, s."""
+    settings: Settings | None = None
+    """Nominal grasp, scales and rate; None for those of the policy's training."""
+    limits: Limits = field(default_factory=Limits)
+    """When to stop."""
+    approach_s: float = 1.5
+    """Time from where the hand is to the nominal grasp, and at the end back, s."""
+    wait_s: float = 1.5
+    """Time in the nominal grasp before the policy begins, for placing the object, s."""
+    dry: bool = False
+    """Whether nothing is written: the policy acts on what it reads, and the hand stays as it is."""
+    one_period_late: bool = False
+    """Whether each command is written a period late, as the official ROS 2 node does."""
+    temperatures_every: int = 20
+    """Periods between two readings of the temperatures."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One control period; channel arrays are (7,) in command order."""
+
+    t: float
+    """When it began, clock s."""
+    late_s: float
+    """How much later than its turn that was, s."""
+    codes: NDArray[np.uint16]
+    """Positions as read."""
+    lengths: Floats
+    """The same in the simulator's lengths, m, abduction rad."""
+    observation: Floats
+    """What the policy saw, (14,)."""
+    action: Floats
+    """What it did."""
+    target: Floats
+    """The lengths that it asked for, m, abduction rad."""
+    command: NDArray[np.uint16]
+    """The codes written for it."""
+    saturated: NDArray[np.bool_]
+    """Channels whose target lay outside the command window."""
+    limited: NDArray[np.bool_]
+    """Channels that were held back to the limit of the shaft's speed."""
+    currents_a: Floats
+    """Motor currents after the write, A; NaN where the reading is missing."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run came to."""
+
+    ending: Ending
+    """Why it ended."""
+    steps: int
+    """Periods in which the policy acted."""
+    missing: int
+    """Periods in which a reading was missing and the command stayed."""
+    saturated: int
+    """Periods in which a target lay outside the command window."""
+    limited: int
+    """Periods in which the limit of the shaft's speed held a command back."""
+    latest_s: float
+    """Largest delay of a period's start, s."""
+    peak_current_a: float
+    """Largest motor current, A."""
+    peak_temperature_c: float
+    """Largest servo temperature, °C; NaN when none was read."""

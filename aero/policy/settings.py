@@ -1,0 +1,63 @@
+"""What surrounds a policy's network: rate, nominal grasp, scales and noise, with the paper's two sets as presets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from aero.policy.task import CHANNELS
+
+Row = tuple[float, ...]
+"""One value a channel, command order; m, abduction rad."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The settings that may differ between training a policy and running it (paper table "policycfg").
+
+    Raises:
+        ValueError: a row that is not seven values, a scale or rate that is not positive, or noise below zero.
+    """
+
+    nominal: Row
+    """Targets at action zero."""
+    scale: Row
+    """Change of the target from action 0 to 1."""
+    noise: Row = (0.0,) * CHANNELS
+    """Half width of the uniform noise added to each measured value."""
+    control_rate_hz: float = 20.0
+    """Actions a second."""
+
+    def __post_init__(self) -> None:
+        for name in ("nominal", "scale", "noise"):
+            row = getattr(self, name)
+            if len(row) != CHANNELS:
+                raise ValueError(f"{name} needs {CHANNELS} values in command order, got {len(row)}")
+        if min(self.scale) <= 0 or min(self.noise) < 0 or self.control_rate_hz <= 0:
+            raise ValueError(f"scales and rate must be positive and noise not negative, got {self}")
+
+    @property
+    def period_s(self) -> float:
+        """Time between two actions, s."""
+        return 1.0 / self.control_rate_hz
+
+
+PAPER_TRAINING = Settings(
+    nominal=(0.09, 0.09, 0.09, 0.09, 0.75, 0.035, 0.1),
+    scale=(0.02, 0.02, 0.02, 0.02, 0.7, 0.003, 0.012),
+    noise=(0.005, 0.005, 0.005, 0.005, 0.05, 0.005, 0.005),
+)
+"""Paper eqs. (obs) and (action)."""
+
+PAPER_DEPLOYMENT = Settings(
+    nominal=(0.083, 0.082, 0.082, 0.086, 0.75, 0.035, 0.1),
+    scale=(0.026, 0.026, 0.026, 0.024, 0.7, 0.003, 0.012),
+)
+"""Paper table "policycfg"; the values of each finger from the official ROS 2 node `rl_z_rotation_deploy`."""
+
+PRESETS = {"training": PAPER_TRAINING, "deployment": PAPER_DEPLOYMENT}
+
+
+def differences(a: Settings, b: Settings) -> dict[str, tuple[object, object]]:
+    """Return the fields in which two settings differ, each with the value in `a` and in `b`."""
+    pairs = {field.name: (getattr(a, field.name), getattr(b, field.name)) for field in fields(Settings)}
+    return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}

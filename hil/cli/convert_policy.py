@@ -1,0 +1,38 @@
+"""`aero-hil convert-policy`: a Brax or MuJoCo Playground checkpoint becomes a policy file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from aero.policy.file import save
+from aero.policy.settings import PRESETS
+from aero.policy.task import ShownAction
+from train.convert import CheckpointError, Origin, convert
+
+
+@click.command("convert-policy")
+@click.argument("checkpoint", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("policy", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--name", help="Name of the policy; the checkpoint's by default.")
+@click.option(
+    "--settings", type=click.Choice(list(PRESETS)), default="training", show_default=True,
+    help="Nominal grasp and scales it was trained with, as a preset of the paper's.",
+)  # fmt: skip
+@click.option(
+    "--shown-action", type=click.Choice([shown.value for shown in ShownAction]), default="before_last",
+    show_default=True, help="Action that its observation shows; the released environment shows `before_last`.",
+)  # fmt: skip
+def convert_policy(*, checkpoint: Path, policy: Path, name: str | None, settings: str, shown_action: str) -> None:
+    """Turn CHECKPOINT, a pickle of Brax PPO parameters of the cube task, into the file POLICY.
+
+    Nothing in the pickle is run: what it names beyond the few classes of such a checkpoint is refused.
+    """
+    origin = Origin(PRESETS[settings], ShownAction(shown_action))
+    try:
+        converted = convert(checkpoint, origin, name)
+    except CheckpointError as error:
+        raise click.UsageError(str(error)) from error
+    save(converted, policy)
+    click.echo(f"{policy}: {converted.name}, observes the action {shown_action}, {settings} settings")

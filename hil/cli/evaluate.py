@@ -1,0 +1,186 @@
+"""`aero-hil evaluate`: will this policy survive the hand?"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from aero.policy.file import Policy, PolicyFileError, load
+from aero.policy.running import RunSettings, Step
+from aero.policy.task import CHANNELS
+from firmware_emulator.firmware.profiles import PROFILES
+from hil.attribution import ChannelGap, attribute
+from hil.trial import Trial, random_unit, run_trial
+from hil.units import load_unit
+from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
+from train.evaluation.figures import delay_picture, video
+from train.evaluation.rollouts import log, task_of
+from train.scene import build_scene
+from train.simulator import Batch, Simulator
+from train.task.grasp import NOMINAL_RESET
+
+BACKENDS = ("mujoco", "mjx", "bytes")
+COLUMNS = {
+    "survival": ("keeps", "{:.2f}"),
+    "rate_rad_s": ("rad/s", "{:.2f}"),
+    "rotation_median_rad": ("rad", "{:.1f}"),
+    "airborne": ("no contact", "{:.2%}"),
+    "action_change": ("change", "{:.2f}"),
+    "finger_travel_m_s": ("mm/s", "{:.1f}"),
+    "peak_current_a": ("A", "{:.2f}"),
+}
+"""Heading and format of each figure: share that keeps the cube, mean rate, median rotation, steps without contact,
+change of the action from step to step, commanded travel of a finger, peak motor current."""
+
+
+@click.command()
+@click.argument("policy_path", metavar="POLICY", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "bytes"), show_default=True,
+    help="What to run on: plain MuJoCo, MJX, the emulated hand through every byte. May be repeated.",
+)  # fmt: skip
+@click.option("--episodes", type=int, default=100, show_default=True, help="Episodes of each condition in simulation.")
+@click.option("--trials", type=int, default=10, show_default=True, help="Trials of each hand through the bytes.")
+@click.option("--units", type=int, default=5, show_default=True, help="Random hands besides the shipped ones.")
+@click.option("--seconds", type=float, default=15.0, show_default=True, help="Length of an episode.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything that is drawn.")
+@click.option("--video", "with_video", is_flag=True, help="Render one episode.")
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), default=Path("evaluation"), show_default=True,
+    help="Folder for evaluation.json, delay.png and policy.mp4.",
+)  # fmt: skip
+def evaluate(
+    *,
+    policy_path: Path,
+    backends: tuple[str, ...],
+    episodes: int,
+    trials: int,
+    units: int,
+    seconds: float,
+    seed: int,
+    with_video: bool,
+    out: Path,
+) -> None:
+    """Measure POLICY: rotation, rate, survival, smoothness and cable travel over many seeds.
+
+    In simulation under its training conditions, the paper's deployment settings and behind a servo with a sweep of
+    delays; through the bytes on each shipped unit, on random ones and on each firmware.
+    """
+    console = Console()
+    try:
+        policy = load(policy_path)
+    except PolicyFileError as error:
+        raise click.UsageError(str(error)) from error
+    out.mkdir(parents=True, exist_ok=True)
+    results: dict[str, dict[str, dict[str, float]]] = {}
+    if "mujoco" in backends:
+        with Simulator([build_scene(count_contacts=True).compile()] * episodes) as batch:
+            results["plain MuJoCo"] = _simulated(policy, batch, seconds, seed, out / "delay.png")
+    if "mjx" in backends:
+        results["MJX"] = _over_mjx(policy, episodes, seconds, seed)
+    if "bytes" in backends:
+        results["every byte"] = _through_bytes(policy, trials, units, RunSettings(seconds=seconds), seed)
+    gaps = _gaps(policy, seconds, seed) if "bytes" in backends else ()
+    report = {"policy": policy.name, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
+    (out / "evaluation.json").write_text(json.dumps(report, indent=1))
+    for backend, rows in results.items():
+        _print(console, backend, rows)
+    if gaps:
+        _print_gaps(console, gaps)
+    if with_video:
+        video(log(policy, task_of(policy), seconds, seed).positions, out / "policy.mp4")
+
+
+def _simulated(policy: Policy, batch: Batch, seconds: float, seed: int, picture: Path) -> dict[str, dict[str, float]]:
+    swept = delay_sweep(policy)
+    cases = [*conditions(policy), *(case for _, case in swept), *lag_sweep(policy)]
+    found = measure(policy, cases, batch, seconds=seconds, seed=seed)
+    delay_picture([delay for delay, _ in swept], [found[case.name] for _, case in swept], picture)
+    return {name: one.summary() for name, one in found.items()}
+
+
+def _over_mjx(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[str, dict[str, float]]:
+    try:
+        from train.physics import MjxBatch  # noqa: PLC0415 - JAX is only needed here
+    except ImportError as error:
+        raise click.UsageError(f"--on mjx needs `pip install aero-hil[train]`: {error}") from error
+    batch = MjxBatch([build_scene(count_contacts=True).compile()] * episodes)
+    found = measure(policy, conditions(policy)[:1], batch, seconds=seconds, seed=seed)
+    return {name: one.summary() for name, one in found.items()}
+
+
+def _through_bytes(
+    policy: Policy, trials: int, units: int, settings: RunSettings, seed: int
+) -> dict[str, dict[str, float]]:
+    shipped = [load_unit(name) for name in ("reference", "paper")]
+    hands = [*shipped, *(random_unit(shipped[0], seed + k) for k in range(units))]
+    cases = [(unit.name, unit, "0.2.0") for unit in hands]
+    cases += [(f"reference, firmware {firmware}", shipped[0], firmware) for firmware in PROFILES]
+    return {
+        name: _summary(
+            [run_trial(policy, unit, firmware=firmware, seed=seed + k, settings=settings) for k in range(trials)]
+        )
+        for name, unit, firmware in cases
+    }
+
+
+def _gaps(policy: Policy, seconds: float, seed: int) -> tuple[ChannelGap, ...]:
+    """Replay a simulated episode's actions on the reference hand, and run the policy on it too."""
+    unit, settings = load_unit("reference"), RunSettings(seconds=seconds)
+    quiet = replace(policy.settings, noise=(0.0,) * CHANNELS)
+    simulated = log(policy, replace(task_of(policy, quiet), reset=NOMINAL_RESET), seconds, seed)
+
+    def lengths(script: np.ndarray | None) -> np.ndarray:
+        steps: list[np.ndarray] = []
+
+        def keep(step: Step) -> None:
+            steps.append(step.lengths)
+
+        run_trial(policy, unit, seed=seed, settings=settings, script=script, on_step=keep)
+        return np.array(steps)
+
+    after = lengths(simulated.actions)[1:]  # a reading shows what the action before it did
+    return attribute(simulated.lengths[: len(after)], after, lengths(None))
+
+
+def _as_json(gap: ChannelGap) -> dict[str, float | str]:
+    return asdict(gap) | {"channel": gap.channel.label}
+
+
+def _summary(trials: list[Trial]) -> dict[str, float]:
+    return {
+        "episodes": float(len(trials)),
+        "survival": float(np.mean([one.kept for one in trials])),
+        "rate_rad_s": float(np.mean([one.rate_rad_s for one in trials])),
+        "rotation_median_rad": float(np.median([one.rotation_rad for one in trials])),
+        "finger_travel_m_s": float(np.mean([one.travel_per_s[:4] for one in trials])),
+        "peak_current_a": max(one.run.peak_current_a for one in trials),
+    }
+
+
+def _print(console: Console, backend: str, rows: dict[str, dict[str, float]]) -> None:
+    shown = {key: column for key, column in COLUMNS.items() if any(key in row for row in rows.values())}
+    table = Table(title=backend, title_justify="left")
+    table.add_column("", no_wrap=True)
+    for title, _ in shown.values():
+        table.add_column(title, justify="right")
+    scale = {"finger_travel_m_s": 1e3}
+    for name, row in rows.items():
+        table.add_row(name, *(form.format(row[key] * scale.get(key, 1.0)) for key, (_, form) in shown.items()))
+    console.print(table)
+
+
+def _print_gaps(console: Console, gaps: tuple[ChannelGap, ...]) -> None:
+    columns = ("", "simulated", "replayed", "residual", "offset", "closed loop", "gap from")
+    title = "Motion with one episode's actions, standard deviations in mm, abduction in mrad"
+    table = Table(*columns, title=title, title_justify="left")
+    for gap in gaps:
+        figures = (gap.simulated, gap.replayed, gap.residual, gap.offset, gap.closed_loop)
+        table.add_row(gap.channel.label, *(f"{1e3 * figure:.2f}" for figure in figures), gap.cause)
+    console.print(table)

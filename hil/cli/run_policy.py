@@ -1,0 +1,109 @@
+"""`aero-hil run-policy`: a policy on any hand, recorded."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Literal
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from aero.errors import AeroError
+from aero.policy.file import Policy, PolicyFileError, load
+from aero.policy.limits import Ending, Limits
+from aero.policy.running import RunSettings
+from aero.policy.settings import PRESETS, differences
+from hil.cli.options import target
+from hil.mcap_file import write_recording
+from hil.policy_run import PolicyRun, record_policy
+from hil.target import NoHandError, open_target
+
+
+@click.command("run-policy")
+@click.argument("policy_path", metavar="POLICY", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@target
+@click.option("--seconds", type=float, default=15.0, show_default=True, help="Time under the policy.")
+@click.option("--dry-run", is_flag=True, help="Read and act, but write nothing to the hand.")
+@click.option(
+    "--settings", "preset", type=click.Choice(list(PRESETS)),
+    help="Nominal grasp and scales of the paper's training or deployment, instead of the policy's own.",
+)  # fmt: skip
+@click.option("--late", is_flag=True, help="Write each command a period late, as the official ROS 2 node does.")
+@click.option("--wait", type=float, default=1.5, show_default=True, help="Seconds for placing the object.")
+@click.option("--max-current", type=float, default=Limits.current_a, show_default=True, help="Limit of a motor, A.")
+@click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
+def run_policy(
+    *,
+    policy_path: Path,
+    target_name: str,
+    firmware: str,
+    hand: Literal["right", "left"],
+    unit: str,
+    seed: int,
+    seconds: float,
+    dry_run: bool,
+    preset: str | None,
+    late: bool,
+    wait: float,
+    max_current: float,
+    record: Path | None,
+) -> None:
+    """Run POLICY on a hand: slowly to its grasp, a wait for the object, the policy, slowly back.
+
+    Exits with 0 when the time ran out, 1 when a limit ended it, 2 on bad usage or when no hand answers.
+    """
+    console = Console()
+    try:
+        policy = load(policy_path)
+        settings = RunSettings(
+            seconds=seconds,
+            settings=PRESETS[preset] if preset else None,
+            limits=Limits(current_a=max_current),
+            wait_s=wait,
+            dry=dry_run,
+            one_period_late=late,
+        )
+        _say_settings(console, policy, settings)
+        with (
+            open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened,
+            Progress(console=console, transient=True) as bar,
+        ):
+            task = bar.add_task(opened.describe(), total=1.0)
+            result = record_policy(opened, policy, settings, progress=lambda done, _: bar.update(task, completed=done))
+        if record:
+            write_recording(result.recording, record)
+    except (NoHandError, PolicyFileError, AeroError, ValueError, OSError) as error:
+        raise click.UsageError(str(error)) from error
+    _print(console, result, record)
+    sys.exit(0 if result.run.ending is Ending.TIME else 1)
+
+
+def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> None:
+    for name, (trained, used) in differences(policy.settings, settings.settings or policy.settings).items():
+        if name != "noise":
+            console.print(f"{name}: trained {trained}, used {used}", highlight=False)
+
+
+def _print(console: Console, result: PolicyRun, record: Path | None) -> None:
+    run = result.run
+    late_ms = 1e3 * np.percentile(result.lateness_s or (0.0,), (50, 99, 100))
+    table = Table(show_header=False)
+    rows = {
+        "ended because": run.ending.value,
+        "control periods": str(run.steps),
+        "lateness, ms": "median {:.2f}, 99 % {:.2f}, most {:.2f}".format(*late_ms),
+        "periods without a reading": str(run.missing),
+        "periods outside the command window": str(run.saturated),
+        "periods held back by the speed limit": str(run.limited),
+        "peak current, A": f"{run.peak_current_a:.2f}",
+        "peak temperature, °C": f"{run.peak_temperature_c:.0f}",
+    }
+    for name, text in rows.items():
+        table.add_row(name, text)
+    console.print(table)
+    if record:
+        console.print(f"recorded in {record}")

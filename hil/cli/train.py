@@ -1,0 +1,80 @@
+"""`aero-hil train`: make a policy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import click
+from rich.console import Console
+
+from train.evaluation.figures import video
+from train.evaluation.rollouts import log
+from train.progress import PICTURE, Checkpoint
+from train.recipe import RECIPES, on_gpu
+
+EPISODE_S = 15.0
+
+
+@click.command()
+@click.argument("recipe", type=click.Choice(list(RECIPES)), default="steady")
+@click.option(
+    "--backend", type=click.Choice(["native", "mjx"]),
+    help="Physics: `native` on all cores, `mjx` on GPUs; by default what this machine has.",
+)  # fmt: skip
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything that is drawn.")
+@click.option("--minutes", type=float, help="Wall time, restarts included; without it the recipe's steps decide.")
+@click.option("--steps", type=int, help="Environment steps instead of the recipe's.")
+@click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
+@click.option("--video", "with_video", is_flag=True, help="Render an episode of the best checkpoint at the end.")
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), default=Path("training"), show_default=True,
+    help="Folder for the policy, the curve and the checkpoint.",
+)  # fmt: skip
+def train(
+    *,
+    recipe: str,
+    backend: Literal["native", "mjx"] | None,
+    seed: int,
+    minutes: float | None,
+    steps: int | None,
+    resume: bool,
+    with_video: bool,
+    out: Path,
+) -> None:
+    """Train RECIPE, `steady` for the hand or `fast` for the record in simulation.
+
+    The best checkpoint, by true rotation and survival, is written to the folder as it comes; Ctrl-C keeps it.
+    """
+    try:
+        from train import ppo  # noqa: PLC0415 - the extra is asked for where it is used
+    except ImportError as error:
+        raise click.UsageError(f"training needs `pip install aero-hil[train]`: {error}") from error
+    on = backend or ppo.machine_backend()
+    chosen = on_gpu(RECIPES[recipe]) if on == "mjx" else RECIPES[recipe]
+    chosen = chosen.with_steps(steps) if steps else chosen
+    console = Console()
+    console.print(f"{recipe} over {on}, seed {seed}, {chosen.environments} environments, {chosen.steps} steps")
+    points: list[Checkpoint] = []
+
+    def show(point: Checkpoint) -> None:
+        points.append(point)
+        console.print(_line(point), highlight=False)
+
+    try:
+        policy = ppo.train(chosen, on, seed, out, minutes=minutes, resume=resume, on_checkpoint=show)
+    except (FileExistsError, FileNotFoundError, ValueError) as error:
+        raise click.UsageError(str(error)) from error
+    best = max(points, key=lambda point: point.score)
+    console.print(f"best of this call: {_line(best)}", highlight=False)
+    console.print(f"{out / (recipe + '.npz')}, {out / PICTURE}", highlight=False)
+    if with_video:
+        video(log(policy, chosen.task, EPISODE_S, seed).positions, out / f"{recipe}.mp4")
+
+
+def _line(point: Checkpoint) -> str:
+    return (
+        f"attempt {point.attempt}  {point.steps / 1e6:6.2f} M steps  {point.elapsed_s / 60:5.1f} min  "
+        f"{point.steps_per_s:6.0f} steps/s  {point.rotation_rad:5.1f} rad  {point.rate_rad_s:5.2f} rad/s  "
+        f"keeps {point.survival:4.0%}"
+    )

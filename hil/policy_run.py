@@ -1,0 +1,81 @@
+"""The experiment "policy": a policy runs on a target, and everything that happened is recorded.
+
+Series of the recording, all sampled once a control period: `codes` as read, `hand` the same in the simulator's
+lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.policy.file import Policy
+from aero.policy.limits import Ending
+from aero.policy.loop import run_policy
+from aero.policy.running import Run, RunSettings, Step
+from hil.recorder import Progress, Recorder, silent
+from hil.recording import Recording
+from hil.target import Target
+
+
+class PolicyRun(NamedTuple):
+    """What the experiment leaves."""
+
+    run: Run
+    """What the loop saw."""
+    recording: Recording
+    """All of it."""
+    lateness_s: tuple[float, ...]
+    """How much later than its turn each control period began, s."""
+
+
+def record_policy(target: Target, policy: Policy, settings: RunSettings, *, progress: Progress = silent) -> PolicyRun:
+    """Run `policy` on `target`.
+
+    Args:
+        target: any hand; nothing but its driver, clock and map is used.
+        policy: what acts.
+        settings: how.
+        progress: told about every control period.
+
+    Raises:
+        AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
+    """
+    recorder, lateness = Recorder(target), []
+    periods = max(1, round(settings.seconds / (settings.settings or policy.settings).period_s))
+
+    def take(step: Step) -> None:
+        rows: dict[str, NDArray[Any]] = {
+            "codes": step.codes,
+            "hand": step.lengths,
+            "action": step.action,
+            "goal": step.target,
+            "command_codes": step.command,
+            "currents": step.currents_a,
+        }
+        for name, row in rows.items():
+            if np.isfinite(row).all():
+                recorder.add(name, step.t, row)
+        lateness.append(step.late_s)
+        progress(len(lateness) / periods, policy.name)
+
+    recorder.note(f"policy {policy.name!r} {'reads only' if settings.dry else 'runs'}")
+    run = run_policy(
+        policy,
+        target.hand,
+        target.clock,
+        target.map,
+        settings=settings,
+        on_ready=lambda: recorder.note("the policy begins"),
+        on_step=take,
+    )
+    recorder.note(run.ending.value, "info" if run.ending is Ending.TIME else "error")
+    parameters: dict[str, float | str] = {
+        "policy": policy.name,
+        "shown_action": policy.shown_action.value,
+        "seconds_s": settings.seconds,
+        "dry": float(settings.dry),
+    }
+    return PolicyRun(run, recorder.finish("policy", parameters), tuple(lateness))

@@ -1,0 +1,150 @@
+"""A policy on an emulated hand with a cube, through every byte: does it keep the cube, and how fast does it turn it?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero import AeroHand
+from aero.actuation import ActuationMap
+from aero.policy.file import Policy
+from aero.policy.limits import Ending
+from aero.policy.loop import run_policy
+from aero.policy.running import Run, RunSettings, Step
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
+from hil.units import Unit
+from model.cube_plant import CubePlant
+from model.scene import CUBE_START
+
+LOST_HEIGHT = -0.05
+"""Height of the cube's centre below which it is lost, world frame, m; as in training."""
+PLACING_SPREAD_M = 0.002
+"""Standard deviation of where a person puts the cube, along each axis, m."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What one trial came to."""
+
+    unit: str
+    """The hand."""
+    firmware: str
+    """What its board ran."""
+    seed: int
+    """Of the hand's noise and of where the cube was put."""
+    kept: bool
+    """Whether the cube was still in the hand when the time was over, and no limit ended the run before."""
+    alive_s: float
+    """Time until then or until the loss, s."""
+    rotation_rad: float
+    """Rotation about the vertical in that time, rad."""
+    run: Run
+    """What the loop saw: its ending, missing readings, saturation, currents."""
+    travel_per_s: tuple[float, ...]
+    """Commanded travel of each channel, (7,), m/s, abduction rad/s."""
+
+    @property
+    def rate_rad_s(self) -> float:
+        """Mean angular velocity, rad/s."""
+        return self.rotation_rad / self.alive_s if self.alive_s else 0.0
+
+
+class _Cube:
+    """Watches the cube while the policy runs."""
+
+    def __init__(self, plant: CubePlant, position: np.ndarray, on_step: Callable[[Step], None]) -> None:
+        self._plant, self._position, self._on_step = plant, position, on_step
+        self._began = 0.0
+        self.alive_s, self.rotation, self.lost = 0.0, 0.0, False
+        self.targets: list[np.ndarray] = []
+
+    def place(self) -> None:
+        self._plant.place_cube(self._position)
+        self._began = self._plant.time
+
+    def watch(self, step: Step) -> None:
+        self.targets.append(step.target)
+        if not self.lost:
+            self.alive_s = self._plant.time - self._began
+            self.rotation = self._plant.cube_rotation
+            self.lost = bool(self._plant.cube_position()[2] < LOST_HEIGHT)
+        self._on_step(step)
+
+
+def run_trial(
+    policy: Policy,
+    unit: Unit,
+    *,
+    firmware: str = "0.2.0",
+    seed: int = 0,
+    settings: RunSettings | None = None,
+    script: NDArray[np.float64] | None = None,
+    on_step: Callable[[Step], None] = lambda _: None,
+) -> Trial:
+    """Run `policy` once from the nominal grasp with the cube put into the hand.
+
+    Args:
+        policy: what acts.
+        unit: mechanics and servos of the emulated hand.
+        firmware: version the board runs.
+        seed: of the hand's noise and of where the cube is put.
+        settings: of the loop; the policy's own and 15 s when left out.
+        script: actions (periods, 7) to play open loop in place of the policy's.
+        on_step: told about every control period.
+    """
+    plant = CubePlant(unit.hand)
+    electronics = EmulatedHand(plant, firmware=firmware, servos=unit.servos, seed=seed)
+    position = np.array(CUBE_START) + PLACING_SPREAD_M * np.random.default_rng(seed).standard_normal(3)
+    cube = _Cube(plant, position, on_step)
+    with AeroHand(InProcessLink(electronics), electronics.clock) as hand:
+        run = run_policy(
+            policy,
+            hand,
+            electronics.clock,
+            ActuationMap.for_firmware(firmware),
+            settings=settings,
+            script=script,
+            on_ready=cube.place,
+            on_step=cube.watch,
+        )
+    travel = (
+        np.abs(np.diff(cube.targets, axis=0)).sum(axis=0) / max(cube.alive_s, 1e-9) if cube.targets else np.zeros(7)
+    )
+    return Trial(
+        unit=unit.name,
+        firmware=firmware,
+        seed=seed,
+        kept=not cube.lost and run.ending is Ending.TIME,
+        alive_s=cube.alive_s,
+        rotation_rad=cube.rotation,
+        run=run,
+        travel_per_s=tuple(travel.tolist()),
+    )
+
+
+def random_unit(unit: Unit, seed: int) -> Unit:
+    """Return another individual of `unit`'s kind: winding, take-up, friction, springs and supply differ.
+
+    Spreads are assumed: 2 % of the winding radii, up to 2 mm of take-up, half to double the friction, a quarter on
+    the springs, 5 % on the supply.
+    """
+    rng, hand = np.random.default_rng(seed), unit.hand
+
+    def scaled(values: tuple[float, ...], low: float, high: float) -> tuple[float, ...]:
+        return tuple((np.array(values) * rng.uniform(low, high, len(values))).tolist())
+
+    varied = replace(
+        hand,
+        winding_scale=scaled(hand.winding_scale, 0.98, 1.02),
+        cable_take_up=tuple((np.array(hand.cable_take_up) + rng.uniform(0, 0.002, 7)).tolist()),
+        spool_friction=scaled(hand.spool_friction, 0.5, 2.0),
+        joint_friction=scaled(hand.joint_friction, 0.5, 2.0),
+        spring_open=scaled(hand.spring_open, 0.75, 1.25),
+        spring_closed=scaled(hand.spring_closed, 0.75, 1.25),
+        supply_ratio=hand.supply_ratio * rng.uniform(0.95, 1.05),
+    )
+    return replace(unit, name=f"{unit.name} varied {seed}", hand=varied)

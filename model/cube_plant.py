@@ -1,0 +1,61 @@
+"""The built hand with the cube of the rotation task, for running a policy through the whole chain."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from model.geometry import Side
+from model.parameters import BuiltHandParameters
+from model.plant import BuiltHandPlant
+from model.scene import add_cube
+
+OUT_OF_REACH = (1.0, 0.0, 0.0)
+"""Where the cube falls freely until it is placed, m."""
+
+
+class CubePlant(BuiltHandPlant):
+    """A built hand and a cube that is out of reach until `place_cube`."""
+
+    def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
+        super().__init__(parameters, hand)
+        joint = self._model.joint("cube")
+        self._cube_qpos, self._cube_dof = joint.qposadr[0], joint.dofadr[0]
+        self._turned = 0.0
+        self.place_cube(OUT_OF_REACH)
+
+    def place_cube(self, position: ArrayLike, orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0)) -> None:
+        """Put the cube at rest at `position` (3,), m, with `orientation` (4,), unit quaternion w x y z, world frame."""
+        self._data.qpos[self._cube_qpos : self._cube_qpos + 3] = position
+        self._data.qpos[self._cube_qpos + 3 : self._cube_qpos + 7] = orientation
+        self._data.qvel[self._cube_dof : self._cube_dof + 6] = 0.0
+        self._turned = 0.0
+
+    def advance_to(self, t: float) -> None:
+        """Integrate to exactly `t` (s), as any built hand, and follow how far the cube turns."""
+        before, spin = self.time, self._spin()
+        super().advance_to(t)
+        if t > before:
+            self._turned += 0.5 * (spin + self._spin()) * (t - before)
+
+    @property
+    def cube_rotation(self) -> float:
+        """Rotation of the cube about the vertical since it was placed, rad, whole turns included."""
+        return self._turned
+
+    def cube_position(self) -> NDArray[np.float64]:
+        """Return the centre of the cube, (3,), m, world frame."""
+        position: NDArray[np.float64] = self._data.qpos[self._cube_qpos : self._cube_qpos + 3].copy()
+        return position
+
+    def _spec(self, hand: Side) -> mujoco.MjSpec:
+        spec = super()._spec(hand)
+        add_cube(spec)
+        return spec
+
+    def _spin(self) -> float:
+        """Return the cube's angular velocity about the vertical, rad/s."""
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, self._data.qpos[self._cube_qpos + 3 : self._cube_qpos + 7])
+        return float(rotation[6:] @ self._data.qvel[self._cube_dof + 3 : self._cube_dof + 6])

@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from policies import finite_observations, network, seeds
+
+from aero.policy.network import ACTION_BOUND, Layer, Network, swish
+
+OBSERVATION = network().mean + network().std * np.linspace(-2, 2, 14, dtype=np.float32)
+
+
+@given(seeds, finite_observations)
+def test_actions_are_finite_and_inside_the_open_interval_for_any_finite_observation(seed, observation):
+    action = network(seed).act(observation)
+    assert action.shape == (7,)
+    assert np.isfinite(action).all()
+    assert (np.abs(action) < 1).all()
+
+
+def test_the_action_bound_is_the_largest_number_below_one():
+    assert ACTION_BOUND < 1.0
+    assert np.float32(ACTION_BOUND) == np.nextafter(np.float32(1), np.float32(0))
+
+
+@given(seeds)
+def test_the_network_is_what_its_formula_says(seed):
+    net = network(seed)
+    x = (OBSERVATION.astype(np.float64) - net.mean) / net.std
+    for layer in net.layers[:-1]:
+        x = x @ layer.kernel + layer.bias
+        x = x / (1 + np.exp(-x))
+    x = x @ net.layers[-1].kernel + net.layers[-1].bias
+    np.testing.assert_allclose(net.act(OBSERVATION), np.tanh(x[:7]), atol=1e-5)
+
+
+@given(seeds)
+def test_a_batch_gives_what_each_observation_gives(seed):
+    net = network(seed)
+    batch = np.random.default_rng(seed).normal(size=(3, 2, 14)) * net.std + net.mean
+    np.testing.assert_allclose(net.act(batch)[1, 1], net.act(batch[1, 1]), atol=1e-6)
+
+
+@given(seeds)
+def test_exchanging_two_channels_or_dropping_the_normaliser_changes_the_action(seed):
+    net = network(seed)
+    exchanged = OBSERVATION[[1, 0, *range(2, 14)]]
+    unnormalised = Network(np.zeros(14, np.float32), np.ones(14, np.float32), net.layers)
+    assert np.abs(net.act(exchanged) - net.act(OBSERVATION)).max() > 1e-4
+    assert np.abs(unnormalised.act(OBSERVATION) - net.act(OBSERVATION)).max() > 1e-3
+
+
+def test_swish_of_large_values_is_the_ramp():
+    np.testing.assert_array_equal(swish(np.array([-1e30, 0, 1e30], np.float32)), np.array([0, 0, 1e30], np.float32))
+
+
+@pytest.mark.parametrize("bad", [np.zeros(13), np.full(14, np.nan), np.full(14, np.inf), np.array(0.0)])
+def test_observations_that_are_none_are_refused(bad):
+    with pytest.raises(ValueError, match="an observation"):
+        network().act(bad)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"layers": ()}, "14 outputs"),
+        ({"layers": network().layers[:2]}, "14 outputs"),
+        ({"layers": (network().layers[0], network().layers[2])}, "kernel_1 must be"),
+        ({"mean": np.zeros(13, np.float32)}, "mean must be"),
+        ({"std": np.zeros(14, np.float32)}, "positive"),
+        ({"mean": np.full(14, np.nan, np.float32)}, "not finite"),
+        ({"layers": (*network().layers[:2], Layer(network().layers[2].kernel, np.zeros(3, np.float32)))}, "bias_2"),
+    ],
+)
+def test_weights_that_do_not_fit_are_refused(change, message):
+    net = network()
+    with pytest.raises(ValueError, match=message):
+        Network(**{"mean": net.mean, "std": net.std, "layers": net.layers} | change)

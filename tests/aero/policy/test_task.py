@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from policies import actions, lengths
+
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, Settings, differences
+from aero.policy.task import OBSERVATION_LAYOUT, ActionMemory, ShownAction, observe, targets
+
+
+@given(lengths, actions)
+def test_an_observation_is_four_fingers_cmc_flexor_abduction_and_the_action_in_command_order(values, action):
+    index, middle, ring, pinky, abduction, cmc, flexor = values
+    expected = [index, middle, ring, pinky, cmc, flexor, abduction, *action]
+    np.testing.assert_array_equal(observe(values, action), expected)
+
+
+def test_the_layout_names_what_observe_returns():
+    assert OBSERVATION_LAYOUT[4:8] == (
+        "length:thumb_cmc_flexion",
+        "length:thumb_flexor",
+        "length:thumb_abduction",
+        "action:index",
+    )
+    assert OBSERVATION_LAYOUT[-1] == "action:thumb_flexor"
+
+
+@given(actions, actions)
+def test_the_memory_shows_the_action_that_was_declared(first, second):
+    memory = ActionMemory.empty(first).after(first).after(second)
+    np.testing.assert_array_equal(memory.shown(ShownAction.LAST), second)
+    np.testing.assert_array_equal(memory.shown(ShownAction.BEFORE_LAST), first)
+
+
+def test_an_empty_memory_shows_zeros():
+    memory = ActionMemory.empty(np.ones((3, 7)))
+    assert memory.shown(ShownAction.BEFORE_LAST).shape == (3, 7)
+    assert not memory.last.any()
+
+
+def test_targets_span_nominal_plus_minus_scale():
+    nominal, scale = np.array(PAPER_TRAINING.nominal), np.array(PAPER_TRAINING.scale)
+    np.testing.assert_allclose(targets(np.ones(7), nominal, scale), [0.11, 0.11, 0.11, 0.11, 1.45, 0.038, 0.112])
+    np.testing.assert_allclose(targets(-np.ones(7), nominal, scale), [0.07, 0.07, 0.07, 0.07, 0.05, 0.032, 0.088])
+
+
+def test_the_presets_differ_as_the_papers_table_says():
+    changed = differences(PAPER_TRAINING, PAPER_DEPLOYMENT)
+    assert set(changed) == {"nominal", "scale", "noise"}
+    for name in ("nominal", "scale"):
+        training, deployment = map(np.array, changed[name])
+        assert (training[:4] != deployment[:4]).all()
+        assert (training[4:] == deployment[4:]).all()
+    assert differences(PAPER_TRAINING, PAPER_TRAINING) == {}
+
+
+@pytest.mark.parametrize(
+    "change", [{"nominal": (0.0,) * 6}, {"scale": (0.0,) * 7}, {"noise": (-1.0,) * 7}, {"control_rate_hz": 0.0}]
+)
+def test_settings_that_make_no_sense_are_refused(change):
+    with pytest.raises(ValueError, match=r"needs 7 values|must be positive"):
+        Settings(**{"nominal": PAPER_TRAINING.nominal, "scale": PAPER_TRAINING.scale} | change)

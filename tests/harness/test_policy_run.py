@@ -1,0 +1,137 @@
+"""Policies through the bytes: the experiment, the trial with a cube, and their commands."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from policies import policy
+
+from aero.policy.file import save
+from aero.policy.limits import Ending, Limits
+from aero.policy.loop import actions_on
+from aero.policy.running import RunSettings
+from hil.cli import main
+from hil.mcap_file import read_recording
+from hil.policy_run import record_policy
+from hil.target import open_target
+from hil.trial import random_unit, run_trial
+from hil.units import load_unit
+
+SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
+
+
+@pytest.fixture
+def path(tmp_path):
+    save(policy(), tmp_path / "policy.npz")
+    return tmp_path / "policy.npz"
+
+
+def test_a_policy_runs_through_every_byte_and_its_recording_replays():
+    with open_target("emulated") as target:
+        result = record_policy(target, policy(), SHORT)
+    recording = result.recording
+    assert result.run.ending is Ending.TIME
+    assert result.run.steps == 20
+    assert max(result.lateness_s) == 0.0
+    assert set(recording.series) == {"codes", "hand", "action", "goal", "command_codes", "currents"}
+    np.testing.assert_array_equal(actions_on(policy(), recording["hand"].values), recording["action"].values)
+    np.testing.assert_allclose(np.diff(recording["hand"].times), 0.05)
+    assert len(recording.wire) > 3 * 20
+    assert [event.text for event in recording.events][-1] == Ending.TIME.value
+
+
+def test_two_runs_are_the_same_to_the_bit():
+    recordings = []
+    for _ in range(2):
+        with open_target("emulated", seed=4) as target:
+            recordings.append(record_policy(target, policy(), SHORT).recording)
+    assert recordings[0].wire == recordings[1].wire
+
+
+def test_a_dry_run_sends_no_position():
+    with open_target("emulated") as target:
+        recording = record_policy(target, policy(), RunSettings(seconds=0.5, dry=True)).recording
+    assert {record.data[0] for record in recording.wire if record.direction == "to_hand"} <= {0x22, 0x24, 0x25}
+
+
+def test_a_trial_follows_the_cube_from_its_placing():
+    trial = run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
+    assert trial.run.steps > 10
+    assert 0.0 < trial.alive_s <= 1.0
+    assert np.isfinite(trial.rotation_rad)
+    assert trial == run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
+
+
+def test_a_hand_that_opens_has_not_kept_the_cube():
+    opening = np.tile([1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0], (60, 1))
+    trial = run_trial(policy(), load_unit("reference"), settings=RunSettings(seconds=3.0), script=opening)
+    assert trial.run.ending is Ending.TIME
+    assert not trial.kept
+    assert trial.alive_s < 2.5
+
+
+def test_a_run_that_a_limit_ended_has_not_kept_the_cube():
+    settings = RunSettings(seconds=1.0, limits=Limits(current_a=0.01, current_s=0.2))
+    trial = run_trial(policy(), load_unit("reference"), settings=settings, script=np.zeros((20, 7)))
+    assert trial.run.ending is Ending.CURRENT
+    assert not trial.kept
+
+
+def test_random_units_differ_in_their_own_seeds_only():
+    unit = load_unit("reference")
+    assert random_unit(unit, 1) == random_unit(unit, 1)
+    assert random_unit(unit, 1).hand != random_unit(unit, 2).hand
+    assert random_unit(unit, 1).servos == unit.servos
+
+
+def test_run_policy_prints_and_records(path, tmp_path):
+    arguments = ["run-policy", str(path), "--seconds", "1", "--record", str(tmp_path / "run.mcap")]
+    result = CliRunner().invoke(main, arguments, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    assert "the time was over" in result.output
+    assert read_recording(tmp_path / "run.mcap").header.experiment == "policy"
+
+
+def test_run_policy_says_how_the_preset_differs_from_the_training(path):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "0.2", "--settings", "deployment"])
+    assert result.exit_code == 0, result.output
+    assert "nominal: trained" in result.output
+
+
+def test_run_policy_ends_with_one_when_a_limit_ends_it(path):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.01"])
+    assert result.exit_code == 1
+    assert Ending.CURRENT.value in result.output
+
+
+@pytest.mark.parametrize("arguments", [["--hil", "/dev/nowhere"], ["--max-current", "-1"], ["--unit", "unknown"]])
+def test_run_policy_refuses_what_cannot_be(path, arguments):
+    result = CliRunner().invoke(main, ["run-policy", str(path), *arguments])
+    assert result.exit_code == 2
+
+
+def test_run_policy_refuses_a_file_that_is_no_policy(tmp_path):
+    (tmp_path / "x.npz").write_bytes(b"x")
+    result = CliRunner().invoke(main, ["run-policy", str(tmp_path / "x.npz")])
+    assert result.exit_code == 2
+    assert "convert-policy" in result.output
+
+
+def test_evaluate_leaves_figures_for_each_backend(path, tmp_path):
+    arguments = ["evaluate", str(path), "--episodes", "2", "--trials", "1", "--units", "1", "--seconds", "0.5"]
+    result = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    results = json.loads((tmp_path / "evaluation.json").read_text())["results"]
+    assert set(results) == {"plain MuJoCo", "every byte"}
+    assert {"reference", "paper", "reference varied 0", "reference, firmware 0.1.0"} <= set(results["every byte"])
+    assert (tmp_path / "delay.png").exists()
+
+
+def test_convert_policy_refuses_a_pickle_that_runs_something(tmp_path):
+    (tmp_path / "evil").write_bytes(pickle.dumps(print))
+    result = CliRunner().invoke(main, ["convert-policy", str(tmp_path / "evil"), str(tmp_path / "out.npz")])
+    assert result.exit_code == 2
+    assert "do not trust" in result.output
+    assert not (tmp_path / "out.npz").exists()

@@ -1,0 +1,38 @@
+"""Random policies and observations."""
+
+from itertools import pairwise
+
+import numpy as np
+from hypothesis import strategies as st
+
+from aero.policy.file import Policy
+from aero.policy.network import Layer, Network
+from aero.policy.settings import PAPER_TRAINING
+from aero.policy.task import ShownAction
+
+WIDTHS = (14, 16, 8, 14)
+
+
+def network(seed: int = 0, widths: tuple[int, ...] = WIDTHS) -> Network:
+    rng = np.random.default_rng(seed)
+    layers = tuple(
+        Layer(
+            rng.normal(0, 1 / np.sqrt(inputs), (inputs, outputs)).astype(np.float32),
+            rng.normal(0, 0.1, outputs).astype(np.float32),
+        )
+        for inputs, outputs in pairwise(widths)
+    )
+    nominal = np.array(PAPER_TRAINING.nominal)[[0, 1, 2, 3, 5, 6, 4]]
+    mean = np.concatenate([nominal, rng.uniform(-0.5, 0.5, 7)]).astype(np.float32)
+    std = np.concatenate([np.full(6, 0.005), [0.17], np.full(7, 0.24)]).astype(np.float32)
+    return Network(mean, std, layers)
+
+
+def policy(seed: int = 0, shown_action: ShownAction = ShownAction.LAST) -> Policy:
+    return Policy("test", network(seed), PAPER_TRAINING, shown_action, provenance={"seed": seed})
+
+
+seeds = st.integers(0, 2**32 - 1)
+lengths = st.lists(st.floats(-2, 2), min_size=7, max_size=7).map(np.array)
+actions = st.lists(st.floats(-1, 1), min_size=7, max_size=7).map(np.array)
+finite_observations = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=14, max_size=14).map(np.array)

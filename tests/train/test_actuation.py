@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from train import actuation
+from train.actuation import ActuationRanges, Parameters
+
+NOMINAL = np.array([0.09, 0.09, 0.09, 0.09, 0.75, 0.035, 0.1])
+STEPS, STEP_S = 5, 0.01
+small = st.floats(-0.005, 0.005)
+targets = st.lists(small, min_size=7, max_size=7).map(lambda change: NOMINAL + change)
+
+
+def params(lag_s=0.0, delay_s=0.0, offset=0.0, gain=1.0):
+    return Parameters(np.array([lag_s]), np.array([delay_s]), np.full(7, offset), np.full(7, gain))
+
+
+def drive(parameters, sequence, limited=False):
+    servo, rows = actuation.at_rest(NOMINAL), []
+    for target in sequence:
+        servo, controls = actuation.drive(
+            servo, target, parameters, NOMINAL, steps=STEPS, step_s=STEP_S, limited=limited
+        )
+        rows.append(controls)
+    return np.concatenate(rows)
+
+
+@given(targets, targets)
+def test_the_ideal_hand_holds_each_target_for_the_whole_period(first, second):
+    controls = drive(params(), [first, second])
+    np.testing.assert_allclose(controls, np.repeat([first, second], STEPS, axis=0), atol=1e-12)
+
+
+@given(st.integers(0, 10))
+def test_a_delay_of_whole_steps_shifts_the_commands(steps):
+    sequence = [NOMINAL + 0.001 * (k + 1) for k in range(4)]
+    ideal, late = drive(params(), sequence), drive(params(delay_s=steps * STEP_S), sequence)
+    np.testing.assert_allclose(late, np.concatenate([np.tile(NOMINAL, (steps, 1)), ideal])[: len(ideal)], atol=1e-12)
+
+
+@given(st.floats(0, 0.1))
+def test_a_delay_costs_its_own_length_of_the_command_exactly(delay_s):
+    controls = drive(params(delay_s=delay_s), [NOMINAL + 0.001] * 4)
+    missed = (NOMINAL + 0.001 - controls).sum(axis=0) * STEP_S
+    np.testing.assert_allclose(missed, 0.001 * delay_s, atol=1e-9)
+
+
+@given(st.floats(0.005, 0.1))
+def test_a_lag_is_first_order(lag_s):
+    controls = drive(params(lag_s=lag_s), [NOMINAL + 0.001] * 3)
+    t = STEP_S * np.arange(1, len(controls) + 1)
+    np.testing.assert_allclose(controls[:, 0] - NOMINAL[0], 0.001 * (1 - np.exp(-t / lag_s)), atol=1e-9)
+
+
+@given(st.floats(0, 0.05), st.floats(0, 0.1))
+def test_no_command_moves_a_hand_faster_than_its_servo(lag_s, delay_s):
+    wild = [NOMINAL + 0.02, NOMINAL - 0.02, NOMINAL + 0.02]
+    controls = np.vstack([NOMINAL, drive(params(lag_s, delay_s), wild, limited=True)])
+    assert (np.abs(np.diff(controls, axis=0)) <= actuation.SPEED_LIMIT * STEP_S + 1e-12).all()
+
+
+@given(targets, st.floats(-0.001, 0.001), st.floats(0.9, 1.1))
+def test_offset_and_gain_act_on_command_and_reading_in_opposite_ways(target, offset, gain):
+    parameters = params(offset=offset, gain=gain)
+    reached = drive(parameters, [target])[-1]
+    np.testing.assert_allclose(reached, NOMINAL + gain * (target - NOMINAL) + offset, atol=1e-12)
+    np.testing.assert_allclose(actuation.read(reached, parameters, NOMINAL, False), target, atol=1e-12)
+
+
+@given(targets)
+def test_readings_come_in_counts(lengths):
+    reading = actuation.read(lengths, params(), NOMINAL, True)
+    counts = reading / actuation.COUNT
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+    assert (reading <= lengths + 1e-12).all()
+    assert (lengths - reading < actuation.COUNT + 1e-12).all()
+
+
+def test_one_count_is_the_physical_hands():
+    np.testing.assert_allclose(actuation.COUNT[0], 13.8e-6, rtol=0.01)
+    np.testing.assert_allclose(actuation.COUNT[4], 2 * np.pi / 4096)
+
+
+def test_parameters_stay_in_their_ranges_and_reach_both_ends():
+    ranges = actuation.HAND
+    uniform = np.random.default_rng(0).uniform(size=(10_000, actuation.DRAWS))
+    drawn = actuation.parameters(ranges, uniform)
+    spans = {
+        "lag_s": (drawn.lag_s, ranges.lag_s),
+        "delay_s": (drawn.delay_s, ranges.delay_s),
+        "offset": (drawn.offset[:, [0, 1, 2, 3, 5, 6]], ranges.offset_m),
+        "abduction": (drawn.offset[:, 4], ranges.abduction_offset_rad),
+        "gain": (drawn.gain, ranges.gain),
+    }
+    for name, (values, (low, high)) in spans.items():
+        assert low <= values.min() < low + 0.01 * (high - low), name
+        assert high >= values.max() > high - 0.01 * (high - low), name
+    assert np.abs(np.corrcoef(drawn.gain.T) - np.eye(7)).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    "change", [{"lag_s": (0.2, 0.1)}, {"lag_s": (-0.1, 0.1)}, {"delay_s": (0.0, 0.11)}, {"gain": (0.0, 1.0)}]
+)
+def test_ranges_that_cannot_be_simulated_are_refused(change):
+    with pytest.raises(ValueError, match=r"must be"):
+        actuation.check(ActuationRanges(**change), period_s=0.05)

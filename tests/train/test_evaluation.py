@@ -1,0 +1,105 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from policies import policy
+
+from aero.policy.network import Layer, Network
+from aero.policy.settings import PAPER_DEPLOYMENT
+from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
+from train.evaluation.figures import delay_picture
+from train.evaluation.rollouts import Episodes, log, run, task_of
+from train.scene import build_scene
+from train.simulator import Simulator
+
+BATCH = 4
+
+
+@pytest.fixture(scope="module")
+def batch():
+    with Simulator([build_scene(count_contacts=True).compile()] * BATCH, threads=1) as simulator:
+        yield simulator
+
+
+def holding():
+    """A policy that always acts zero: it holds the nominal grasp."""
+    net = policy().network
+    last = net.layers[-1]
+    still = Layer(np.zeros_like(last.kernel), np.zeros_like(last.bias))
+    return replace(policy(), network=Network(net.mean, net.std, (*net.layers[:-1], still)))
+
+
+def test_the_same_seed_gives_the_same_episodes_and_another_others(batch):
+    first, again, other = (run(policy(), task_of(policy()), batch, 1.0, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first.rotation_rad, again.rotation_rad)
+    assert (first.rotation_rad != other.rotation_rad).all()
+
+
+def test_a_hand_that_holds_still_commands_no_travel_and_hardly_turns_the_cube(batch):
+    episodes = run(holding(), task_of(holding()), batch, 2.0)
+    assert (episodes.travel_per_s == 0).all()
+    assert (episodes.action_change == 0).all()
+    assert (np.abs(episodes.rate_rad_s) < 1.0).all()
+    assert ((episodes.airborne >= 0) & (episodes.airborne <= 1)).all()
+
+
+def test_a_hand_that_opens_loses_the_cube_and_counts_only_until_then(batch):
+    settings = holding().settings
+    wide = np.add(settings.nominal, (0.02, 0.02, 0.02, 0.02, -0.7, 0.003, 0.012))
+    opened = task_of(holding(), replace(settings, nominal=tuple(wide)))
+    episodes = run(holding(), opened, batch, 3.0)
+    assert not episodes.kept.any()
+    assert (episodes.alive_s < 2.0).all()
+    assert episodes.summary()["survival"] == 0.0
+
+
+def test_the_conditions_are_the_papers_and_the_sweep_reaches_a_control_period():
+    trained, quiet, deployed = conditions(policy())
+    assert trained.task.settings == policy().settings
+    assert max(quiet.task.settings.noise) == 0
+    assert deployed.task.settings == PAPER_DEPLOYMENT
+    assert deployed.task.reset.joint_std_rad == 0
+    delays = [delay for delay, _ in delay_sweep(policy())]
+    assert delays[0] == 0
+    assert delays[-1] == policy().settings.period_s
+    assert len({case.task.actuation.lag_s for case in lag_sweep(policy())}) == len(lag_sweep(policy()))
+    assert all(case.task.actuation.delay_s == (delay, delay) for delay, case in delay_sweep(policy()))
+
+
+def test_every_condition_is_measured_by_name(batch):
+    cases = conditions(policy())[:2]
+    told = []
+    found = measure(policy(), cases, batch, seconds=0.5, seed=0, progress=told.append)
+    assert list(found) == told == [case.name for case in cases]
+
+
+def test_the_summary_is_of_the_episodes():
+    episodes = Episodes(
+        kept=np.array([True, False]),
+        alive_s=np.array([10.0, 5.0]),
+        rotation_rad=np.array([10.0, 10.0]),
+        airborne=np.array([0.0, 0.3]),
+        action_change=np.array([0.1, 0.3]),
+        travel_per_s=np.full((2, 7), 0.01),
+        overspeed=np.zeros(2),
+    )
+    summary = episodes.summary()
+    assert summary["survival"] == 0.5
+    assert summary["rate_rad_s"] == pytest.approx(1.5)
+    assert summary["airborne"] == pytest.approx(0.1)
+    assert summary["finger_travel_m_s"] == pytest.approx(0.01)
+
+
+def test_pictures_are_drawn(tmp_path, batch):
+    episodes = [run(policy(), task_of(policy()), batch, 0.5, seed) for seed in (0, 1)]
+    delay_picture([0.0, 0.05], episodes, tmp_path / "delay.png")
+    assert (tmp_path / "delay.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_log_keeps_every_step_of_an_episode():
+    kept = log(policy(), task_of(policy()), 0.5, 3)
+    assert (kept.positions.shape, kept.actions.shape, kept.lengths.shape) == ((10, 23), (10, 7), (10, 7))
+    with Simulator([build_scene(count_contacts=True).compile()], threads=1) as single:
+        episodes = run(policy(), task_of(policy()), single, 0.5, 3)
+    change = np.linalg.norm(np.diff(np.vstack([np.zeros(7), kept.actions]), axis=0), axis=1)
+    np.testing.assert_allclose(episodes.action_change, change.mean())

@@ -1,0 +1,110 @@
+"""Training end to end, small; slow because XLA compiles for tens of seconds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("brax.training.agents.ppo", reason="needs the extra `train`")
+
+from click.testing import CliRunner
+from policies import policy
+
+from aero.policy.file import load
+from hil.cli import main
+from train import ppo
+from train.progress import Checkpoint, read, read_standing
+from train.recipe import STEADY, Stuck
+
+POINT = Checkpoint(
+    attempt=0,
+    steps=204_800,
+    elapsed_s=31.5,
+    steps_per_s=6500.0,
+    rotation_rad=8.3,
+    rate_rad_s=0.55,
+    survival=0.97,
+    airborne=0.001,
+    overspeed=0.0,
+    score=0.5,
+)
+
+TINY = replace(STEADY, environments=8, minibatches=2, unroll=5, epochs=1, hidden=(16,), steps=160, checkpoint_steps=80)
+
+
+@pytest.fixture(autouse=True)
+def short_episodes(monkeypatch):
+    monkeypatch.setattr(ppo, "EPISODE_S", 0.5)
+    monkeypatch.setattr(ppo, "EVALUATED", 2)
+
+
+def test_the_score_prefers_survival_up_to_its_goal():
+    assert ppo.score(1.0, 0.98, 0.95) == 1.0
+    assert ppo.score(1.0, 0.85, 0.95) == pytest.approx(0.5)
+
+
+def test_the_command_asks_for_the_recipe_and_says_every_checkpoint(monkeypatch, tmp_path):
+    asked = []
+
+    def fake(recipe, backend, seed, folder, *, minutes, resume, on_checkpoint):
+        asked.append((recipe.name, recipe.steps, backend, seed, folder, minutes, resume))
+        on_checkpoint(POINT)
+        return policy()
+
+    monkeypatch.setattr(ppo, "train", fake)
+    arguments = ["train", "fast", "--backend", "native", "--steps", "102400", "--seed", "3", "--minutes", "5"]
+    result = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path)], catch_exceptions=False)
+    assert asked == [("fast", 102_400, "native", 3, tmp_path, 5.0, False)]
+    assert "keeps  97%" in result.output
+    assert "0.20 M steps" in result.output
+
+
+def test_the_command_refuses_a_folder_that_holds_a_run(tmp_path):
+    (tmp_path / "parameters.npz").touch()
+    result = CliRunner().invoke(main, ["train", "--backend", "native", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "resume" in result.output
+
+
+@pytest.mark.slow
+def test_a_run_leaves_a_policy_and_can_go_on(tmp_path):
+    told: list[Checkpoint] = []
+    policy = ppo.train(TINY, "native", 0, tmp_path, threads=1, on_checkpoint=told.append)
+    assert [point.steps for point in told] == [0, 80, 160]
+    assert read(tmp_path) == told
+    assert policy.trained_delay_s == STEADY.task.actuation.delay_s
+    assert policy.provenance["recipe"] == "steady"
+    with pytest.raises(FileExistsError, match="resume"):
+        ppo.train(TINY, "native", 0, tmp_path)
+    with pytest.raises(ValueError, match="seed 0"):
+        ppo.train(TINY, "native", 1, tmp_path, resume=True)
+    longer = ppo.train(replace(TINY, steps=240), "native", 0, tmp_path, threads=1, resume=True)
+    assert [point.steps for point in read(tmp_path)] == [0, 80, 160, 160, 240]
+    assert read_standing(tmp_path).steps == 240
+    observation = policy.network.mean
+    np.testing.assert_array_equal(
+        load(tmp_path / "steady.npz").network.act(observation), longer.network.act(observation)
+    )
+
+
+@pytest.mark.slow
+def test_a_run_that_does_not_get_going_is_begun_again_with_another_seed(tmp_path):
+    told: list[Checkpoint] = []
+
+    def enough(point: Checkpoint) -> None:
+        told.append(point)
+        if point.attempt == 2:
+            raise KeyboardInterrupt
+
+    hopeless = replace(TINY, stuck=Stuck(steps=80, rate_rad_s=1e3))
+    with pytest.raises(KeyboardInterrupt):
+        ppo.train(hopeless, "native", 0, tmp_path, threads=1, on_checkpoint=enough)
+    assert [(point.attempt, point.steps) for point in told] == [(0, 0), (0, 80), (1, 0), (1, 80), (2, 0)]
+    assert told[0].score != told[2].score
+
+
+@pytest.mark.slow
+def test_a_run_stops_at_its_time(tmp_path):
+    told: list[Checkpoint] = []
+    ppo.train(TINY, "native", 0, tmp_path, minutes=1e-3, threads=1, on_checkpoint=told.append)
+    assert len(told) == 1

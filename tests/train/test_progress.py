@@ -1,0 +1,68 @@
+from dataclasses import replace
+
+import pytest
+
+from train.progress import (
+    PICTURE,
+    Checkpoint,
+    Standing,
+    append,
+    read,
+    read_standing,
+    write_standing,
+)
+from train.recipe import FAST, RECIPES, STEADY, on_gpu
+
+POINT = Checkpoint(
+    attempt=0,
+    steps=204_800,
+    elapsed_s=31.5,
+    steps_per_s=6500.0,
+    rotation_rad=8.3,
+    rate_rad_s=0.55,
+    survival=0.97,
+    airborne=0.001,
+    overspeed=0.0,
+    score=0.5,
+)
+
+
+def test_a_curve_comes_back_as_it_went_and_is_drawn(tmp_path):
+    points = [POINT, replace(POINT, attempt=1, steps=0, rate_rad_s=-0.1)]
+    for point in points:
+        append(tmp_path, point)
+    assert read(tmp_path) == points
+    assert (tmp_path / PICTURE).read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_standing_comes_back_as_it_went(tmp_path):
+    standing = Standing("steady", 3, attempt=1, steps=1000, elapsed_s=2.5, best_score=None)
+    write_standing(tmp_path, standing)
+    assert read_standing(tmp_path) == standing
+    with pytest.raises(FileNotFoundError):
+        read_standing(tmp_path / "elsewhere")
+
+
+def test_the_gpu_recipe_is_the_papers():
+    paper = on_gpu(FAST)
+    assert (paper.environments, paper.environments // paper.minibatches, paper.minibatches) == (8192, 256, 32)
+    assert (paper.unroll, paper.epochs, paper.steps) == (40, 4, 300_000_000)
+    assert (paper.learning_rate, paper.discount, paper.entropy_cost) == (3e-4, 0.97, 1e-2)
+    assert (paper.clipping, paper.gae, paper.hidden) == (0.3, 0.95, (512, 256, 128))
+
+
+def test_the_steady_recipe_has_the_hand_in_the_loop_and_the_fast_one_does_not():
+    assert set(RECIPES) == {"steady", "fast"}
+    assert STEADY.task.actuation.real_servo
+    assert STEADY.task.actuation.delay_s[1] >= 0.03
+    assert FAST.task.actuation.lag_s == (0.0, 0.0)
+
+
+def test_a_recipe_that_does_not_divide_is_refused():
+    with pytest.raises(ValueError, match="divide"):
+        replace(FAST, environments=255)
+
+
+def test_a_short_run_still_has_checkpoints():
+    assert FAST.with_steps(1_024_000).checkpoint_steps == 102_400
+    assert FAST.with_steps(10_240).checkpoint_steps == 10_240

@@ -1,0 +1,141 @@
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.channels import JOINT_BOX_RAD, Channel
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, Settings
+from aero.policy.task import targets
+from model.routed import COMMAND_RANGE
+from train.task import grasp
+from train.task.episode import Task
+from train.task.reward import FALL_HEIGHT, PAPER_REWARD, Weights, fallen, reward, terms
+from train.task.signals import CRITIC_SIZE, SENSOR_COUNT, critic_state, unpack
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+@given(seeds)
+def test_starts_lie_in_the_joint_box_around_the_grasp_with_unit_orientations(seed):
+    starts = grasp.draw_starts(np.random.default_rng(seed), 50, grasp.PAPER_RESET)
+    joints, cube, orientation = np.split(starts, [16, 19], axis=1)
+    assert ((joints >= JOINT_BOX_RAD[:, 0]) & (joints <= JOINT_BOX_RAD[:, 1])).all()
+    assert (np.abs(cube - grasp.CUBE_CENTRE) <= 0.01).all()
+    np.testing.assert_allclose(np.linalg.norm(orientation, axis=1), 1.0)
+
+
+def test_starts_have_the_papers_spread():
+    starts = grasp.draw_starts(np.random.default_rng(0), 10_000, grasp.PAPER_RESET)
+    free = [1, 4, 7, 10, 12, 15]  # joints whose nominal angle is further than two sigma from a stop
+    np.testing.assert_allclose(starts[:, free].std(axis=0), 0.1, rtol=0.05)
+    np.testing.assert_allclose(starts[:, 16:19].std(axis=0), 0.01 / np.sqrt(3), rtol=0.05)
+    q = starts[:, 19:]
+    np.testing.assert_allclose(q.T @ q / len(q), np.eye(4) / 4, atol=0.01)  # uniform over SO(3)
+
+
+def test_the_nominal_reset_is_the_nominal_grasp():
+    start = grasp.draw_starts(np.random.default_rng(0), 1, grasp.NOMINAL_RESET)[0]
+    np.testing.assert_allclose(start[:16], np.clip(grasp.NOMINAL_JOINTS, *JOINT_BOX_RAD.T))
+    np.testing.assert_array_equal(start[16:], [0.1, 0, 0.05, 1, 0, 0, 0])
+
+
+def test_signals_put_the_sensors_into_command_order():
+    signals = unpack(np.arange(SENSOR_COUNT, dtype=float))
+    np.testing.assert_array_equal(signals.lengths, [0, 1, 2, 3, 6, 4, 5])
+    np.testing.assert_array_equal(signals.forces, np.arange(7, 14))
+    np.testing.assert_array_equal(signals.cube_angular_velocity, [39, 40, 41])
+
+
+def test_the_critic_state_has_81_values_each_once():
+    sensors = 100 + np.arange(SENSOR_COUNT, dtype=float)
+    state = critic_state(np.arange(14.0), 200 + np.arange(23.0), 300 + np.arange(22.0), unpack(sensors))
+    assert state.shape == (CRITIC_SIZE,)
+    assert len(np.unique(state)) == CRITIC_SIZE
+    np.testing.assert_array_equal(state[14:46], [*range(200, 216), *range(300, 316)])
+    np.testing.assert_allclose(state[68:71], [129 - 0.11, 130, 131])
+
+
+def all_terms(sensors, joints, action=0.0, cap=np.inf):
+    return terms(
+        unpack(sensors),
+        joints,
+        last_lengths=np.zeros(7),
+        action=np.full(7, action),
+        last_action=np.zeros(7),
+        period_s=0.05,
+        rotation_cap_rad_s=cap,
+    )
+
+
+def some_terms(rotation=(0.0,) * 5, height=0.0, action=0.0, cap=np.inf):
+    sensors = np.zeros((5, SENSOR_COUNT))
+    sensors[:, 41] = rotation
+    sensors[:, 31] = height
+    return all_terms(sensors, np.zeros(23), action=action, cap=cap)
+
+
+@given(st.lists(st.floats(-10, 10), min_size=5, max_size=5))
+def test_the_rewarded_rotation_is_the_mean_over_the_period(rotation):
+    value = reward(some_terms(rotation), PAPER_REWARD.weights, 0.05)
+    np.testing.assert_allclose(value, np.mean(rotation) * 0.05, atol=1e-12)
+
+
+def test_a_burst_at_the_last_substep_earns_a_fifth():
+    np.testing.assert_allclose(some_terms((0, 0, 0, 0, 5.0))["rotation"], 1.0)
+
+
+def test_falling_costs_five_and_changing_every_action_by_one_costs_seven_twentieths():
+    assert reward(some_terms(height=-0.051), PAPER_REWARD.weights, 0.05) == pytest.approx(-5.0)
+    assert reward(some_terms(action=1.0), PAPER_REWARD.weights, 0.05) == pytest.approx(-0.35)
+
+
+def test_a_cap_limits_what_fast_rotation_earns():
+    assert some_terms((3.0,) * 5, cap=1.0)["rotation"] == 1.0
+    assert some_terms((-3.0,) * 5, cap=1.0)["rotation"] == -3.0
+
+
+def test_the_paper_weights_rotation_fall_and_action_rate_only():
+    weights = {field.name: getattr(Weights(), field.name) for field in fields(Weights)}
+    assert {name: value for name, value in weights.items() if value} == {
+        "rotation": 1.0,
+        "fall": -100.0,
+        "action_rate": -1.0,
+    }
+    assert set(weights) == set(some_terms())
+
+
+@given(seeds)
+def test_every_cost_is_zero_at_rest_and_positive_otherwise(seed):
+    rng = np.random.default_rng(seed)
+    values = all_terms(rng.normal(size=(5, 42)), rng.normal(size=23))
+    assert all(values[name] > 0 for name in ("cube_speed", "pose", "effort", "energy"))
+    still = all_terms(np.zeros((5, 42)), grasp.NOMINAL_JOINTS)
+    assert all(still[name] == 0 for name in ("cube_speed", "pose", "effort", "energy"))
+
+
+def test_the_cube_is_lost_below_the_fall_height_only():
+    assert fallen(np.nextafter(FALL_HEIGHT, -1))
+    assert not fallen(FALL_HEIGHT)
+
+
+def test_a_period_that_is_not_whole_physics_steps_is_refused():
+    with pytest.raises(ValueError, match="whole"):
+        Task(settings=Settings(PAPER_TRAINING.nominal, PAPER_TRAINING.scale, control_rate_hz=30.0))
+
+
+@given(st.lists(st.floats(-1, 1), min_size=7, max_size=7))
+def test_training_targets_stay_inside_the_calibrated_ranges(action):
+    low, high = np.array([COMMAND_RANGE[channel] for channel in Channel]).T
+    asked = targets(np.array(action), np.array(PAPER_TRAINING.nominal), np.array(PAPER_TRAINING.scale))
+    assert ((asked >= low) & (asked <= high)).all()
+
+
+def test_the_papers_deployment_targets_leave_the_finger_ranges_at_their_closed_ends_only():
+    low, high = np.array([COMMAND_RANGE[channel] for channel in Channel]).T
+    closed, opened = (
+        targets(np.full(7, a), np.array(PAPER_DEPLOYMENT.nominal), np.array(PAPER_DEPLOYMENT.scale)) for a in (-1, 1)
+    )
+    np.testing.assert_array_equal(np.flatnonzero(closed < low), [0, 1, 2])
+    assert (opened <= high).all()

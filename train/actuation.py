@@ -1,0 +1,191 @@
+"""What lies between a commanded length and the simulated cable: delay, lag, speed limit, take-up, gain, counts.
+
+The routed hand's actuators follow a command at once; a hand's do not. Per control period a target becomes one control
+a physics step, and a length becomes a reading. Everything is a pure function over NumPy or JAX arrays. The parameters
+are drawn once an episode.
+
+Sources: one physical hand, public logs June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e): 15-19 ms from
+command to motion, closed loop 24-25 ms, 700-780 °/s at most, 4096 counts a turn; take-up: another owner's index
+(alstar8); radii: paper, regression row of the thumb cables against the CAD radii (12.64 for 12.49 mm).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from aero.channels import CABLES
+from aero.policy.task import CHANNELS, Array, namespace
+
+REMEMBERED = 3
+"""Targets that can still be on their way: delays up to two control periods."""
+SPOOL_RADIUS_M = 0.009
+SERVO_SPEED_RAD_S = np.deg2rad(740.0)
+COUNTS_PER_TURN = 4096
+
+
+def _per_channel(cable: float, abduction: float) -> np.ndarray:
+    row = np.full(CHANNELS, abduction)
+    row[list(CABLES)] = cable
+    return row
+
+
+SPEED_LIMIT = _per_channel(SPOOL_RADIUS_M * SERVO_SPEED_RAD_S, SERVO_SPEED_RAD_S)
+"""Fastest change of a channel at the servo's no-load speed, (7,), m/s, abduction rad/s."""
+COUNT = _per_channel(SPOOL_RADIUS_M, 1.0) * 2 * np.pi / COUNTS_PER_TURN
+"""Change of a channel by one encoder count, (7,), m, abduction rad."""
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class ActuationRanges:
+    """Uniform ranges of what one episode's hand does to commands and readings; the default is the ideal simulator."""
+
+    lag_s: Range = (0.0, 0.0)
+    """Time constant of the servo's position loop, one draw for all channels."""
+    delay_s: Range = (0.0, 0.0)
+    """From the write to the first motion, one draw for all channels; at most two control periods."""
+    offset_m: Range = (0.0, 0.0)
+    """Length by which a cable is longer than its spool says (take-up, zero error), per cable."""
+    abduction_offset_rad: Range = (0.0, 0.0)
+    """The same for the abduction."""
+    gain: Range = (1.0, 1.0)
+    """Cable travel over the travel that the map assumes, per channel."""
+    real_servo: bool = False
+    """Whether speed is limited and readings come in counts."""
+
+
+IDEAL = ActuationRanges()
+"""The released environment's."""
+HAND = ActuationRanges(
+    lag_s=(0.015, 0.040),
+    delay_s=(0.010, 0.030),
+    offset_m=(-0.001, 0.001),
+    abduction_offset_rad=(-0.05, 0.05),
+    gain=(0.97, 1.03),
+    real_servo=True,
+)
+"""What separates hands from the simulator, with room on both sides."""
+
+DRAWS = 2 + 2 * CHANNELS
+"""Uniform numbers that `parameters` takes."""
+
+
+class Parameters(NamedTuple):
+    """One episode's actuation; leading axes are free."""
+
+    lag_s: Array
+    """(..., 1)"""
+    delay_s: Array
+    """(..., 1)"""
+    offset: Array
+    """(..., 7) m, abduction rad."""
+    gain: Array
+    """(..., 7)"""
+
+
+class ServoState(NamedTuple):
+    """What the servos remember between two control periods; leading axes are free."""
+
+    sent: Array
+    """The latest targets, newest first, (..., REMEMBERED, 7), m, abduction rad."""
+    followed: Array
+    """Where the servos' loops are, (..., 7), m, abduction rad."""
+
+
+def check(ranges: ActuationRanges, period_s: float) -> None:
+    """Refuse ranges that cannot be simulated.
+
+    Raises:
+        ValueError: a range that is empty, negative times, a delay over `REMEMBERED - 1` periods, a gain not positive.
+    """
+    for field in fields(ranges):
+        value = getattr(ranges, field.name)
+        if isinstance(value, tuple) and not value[0] <= value[1]:
+            raise ValueError(f"{field.name} must be (low, high) with low <= high, got {value}")
+    longest = (REMEMBERED - 1) * period_s
+    if ranges.lag_s[0] < 0 or ranges.delay_s[0] < 0 or ranges.delay_s[1] > longest or ranges.gain[0] <= 0:
+        raise ValueError(f"lag must be >= 0, delay within [0, {longest}] s and gain > 0, got {ranges}")
+
+
+def parameters(ranges: ActuationRanges, uniform: Array) -> Parameters:
+    """Return the parameters for draws from [0, 1], `uniform` of shape (..., DRAWS)."""
+    offset_low = _per_channel(ranges.offset_m[0], ranges.abduction_offset_rad[0])
+    offset_high = _per_channel(ranges.offset_m[1], ranges.abduction_offset_rad[1])
+    offsets, gains = uniform[..., 2 : 2 + CHANNELS], uniform[..., 2 + CHANNELS :]
+    return Parameters(
+        lag_s=_between(ranges.lag_s, uniform[..., 0:1]),
+        delay_s=_between(ranges.delay_s, uniform[..., 1:2]),
+        offset=offset_low + (offset_high - offset_low) * offsets,
+        gain=_between(ranges.gain, gains),
+    )
+
+
+def at_rest(target: Array) -> ServoState:
+    """Return servos that have held `target` (..., 7) for long."""
+    return ServoState(namespace(target).stack([target] * REMEMBERED, axis=-2), target)
+
+
+def drive(
+    servo: ServoState,
+    target: Array,
+    parameters: Parameters,
+    nominal: Array,
+    *,
+    steps: int,
+    step_s: float,
+    limited: bool,
+) -> tuple[ServoState, Array]:
+    """Follow a new target for one control period.
+
+    Args:
+        servo: before the period.
+        target: (..., 7) lengths written at its start.
+        parameters: of this episode.
+        nominal: (7,) lengths about which gains deviate.
+        steps: physics steps a period.
+        step_s: length of a physics step, s.
+        limited: whether the servo's speed limit holds.
+
+    Returns:
+        The servos after the period and the controls of its physics steps, (..., steps, 7).
+    """
+    xp = namespace(target)
+    sent = xp.concatenate([target[..., None, :], servo.sent[..., :-1, :]], axis=-2)
+    share = 1.0 - xp.exp(-step_s / xp.maximum(parameters.lag_s, 1e-9))
+    followed, controls = servo.followed, []
+    for step in range(steps):
+        arrived = _arrived(sent, parameters.delay_s, step, steps, step_s)
+        change = share * (arrived - followed)
+        if limited:
+            change = xp.clip(change, -SPEED_LIMIT * step_s, SPEED_LIMIT * step_s)
+        followed = followed + change
+        controls.append(nominal + parameters.gain * (followed - nominal) + parameters.offset)
+    return ServoState(sent, followed), xp.stack(controls, axis=-2)
+
+
+def read(lengths: Array, parameters: Parameters, nominal: Array, in_counts: bool) -> Array:
+    """Return what the encoders report for simulated `lengths` (..., 7)."""
+    xp = namespace(lengths)
+    spooled = nominal + (lengths - parameters.offset - nominal) / parameters.gain
+    return xp.floor(spooled / COUNT) * COUNT if in_counts else spooled
+
+
+def _arrived(sent: Array, delay_s: Array, step: int, steps: int, step_s: float) -> Array:
+    """Mean of the delayed targets over one physics step: each counts for the share of the step in which it is valid."""
+    xp = namespace(sent)
+    total, later = 0.0 * sent[..., 0, :], 0.0 * delay_s
+    for age in range(REMEMBERED):
+        valid_from = delay_s / step_s - age * steps
+        until_now = xp.clip(step + 1 - valid_from, 0.0, 1.0)
+        share = (until_now if age < REMEMBERED - 1 else 0.0 * delay_s + 1.0) - later
+        total, later = total + share * sent[..., age, :], later + share
+    return total
+
+
+def _between(limits: Range, uniform: Array) -> Array:
+    low, high = limits
+    return low + (high - low) * uniform

@@ -1,0 +1,140 @@
+"""Brax PPO checkpoints to policy files, without trusting them and without JAX.
+
+A checkpoint of MuJoCo Playground or Brax is a Python pickle of (normaliser, policy, value). A pickle can call
+anything, so that only the few classes which such a checkpoint needs are let through, each as a stand-in that holds
+data; whatever else it names is refused before it is called.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import pickle
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aero.policy.file import Policy
+from aero.policy.network import Layer, Network
+from aero.policy.settings import Settings
+from aero.policy.task import ShownAction
+
+rebuild_numpy = np.empty(0).__reduce__()[0]
+"""What pickled NumPy arrays call; its module differs between versions of NumPy."""
+
+MAX_BYTES = 64 * 2**20
+"""Larger files are no checkpoint of these networks."""
+
+
+class CheckpointError(ValueError):
+    """A file that is no checkpoint of this task, or that asks for more than data."""
+
+
+class _Record:
+    """Stands in for a dataclass of Brax: its fields become attributes, and nothing runs."""
+
+    def __init__(self, *values: Any) -> None:
+        self.values = values
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        self.__dict__.update(state)
+
+
+def _rebuild_jax(function: Callable[..., Any], arguments: tuple[Any, ...], state: Any, _: Any) -> Any:
+    """Rebuild a pickled JAX array as the NumPy array inside it."""
+    if function is not rebuild_numpy:
+        raise CheckpointError(f"a JAX array in the file is rebuilt by {function!r}; only NumPy's rebuilding is allowed")
+    array = function(*arguments)
+    array.__setstate__(state)
+    return array
+
+
+ALLOWED: dict[tuple[str, str], Any] = {
+    ("brax.training.acme.running_statistics", "RunningStatisticsState"): _Record,
+    ("brax.training.acme.running_statistics", "NormalizationMode"): int,
+    ("brax.training.types", "UInt64"): _Record,
+    ("jax._src.array", "_reconstruct_array"): _rebuild_jax,
+    ("numpy.core.multiarray", "_reconstruct"): rebuild_numpy,
+    ("numpy._core.multiarray", "_reconstruct"): rebuild_numpy,
+    ("numpy", "ndarray"): np.ndarray,
+    ("numpy", "dtype"): np.dtype,
+}
+"""What a checkpoint may name, and what it gets."""
+
+
+class _Unpickler(pickle.Unpickler):
+    def find_class(self, module: str, name: str) -> Any:
+        if (module, name) not in ALLOWED:
+            raise CheckpointError(
+                f"the file asks for {module}.{name}, which no policy checkpoint needs; do not trust it"
+            )
+        return ALLOWED[module, name]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a checkpoint does not say about its training; the defaults are those of the released environment."""
+
+    settings: Settings
+    """Nominal grasp, scales and noise."""
+    shown_action: ShownAction = ShownAction.BEFORE_LAST
+    """Which action its observation shows; the released environment shows the one before the last."""
+
+
+def network(mean: Any, std: Any, layers: Mapping[str, Mapping[str, Any]]) -> Network:
+    """Return the NumPy network of a Brax policy.
+
+    Args:
+        mean: of the observations, (14,).
+        std: of the observations, (14,).
+        layers: `hidden_0`, `hidden_1`, ... each with `kernel` (in, out) and `bias`.
+
+    Raises:
+        ValueError: the arrays do not make a network from 14 observations to 7 actions.
+    """
+
+    def single(values: Any) -> Any:
+        return np.asarray(values, np.float32)
+
+    ordered = [layers[f"hidden_{i}"] for i in range(len(layers))]
+    return Network(
+        single(mean), single(std), tuple(Layer(single(layer["kernel"]), single(layer["bias"])) for layer in ordered)
+    )
+
+
+def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
+    """Read a checkpoint.
+
+    Args:
+        path: pickle of Brax PPO parameters.
+        origin: how it was trained.
+        name: of the policy; the file's stem by default.
+
+    Raises:
+        CheckpointError: no such checkpoint, or a pickle that asks for anything but its data.
+        FileNotFoundError: there is no such file.
+    """
+    size = path.stat().st_size
+    if size > MAX_BYTES:
+        raise CheckpointError(f"{path} has {size} bytes; a checkpoint of this task has about 1.5 million")
+    content = path.read_bytes()
+    try:
+        normaliser, actor, *_ = _Unpickler(io.BytesIO(content)).load()
+        mean, std = (_state_part(statistics) for statistics in (normaliser.mean, normaliser.std))
+        net = network(mean, std, actor["params"])
+    except CheckpointError as error:
+        raise CheckpointError(f"{path}: {error}") from error
+    except (pickle.UnpicklingError, EOFError, ValueError, TypeError, AttributeError, KeyError, IndexError) as error:
+        raise CheckpointError(
+            f"{path} is not a Brax PPO checkpoint of this task (normaliser, policy, value): {error}"
+        ) from error
+    provenance = {"source": path.name, "sha256": hashlib.sha256(content).hexdigest()}
+    return Policy(name or path.stem, net, origin.settings, origin.shown_action, provenance=provenance)
+
+
+def _state_part(statistics: Any) -> Any:
+    """Return the actor's part of the normaliser's statistics, which has one for the critic too."""
+    return statistics["state"] if isinstance(statistics, Mapping) else statistics

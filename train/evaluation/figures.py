@@ -1,0 +1,67 @@
+"""Pictures of an evaluation: rate and survival against delay, and a video of one episode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from matplotlib.figure import Figure
+
+from model.scene import CUBE_SIDE, add_light
+from train.evaluation.rollouts import Episodes
+from train.scene import build_scene
+from train.simulator import Floats
+
+FRAMES_PER_S = 20
+WIDTH, HEIGHT = 640, 480
+STICKERS = ((0.80, 0.20, 0.20, 1.0), (0.20, 0.55, 0.30, 1.0), (0.95, 0.95, 0.95, 1.0))
+"""Colours on the three pairs of faces, so that a turn can be seen."""
+
+
+def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -> None:
+    """Draw the rate (mean and quartiles) and the survival against the delay."""
+    figure = Figure(figsize=(6, 4.5), layout="constrained")
+    rate, survival = figure.subplots(2, 1, sharex=True)
+    delays_ms = 1e3 * np.array(delays_s)
+    rates = [one.rate_rad_s for one in episodes]
+    rate.fill_between(delays_ms, *np.percentile(rates, [25, 75], axis=1), alpha=0.25, linewidth=0, label="quartiles")
+    rate.plot(delays_ms, np.mean(rates, axis=1), marker="o", label="mean")
+    rate.axhline(0.0, color="black", linewidth=0.6)
+    rate.set_ylabel("rate, rad/s")
+    rate.legend(frameon=False)
+    survival.plot(delays_ms, [one.kept.mean() for one in episodes], marker="o")
+    survival.set_ylim(-0.02, 1.02)
+    survival.set_ylabel("share that keeps the cube")
+    survival.set_xlabel("delay, ms")
+    figure.savefig(path, dpi=120)
+
+
+def frames(rows: Floats) -> list[np.ndarray]:
+    """Render positions (steps, 23), one (HEIGHT, WIDTH, 3) uint8 picture each."""
+    spec = build_scene()
+    add_light(spec)
+    for axis, colour in enumerate(STICKERS):
+        flat, place = np.full(3, 0.4 * CUBE_SIDE), np.zeros(3)
+        flat[axis], place[axis] = 0.1e-3, 0.5 * CUBE_SIDE
+        for side in (-1, 1):
+            spec.body("cube").add_site(type=mujoco.mjtGeom.mjGEOM_BOX, size=flat, pos=side * place, rgba=colour)
+    model = spec.compile()
+    data, camera = mujoco.MjData(model), mujoco.MjvCamera()
+    camera.lookat[:] = (0.09, 0.0, 0.02)
+    camera.distance, camera.azimuth, camera.elevation = 0.32, 150.0, -40.0
+    pictures = []
+    with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
+        for row in rows:
+            data.qpos[:] = row
+            mujoco.mj_forward(model, data)
+            renderer.update_scene(data, camera)
+            pictures.append(renderer.render())
+    return pictures
+
+
+def video(rows: Floats, path: Path) -> None:
+    """Write positions (steps, 23) as an MP4 at `FRAMES_PER_S`. Needs OpenGL; without a display set `MUJOCO_GL=egl`."""
+    import imageio.v3 as imageio  # noqa: PLC0415 - only videos need it
+
+    imageio.imwrite(path, np.array(frames(rows)), fps=FRAMES_PER_S)

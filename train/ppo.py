@@ -1,0 +1,247 @@
+"""Train a policy: Brax PPO over either backend, best checkpoint by true rotation and survival, restarts when stuck."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import jax
+import numpy as np
+from brax.training.agents.ppo import networks as ppo_networks
+from brax.training.agents.ppo import train as brax_ppo
+
+from aero.policy.file import Policy, load, save
+from train import export, randomise
+from train.environment import CubeEnvironment, prepare_starts
+from train.evaluation.rollouts import Episodes, run
+from train.physics import native, over_mjx
+from train.progress import PARAMETERS, Checkpoint, Standing, append, read_standing, write_standing
+from train.recipe import Recipe
+from train.scene import build_scene
+from train.simulator import Simulator
+
+# A callback into MuJoCo would wait for the thread that it blocks. Holds only if set before JAX makes its CPU client.
+jax.config.update("jax_cpu_enable_async_dispatch", False)
+
+Backend = Literal["native", "mjx"]
+OnCheckpoint = Callable[[Checkpoint], None]
+
+EPISODE_S = 15.0
+"""Length of the episodes that a checkpoint is measured over, as the paper's figures."""
+EVALUATED = 32
+"""Episodes that a checkpoint is measured over."""
+RATE_PER_SURVIVAL = 5.0
+"""What a missing share of survival costs in a checkpoint's score, rad/s."""
+
+
+class _StuckError(Exception):
+    """The run holds the cube still."""
+
+
+class _TimeOverError(Exception):
+    """The time that was given is over."""
+
+
+def score(rate_rad_s: float, survival: float, goal: float) -> float:
+    """Return what checkpoints are chosen by: the rate, less `RATE_PER_SURVIVAL` for survival short of the goal."""
+    return rate_rad_s - RATE_PER_SURVIVAL * max(0.0, goal - survival)
+
+
+def machine_backend() -> Backend:
+    """Return `mjx` where JAX finds a GPU, else `native`."""
+    return "mjx" if jax.default_backend() == "gpu" else "native"
+
+
+def train(
+    recipe: Recipe,
+    backend: Backend,
+    seed: int,
+    folder: Path,
+    *,
+    minutes: float | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    on_checkpoint: OnCheckpoint = lambda _: None,
+) -> Policy:
+    """Train until the recipe's steps or the time are over; return the best checkpoint, which is in `folder` too.
+
+    Args:
+        recipe: what to train.
+        backend: `native` steps MuJoCo on all cores, `mjx` on the accelerators JAX sees.
+        seed: of networks, randomisation, starts and exploration.
+        folder: gets `<name>.npz`, the curve, and what resuming needs; made if missing.
+        minutes: wall time over all attempts, restarts included; None for no bound.
+        threads: of the native backend; None for all cores.
+        resume: go on with the run in `folder`; Adam's moments start anew.
+        on_checkpoint: told about every checkpoint.
+
+    Raises:
+        FileExistsError: `folder` holds a run and `resume` is not asked for.
+        FileNotFoundError: `resume` is asked for and there is no run.
+        ValueError: the run in `folder` is of another recipe or seed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    standing = _standing(recipe, seed, folder, resume)
+    deadline = time.monotonic() - standing.elapsed_s + (60.0 * minutes if minutes else np.inf)
+    while True:
+        attempt = _Attempt(
+            recipe, backend, folder, standing, deadline=deadline, on_checkpoint=on_checkpoint, threads=threads
+        )
+        try:
+            attempt.run()
+        except _StuckError:
+            standing = replace(attempt.standing, attempt=attempt.standing.attempt + 1, steps=0)
+            write_standing(folder, standing)
+            continue
+        except _TimeOverError:
+            pass
+        finally:
+            attempt.close()
+        break
+    return load(folder / f"{recipe.name}.npz")
+
+
+def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing:
+    if not resume:
+        if (folder / PARAMETERS).exists():
+            raise FileExistsError(f"{folder} holds a run; resume it or choose another folder")
+        return Standing(recipe.name, seed)
+    standing = read_standing(folder)
+    if (standing.recipe, standing.seed) != (recipe.name, seed):
+        raise ValueError(
+            f"{folder} holds recipe {standing.recipe!r} with seed {standing.seed}, not {recipe.name!r} with {seed}"
+        )
+    return standing
+
+
+class _Attempt:
+    """One start of Brax PPO, with a simulator to train in and one to measure in."""
+
+    def __init__(
+        self,
+        recipe: Recipe,
+        backend: Backend,
+        folder: Path,
+        standing: Standing,
+        *,
+        deadline: float,
+        on_checkpoint: OnCheckpoint,
+        threads: int | None,
+    ) -> None:
+        self.standing = standing
+        self._recipe, self._backend, self._folder = recipe, backend, folder
+        self._deadline, self._on_checkpoint = deadline, on_checkpoint
+        self._started = time.monotonic() - standing.elapsed_s
+        self._last_time, self._last_steps = time.monotonic(), standing.steps
+        self._first_steps = standing.steps
+        self._best_rate = -np.inf
+        self._seed = standing.seed * 1000 + standing.attempt
+        rng = np.random.default_rng(self._seed)
+        # One simulator serves one device; MJX gives every device the same randomised hands, as Brax does.
+        self._devices = 1 if backend == "native" else jax.local_device_count()
+        environments = recipe.environments // self._devices
+        model = build_scene().compile()
+        draws = randomise.draw(model, rng, environments)
+        self._simulator = Simulator(randomise.models(model, draws), threads)
+        self._measured = Simulator([build_scene(count_contacts=True).compile()] * EVALUATED, threads)
+        starts = prepare_starts(recipe.task, self._simulator, rng)
+        advance = native(self._simulator) if backend == "native" else over_mjx(model, draws)
+        self._environment = CubeEnvironment(recipe.task, advance, starts, backend)
+
+    def close(self) -> None:
+        self._simulator.close()
+        self._measured.close()
+
+    def run(self) -> None:
+        recipe = self._recipe
+        steps = recipe.steps - self._first_steps
+        if steps <= 0:
+            return
+        learn = partial(
+            brax_ppo.train,
+            environment=self._environment,
+            max_devices_per_host=self._devices,
+            wrap_env=False,
+            num_envs=recipe.environments,
+            episode_length=recipe.task.episode_steps,
+            learning_rate=recipe.learning_rate,
+            entropy_cost=recipe.entropy_cost,
+            discounting=recipe.discount,
+            unroll_length=recipe.unroll,
+            batch_size=recipe.environments // recipe.minibatches,
+            num_minibatches=recipe.minibatches,
+            num_updates_per_batch=recipe.epochs,
+            normalize_observations=True,
+            clipping_epsilon=recipe.clipping,
+            gae_lambda=recipe.gae,
+            network_factory=partial(
+                ppo_networks.make_ppo_networks,
+                policy_hidden_layer_sizes=recipe.hidden,
+                value_hidden_layer_sizes=recipe.hidden,
+                value_obs_key="privileged_state",
+            ),
+            seed=self._seed,
+            run_evals=False,
+        )
+        parameters = None
+        if self._first_steps:
+            _, template, _ = learn(num_timesteps=0)
+            parameters = export.load_parameters(template, self._folder / PARAMETERS)
+        learn(
+            num_timesteps=steps,
+            num_evals=1 + -(-steps // recipe.checkpoint_steps),
+            policy_params_fn=self._checkpoint,
+            restore_params=parameters,
+        )
+
+    def _checkpoint(self, steps: int, _: Any, parameters: export.Parameters) -> None:
+        """Measure, write and judge the policy after `steps` of this start; Brax calls this."""
+        now, done = time.monotonic(), self._first_steps + steps
+        speed = (done - self._last_steps) / (now - self._last_time)
+        policy = export.policy(self._recipe.name, self._recipe.task, parameters, self._provenance(done))
+        episodes = run(policy, self._recipe.task, self._measured, EPISODE_S, seed=self._seed)
+        point = self._point(episodes, done, speed)
+        best = self.standing.best_score
+        if best is None or point.score > best:
+            save(policy, self._folder / f"{self._recipe.name}.npz")
+            best = point.score
+        self.standing = replace(self.standing, steps=done, elapsed_s=point.elapsed_s, best_score=best)
+        export.save_parameters(parameters, self._folder / PARAMETERS)
+        write_standing(self._folder, self.standing)
+        append(self._folder, point)
+        self._on_checkpoint(point)
+        self._best_rate = max(self._best_rate, point.rate_rad_s)
+        self._last_time, self._last_steps = time.monotonic(), done
+        if time.monotonic() >= self._deadline:
+            raise _TimeOverError
+        if done >= self._recipe.stuck.steps and self._best_rate < self._recipe.stuck.rate_rad_s:
+            raise _StuckError
+
+    def _point(self, episodes: Episodes, steps: int, speed: float) -> Checkpoint:
+        figures = episodes.summary()
+        return Checkpoint(
+            attempt=self.standing.attempt,
+            steps=steps,
+            elapsed_s=time.monotonic() - self._started,
+            steps_per_s=speed,
+            rotation_rad=figures["rotation_median_rad"],
+            rate_rad_s=figures["rate_rad_s"],
+            survival=figures["survival"],
+            airborne=figures["airborne"],
+            overspeed=figures["overspeed"],
+            score=score(figures["rate_rad_s"], figures["survival"], self._recipe.survival_goal),
+        )
+
+    def _provenance(self, steps: int) -> dict[str, Any]:
+        return {
+            "recipe": self._recipe.name,
+            "backend": self._backend,
+            "seed": self.standing.seed,
+            "attempt": self.standing.attempt,
+            "steps": steps,
+            "versions": {module.__name__: module.__version__ for module in (jax, np)},
+        }

@@ -1,0 +1,93 @@
+"""The paper's domain randomisation (table "dr") as data, drawn in NumPy for both backends.
+
+Link masses, zero offsets and the rest are independent for every element; the five fingertips share one friction and
+the cube's three moments one factor, as in the released routine. Cube friction and cube mass are not in the table:
+the released routine draws and then overwrites them, so the paper's policies never saw them vary.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel, Joint
+from train.scene import FINGERTIPS
+
+Rule = Literal["set", "shift", "scale"]
+Index = tuple[Any, ...]
+Draws = dict[str, NDArray[np.float64]]
+"""Model field to its values in every environment, (environments, *shape of the field)."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table, for one model."""
+
+    name: str
+    """As in the paper."""
+    rule: Rule
+    """What a draw does to the nominal value."""
+    low: float
+    """Lower end of the uniform distribution."""
+    high: float
+    """Upper end."""
+    where: tuple[tuple[str, Index], ...]
+    """Model fields and the elements of them that the draw acts on; several fields get the same draw."""
+    shared: bool = False
+    """Whether all elements get one draw."""
+
+
+def table(model: mujoco.MjModel) -> tuple[Row, ...]:
+    """Return the paper's table with the elements of `model`, a compiled `train.scene`."""
+    cube = model.body("cube").id
+    tips = np.array([model.site(tip).bodyid[0] for tip in FINGERTIPS])
+    tip_geoms = np.flatnonzero(np.isin(model.geom_bodyid, tips) & (model.geom_contype != 0))
+    joints = np.arange(len(Joint))
+    links = np.array([body for body in range(model.nbody) if _is_link(model, body)])
+    motors = np.arange(len(Channel))
+    gains: tuple[tuple[str, Index], ...] = (("actuator_gainprm", (motors, 0)), ("actuator_biasprm", (motors, 1)))
+    return (
+        Row("fingertip friction", "set", 0.5, 1.0, (("geom_friction", (tip_geoms, 0)),), shared=True),
+        Row("cube inertia", "scale", 0.8, 1.2, (("body_inertia", (cube,)),), shared=True),
+        Row("cube centre of mass", "shift", -0.005, 0.005, (("body_ipos", (cube,)),)),
+        Row("joint zero offsets", "shift", -0.05, 0.05, (("qpos0", (joints,)),)),
+        Row("joint dry friction", "scale", 0.5, 2.0, (("dof_frictionloss", (joints,)),)),
+        Row("joint armature", "scale", 1.0, 1.05, (("dof_armature", (joints,)),)),
+        Row("link masses", "scale", 0.9, 1.1, (("body_mass", (links,)),)),
+        Row("actuator position gain", "scale", 0.8, 1.2, gains),
+        Row("joint damping", "scale", 0.8, 1.2, (("dof_damping", (joints,)),)),
+    )
+
+
+def draw(model: mujoco.MjModel, rng: np.random.Generator, environments: int) -> Draws:
+    """Draw the randomised fields of `model` for every environment."""
+    fields: Draws = {}
+    for row in table(model):
+        nominal = getattr(model, row.where[0][0])[row.where[0][1]]
+        shape = (1,) * nominal.ndim if row.shared else nominal.shape
+        drawn = rng.uniform(row.low, row.high, (environments, *shape))
+        for field, index in row.where:
+            values = fields.setdefault(field, np.repeat(getattr(model, field)[None], environments, axis=0))
+            old = values[:, *index]
+            values[:, *index] = {"set": drawn + 0 * old, "shift": old + drawn, "scale": old * drawn}[row.rule]
+    return fields
+
+
+def models(model: mujoco.MjModel, draws: Draws) -> list[mujoco.MjModel]:
+    """Return one copy of `model` for each environment of `draws`."""
+    environments = len(next(iter(draws.values())))
+    copies = [copy.copy(model) for _ in range(environments)]
+    for environment, one in enumerate(copies):
+        for field, values in draws.items():
+            getattr(one, field)[:] = values[environment]
+    return copies
+
+
+def _is_link(model: mujoco.MjModel, body: int) -> bool:
+    """Whether a body is the palm or a link of a digit: 21 in all."""
+    return model.body(body).name not in ("world", "mount", "cube")

@@ -1,0 +1,96 @@
+"""The reward, term by term, and when an episode ends (paper eq. (reward))."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import inf
+
+from aero.channels import Joint
+from aero.policy.task import Array, namespace
+from train.task.grasp import NOMINAL_JOINTS
+from train.task.signals import Signals
+
+FALL_HEIGHT = -0.05
+"""Height of the cube's centre below which it is lost, world frame, m."""
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the reward's terms; the defaults are the paper's."""
+
+    rotation: float = 1.0
+    """Of the cube's angular velocity about the vertical, mean over the control period, s/rad."""
+    fall: float = -100.0
+    """Of losing the cube."""
+    action_rate: float = -1.0
+    """Of the squared change of the action."""
+    cube_speed: float = 0.0
+    """Of the cube's linear speed, s/m."""
+    pose: float = 0.0
+    """Of the squared distance of the joints from the nominal grasp, 1/rad²."""
+    effort: float = 0.0
+    """Of the squared actuator forces, 1/N²."""
+    energy: float = 0.0
+    """Of the power that the actuators exchange with the hand, absolute, 1/W."""
+
+
+@dataclass(frozen=True)
+class RewardSettings:
+    """What is rewarded."""
+
+    weights: Weights = Weights()
+    """Of the terms."""
+    rotation_cap_rad_s: float = inf
+    """Rotation faster than this earns no more; the paper has no cap."""
+
+
+PAPER_REWARD = RewardSettings()
+
+
+def fallen(cube_height: Array) -> Array:
+    """Return whether the cube is lost, given the height of its centre (m, world frame)."""
+    return cube_height < FALL_HEIGHT
+
+
+def terms(
+    period: Signals,
+    joints: Array,
+    *,
+    last_lengths: Array,
+    action: Array,
+    last_action: Array,
+    period_s: float,
+    rotation_cap_rad_s: float,
+) -> dict[str, Array]:
+    """Return every term before weighting, each with the leading axes of `joints`.
+
+    Args:
+        period: the signals of a control period's substeps, leading axes (..., substeps).
+        joints: joint angles at its end, (..., 16), rad.
+        last_lengths: channel values at the end of the period before, (..., 7).
+        action: the period's action, (..., 7).
+        last_action: the one before, (..., 7).
+        period_s: length of the period, s.
+        rotation_cap_rad_s: rotation that is rewarded at most, rad/s.
+
+    The rotation is the mean over the period: sampled once a period, a policy learns to burst at the sampling.
+    """
+    xp = namespace(joints)
+    speed = xp.sqrt(xp.sum(period.cube_linear_velocity[..., -1, :] ** 2, axis=-1))
+    travel_speed = (period.lengths[..., -1, :] - last_lengths) / period_s
+    forces = period.forces[..., -1, :]
+    return {
+        "rotation": xp.minimum(xp.mean(period.cube_angular_velocity[..., 2], axis=-1), rotation_cap_rad_s),
+        "fall": xp.where(fallen(period.cube_position[..., -1, 2]), 1.0, 0.0),
+        "action_rate": xp.sum((action - last_action) ** 2, axis=-1),
+        "cube_speed": speed,
+        "pose": xp.sum((joints[..., : len(Joint)] - NOMINAL_JOINTS) ** 2, axis=-1),
+        "effort": xp.sum(forces**2, axis=-1),
+        "energy": xp.sum(xp.abs(forces * travel_speed), axis=-1),
+    }
+
+
+def reward(values: dict[str, Array], weights: Weights, period_s: float) -> Array:
+    """Return the weighted sum of the terms times the control period."""
+    total = sum(getattr(weights, field.name) * values[field.name] for field in fields(Weights))
+    return total * period_s
