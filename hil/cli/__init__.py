@@ -12,6 +12,7 @@ COMMANDS: dict[str, str] = {
     "replay": "hil.cli.recordings:replay",
     "diff": "hil.cli.recordings:diff",
     "baseline": "hil.cli.recordings:baseline",
+    "endurance": "hil.cli.endurance:endurance",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
     "identify": "hil.cli.identify:identify_command",

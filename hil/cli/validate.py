@@ -25,6 +25,9 @@ from hil.target import NoHandError, open_target
 from hil.validation import Validation, write_results
 from hil.validation import validate as run_validation
 
+SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
+"""For a terminal of 80 columns."""
+
 
 @click.command()
 @target
@@ -116,6 +119,6 @@ def _staircase_table(result: Validation) -> Table:
     for cell in rows[0].cells:
         shown.add_column(cell.short, justify="right")
     for row in rows:
-        shown.add_row(row.title.removeprefix("Thumb ").capitalize().replace("Cmc", "CMC"), *(c.ours for c in row.cells))
+        shown.add_row(SHORT_TITLES.get(row.title, row.title), *(c.ours for c in row.cells))
         shown.add_row("  paper", *(cell.paper for cell in row.cells), style="dim")
     return shown

@@ -18,9 +18,11 @@ QUICK = ("presence", "response")
 SHORT = Staircase(levels=2, hold_s=0.6, lead_s=0.6)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name in QUICK else [pytest.mark.takes_long]) for name in DEFAULT]
-)
+LONG = {name: [pytest.mark.takes_long] for name in DEFAULT if name not in QUICK}
+LONG["staircase"].append(pytest.mark.slow)
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, [])) for name in DEFAULT])
 def test_within_limits(target, hand, name):
     result = validate(target, [name])
     assert result.stopped is None
