@@ -57,12 +57,12 @@ def run_policy(
         session.wait()
         on_ready()
         ending = session.loop()
+        session.move_to(home)
     except SafetyStopError as stop:
         return session.summary(Ending.STOPPED, str(stop))  # the guard has opened the hand
     except BaseException:
         session.move_to(home)
         raise
-    session.move_to(home)
     return session.summary(ending)
 
 

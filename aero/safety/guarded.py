@@ -50,11 +50,11 @@ class Phase(Enum):
 class GuardedHand(AeroHand):
     """An `AeroHand` that starts gently, stops itself, and ends open and weak.
 
-    Before the first motion it looks at currents and temperatures, then opens slowly at limited speed and torque; only a
-    hand whose encoders all arrive goes on, slowly to its first goal, and then gets its usual limits back. From then on every call, and every wait on `clock`,
-    looks at currents, encoders and temperatures as often as `Thresholds` says. What breaks a threshold opens the hand
-    slowly and raises `SafetyStopError`, then and at every later call. `close`, and with it the end of a `with`
-    statement, opens it in any case.
+    Before the first motion it looks at currents and temperatures, then opens slowly at limited speed and torque. Only
+    a hand whose encoders all arrive goes on, slowly to its first goal, and then gets its usual limits back. From then
+    on every call, and every wait on `clock`, looks at currents, encoders and temperatures as often as `Thresholds`
+    says. What breaks a threshold opens the hand slowly and raises `SafetyStopError`, then and at every later call.
+    `close`, and with it the end of a `with` statement, opens it in any case.
 
     Not for several threads. While the board homes it answers nothing, so nothing is watched then.
     """

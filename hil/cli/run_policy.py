@@ -55,7 +55,9 @@ def run_policy(
 ) -> None:
     """Run POLICY on a hand: slowly to its grasp, a wait for the object, the policy, slowly back.
 
-    Every hand is guarded, an emulated one too, and ends open. Exits with 0 when the time ran out, 1 when something else ended it, 2 on bad usage or when no hand answers.
+    Every hand is guarded, an emulated one too, and ends open.
+
+    Exits with 0 when the time ran out, 1 when something else ended it, 2 on bad usage or when no hand answers.
     """
     console = Console()
     try:

@@ -60,7 +60,8 @@ def test_search_finds_the_numbers_and_the_phase():
 def test_search_reports_its_way():
     lines = []
     search(Toy(), iterations=2, report=lines.append)
-    assert lines[0].startswith("iteration 0") and lines[-1].startswith("found")
+    assert lines[0].startswith("iteration 0")
+    assert lines[-1].startswith("found")
 
 
 def test_leaving_one_out_predicts_it_from_the_others():
