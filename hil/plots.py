@@ -131,6 +131,7 @@ def draw_series(axes: Axes, recording: Recording, name: str, unit: str) -> None:
             LINE_STYLES[i % len(LINE_STYLES)],
             color=CHANNEL_COLOURS[i],
             label=title(channel),
+            drawstyle="steps-post",
         )
     axes.set_xlabel("time, s")
     axes.set_ylabel(unit)

@@ -6,6 +6,7 @@ the header, and the fixtures `target` and `hand`; everything heavy is imported w
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from contextlib import AbstractContextManager, ExitStack
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,17 @@ REST_WAIT_S, REST_TRIES = 0.2, 15
 REST_RAD_S = 0.2
 """Shaft speed below which a hand is at rest."""
 
+MARKERS = (
+    "presence: a hand that fails this test is not tested further",
+    "moves: moves the hand; skipped with --hil-still",
+    "homes: drives the hand into its stops; on a hand in real time only with --hil-homing",
+    "takes_long: takes more than a few seconds of hand time; in real time only with --hil-long",
+    "needs(capability): needs what only some targets can do, such as ground_truth",
+)
+
 _TARGET = pytest.StashKey["Target"]()
+_FAILED = pytest.StashKey[str]()
+"""Name of the presence test that failed."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -49,11 +60,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default=DEFAULTS["--hil-unit"],
         help="emulated unit: shipped name or .toml (default reference)",
     )
+    group.addoption("--hil-still", action="store_true", help="skip tests that move the hand")
+    group.addoption("--hil-homing", action="store_true", help="also run tests that home a hand in real time")
+    group.addoption("--hil-long", action="store_true", help="also run tests that take long in real time")
     group.addoption("--hil-seed", type=int, default=0, help="seed of the emulated hand's noise (default 0)")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Refuse options that cannot work, before any test process starts."""
+    """Register the markers, and refuse options that cannot work before any test process starts."""
+    for marker in MARKERS:
+        config.addinivalue_line("markers", marker)
     name = config.getoption("--hil")
     if name not in IN_SOFTWARE and getattr(config.option, "numprocesses", None):
         raise pytest.UsageError(f"--hil={name}: one program at a time can use a hand; run without -n")
@@ -83,6 +99,31 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     config.add_cleanup(opened.close)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the presence tests first; the rest keeps its order."""
+    items.sort(key=lambda item: item.get_closest_marker("presence") is None)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what this hand cannot or must not do, with the reason, and record which hand it is."""
+    if "target" not in getattr(item, "fixturenames", ()):
+        return
+    target = item.config.stash[_TARGET]
+    if reason := _reason_to_skip(item, target):
+        pytest.skip(reason)
+    for name, value in _properties(target).items():
+        item.user_properties.append((f"hil_{name}", value))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Remember a presence test that failed."""
+    report = yield
+    if report.failed and item.get_closest_marker("presence"):
+        item.config.stash[_FAILED] = item.name
+    return report
+
+
 @pytest.fixture(scope="session")
 def target(pytestconfig: pytest.Config) -> Target:
     """The hand chosen by `--hil`, opened once for the session; see `hil.Target`."""
@@ -98,6 +139,40 @@ def hand(target: Target) -> AeroHand:
         if all(abs(target.hand.read_speeds()) < REST_RAD_S):
             return target.hand
     pytest.fail(f"the hand does not come to rest within {REST_TRIES * REST_WAIT_S:g} s of opening")
+
+
+def _reason_to_skip(item: pytest.Item, target: Target) -> str | None:
+    option = item.config.getoption
+    failed = item.config.stash.get(_FAILED, None)
+    if failed is not None:
+        return f"this hand failed {failed}; mend that first, or choose another hand with --hil"
+    if item.get_closest_marker("moves") and option("--hil-still"):
+        return "moves the hand; run without --hil-still"
+    if item.get_closest_marker("homes") and target.real_time and not option("--hil-homing"):
+        return "drives the hand into its stops; run with --hil-homing"
+    if item.get_closest_marker("takes_long") and target.real_time and not option("--hil-long"):
+        return "takes long in real time; run with --hil-long"
+    for marker in item.iter_markers("needs"):
+        for name in marker.args:
+            if name not in target.capabilities:
+                return f"{target.name} has no {name}; run with --hil=emulated"
+    return None
+
+
+def _properties(target: Target) -> dict[str, str]:
+    """Return what a JUnit report should say about the hand under test."""
+    from hil.recording import source_commit  # noqa: PLC0415 - loads NumPy
+
+    return {
+        "target": target.name,
+        "hand": target.side,
+        "firmware": target.firmware,
+        "map": target.map.coefficients.name,
+        "window": target.map.window.name,
+        "unit": target.unit,
+        "seed": str(target.seed),
+        "commit": source_commit(),
+    }
 
 
 def _opener(config: pytest.Config) -> AbstractContextManager[Target]:

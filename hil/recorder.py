@@ -37,14 +37,14 @@ class Recorder:
     Times given to it are times of the target's clock; those in the recording count from the recorder's making.
     """
 
-    def __init__(self, target: Target) -> None:
-        """Start now."""
+    def __init__(self, target: Target, *, from_opening: bool = False) -> None:
+        """Start now, or, for the bytes alone, at the opening of the target."""
         self._target = target
         self._times: dict[str, list[float]] = {}
         self._rows: dict[str, list[NDArray[Any]]] = {}
         self._events: list[Event] = []
-        self._wire_mark = target.wire.mark()
-        self.start = target.clock.now()
+        self._wire_mark = 0 if from_opening else target.wire.mark()
+        self.start = target.wire.opened if from_opening else target.clock.now()
         """Time of the target's clock that is zero in the recording, s."""
 
     def add(self, name: str, t: float, row: NDArray[Any]) -> None:
@@ -78,6 +78,7 @@ class Recorder:
             unit=target.unit,
             seed=target.seed,
             parameters=dict(parameters),
+            safety={} if target.guard is None else target.guard.thresholds.as_dict(),
             versions=versions(),
             commit=source_commit(),
         )

@@ -11,6 +11,7 @@ import platform
 import subprocess
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Literal, Self
 
@@ -46,6 +47,8 @@ class Header:
     """Seed of the emulated hand's noise; without meaning on a port."""
     parameters: Mapping[str, float | str] = field(default_factory=dict)
     """Parameters of the experiment, units in the names."""
+    safety: Mapping[str, float] = field(default_factory=dict)
+    """Thresholds of `aero.safety` by name; empty when the hand was not guarded."""
     versions: Mapping[str, str] = field(default_factory=dict)
     """Versions of Python, of this project and of what it computes with."""
     commit: str = ""
@@ -164,6 +167,7 @@ def versions() -> dict[str, str]:
     return found
 
 
+@cache
 def source_commit() -> str:
     """Return the commit this source tree is at, with `+changes` when it was edited; empty outside a checkout."""
     root = Path(__file__).parents[1]

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aero.errors import AeroError
+from aero.safety import SafetyStopError
+from hil.baseline import load, regressions
 from hil.experiments import DEFAULT, EXPERIMENTS, GATES, Experiment, Measured
 from hil.experiments.staircase import STAIRCASE
 from hil.findings import Finding, failed
@@ -18,10 +20,11 @@ from hil.limits import Limit, compare, load_limits
 from hil.mcap_file import write_recording
 from hil.metrics import staircase_metrics
 from hil.plots import validation_figure
-from hil.recorder import Progress, silent
+from hil.recorder import Progress, Recorder, silent
 from hil.recording import Recording
 from hil.report import render_report
-from hil.target import Target
+from hil.target import PHYSICAL, Target
+from hil.units import DEFAULT_LIMITS, load_unit
 
 PUBLISHED = (
     "unit",
@@ -56,11 +59,15 @@ class Validation:
     """What kept the rest from running, None when all ran."""
     wall_seconds: float
     """Time from the start to the verdict, s."""
+    regressions: tuple[Finding, ...] = ()
+    """Comparison with the hand's own baseline, when there is one."""
+    session: Recording | None = None
+    """Every byte since the hand was opened, for an exact replay; None when judged from files."""
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Every finding, and the reason for stopping if there is one."""
-        found = tuple(finding for result in self.results.values() for finding in result.findings)
+        found = tuple(finding for result in self.results.values() for finding in result.findings) + self.regressions
         return found if self.stopped is None else (self.stopped, *found)
 
     @property
@@ -74,12 +81,19 @@ class Validation:
         return sum(float(result.recording["codes"].times[-1]) for result in self.results.values())
 
 
-def validate(target: Target, names: Sequence[str] = DEFAULT, *, progress: Progress = silent) -> Validation:
+def validate(
+    target: Target,
+    names: Sequence[str] = DEFAULT,
+    *,
+    baseline: Path | None = None,
+    progress: Progress = silent,
+) -> Validation:
     """Run experiments on a target and judge them by its kind's limits.
 
     Args:
         target: the hand; most experiments move it through its whole range.
         names: experiments to run, keys of `EXPERIMENTS`.
+        baseline: folder of the hand's own earlier figures, to compare with.
         progress: called with the finished part of the present experiment.
 
     Returns:
@@ -87,18 +101,46 @@ def validate(target: Target, names: Sequence[str] = DEFAULT, *, progress: Progre
     """
     start = time.perf_counter()
     limits = load_limits(target.limits, target.firmware)
+    before = load(baseline) if baseline else {}
     results: dict[str, Result] = {}
     stopped = None
     for name in names:
         try:
             results[name] = _judged(EXPERIMENTS[name], target, limits, progress)
-        except AeroError as error:
+        except (AeroError, SafetyStopError) as error:
             stopped = _broken_off(name, error)
             break
         if name in GATES and failed(results[name].findings) and name != names[-1]:
             stopped = _kept_back(name)
             break
-    return Validation(results, stopped, time.perf_counter() - start)
+    measured = {name: result.measured for name, result in results.items()}
+    return Validation(
+        results,
+        stopped,
+        time.perf_counter() - start,
+        regressions(before, measured, str(baseline)),
+        Recorder(target, from_opening=True).finish("session", {}),
+    )
+
+
+def judge_recordings(recordings: Sequence[Recording]) -> Validation:
+    """Measure and judge recordings made earlier, by the limits of the hand in their headers.
+
+    Raises:
+        KeyError: a recording is of no experiment of `EXPERIMENTS`.
+        ValueError: a recording's unit or its limits are unknown.
+    """
+    start = time.perf_counter()
+    results: dict[str, Result] = {}
+    for recording in recordings:
+        header = recording.header
+        if header.experiment not in EXPERIMENTS:
+            raise KeyError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
+        kind = DEFAULT_LIMITS if header.unit == PHYSICAL else load_unit(header.unit).limits
+        measured = EXPERIMENTS[header.experiment].measure(recording)
+        findings = compare(header.experiment, measured, load_limits(kind, header.firmware))
+        results[header.experiment] = Result(recording, measured, findings)
+    return Validation(results, None, time.perf_counter() - start)
 
 
 def write_results(validation: Validation, out: Path) -> None:
@@ -110,6 +152,8 @@ def write_results(validation: Validation, out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     for name, result in validation.results.items():
         write_recording(result.recording, out / f"{name}.mcap")
+    if validation.session is not None:
+        write_recording(validation.session, out / "session.mcap")
     (out / "checks.json").write_text(json.dumps(checks_json(validation), indent=2) + "\n", encoding="utf-8")
     if STAIRCASE.name in validation.results:
         (out / "metrics.json").write_text(json.dumps(metrics_json(validation), indent=2) + "\n", encoding="utf-8")
@@ -156,7 +200,7 @@ def _judged(experiment: Experiment, target: Target, limits: tuple[Limit, ...], p
     return Result(recording, measured, compare(experiment.name, measured, limits))
 
 
-def _broken_off(name: str, error: AeroError) -> Finding:
+def _broken_off(name: str, error: Exception) -> Finding:
     return Finding(
         check=name,
         subject="hand",

@@ -17,6 +17,8 @@ class WireTap:
     def __init__(self, transport: Transport, clock: Clock) -> None:
         self._transport = transport
         self._clock = clock
+        self.opened = clock.now()
+        """Time at which the tap was put on, s on the clock."""
         self._records: list[tuple[float, Direction, bytes]] = []
 
     @property

@@ -8,10 +8,17 @@ import click
 
 COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
+    "report": "hil.cli.recordings:report",
+    "replay": "hil.cli.recordings:replay",
+    "diff": "hil.cli.recordings:diff",
+    "baseline": "hil.cli.recordings:baseline",
+    "endurance": "hil.cli.endurance:endurance",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",
     "identify": "hil.cli.identify:identify_command",
     "servos": "hil.cli.servos:servos",
+    "calibrate": "hil.cli.calibrate:calibrate_command",
+    "record": "hil.cli.record:record_command",
     "train": "hil.cli.train:train",
     "evaluate": "hil.cli.evaluate:evaluate",
     "run-policy": "hil.cli.run_policy:run_policy",

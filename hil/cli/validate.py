@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 import click
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from aero.safety import SafetyStopError
+from hil.cli.before_moving import before_moving
 from hil.cli.options import target
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.findings import failed
@@ -20,6 +24,9 @@ from hil.report import table
 from hil.target import NoHandError, open_target
 from hil.validation import Validation, write_results
 from hil.validation import validate as run_validation
+
+SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
+"""For a terminal of 80 columns."""
 
 
 @click.command()
@@ -32,6 +39,12 @@ from hil.validation import validate as run_validation
     help="Run only this experiment; may be repeated. Without it, all but homing.",
 )
 @click.option(
+    "--baseline",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Also say what has become worse than in this folder, which `aero-hil baseline` made.",
+)
+@click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
+@click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), default=Path("validation"), show_default=True,
     help="Folder for the report, the metrics and the recordings.",
 )  # fmt: skip
@@ -43,6 +56,8 @@ def validate(
     unit: str,
     seed: int,
     names: tuple[str, ...],
+    baseline: Path | None,
+    dry_run: bool,
     out: Path,
 ) -> None:
     """Check a hand: is everything there, does it move as it should, does it agree with the simulator?
@@ -56,17 +71,29 @@ def validate(
             open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened,
             Progress(*columns, console=console, transient=True) as bar,
         ):
+            if dry_run or opened.guard is not None:
+                console.print(before_moving(opened, _furthest(names or DEFAULT)))
+            if dry_run:
+                return
             task = bar.add_task("opening", total=1.0)
             result = run_validation(
                 opened,
                 names or DEFAULT,
+                baseline=baseline,
                 progress=lambda done, doing: bar.update(task, completed=done, description=doing),
             )
         write_results(result, out)
     except (NoHandError, ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
+    except SafetyStopError as error:
+        raise click.ClickException(str(error)) from error
     _print(console, result, out)
     sys.exit(0 if result.passed else 1)
+
+
+def _furthest(names: tuple[str, ...]) -> Sequence[float]:
+    """Return how far each channel is sent at most, (7,) share of its window."""
+    return tuple(np.max([EXPERIMENTS[name].furthest for name in names], axis=0))
 
 
 def _print(console: Console, result: Validation, out: Path) -> None:
@@ -92,6 +119,6 @@ def _staircase_table(result: Validation) -> Table:
     for cell in rows[0].cells:
         shown.add_column(cell.short, justify="right")
     for row in rows:
-        shown.add_row(row.title.removeprefix("Thumb ").capitalize().replace("Cmc", "CMC"), *(c.ours for c in row.cells))
+        shown.add_row(SHORT_TITLES.get(row.title, row.title), *(c.ours for c in row.cells))
         shown.add_row("  paper", *(cell.paper for cell in row.cells), style="dim")
     return shown

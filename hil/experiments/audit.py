@@ -60,4 +60,4 @@ def _row(times: np.ndarray[tuple[int], np.dtype[np.float64]], t: float) -> int:
     return int(np.searchsorted(times, t)) - 1
 
 
-AUDIT = Experiment("audit", "Each command moves its own encoder, the right way", run, measure)
+AUDIT = Experiment("audit", "Each command moves its own encoder, the right way", run, measure, (NUDGE,) * 7)

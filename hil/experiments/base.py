@@ -37,6 +37,8 @@ class Experiment:
     """What it finds out, one line."""
     run: Callable[[Target, Progress], Recording]
     measure: Callable[[Recording], Measured]
+    furthest: tuple[float, ...]
+    """How far it sends each channel at most, part of the window, command order."""
 
 
 class Driver:

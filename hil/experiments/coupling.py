@@ -55,4 +55,6 @@ def measure(recording: Recording) -> Measured:
     }
 
 
-COUPLING = Experiment("coupling", "What the thumb's channels do to each other", run, measure)
+COUPLING = Experiment(
+    "coupling", "What the thumb's channels do to each other", run, measure, (0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
+)

@@ -62,4 +62,4 @@ def _at(recording: Recording, t: float) -> np.ndarray[tuple[int], np.dtype[np.in
     return last_before(codes.times, codes.values, t).astype(np.int64)
 
 
-EXCURSION = Experiment("excursion", "How far each channel goes, and what stops it", run, measure)
+EXCURSION = Experiment("excursion", "How far each channel goes, and what stops it", run, measure, (1.0,) * 7)

@@ -45,4 +45,4 @@ def measure(recording: Recording) -> Measured:
     }
 
 
-HOLDING = Experiment("holding", "Currents and heating while the hand holds still", run, measure)
+HOLDING = Experiment("holding", "Currents and heating while the hand holds still", run, measure, POSTURE)

@@ -57,4 +57,4 @@ def measure(recording: Recording) -> Measured:
     return found | {"hand": {"homing_time": max(times)}}
 
 
-HOMING = Experiment("homing", "How long homing takes, and how well it repeats", run, measure)
+HOMING = Experiment("homing", "How long homing takes, and how well it repeats", run, measure, (1.0,) * 7)

@@ -67,4 +67,4 @@ def round_trips(wire: tuple[WireRecord, ...]) -> tuple[int, list[float]]:
     return requests, trips
 
 
-PRESENCE = Experiment("presence", "A hand answers, completely and freshly", run, measure)
+PRESENCE = Experiment("presence", "A hand answers, completely and freshly", run, measure, (0.0,) * 7)

@@ -29,9 +29,9 @@ SETTLE_S = 1.0
 NOMINAL = (0.09, 0.09, 0.09, 0.09, 0.75, 0.035, 0.1)
 SCALE = (0.02, 0.02, 0.02, 0.02, 0.7, 0.003, 0.012)
 """Length of an action of zero, and what an action of one adds; paper, section "Observation and action"."""
-RATES_HZ = (0.9, 1.1, 0.7, 1.3, 0.5, 0.8, 0.6)
-AMPLITUDE = 0.7
-"""One slow gait-like oscillation a channel; all different, so that no channel hides another."""
+RATES_HZ = (0.6, 0.7, 0.5, 0.8, 0.5, 0.65, 0.55)
+AMPLITUDE = 0.4
+"""One gait-like oscillation a channel, all different, and slow enough for a firmware with a motion profile."""
 LONGEST_DELAY_S = 0.2
 
 
@@ -83,4 +83,4 @@ def _actions() -> Floats:
     return actions
 
 
-REPLAY = Experiment("replay", "One action sequence, open loop, on simulator and hand", run, measure)
+REPLAY = Experiment("replay", "One action sequence, open loop, on simulator and hand", run, measure, (1.0,) * 7)

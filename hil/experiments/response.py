@@ -41,7 +41,7 @@ def run(target: Target, progress: Progress) -> Recording:
         while target.clock.now() < until:
             _read(target, recorder)
         progress((i + 1) / total, "command to motion")
-    recorder.note("cycles")
+    cycles_from_s = target.clock.now() - recorder.start
     for i in range(2 * CYCLES):
         _command(target, recorder, 1.0 if i % 2 == 0 else 0.0, fingers=range(4))
         until = target.clock.now() + CYCLE_LIMIT_S
@@ -50,13 +50,13 @@ def run(target: Target, progress: Progress) -> Recording:
                 recorder.note("the fingers did not arrive", "warning")
                 break
         progress((NUDGES + i + 1) / total, "open and close")
-    return recorder.finish("response", {"nudge": NUDGE, "cycles": CYCLES})
+    return recorder.finish("response", {"nudge": NUDGE, "cycles": CYCLES, "cycles_from_s": cycles_from_s})
 
 
 def measure(recording: Recording) -> Measured:
     """Return delays (ms) and the open-close rate (Hz) of the hand."""
     codes, commands = recording["codes"], recording["command_codes"]
-    cycles = next(event.t for event in recording.events if event.text == "cycles")
+    cycles = float(recording.header.parameters["cycles_from_s"])
     steps = [step for step in find_steps(commands.times, commands.values) if step.start < cycles]
     trace = codes.values[:, CHANNEL]
     delays = []
@@ -99,4 +99,10 @@ def _arrived(codes: np.ndarray[tuple[int], np.dtype[np.uint16]], *, closing: boo
     return bool(np.all(fingers >= CLOSED) if closing else np.all(fingers <= OPENED))
 
 
-RESPONSE = Experiment("response", "From a command to motion, and how fast the hand opens and closes", run, measure)
+RESPONSE = Experiment(
+    "response",
+    "From a command to motion, and how fast the hand opens and closes",
+    run,
+    measure,
+    (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
+)

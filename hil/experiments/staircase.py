@@ -140,4 +140,4 @@ def _is_multiple(value: float, unit: float) -> bool:
     return abs(value / unit - round(value / unit)) < 1e-9
 
 
-STAIRCASE = Experiment("staircase", "Simulator and hand on one command stream", run, measure)
+STAIRCASE = Experiment("staircase", "Simulator and hand on one command stream", run, measure, (1.0,) * 7)

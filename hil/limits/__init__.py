@@ -42,10 +42,12 @@ class Limit:
 
     @property
     def text(self) -> str:
-        """The bound as people read it, for example `at most 0.9 mm`."""
-        low = f"at least {self.at_least:g}" if math.isfinite(self.at_least) else ""
-        high = f"at most {self.at_most:g}" if math.isfinite(self.at_most) else ""
-        return " and ".join(part for part in (low, high) if part) + f" {self.unit}"
+        """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""
+        if math.isinf(self.at_least):
+            return f"at most {self.at_most:g} {self.unit}"
+        if math.isinf(self.at_most):
+            return f"at least {self.at_least:g} {self.unit}"
+        return f"{self.at_least:g} to {self.at_most:g} {self.unit}"
 
     def judge(self, subject: str, value: float) -> Finding:
         """Compare one value with the bound; a value that could not be measured (NaN) fails."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aero.channels import Channel
 from hil.experiments import EXPERIMENTS
-from hil.findings import failed
+from hil.findings import Finding, failed
 from hil.metrics import ChannelMetrics, staircase_metrics
 from hil.plots import as_svg, figures_of, title
 from hil.reference import PAPER, PAPER_TEXT, PaperFigure
@@ -29,7 +29,8 @@ class Cell:
     short: str
     """Name for a narrow column."""
     ours: str
-    paper: str = ""
+    paper: str
+    limit: str
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,10 @@ class Row:
     cells: tuple[Cell, ...]
 
 
-def table(metrics: Mapping[Channel, ChannelMetrics]) -> tuple[Row, ...]:
-    """Return the validation table, one row a channel, each number beside the paper's."""
-    return tuple(_row(channel, row) for channel, row in metrics.items())
+def table(metrics: Mapping[Channel, ChannelMetrics], findings: Iterable[Finding] = ()) -> tuple[Row, ...]:
+    """Return the validation table, one row a channel, each number beside the paper's and its limit."""
+    limits = limits_of(findings)
+    return tuple(_row(channel, row, limits) for channel, row in metrics.items())
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,9 @@ class TextRow:
 
     name: str
     paper: str
+    model: str
     ours: str
+    limit: str
     note: str
 
 
@@ -88,7 +92,7 @@ def _staircase(validation: Validation) -> dict[str, Any] | None:
     recording = validation.results["staircase"].recording
     metrics, attributions = staircase_metrics(recording), attribute(recording)
     return {
-        "rows": table(metrics),
+        "rows": table(metrics, validation.results["staircase"].findings),
         "causes": [(title(channel), row, attributions[channel]) for channel, row in metrics.items()],
     }
 
@@ -100,29 +104,51 @@ def _figures(validation: Validation) -> dict[str, dict[str, str]]:
 
 
 def _text_row(figure: PaperFigure, validation: Validation) -> TextRow:
+    if not figure.experiment:
+        return TextRow(figure.name, figure.paper, "", "not measured", "", figure.note)
     if figure.experiment not in validation.results:
-        return TextRow(figure.name, figure.paper, "not measured", figure.note or f"run with --only {figure.experiment}")
-    value = validation.results[figure.experiment].measured[figure.subject][figure.metric]
-    return TextRow(figure.name, figure.paper, f"{value:.3g} {figure.unit}", figure.note)
+        return TextRow(figure.name, figure.paper, "", "not measured", "", f"run with --only {figure.experiment}")
+    result = validation.results[figure.experiment]
+    ours = f"{result.measured[figure.subject][figure.metric]:.4g} {figure.unit}"
+    model = ""
+    if figure.model and "staircase" in validation.results:
+        model = f"{validation.results['staircase'].measured[figure.subject][figure.model]:.4g} {figure.unit}"
+    limits = limits_of(result.findings).get((figure.metric, figure.subject), "none")
+    return TextRow(figure.name, figure.paper, model, ours, limits, figure.note)
 
 
-def _row(channel: Channel, row: ChannelMetrics) -> Row:
+def limits_of(findings: Iterable[Finding]) -> dict[tuple[str, str], str]:
+    """Return the limit of each check and subject, as people read it."""
+    return {(finding.check, finding.subject): finding.expected for finding in findings}
+
+
+def _row(channel: Channel, row: ChannelMetrics, limits: Mapping[tuple[str, str], str]) -> Row:
     paper = PAPER[channel]
+    cells = (
+        ("Excursion, simulator", "model\nspan", "excursion_model", 2, None),
+        ("Excursion, hand", "hand\nspan", "excursion_hand", 2, paper.excursion_hand),
+        ("Tracking RMS", "RMS", "tracking_rms", 2, paper.tracking_rms),
+        ("Rise, simulator, ms", "model\nrise", "rise_model_ms", 0, paper.rise_model_ms),
+        ("Rise, hand, ms", "hand\nrise", "rise_hand_ms", 0, paper.rise_hand_ms),
+        ("Overshoot, hand, %", "over\n%", "overshoot_hand_percent", 1, 0.0),
+        ("Settled samples", "settled", "settled_samples", 0, None),
+        ("Matched steps", "steps", "matched_steps", 0, None),
+    )
     return Row(
         title(channel),
         row.unit,
-        (
-            Cell("Excursion, simulator", "model\nspan", _number(row.excursion_model)),
-            Cell("Excursion, hand", "hand\nspan", _number(row.excursion_hand), _number(paper.excursion_hand)),
-            Cell("Tracking RMS", "RMS", _number(row.tracking_rms), _number(paper.tracking_rms)),
-            Cell("Rise, simulator, ms", "model\nrise", _number(row.rise_model_ms, 0), _number(paper.rise_model_ms, 0)),
-            Cell("Rise, hand, ms", "hand\nrise", _number(row.rise_hand_ms, 0), _number(paper.rise_hand_ms, 0)),
-            Cell("Overshoot, hand, %", "over\n%", _number(row.overshoot_hand_percent, 1), "0"),
-            Cell("Settled samples", "settled", str(row.settled_samples)),
-            Cell("Matched steps", "steps", str(row.matched_steps), "72-177"),
+        tuple(
+            Cell(
+                name,
+                short,
+                _number(getattr(row, metric), digits),
+                "" if published is None else _number(published, digits),
+                limits.get((metric, channel.label), ""),
+            )
+            for name, short, metric, digits, published in cells
         ),
     )
 
 
-def _number(value: float, digits: int = 2) -> str:
+def _number(value: float, digits: int) -> str:
     return "none" if math.isnan(value) else f"{value:.{digits}f}"

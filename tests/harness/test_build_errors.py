@@ -29,10 +29,10 @@ FOUND_BY = {
 
 @pytest.fixture(autouse=True)
 def short_staircase(monkeypatch):
-    """Eight levels are enough for the loads."""
+    """Six levels are enough for the loads."""
 
     def run(target, progress):
-        return run_staircase(target, RoutedHand(target.side), Staircase(levels=8, hold_s=0.44), progress=progress)
+        return run_staircase(target, RoutedHand(target.side), Staircase(levels=6, hold_s=0.44), progress=progress)
 
     monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(staircase_module.STAIRCASE, run=run))
 

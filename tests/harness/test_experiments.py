@@ -15,23 +15,19 @@ from hil.recorder import silent
 from hil.recording import WireRecord
 from hil.validation import checks_json, validate
 
-QUICK = tuple(name for name in EXPERIMENTS if name != "staircase")
+SOME = ("presence", "audit")
+"""All of them are run, on any hand, by `tests/hil`."""
 
 
 @pytest.fixture(scope="module")
 def results():
-    """One run of all quick experiments on the default hand."""
+    """One run of the quickest experiments on the default hand."""
     with open_target(seed=1) as target:
-        return validate(target, QUICK)
+        return validate(target, SOME)
 
 
-@pytest.mark.parametrize("name", QUICK)
-def test_a_good_hand_passes(results, name):
-    assert [finding.sentence for finding in failed(results.results[name].findings)] == []
-
-
-def test_every_limit_of_these_experiments_was_compared(results):
-    assert {name for name in QUICK if results.results[name].findings} == set(QUICK)
+def test_the_limits_of_an_experiment_are_compared_with_what_it_measured(results):
+    assert {name for name in SOME if results.results[name].findings} == set(SOME)
     assert results.passed
     assert results.stopped is None
 
@@ -39,7 +35,7 @@ def test_every_limit_of_these_experiments_was_compared(results):
 def test_what_was_measured_can_be_written(results):
     written = json.loads(json.dumps(checks_json(results), allow_nan=False))
     assert written["passed"] is True
-    assert set(written["measured"]) == set(QUICK)
+    assert set(written["measured"]) == set(SOME)
 
 
 def test_the_audit_takes_no_sign_from_the_map(monkeypatch):

@@ -2,6 +2,8 @@
 
 import pytest
 
+import hil.target  # noqa: F401 - loaded before pytester's snapshot, because NumPy can be loaded only once
+
 pytest_plugins = ["pytester"]
 
 ONE_TEST = "def test_reads(hand, target):\n    assert hand.read_codes().shape == (7,)\n    assert target.name == {!r}"
@@ -11,7 +13,7 @@ ONE_TEST = "def test_reads(hand, target):\n    assert hand.read_codes().shape ==
 def run(pytester):
     def run_with(*arguments, target="emulated"):
         pytester.makepyfile(ONE_TEST.format(target))
-        return pytester.runpytest_subprocess(*arguments)
+        return pytester.runpytest(*arguments)
 
     return run_with
 
@@ -55,5 +57,67 @@ def test_a_physical_hand_is_not_shared_between_processes(run):
 
 def test_a_suite_without_a_hand_never_opens_one(pytester):
     pytester.makepyfile("def test_nothing():\n    pass")
-    result = pytester.runpytest_subprocess("--hil=/dev/ttyNoSuchHand")
+    result = pytester.runpytest("--hil=/dev/ttyNoSuchHand")
     result.assert_outcomes(passed=1)
+
+
+SUITE = """
+import pytest
+
+def test_ordinary(target):
+    pass
+
+@pytest.mark.moves
+def test_moves(target):
+    pass
+
+@pytest.mark.homes
+def test_homes(target):
+    pass
+
+@pytest.mark.takes_long
+def test_takes_long(target):
+    pass
+
+@pytest.mark.needs("ground_truth")
+def test_needs(target):
+    pass
+
+@pytest.mark.presence
+def test_presence(target):
+    assert {there}
+"""
+
+
+def test_each_skip_says_which_option_changes_it(pytester):
+    pytester.makepyfile(SUITE.format(there=True))
+    result = pytester.runpytest("--hil=pty", "--hil-still", "-rs", "--strict-markers")
+    result.assert_outcomes(passed=2, skipped=4)
+    for words in ("--hil-still", "--hil-homing", "--hil-long", "--hil=emulated"):
+        assert words in result.stdout.str()
+
+
+def test_options_bring_back_what_was_skipped(pytester):
+    pytester.makepyfile(SUITE.format(there=True))
+    pytester.runpytest("--hil=pty", "--hil-homing", "--hil-long").assert_outcomes(passed=5, skipped=1)
+
+
+def test_nothing_is_skipped_on_the_emulated_hand(pytester):
+    pytester.makepyfile(SUITE.format(there=True))
+    pytester.runpytest().assert_outcomes(passed=6)
+
+
+def test_a_hand_that_fails_the_presence_test_is_not_tested_further(pytester):
+    pytester.makepyfile(SUITE.format(there=False))
+    result = pytester.runpytest("-rs")
+    result.assert_outcomes(failed=1, skipped=5)
+    result.stdout.fnmatch_lines(["*this hand failed test_presence; mend that first*"])
+
+
+def test_the_junit_report_says_which_hand_it_was(pytester):
+    pytester.makepyfile(SUITE.format(there=True))
+    pytester.runpytest("--hil-seed=6", "--junitxml=report.xml")
+    report = (pytester.path / "report.xml").read_text()
+    for name, value in (("target", "emulated"), ("firmware", "0.2.0"), ("map", "paper"), ("seed", "6")):
+        assert f'<property name="hil_{name}" value="{value}"' in report
+    assert "hil_commit" in report

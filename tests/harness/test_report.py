@@ -23,6 +23,11 @@ def recording():
     return staircase(levels=4)
 
 
+@pytest.fixture(scope="module")
+def spoiled_page(recording):
+    return page(recording, [GOOD, BAD])
+
+
 def page(recording, findings):
     result = Result(recording, STAIRCASE.measure(recording), tuple(findings))
     return render_report(Validation({"staircase": result}, None, 1.5))
@@ -41,9 +46,8 @@ class Elements(HTMLParser):
             self.figures.append(attrs["id"])
 
 
-def test_the_verdict_comes_first_and_failures_say_what_to_do(recording):
-    html = page(recording, [GOOD, BAD])
-    body = html[html.index("<body>") :]
+def test_the_verdict_comes_first_and_failures_say_what_to_do(spoiled_page):
+    body = spoiled_page[spoiled_page.index("<body>") :]
     assert body.index("Out of limits") < body.index("A loose cable.") < body.index("Tighten it.") < body.index("<table")
     assert "1 of 2 checks failed" in body
     assert "slow &lt;servo&gt;" not in body[: body.index("<details>")]
@@ -55,21 +59,21 @@ def test_a_good_hand_has_no_failures(recording):
     assert "What failed" not in html
 
 
-def test_nothing_is_loaded_from_anywhere(recording):
+def test_nothing_is_loaded_from_anywhere(recording, spoiled_page):
     parser = Elements()
-    parser.feed(html := page(recording, [GOOD, BAD]))
+    parser.feed(html := spoiled_page)
     assert all(reference.startswith("#") for reference in parser.references)
     assert not {"script", "link", "img", "iframe"} & set(parser.tags)
     assert not re.search(r"url\((?!#)|@import", html)
     assert parser.figures == list(panels(recording))
 
 
-def test_each_channel_stands_beside_the_paper(recording):
-    html = page(recording, [])
+def test_each_channel_stands_beside_the_paper(recording, spoiled_page):
+    html = spoiled_page
     rows = staircase_metrics(recording)
     for row in rows.values():
         assert f"{row.tracking_rms:.2f}" in html
-    for paper in ("26.79", "44.45", "0.63", "1871.00"):
+    for paper in ("26.79", "44.45", "0.63", "1871.00", "0.11"):
         assert f"paper {paper}" in html
 
 
@@ -85,12 +89,18 @@ def test_the_figure_has_the_papers_nine_panels(recording):
     assert titles[7:] == ["One step, index", "One step, thumb CMC flexion"]
 
 
-def test_the_papers_text_figures_have_a_row_each_and_say_when_they_were_not_measured(recording):
-    html = page(recording, [])
+def test_the_papers_text_figures_have_a_row_each_and_say_when_they_were_not_measured(spoiled_page):
+    html = spoiled_page
     for figure in PAPER_TEXT:
         assert figure.name in html
     assert "needs a force gauge" in html
     assert html.count("not measured") >= 3
+
+
+def test_each_limit_stands_beside_its_number(spoiled_page):
+    html = spoiled_page
+    row = html[html.index('Tracking RMS"') :]
+    assert row.index("paper 0.45") < row.index("at most 0.9 mm") < row.index("</td>")
 
 
 def test_nothing_to_report_is_an_error():

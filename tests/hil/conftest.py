@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from hil import MissingCapabilityError
-
 SETTLE_S, SETTLE_TRIES = 0.4, 8
 STILL_RAD_S = 0.1
 
@@ -22,19 +20,6 @@ def settle(target):
         pytest.fail(f"the hand still moves {SETTLE_S * SETTLE_TRIES:g} s after a command")
 
     return command_and_wait
-
-
-@pytest.fixture
-def capability(target):
-    """Ask for something only some targets can do; the test is skipped, with the reason, on the others."""
-
-    def get(name):
-        try:
-            return target.capability(name)
-        except MissingCapabilityError as error:
-            pytest.skip(str(error))
-
-    return get
 
 
 @pytest.fixture

@@ -5,6 +5,8 @@ import pytest
 
 from aero.channels import Channel
 
+pytestmark = pytest.mark.moves
+
 FOLLOWS = 0.06 * 65535
 """Static error allowed, codes: 40 of 1183 counts on CMC flexion of one physical hand, and room for another hand."""
 STAYS = 0.03 * 65535

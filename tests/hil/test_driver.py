@@ -5,6 +5,8 @@ import pytest
 
 from aero.channels import Channel
 
+pytestmark = pytest.mark.moves
+
 
 @pytest.mark.parametrize(
     "codes",

@@ -1,6 +1,9 @@
 """A hand is there, and what it reports can be true."""
 
 import numpy as np
+import pytest
+
+pytestmark = pytest.mark.presence
 
 
 def test_seven_servos_report_plausible_temperatures(hand):

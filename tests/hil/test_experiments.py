@@ -1,0 +1,59 @@
+"""The experiments of `aero-hil validate`, with the same limits, on whatever hand is there."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aero.channels import Channel
+from hil.experiments import DEFAULT
+from hil.experiments.staircase import Staircase, run_staircase
+from hil.findings import failed
+from hil.metrics import staircase_metrics
+from hil.validation import validate
+from model import RoutedHand
+
+pytestmark = pytest.mark.moves
+QUICK = ("presence", "response")
+SHORT = Staircase(levels=2, hold_s=0.6, lead_s=0.6)
+
+
+LONG = {name: [pytest.mark.takes_long] for name in DEFAULT if name not in QUICK}
+LONG["staircase"].append(pytest.mark.slow)
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, [])) for name in DEFAULT])
+def test_within_limits(target, hand, name):
+    result = validate(target, [name])
+    assert result.stopped is None
+    assert [f"{finding.sentence}. {finding.meaning}" for finding in failed(result.findings)] == []
+
+
+def test_two_levels_on_every_channel(target, hand):
+    """A staircase short enough for real time: simulator and hand agree on every channel."""
+    recording = run_staircase(target, RoutedHand(target.side), SHORT)
+    assert recording.header.target == target.name
+    assert len(recording.wire) > 2 * len(recording["codes"].times)
+    for channel, row in staircase_metrics(recording).items():
+        span = np.ptp(recording["command"].values[:, channel]) * 1e3
+        assert row.matched_steps >= 2, channel
+        assert row.tracking_rms < 0.06 * span, dataclasses.asdict(row)
+        assert row.settled_samples > 20, channel
+
+
+@pytest.mark.needs("ground_truth")
+def test_the_encoders_tell_the_truth(target, hand, settle, open_codes):
+    plant = target.capability("ground_truth")
+    goal = open_codes.copy()
+    goal[Channel.MIDDLE] = 40000
+    angle = target.map.angles_from_codes(settle(goal))[Channel.MIDDLE]
+    assert abs(plant.angles()[Channel.MIDDLE] - angle) < np.deg2rad(1.0)
+    assert np.all(plant.joint_angles()[3:6] > 0.2)
+
+
+@pytest.mark.homes
+@pytest.mark.takes_long
+def test_homing_repeats(target, hand):
+    """Last in this folder: from here on the zero is the one that homing found."""
+    result = validate(target, ["homing"])
+    assert [finding.sentence for finding in failed(result.findings)] == []
