@@ -1,22 +1,16 @@
-"""What keeps a physical hand and its owner safe: thresholds in one place, a watch over readings, a gentle way out.
+"""What keeps a physical hand and its owner safe: every threshold in one place, and the watch over readings.
 
-The watch (`SafetyMonitor`) is a pure state machine over readings; `GuardedHand` is a driver that feeds it and that
-cannot be left in any way but open and limp. On by default for every hand on a port.
+The watch is a state machine over readings and does nothing by itself; `hil.guarded_hand` feeds it and acts.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from types import TracebackType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from aero import AeroHand
 from aero.channels import Channel
-from aero.clock import Clock
-from aero.errors import AeroError
-from aero.transport import Transport
 
 Floats = NDArray[np.float64]
 FULL = 65535
@@ -48,16 +42,16 @@ class SafetyLimits:
     """Torque limit while experiments run, register units: 3.9 A, below the abort."""
     limp_units: int = 200
     """Torque limit the hand is left with, register units: 1.3 A."""
+    gentle_s: float = 10.0
+    """Time from the first command during which the speed is limited as well, s."""
+    gentle_units: int = 60
+    """Speed limit during that time, register units: 3000 counts/s."""
     open_s: float = 2.0
     """Time of the way back to the open hand, s."""
 
     def lines(self) -> list[str]:
         """Return every threshold as `name value`, for reports."""
         return [f"{field.name} {getattr(self, field.name):g}" for field in fields(self)]
-
-
-class SafetyAbortError(AeroError):
-    """The watch ended an experiment; the hand has been opened. The message says what was seen on which channel."""
 
 
 class SafetyMonitor:
@@ -153,84 +147,3 @@ class SafetyMonitor:
                 f"({self._limits.stray:.0%} allowed)"
             )
         return None
-
-
-class GuardedHand(AeroHand):
-    """A driver that watches the hand while it commands it, and that leaves it open and limp however it is left."""
-
-    def __init__(
-        self,
-        transport: Transport,
-        clock: Clock,
-        *,
-        spans: NDArray[np.int64],
-        limits: SafetyLimits | None = None,
-        settings: bool = True,
-    ) -> None:
-        """Wrap an open transport.
-
-        Args:
-            transport: the bytes' way to the board.
-            clock: what tells the time and is waited on.
-            spans: (7,) servo counts of each channel's command window.
-            limits: the thresholds.
-            settings: whether the firmware knows torque limits (`pre` does not; then there are none).
-        """
-        super().__init__(transport, clock)
-        self.limits = limits or SafetyLimits()
-        self._time = clock
-        self._settings = settings
-        self._monitor = SafetyMonitor(self.limits, spans)
-        self._looked = -np.inf
-        self._moved = False
-        self._leaving = False
-
-    def command_codes(self, codes: ArrayLike) -> None:
-        """Send a command as `AeroHand` does, after a look at the hand when one is due.
-
-        Raises:
-            SafetyAbortError: a threshold was passed; the hand has been opened.
-        """
-        if not self._moved:
-            self._limit_torque(self.limits.torque_units)
-            self._moved = True
-        if self._time.now() - self._looked >= self.limits.watch_s and not self._leaving:
-            self._look()
-        super().command_codes(codes)
-        self._monitor.commanded(self._time.now(), np.asarray(codes, float))
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            if self._moved and not isinstance(error, ConnectionError):
-                self.retreat()
-        finally:
-            super().__exit__(kind, error, trace)
-
-    def retreat(self) -> None:
-        """Open the hand slowly from where it is, and leave it with little torque."""
-        self._leaving = True
-        start = self.read_codes().astype(float)
-        steps = max(1, round(self.limits.open_s / self.limits.watch_s))
-        for step in range(1, steps + 1):
-            self._time.sleep_until(self._time.now() + self.limits.watch_s)
-            self.command_codes(np.round(start * (1 - step / steps)).astype(int))
-        self._limit_torque(self.limits.limp_units)
-        self.command_codes(np.zeros(len(Channel), int))
-        self._leaving = False
-        self._moved = False
-
-    def _look(self) -> None:
-        self._looked = self._time.now()
-        reason = self._monitor.look(
-            self._looked, self.read_codes().astype(float), self.read_currents(), self.read_temperatures()
-        )
-        if reason is not None:
-            self.retreat()
-            raise SafetyAbortError(f"{self.name}: stopped and opened the hand: {reason}")
-
-    def _limit_torque(self, register_units: int) -> None:
-        if self._settings:
-            for channel in Channel:
-                self.set_torque(channel, register_units)

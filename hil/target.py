@@ -21,9 +21,10 @@ from aero.transport import Transport
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated import build_emulated
+from hil.guarded_hand import GuardedHand
 from hil.pty_process import serve_in_process
 from hil.recording import Side
-from hil.safety import GuardedHand, SafetyLimits
+from hil.safety import SafetyLimits
 from hil.units import DEFAULT_LIMITS, Unit, load_unit
 from hil.wiretap import WireTap
 from model import BuiltHandPlant

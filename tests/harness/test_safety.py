@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 
 from aero.channels import WIRE_ORDER, Channel
 from hil import NoHandError, open_target
-from hil.safety import SafetyAbortError, SafetyLimits, SafetyMonitor
+from hil.guarded_hand import SafetyAbortError
+from hil.report import render_report
+from hil.safety import SafetyLimits, SafetyMonitor
 from hil.validation import validate
 
 QUIET = SafetyLimits()
@@ -124,12 +126,49 @@ def test_an_abort_in_an_experiment_ends_the_run_in_words():
     assert "stopped and opened the hand" in result.stopped.meaning
 
 
+def test_the_report_names_the_thresholds():
+    with open_target(guard=QUIET) as target:
+        html = render_report(validate(target, ["presence"]))
+    assert "current_a 4, current_s 0.3, temperature_c 65, stale_s 0.2" in html
+
+
 def test_a_hand_that_was_never_moved_is_not_moved_at_the_end():
     with open_target(guard=QUIET) as target:
         target.hand.read_codes()
     sent = [record.data[0] for record in target.wire.since(0, 0.0) if record.direction == "to_hand"]
     assert 0x11 not in sent
     assert 0x32 not in sent
+
+
+def test_the_first_motions_are_slow():
+    speeds = []
+    with open_target(guard=QUIET) as target:
+        for wait in (0.0, QUIET.gentle_s + 1.0):
+            hold(target, [0] * 7, wait + 0.5)
+            target.hand.command_codes([40000] * 4 + [0] * 3)
+            target.clock.sleep_until(target.clock.now() + 0.15)
+            speeds.append(np.abs(target.hand.read_speeds()[:4]).max())
+    gentle = QUIET.gentle_units * 50 * 2 * np.pi / 4096
+    assert speeds[0] == pytest.approx(gentle, rel=0.1)
+    assert speeds[1] > 2 * gentle
+
+
+def test_homing_is_no_motion_without_a_command():
+    with open_target(guard=QUIET) as target:
+        hold(target, [0] * 7, 0.2)
+        target.hand.home()
+        hold(target, [20000] * 7, 1.0)
+        torques = {s.memory.get(GOAL_TORQUE) for s in target.capability("electronics").servos}
+        assert torques == {QUIET.torque_units}
+
+
+def test_without_torque_settings_the_watch_stops_a_blocked_channel():
+    """Firmware `pre` cannot limit its torque, so a blocked channel draws more than the watch allows."""
+    with open_target(guard=QUIET, firmware="pre") as target:
+        with pytest.raises(SafetyAbortError, match="thumb_cmc_flexion has drawn"):
+            hold(target, [0, 0, 0, 0, 0, 65535, 0], 3.0)
+        target.clock.sleep_until(target.clock.now() + 1.0)
+        assert np.all(target.hand.read_codes() < 2000)
 
 
 def test_one_program_at_a_time(tmp_path):
