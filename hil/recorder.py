@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.guarded_hand import GuardedHand
 from hil.recording import Event, Header, Recording, Series, Severity, source_commit, versions
 from hil.target import Target
 
@@ -69,7 +68,6 @@ class Recorder:
     def finish(self, experiment: str, parameters: Mapping[str, float | str]) -> Recording:
         """Return the recording of everything since the recorder was made."""
         target = self._target
-        watched = {"safety": ", ".join(target.hand.limits.lines())} if isinstance(target.hand, GuardedHand) else {}
         header = Header(
             experiment=experiment,
             target=target.name,
@@ -79,7 +77,8 @@ class Recorder:
             window=target.map.window.name,
             unit=target.unit,
             seed=target.seed,
-            parameters={**parameters, **watched},
+            parameters=dict(parameters),
+            safety={} if target.guard is None else target.guard.thresholds.as_dict(),
             versions=versions(),
             commit=source_commit(),
         )

@@ -40,8 +40,11 @@ class BuiltHandParameters:
     """Dry friction of gears and spool, N m; Coulomb part of the recorded static errors."""
     spool_damping: Channels = (0.0,) * 7
     """Viscous friction of gears and spool, also unpowered, N m s/rad."""
+    cable_friction: Channels = (0.0,) * 7
+    """Dry friction of a cable in its guides as a share of its tension (capstan); the abduction entry is not used."""
     cable_take_up: Channels = (0.0,) * 7
-    """Cable wound in at the extended pose before it is taut, m; abduction has no cable."""
+    """Cable wound in at the extended pose before it is taut, m; negative for one so short that its shaft is not yet at
+    zero then. Abduction has no cable."""
     cable_compliance: float = 5.4e-6
     """Stretch of a cable, m/N; 0.35 mm at 65 N."""
     winding_scale: Channels = (1.0,) * 7
@@ -76,7 +79,8 @@ class BuiltHandParameters:
             expected = lengths.get(str(field.type), 1)
             if values.shape != (expected,):
                 raise ValueError(f"{field.name} has {expected} values, not shape {values.shape}")
-            if not np.all(np.isfinite(values)) or np.any(values < 0):
+            signed = field.name == "cable_take_up"
+            if not np.all(np.isfinite(values)) or (np.any(values < 0) and not signed):
                 raise ValueError(f"{field.name} must be finite and not negative, not {getattr(self, field.name)}")
         for name in ("rotor_inertia", "joint_inertia", "closed_stop", "winding_scale", "timestep", "supply_ratio"):
             if np.any(np.asarray(getattr(self, name)) == 0):

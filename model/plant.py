@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from aero.channels import CABLES, Channel, Joint
 from model.built import build_built, cable_name, shaft_name
 from model.geometry import Side
+from model.geometry.winding import SPOOL_RADIUS
 from model.parameters import BuiltHandParameters
 
 SHAFTS = len(Channel)
@@ -72,6 +73,12 @@ class BuiltHandPlant:
         self._shaft_qpos = np.array([shaft.qposadr[0] for shaft in shafts])
         self._shaft_dofs = np.array([shaft.dofadr[0] for shaft in shafts])
         self._cables = np.array([self._model.tendon(cable_name(channel)).id for channel in CABLES])
+        self._cable_dofs = self._shaft_dofs[list(CABLES)]
+        self._spool_friction = self._model.dof_frictionloss[self._cable_dofs].copy()
+        self._friction_radius = SPOOL_RADIUS * np.array(self.parameters.cable_friction)[list(CABLES)]
+        # A cable that is too short has its shaft unwound in the extended pose.
+        take_up = np.array(self.parameters.cable_take_up)[list(CABLES)]
+        self._data.qpos[self._shaft_qpos[list(CABLES)]] = np.minimum(take_up, 0.0) / SPOOL_RADIUS
         self._unpowered_damping = self._model.dof_damping[self._shaft_dofs].copy()
         self._time = 0.0
         # Rows: setpoint, stiffness, damping, torque, limit.
@@ -94,6 +101,9 @@ class BuiltHandPlant:
         if span <= 0.0:
             return
         model, data, step = self._model, self._data, self.parameters.timestep
+        if self._friction_radius.any():
+            # Between two calls, 10 ms apart at most while the board reads its servos, the friction is held.
+            model.dof_frictionloss[self._cable_dofs] = self._spool_friction + self._friction_radius * self._tensions()
         full = int(span / step + TIME_RESOLUTION)
         if full:
             mujoco.mj_step(model, data, full)
@@ -160,11 +170,8 @@ class BuiltHandPlant:
     def cable_tensions(self) -> NDArray[np.float64]:
         """Return the true cable tensions at the present state, (7,) float, N, never negative; abduction reads zero."""
         mujoco.mj_forward(self._model, self._data)
-        data = self._data
         tensions = np.zeros(SHAFTS)
-        pulling = data.efc_type == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON
-        for tendon, force in zip(data.efc_id[pulling], data.efc_force[pulling], strict=True):
-            tensions[CABLES[np.flatnonzero(self._cables == tendon)[0]]] = force
+        tensions[list(CABLES)] = self._tensions()
         return tensions
 
     def slack(self) -> NDArray[np.float64]:
@@ -174,6 +181,15 @@ class BuiltHandPlant:
         loose = self._data.ten_length[self._cables] - self._model.tendon_range[self._cables, 0]
         slack[list(CABLES)] = np.maximum(loose, 0.0)
         return slack
+
+    def _tensions(self) -> NDArray[np.float64]:
+        """Return the tensions of the cables, (6,) float, N, as last solved for, in the order of `CABLES`."""
+        data = self._data
+        pulling = data.efc_type == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON
+        forces = np.zeros(self._model.ntendon)
+        forces[data.efc_id[pulling]] = data.efc_force[pulling]
+        tensions: NDArray[np.float64] = forces[self._cables]
+        return tensions
 
     def _spec(self, hand: Side) -> mujoco.MjSpec:
         """Describe what is simulated; a plant with more around the hand adds it here."""

@@ -32,7 +32,7 @@ from firmware_emulator.firmware.servo_calls import (
     write_register,
 )
 from firmware_emulator.kernel import Task
-from firmware_emulator.servo.registers import FEEDBACK, FEEDBACK_SIZE
+from firmware_emulator.servo.registers import FEEDBACK, FEEDBACK_SIZE, REGISTERS
 
 BEYOND_COUNTS = 50_000
 HALF_TURN = 2048
@@ -61,12 +61,17 @@ def home(board: Board) -> Task:
 
 
 def assume_homed(board: Board) -> Task:
-    """Leave firmware and servos as `home` leaves them, without searching: the counts are taken for right."""
+    """Leave firmware and servos as `home` leaves them, without searching: the counts are taken for right.
+
+    Extend values in the storage are kept: they are what was homed then, and trimmed since.
+    """
     plan = board.profile.homing
+    board.window.reset(board.hand)
     for channel, steps in enumerate(plan.steps):
         for step in steps:
             if isinstance(step, ShiftWindow):
                 board.window.shift(channel, step.counts * board.hand.direction[channel])
+        board.window.extend[channel] = board.nvs.extend(channel, board.window.extend[channel])
         yield from _open_limits(board, channel)
         yield from unlock(board.uart, channel)
         yield from _close_limits(board, channel)
@@ -164,7 +169,7 @@ def _repair_current_limit(board: Board, channel: int) -> Task:
     uart = board.uart
     if not (yield from uart.ping(channel)):
         return
-    limit = yield from uart.read(channel, 28, 2)
+    limit = yield from uart.read(channel, REGISTERS["protection_current"].address, 2)
     if limit is None or int.from_bytes(limit, "little") == CURRENT_LIMIT:
         return
     yield from unlock(uart, channel)

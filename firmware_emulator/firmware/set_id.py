@@ -9,6 +9,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.frames import Opcode, reply
 from firmware_emulator.firmware.servo_calls import unlock, write_register
 from firmware_emulator.kernel import Task
+from firmware_emulator.servo.registers import REGISTERS
 
 IDS = range(254)
 MAX_LIMIT = 1023
@@ -68,7 +69,7 @@ def _write(board: Board, old: int, new: int, limit: int) -> Task:
         yield from write_register(uart, old, "id", new)
         yield pause_s
     yield from write_register(uart, new, "lock", 1)
-    stored = yield from uart.read(new, 28, 2)
+    stored = yield from uart.read(new, REGISTERS["protection_current"].address, 2)
     return 0 if stored is None else int.from_bytes(stored, "little")
 
 

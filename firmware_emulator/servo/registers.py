@@ -116,4 +116,11 @@ The table also names max_torque -> torque_limit. Its default of 98 % would keep 
 threshold of 950, which real hands do reach, so that copy is left out (`docs/electronics.md`, assumptions).
 """
 
+
+def span(first: str, last: str | None = None) -> range:
+    """Return the addresses from one register to another, or those of one."""
+    end = REGISTERS[last or first]
+    return range(REGISTERS[first].address, end.address + end.size)
+
+
 REGISTER_AT: dict[int, Register] = {register.address: register for register in REGISTERS.values()}

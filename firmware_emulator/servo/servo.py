@@ -21,15 +21,16 @@ from firmware_emulator.servo.memory import RegisterFile
 from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
 from firmware_emulator.servo.profile import Trapezoid, plan
 from firmware_emulator.servo.protection import Protection
-from firmware_emulator.servo.registers import FEEDBACK
+from firmware_emulator.servo.registers import FEEDBACK, REGISTERS, span
 from firmware_emulator.servo.shafts import Shafts
 
-GOAL = range(42, 48)
+GOAL = span("goal_position", "goal_speed")
 """Addresses whose write enables the torque: the firmware never does so itself (assumption)."""
-GOAL_BLOCK = 41
+GOAL_BLOCK = REGISTERS["acceleration"].address
 """Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do."""
-CONTROL = range(28, 50)
+CONTROL = span("protection_current", "torque_limit")
 """Addresses that `Settings` is read from lie in here."""
+OFFSET = span("offset")
 MID_COUNTS = 2048
 MAX_GOAL = 32767
 
@@ -73,7 +74,7 @@ class Servo:
     @property
     def response_level(self) -> int:
         """0 when only pings and reads are answered."""
-        return self.memory.bytes[8]
+        return self.memory.get("response_level")
 
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes from `address`, measurements as of the last tick."""
@@ -88,16 +89,15 @@ class Servo:
             return
         self._last_goal = write if address == GOAL_BLOCK else None
         self.memory.write(address, data)
-        end = address + len(data)
-        if address < GOAL.stop and end > GOAL.start:
+        written = range(address, address + len(data))
+        if _meet(written, GOAL):
             self.memory.set("torque_enable", control.ON)
-        if address < CONTROL.stop and end > CONTROL.start:
+        if _meet(written, CONTROL):
             self._control_written()
-        if address < 33 and end > 31:
+        if _meet(written, OFFSET):
             self.frame.set_offset(self.memory.get("offset"))
             self._feedback.invalidate()
-        if address <= 5 < end:
-            self.id = self.memory.get("id")
+        self.id = self.memory.get("id")
 
     def look_after(self, seconds: float) -> None:
         """Heat up or cool down over the last `seconds`, and apply the protections."""
@@ -235,3 +235,7 @@ class Servo:
         if t >= motion.end:
             self._motion = None
         return self.frame.angle(self._setpoint_counts)
+
+
+def _meet(written: range, registers: range) -> bool:
+    return written.start < registers.stop and written.stop > registers.start

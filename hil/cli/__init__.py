@@ -17,6 +17,8 @@ COMMANDS: dict[str, str] = {
     "map": "hil.cli.map:map_command",
     "identify": "hil.cli.identify:identify_command",
     "servos": "hil.cli.servos:servos",
+    "calibrate": "hil.cli.calibrate:calibrate_command",
+    "record": "hil.cli.record:record_command",
     "train": "hil.cli.train:train",
     "evaluate": "hil.cli.evaluate:evaluate",
     "run-policy": "hil.cli.run_policy:run_policy",

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import pytest
 
 PINGS = "\n[Init] Pinging servos...\r\n" + "".join(f"  ID {servo}: OK\r\n" for servo in range(7))
@@ -28,6 +30,13 @@ def test_text_after_a_reset(make_host, firmware, hand):
 @pytest.mark.parametrize(("hand", "length"), [("right", 241), ("left", 243)])
 def test_length_of_the_text_of_0_1_0(make_host, hand, length):
     assert len(make_host(firmware="0.1.0", hand=hand, start="reset").link.read(1000, 0.5)) == length
+
+
+def test_the_earliest_firmware_pings_every_twenty_milliseconds(make_host):
+    host = make_host(firmware="pre", start="reset")
+    assert len(host.link.read(1000, 0.5)) == 27 + 7 * 12
+    times = [t for t, _, text in host.link.log if b"ID" in text]
+    assert [b - a for a, b in pairwise(times)] == [pytest.approx(0.02, abs=0.001)] * 6
 
 
 def test_missing_servos_are_reported_and_cost_the_librarys_timeout(make_host):

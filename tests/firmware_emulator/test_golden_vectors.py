@@ -1,5 +1,7 @@
 """Byte vectors of the wire, host side and bus side (aero-open-firmware d7bd82e, FTServo_Arduino 64922cd)."""
 
+from itertools import pairwise
+
 import pytest
 
 from tests.firmware_emulator.conftest import AT_STOPS, frame, stopped_bench
@@ -46,6 +48,32 @@ def test_set_id_of_the_one_servo_on_the_bus(make_host, bus_log):
             "FF FF 03 04 02 1C 02 D8",
         )
     ]
+
+
+def test_set_id_caps_the_limit_and_takes_any_id(make_host):
+    host = make_host(firmware="0.1.0")
+    host.hand.bus.servos = host.hand.bus.servos[:1]
+    host.link.write(frame("02 00 FD 12 FF FF"))
+    assert host.link.read(16, 5.0) == frame("02 00 00 00 FD 00 FF 03")
+
+
+@pytest.mark.parametrize(("firmware", "pause"), [("pre", 0.01), ("0.1.0", 0.0)])
+def test_the_earliest_firmware_waits_for_the_eeprom(make_host, bus_log, firmware, pause):
+    host = make_host(firmware=firmware)
+    host.hand.bus.servos = host.hand.bus.servos[:1]
+    bus_log.clear()
+    assert host.ask(0x02, 3, 1023, timeout=5.0)
+    writes = [t for t, data in bus_log if data[4] == 0x03]
+    assert [b - a >= pause for a, b in pairwise(writes[1:])] == [True] * 3
+    assert writes[-1] - writes[0] == pytest.approx(3 * pause, abs=0.002)
+
+
+def test_set_id_without_a_servo_scans_all_ids_in_vain(make_host):
+    host = make_host(firmware="0.1.0")
+    host.hand.bus.servos.clear()
+    start = host.hand.clock.now()
+    assert host.ask(0x02, 3, 1023, timeout=5.0) == frame("02 00 FF 00 03 00")
+    assert 2.6 <= host.hand.clock.now() - start <= 2.8
 
 
 def test_sync_read_of_the_telemetry(make_host, bus_log):

@@ -40,6 +40,14 @@ def test_reading_moves_virtual_time_by_the_timeout_and_no_further_than_the_answe
     assert hand.clock.now() < start + 0.51
 
 
+def test_an_answer_takes_the_time_from_host_to_firmware():
+    link = InProcessLink(EmulatedHand(Bench(), host_latency_s=0.003))
+    link.write(GET_TEMP)
+    assert len(link.read(16, 0.1)) == 16
+    (asked, *_), (answered, *_) = link.log
+    assert answered - asked == pytest.approx(0.003)
+
+
 def test_a_short_read_leaves_the_rest_and_discarding_drops_it():
     link = InProcessLink(EmulatedHand(Bench()))
     link.write(GET_TEMP * 2)

@@ -71,8 +71,9 @@ def test_any_write_leaves_every_register_in_its_range(address, data):
         assert register.low <= abs(memory.get(name)) <= register.high or not register.writable
 
 
-@given(st.integers(0, 127), st.binary(min_size=1, max_size=40))
+@given(st.integers(0, 14), st.binary(min_size=1, max_size=40))
 def test_a_locked_eeprom_forgets_at_power_up_and_an_open_one_does_not(address, data):
+    """Whatever is written below the lock itself, which is at 55."""
     locked, opened = RegisterFile(1), RegisterFile(1)
     opened.write(REGISTERS["lock"].address, b"\0")
     for memory in (locked, opened):
@@ -85,6 +86,22 @@ def test_a_locked_eeprom_forgets_at_power_up_and_an_open_one_does_not(address, d
     assert opened.read(0, EEPROM_END) == written.read(0, EEPROM_END)
 
 
+def test_bytes_take_ten_microseconds_and_a_servo_a_hundred_to_answer():
+    bus = Bus()
+    arrived = []
+    port = bus.hand.bus.connect(lambda data: arrived.append((bus.hand.clock.now(), len(data))))
+    start = bus.hand.clock.now()
+    port.write(bytes.fromhex("FF FF 03 02 01 F9"))
+    port.write(bytes.fromhex("FF FF FE 06 82 38 0F 00 03 2F"))
+    bus.wait(0.01)
+    # Six bytes out and six back; ten out and twice twenty-one back, behind them.
+    pings, reads = 0.00006 + 0.0001 + 0.00006, 0.0001 + 2 * (0.0001 + 0.00021)
+    assert [(t - start, size) for t, size in arrived] == [
+        (pytest.approx(pings), 6),
+        (pytest.approx(0.00006 + reads), 42),
+    ]
+
+
 def test_reads_behind_the_map_are_zero():
     assert Bus().say(2, bytes((120, 20)))[5:-1] == bytes(20)
 
@@ -93,6 +110,7 @@ def test_a_goal_enables_the_torque_and_is_reached_after_the_dead_time():
     bus = Bus()
     bus.write(41, 0, *(3000).to_bytes(2, "little"), *(1023).to_bytes(2, "little"), *(32766).to_bytes(2, "little"))
     assert bus.read(40, 1) == 1
+    assert bus.read(66, 1) == 0b11
     bus.wait(0.3)
     assert bus.position() == pytest.approx(3000, abs=1)
     assert bus.read(66, 1) == 0

@@ -20,6 +20,16 @@ def test_a_trim_survives_in_its_file(make_host, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("firmware", ["0.1.0", "0.2.0"])
+def test_a_hand_in_use_is_found_again_as_it_was_left(make_host, tmp_path, firmware):
+    path = tmp_path / "hand.json"
+    host = make_host(firmware=firmware, nvs=Nvs(path))
+    host.ask(0x03, 5, 10)
+    left = host.hand._board.window
+    found = make_host(firmware=firmware, nvs=Nvs(path)).hand._board.window
+    assert (found.extend, found.grasp) == (left.extend, left.grasp)
+
+
 @pytest.mark.parametrize(("stored", "taken"), [(-1, 3278), (4096, 3278), (0, 0), (4095, 4095)])
 def test_a_stored_value_counts_only_within_a_turn(stored, taken):
     nvs = Nvs()

@@ -1,0 +1,81 @@
+"""`aero-hil calibrate`: a unit file for the hand on the bench, from recordings of it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import click
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from aero.channels import Channel
+from hil.cli.options import FIRMWARE
+from hil.sysid.calibration import Calibration, calibrate, held_out_rms
+from hil.sysid.plots import trace_svg
+from hil.sysid.search import pooled_rms
+from hil.sysid.trace import load_trace
+from hil.sysid.unit_file import unit_toml
+from hil.units import load_unit
+
+
+@click.command("calibrate")
+@click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Unit file to write.")
+@click.option("--start", default="reference", show_default=True, help="Unit to start from, or a .toml.")
+@click.option("--firmware", type=click.Choice(FIRMWARE), default="0.2.0", show_default=True, help="Of the hand.")
+@click.option("--plots", type=click.Path(file_okay=False, path_type=Path), help="Folder for predicted and recorded.")
+@click.option("--yardstick", is_flag=True, help="Also search and score a plain P-and-damping model, minutes more.")
+@click.option("--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default=True, help="Processes.")
+def calibrate_command(
+    *,
+    recordings: tuple[Path, ...],
+    out: Path,
+    start: str,
+    firmware: str,
+    plots: Path | None,
+    yardstick: bool,
+    jobs: int,
+) -> None:
+    """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right hand and write it to a file.
+
+    Prints the fit by channel and what it is worth on recordings it has not seen.
+    """
+    console = Console()
+    try:
+        result = calibrate(
+            [load_trace(path) for path in recordings],
+            load_unit(start),
+            firmware=firmware,
+            jobs=jobs,
+            yardstick=yardstick,
+            report=lambda line: console.print(line, style="dim"),
+        )
+        out.write_text(
+            unit_toml(result.unit, f"Fitted to {len(recordings)} recordings", result.fitted), encoding="utf-8"
+        )
+        if plots is not None:
+            plots.mkdir(parents=True, exist_ok=True)
+            for trace, prediction in zip(result.traces, result.predictions, strict=True):
+                (plots / f"{trace.name}.svg").write_text(trace_svg(trace, prediction), encoding="utf-8")
+    except (KeyError, ValueError, OSError) as error:
+        raise click.UsageError(str(error)) from error
+    _print(console, result, out)
+
+
+def _print(console: Console, result: Calibration, out: Path) -> None:
+    table = Table("Recording", title="Counts rms, readings on their best phase of the telemetry grid", box=SIMPLE_HEAD)
+    for channel in Channel:
+        table.add_column(channel.label, justify="right")
+    for trace, row in zip(result.traces, result.channel_rms(), strict=True):
+        table.add_row(trace.name, *(f"{value:.1f}" for value in row))
+    console.print(table)
+    console.print(f"all recordings: {pooled_rms(result.found.residuals):.2f} counts rms")
+    if result.held_out:
+        console.print(
+            f"each predicted from the others, telemetry phase unknown: {held_out_rms(result.held_out):.2f} counts rms"
+        )
+    if result.yardstick:
+        console.print(f"plain P-and-damping model, the same way: {held_out_rms(result.yardstick):.2f} counts rms")
+    console.print(f"unit written to {out}; use it as `--unit {out}`")

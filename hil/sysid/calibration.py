@@ -1,0 +1,101 @@
+"""Calibration as a whole: traces in, a fitted unit and what it is worth out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil.sysid.p_damping import PDampingModel
+from hil.sysid.replay import Prediction, replay
+from hil.sysid.search import Floats, Found, Free, Model, Report, Residuals, leave_one_out, pooled_rms, search
+from hil.sysid.trace import Trace
+from hil.sysid.unit_model import FREE, UnitModel
+from hil.units import Unit
+
+FEWEST = 3
+"""Traces without which leaving one out says nothing."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A unit fitted to traces, and how well it predicts."""
+
+    unit: Unit
+    traces: tuple[Trace, ...]
+    fitted: tuple[str, ...]
+    """Names of the fields of the unit that were fitted."""
+    found: Found
+    held_out: list[Residuals]
+    """Each trace predicted by a fit to all others, at each phase of the telemetry grid, predicted less recorded,
+    counts: lists by phase, then by trace. Empty for fewer than `FEWEST` traces."""
+    yardstick: list[Residuals]
+    """The same of the P-and-damping model; empty unless asked for."""
+    predictions: tuple[Prediction, ...]
+    """Each trace as the fitted unit predicts it."""
+
+    def channel_rms(self) -> Floats:
+        """Return the fit's error by trace and channel, (traces, 7) counts rms, readings on their best phase."""
+        return np.array([np.sqrt(np.mean(r**2, axis=0)) for r in self.found.residuals])
+
+
+def calibrate(
+    traces: Sequence[Trace],
+    start: Unit,
+    *,
+    firmware: str = "0.2.0",
+    free: tuple[Free, ...] = FREE,
+    iterations: int = 8,
+    jobs: int = 1,
+    yardstick: bool = False,
+    report: Report = lambda _line: None,
+) -> Calibration:
+    """Fit a unit to traces of one right hand and cross-validate it.
+
+    Args:
+        traces: runs of that hand; several, of different kinds, small and large.
+        start: unit that the search starts from and stays near where the traces say nothing.
+        firmware: what the hand ran.
+        free: what is looked for.
+        iterations: at most so many steps of the search.
+        jobs: processes to spread the replays over.
+        yardstick: whether the P-and-damping model is searched and scored the same way, minutes more.
+        report: called with lines of progress.
+
+    Raises:
+        ValueError: no traces.
+    """
+    if not traces:
+        raise ValueError("calibration needs at least one recording")
+    kept = tuple(traces)
+    with ProcessPoolExecutor(jobs) if jobs > 1 else nullcontext() as pool:
+        model = UnitModel(start, kept, firmware, pool, free)
+        found = search(model, iterations=iterations, report=report)
+        held_out = _held_out(model, found, report)
+    compared: list[Residuals] = []
+    if yardstick:
+        plain = PDampingModel(kept)
+        report("P-and-damping model, for comparison")
+        compared = _held_out(plain, search(plain, report=report), report)
+    unit = model.unit(found.x)
+    predictions = tuple(
+        replay(trace, unit, firmware=firmware, phase_s=phase) for trace, phase in zip(kept, found.phases_s, strict=True)
+    )
+    names = dict.fromkeys(number.name.split(".")[1] for number in model.free)
+    fitted = (*names, "spring_closed", "back_emf")
+    return Calibration(unit, kept, fitted, found, held_out, compared, predictions)
+
+
+def held_out_rms(held_out: Sequence[Residuals]) -> float:
+    """Return the error on traces not seen, counts rms pooled over readings, channels and phases."""
+    return pooled_rms(residual for by_trace in held_out for residual in by_trace)
+
+
+def _held_out(model: Model, found: Found, report: Report) -> list[Residuals]:
+    if len(model.traces) < FEWEST:
+        return []
+    report("leave one out")
+    return leave_one_out(model, found)
