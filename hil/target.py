@@ -72,6 +72,15 @@ class Target:
         """The hand, when it is guarded."""
         return self.hand if isinstance(self.hand, GuardedHand) else None
 
+    def begin(self) -> None:
+        """Let a guarded hand be checked and opened before the clock of an experiment starts; others need nothing.
+
+        Raises:
+            SafetyStopError: it must not be moved, or did not open.
+        """
+        if self.guard is not None:
+            self.guard.begin()
+
     def capability(self, name: str) -> Any:
         """Return what stands behind a capability.
 

@@ -195,6 +195,8 @@ def checks_json(validation: Validation) -> dict[str, object]:
 
 
 def _judged(experiment: Experiment, target: Target, limits: tuple[Limit, ...], progress: Progress) -> Result:
+    if any(experiment.furthest):
+        target.begin()
     recording = experiment.run(target, progress)
     measured = experiment.measure(recording)
     return Result(recording, measured, compare(experiment.name, measured, limits))

@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero import protocol
 from aero.channels import Channel
 from aero.clock import Clock
 from aero.driver import AeroHand
@@ -16,7 +17,7 @@ from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from aero.safety.errors import SafetyStopError
 from aero.safety.interrupts import uninterrupted
-from aero.safety.opening import OPEN, limit, open_and_relax, open_slowly
+from aero.safety.opening import OPEN, limit, move_slowly, open_and_relax
 from aero.safety.thresholds import Settings, Thresholds
 from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock
@@ -40,7 +41,7 @@ class Phase(Enum):
     """Where a guarded hand is."""
 
     RESTING = "nothing has moved yet"
-    OPENING = "it opens slowly, with limited speed and torque"
+    OPENING = "it opens and approaches its first goal slowly, with limited speed and torque"
     MOVING = "the program moves it"
     ENDING = "it opens slowly for the last time"
     STOPPED = "it was opened and takes no more commands"
@@ -49,11 +50,11 @@ class Phase(Enum):
 class GuardedHand(AeroHand):
     """An `AeroHand` that starts gently, stops itself, and ends open and weak.
 
-    Before the first motion it looks at currents and temperatures, then opens slowly at limited speed and torque; only a
-    hand whose encoders all arrive gets its usual limits back. From then on every call, and every wait on `clock`,
-    looks at currents, encoders and temperatures as often as `Thresholds` says. What breaks a threshold opens the hand
-    slowly and raises `SafetyStopError`, then and at every later call. `close`, and with it the end of a `with`
-    statement, opens it in any case.
+    Before the first motion it looks at currents and temperatures, then opens slowly at limited speed and torque. Only
+    a hand whose encoders all arrive goes on, slowly to its first goal, and then gets its usual limits back. From then
+    on every call, and every wait on `clock`, looks at currents, encoders and temperatures as often as `Thresholds`
+    says. What breaks a threshold opens the hand slowly and raises `SafetyStopError`, then and at every later call.
+    `close`, and with it the end of a `with` statement, opens it in any case.
 
     Not for several threads. While the board homes it answers nothing, so nothing is watched then.
     """
@@ -111,22 +112,39 @@ class GuardedHand(AeroHand):
             raise SafetyStopError(f"{self.name}: not moved. {objection}.")
         return health
 
+    def begin(self) -> None:
+        """Check the hand and open it gently now, if nothing has moved yet, and not in the middle of the first command.
+
+        Call it where the time of the first command matters.
+
+        Raises:
+            SafetyStopError: as `check`; or the hand did not open.
+        """
+        if self.phase is Phase.RESTING:
+            self._start(np.array(OPEN))
+
     def command_codes(self, codes: ArrayLike) -> None:
-        """As `AeroHand.command_codes`, guarded."""
-        self._before_motion()
+        """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""
+        codes = np.asarray(codes)
+        if self.phase is Phase.RESTING:
+            protocol.make_positions(codes)
+            self._start(codes)
+        self._look_if_due()
         super().command_codes(codes)
-        self._last_codes = np.asarray(codes)
+        self._last_codes = codes
         self._watch.encoders.commanded(self._bare_clock.now(), self._last_codes / MAX_CODE)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
-        self._before_motion()
+        self.begin()
+        self._look_if_due()
         self._watch.encoders.forget()
         super().command_torques(magnitudes)
 
     def home(self, timeout_s: float = 200.0) -> None:
         """As `AeroHand.home`; the hand is checked before and not watched meanwhile."""
-        self._before_motion()
+        self.begin()
+        self._look_if_due()
         super().home(timeout_s)
         self._watch.pause()
         self._look_due = self._bare_clock.now()
@@ -150,20 +168,17 @@ class GuardedHand(AeroHand):
         finally:
             super().close()
 
-    def _before_motion(self) -> None:
-        if self.phase is Phase.RESTING:
-            self._start()
-        self._look_if_due()
-
-    def _start(self) -> None:
+    def _start(self, goal: NDArray[np.integer]) -> None:
+        """Check the hand, open it gently, see that it has opened, and go gently to the first goal."""
         health = self.check()
         self._on_first_motion()
         self.phase = Phase.OPENING
         if self._usual is not None:
             limit(self, Settings(self.thresholds.gentle_speed, self.thresholds.gentle_torque))
-        open_slowly(self, self.clock, health.codes, self.thresholds.opening_s)
+        move_slowly(self, self.clock, health.codes, OPEN, self.thresholds.opening_s)
         self.clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
         self._expect_open()
+        move_slowly(self, self.clock, OPEN, goal, self.thresholds.opening_s)
         if self._usual is not None:
             limit(self, self._usual)
             for channel in THUMB:

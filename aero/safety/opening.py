@@ -1,4 +1,4 @@
-"""Opening a hand slowly and leaving it weak, which is where every guarded program ends."""
+"""Moving a hand slowly: at the start of a guarded program, and open and weak at its end."""
 
 from __future__ import annotations
 
@@ -18,23 +18,24 @@ OPEN = (0,) * len(Channel)
 """Codes of the open hand."""
 
 
-def open_slowly(hand: AeroHand, clock: Clock, start_codes: ArrayLike, seconds: float) -> None:
-    """Ramp all channels from `start_codes`, (7,) in 0..65535, to open.
+def move_slowly(hand: AeroHand, clock: Clock, start_codes: ArrayLike, goal_codes: ArrayLike, seconds: float) -> None:
+    """Ramp all channels from where they stand to a goal.
 
     Args:
-        hand: what opens.
+        hand: what moves.
         clock: of the hand.
-        start_codes: where it stands.
-        seconds: time for the whole window; a hand that is half open takes half of it.
+        start_codes: (7,) in 0..65535, where it stands.
+        goal_codes: (7,) in 0..65535.
+        seconds: time for the whole window; half the window takes half of it.
 
     Raises:
         ConnectionError: the link is gone.
     """
-    codes = np.asarray(start_codes, np.float64)
-    steps = max(1, round(seconds / STEP_S * float(codes.max()) / MAX_CODE))
+    start, goal = np.asarray(start_codes, np.float64), np.asarray(goal_codes, np.float64)
+    steps = max(1, round(seconds / STEP_S * float(np.abs(goal - start).max()) / MAX_CODE))
     begin = clock.now()
     for step in range(1, steps + 1):
-        hand.command_codes(np.rint(codes * (1.0 - step / steps)).astype(np.int64))
+        hand.command_codes(np.rint(start + (goal - start) * step / steps).astype(np.int64))
         clock.sleep_until(begin + step * STEP_S)
 
 
@@ -59,7 +60,7 @@ def open_and_relax(
     answers = where is not None
     if answers and settable:
         limit(hand, Settings(thresholds.gentle_speed, thresholds.gentle_torque))
-    open_slowly(hand, clock, last_codes if where is None else where, thresholds.opening_s)
+    move_slowly(hand, clock, last_codes if where is None else where, OPEN, thresholds.opening_s)
     if answers and settable:
         limit(hand, Settings(thresholds.gentle_speed, thresholds.limp_torque))
         hand.command_codes(OPEN)

@@ -31,6 +31,8 @@ class ServoParameters:
     """Damping on the motor voltage, share of full duty per count/s."""
     no_load_speed_counts: float = 8286.0
     """Speed at full duty without load, counts/s."""
+    acceleration_unit_counts: float = ACCELERATION_UNIT_COUNTS
+    """One unit of the acceleration register, counts/s²; the paper's rise times ask for less than the vendor states."""
     goal_delay_s: float = 0.0143
     """Dead time between the end of a goal write and the loop acting on it, s: 15.3 ms from the host, 1 ms of wire."""
     loop_period_s: float = 0.001

@@ -32,6 +32,19 @@ def drive(
     """Return a driver on an open transport, guarded when there are thresholds."""
     if thresholds is None:
         return AeroHand(transport, clock)
+    return guard(transport, clock, codec, firmware, thresholds, on_first_motion=on_first_motion)
+
+
+def guard(
+    transport: Transport,
+    clock: Clock,
+    codec: ActuationMap,
+    firmware: str,
+    thresholds: Thresholds,
+    *,
+    on_first_motion: Callable[[], None] = lambda: None,
+) -> GuardedHand:
+    """Return a guarded driver on an open transport, made for one firmware."""
     return GuardedHand(
         transport,
         clock,

@@ -57,6 +57,15 @@ def test_set_id_caps_the_limit_and_takes_any_id(make_host):
     assert host.link.read(16, 5.0) == frame("02 00 00 00 FD 00 FF 03")
 
 
+def test_set_id_finds_the_new_id_taken_after_the_scan(make_host):
+    """A servo that is plugged in when the scan has passed its ID answers the second ping."""
+    host = make_host(firmware="0.1.0")
+    late = host.hand.bus.servos[3]
+    host.hand.bus.servos = host.hand.bus.servos[5:6]
+    host.hand.kernel.call_at(host.hand.clock.now() + 1.0, host.hand.bus.servos.append, late)
+    assert host.ask(0x02, 3, 1023, timeout=5.0) == frame("02 00 05 00 03 00")
+
+
 @pytest.mark.parametrize(("firmware", "pause"), [("pre", 0.01), ("0.1.0", 0.0)])
 def test_the_earliest_firmware_waits_for_the_eeprom(make_host, bus_log, firmware, pause):
     host = make_host(firmware=firmware)

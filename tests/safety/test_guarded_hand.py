@@ -138,7 +138,7 @@ def test_the_palm_blocks_a_healthy_hand_without_a_stop():
         wait(target, 3.0)
 
 
-@pytest.mark.parametrize("share", [0.3, 1.0])
+@pytest.mark.parametrize("share", [0.3, 0.97])
 def test_every_channel_of_a_healthy_hand_closes_without_a_stop(share):
     with guarded() as target:
         for channel in Channel:
@@ -167,7 +167,7 @@ def test_a_hand_that_holds_against_something_is_not_moved():
 
 
 def test_a_hand_that_heats_up_is_stopped():
-    heating = {"start_temperature_c": 60.0, "rest_temperature_c": 80.0, "cooling_s": 5.0}
+    heating = {"start_temperature_c": 60.0, "rest_temperature_c": 80.0, "cooling_s": 20.0}
     with guarded(servos=heating) as target:
         close(target, Channel.INDEX, share=0.5)
         with pytest.raises(SafetyStopError, match=r"is at 6[56] °C \(limit 65 °C\)"):
@@ -214,7 +214,7 @@ def test_a_channel_without_torque_is_stopped_for_its_encoder():
         rewire=lambda plant: Tampered(plant, Channel.RING, lambda drive: type(drive)(powered=False))
     ) as target:
         close(target, Channel.RING, share=0.9)
-        with pytest.raises(SafetyStopError, match=r"ring stands at .* only sent to 90%"):
+        with pytest.raises(SafetyStopError, match=r"ring stands at 0% of its window, and was only sent to .*90%"):
             wait(target, 4.0)
 
 
@@ -243,7 +243,7 @@ def test_a_channel_that_does_not_open_is_not_given_its_usual_torque():
 
 
 def test_a_stopped_hand_says_why_at_every_later_call():
-    with guarded(servos={"start_temperature_c": 60.0, "rest_temperature_c": 80.0, "cooling_s": 5.0}) as target:
+    with guarded(servos={"start_temperature_c": 60.0, "rest_temperature_c": 80.0, "cooling_s": 20.0}) as target:
         close(target, Channel.INDEX, share=0.5)
         for _ in range(3):
             with pytest.raises(SafetyStopError, match="65"):

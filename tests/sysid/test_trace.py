@@ -5,7 +5,7 @@ from aero.channels import Channel
 from hil.mcap_file import write_recording
 from hil.recording import Header, Recording, Series
 from hil.sysid.spans import closing_current_sign, window_counts
-from hil.sysid.trace import Trace, load_trace
+from hil.sysid.trace import load_trace
 
 LABELS = tuple(channel.label for channel in Channel)
 

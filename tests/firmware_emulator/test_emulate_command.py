@@ -1,0 +1,57 @@
+"""`aero-hil emulate` as a user starts it: links, state file, signals."""
+
+import contextlib
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import serial
+
+ROOT = Path(__file__).parents[2]
+PATIENCE_S = 20.0
+
+
+@contextlib.contextmanager
+def emulating(*arguments, by):
+    command = [sys.executable, "-m", "hil.cli", "emulate", *map(str, arguments)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process.stdout.readline().split()
+        finally:
+            process.send_signal(by)
+            assert process.wait(PATIENCE_S) == 0
+
+
+def test_calibration_survives_a_restart_and_nothing_is_left_behind(tmp_path):
+    link, bus_link, state = tmp_path / "hand", tmp_path / "bus", tmp_path / "state.json"
+    options = ("--firmware", "0.1.0", "--link", link, "--bus-link", bus_link, "--state", state)
+    extends = []
+    for by in (signal.SIGTERM, signal.SIGINT):
+        with emulating(*options, by=by) as said:
+            assert said == ["ready", str(link)]
+            with serial.Serial(str(link), timeout=PATIENCE_S) as board, serial.Serial(str(bus_link)) as bus:
+                board.write(bytes.fromhex("03 00 03 00 F6 FF").ljust(16, b"\0"))
+                extends.append(int.from_bytes(board.read(16)[4:6], "little"))
+                bus.timeout = PATIENCE_S
+                bus.write(bytes.fromhex("FF FF 03 02 01 F9"))
+                assert bus.read(6) == bytes.fromhex("FF FF 03 02 00 FA")
+        assert not link.is_symlink()
+        assert not bus_link.is_symlink()
+    assert extends == [3278 - 113, 3278 - 226]
+    assert json.loads(state.read_text())["ext3"] == extends[-1]
+
+
+def test_a_state_that_is_none_is_refused_with_the_remedy(tmp_path):
+    state = tmp_path / "state.json"
+    state.write_text("no state")
+    refused = subprocess.run(
+        [sys.executable, "-m", "hil.cli", "emulate", "--state", str(state)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert refused.returncode == 2
+    assert "delete it" in refused.stderr.replace("\n", " ")
