@@ -104,7 +104,7 @@ def test_too_few_traces_are_not_cross_validated(trace):
 
 
 def test_a_recording_that_the_guard_ends_says_so_and_leaves_the_hand_open():
-    with open_target("emulated", guarded=True, thresholds=Thresholds(current_a=0.05, current_s=0.05)) as target:
+    with open_target("emulated", guarded=True, thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
         recording = record(target, short())
         errors = [event.text for event in recording.events if event.severity == "error"]
         assert len(errors) == 1
