@@ -8,7 +8,7 @@ from typing import NamedTuple
 from firmware_emulator.plant import Drive
 from firmware_emulator.servo.electrical import effort_limit
 from firmware_emulator.servo.memory import RegisterFile
-from firmware_emulator.servo.parameters import ACCELERATION_UNIT_COUNTS, SPEED_UNIT_COUNTS, ServoParameters
+from firmware_emulator.servo.parameters import SPEED_UNIT_COUNTS, ServoParameters
 
 POSITION, SPEED, CURRENT, PWM = range(4)
 OFF, ON, DAMPING = range(3)
@@ -86,7 +86,7 @@ class Settings(NamedTuple):
     def limits(self, servo: ServoParameters) -> tuple[float, float] | None:
         """Return speed (counts/s) and acceleration (counts/s²) of the profile, None when neither limits the motor."""
         speed = SPEED_UNIT_COUNTS * abs(self.speed)
-        acceleration = ACCELERATION_UNIT_COUNTS * self.acceleration
+        acceleration = servo.acceleration_unit_counts * self.acceleration
         if acceleration == 0.0 and speed >= servo.no_load_speed_counts:
             return None
         return speed, acceleration or MOTOR_ACCELERATION

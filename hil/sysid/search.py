@@ -1,7 +1,7 @@
 """Search for the numbers that predict traces best, and the test on traces that the search has not seen.
 
-Damped Gauss-Newton on any `Model`, before and after which the one thing is found that no recording tells: where its
-readings lie on the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so
+Damped Gauss-Newton on any `Model`, alternating with the one thing that no recording tells: where its readings lie on
+the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so
 that a number which the traces do not tell stays where it was.
 """
 
@@ -95,19 +95,19 @@ def search(model: Model, *, iterations: int = 8, report: Report = lambda _line: 
         report(f"iteration {iteration}: {pooled_rms(residuals):.2f} counts")
         step = gauss_newton_step(residuals, find_slopes(model, x, phases, residuals), x, spread)
         step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
-        before = _objective(residuals, x, spread)
+        before = best = _objective(residuals, x, spread)
         for share in SHORTENED:
             tried = x + share * step
             missed = model.residuals([tried] * n, phases)
-            after = _objective(missed, tried, spread)
-            if after < before:
+            best = _objective(missed, tried, spread)
+            if best < before:
+                x, residuals = tried, missed
                 break
-        else:
-            break
-        x = tried
-        residuals = missed
-        if before - after < CONVERGED * before:
-            break
+        if before - best < CONVERGED * before:
+            settled, phases = phases, _best_phases(model, x)
+            if phases == settled:
+                break
+            residuals = model.residuals([x] * n, phases)
     phases = _best_phases(model, x)
     residuals = model.residuals([x] * n, phases)
     report(f"found: {pooled_rms(residuals):.2f} counts")

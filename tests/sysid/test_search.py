@@ -21,9 +21,9 @@ from hil.sysid.search import (
 ALL = tuple(Channel)
 TRUTH = np.array([0.7, -0.4, *np.linspace(-0.5, 0.5, 7)])
 FREE = (
-    Free("gain", (), ALL, 2.0),
-    Free("bend", (), ALL, 2.0),
-    *(Free("offset", (c,), (c,), 2.0) for c in Channel),
+    Free("gain", (), ALL, 0.6),
+    Free("bend", (), ALL, 0.2),
+    *(Free("offset", (c,), (c,), 0.6) for c in Channel),
 )
 
 
@@ -47,7 +47,7 @@ class Toy:
 
     def curve(self, k, x, phase):
         t = np.linspace(0.0, 1.0 + k, self.lengths[k])[:, None]
-        return 40.0 * x[0] * np.sin(t + 20 * phase) + 30.0 * np.exp(x[1] * t) + 50.0 * x[None, 2:]
+        return 40.0 * x[0] * np.sin(t + 200 * phase) + 30.0 * np.exp(x[1] * t) + 50.0 * x[None, 2:]
 
 
 def test_search_finds_the_numbers_and_the_phase():
@@ -111,4 +111,4 @@ def test_an_outlier_pulls_less_than_its_square():
 
 
 def test_spreads_are_those_of_the_numbers():
-    assert spreads(Toy()).tolist() == [2.0] * 9
+    assert spreads(Toy()).tolist() == [0.6, 0.2] + [0.6] * 7
