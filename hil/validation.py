@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aero.errors import AeroError
+from aero.safety import SafetyStopError
 from hil.baseline import load, regressions
 from hil.experiments import DEFAULT, EXPERIMENTS, GATES, Experiment, Measured
 from hil.experiments.staircase import STAIRCASE
@@ -106,7 +107,7 @@ def validate(
     for name in names:
         try:
             results[name] = _judged(EXPERIMENTS[name], target, limits, progress)
-        except AeroError as error:
+        except (AeroError, SafetyStopError) as error:
             stopped = _broken_off(name, error)
             break
         if name in GATES and failed(results[name].findings) and name != names[-1]:
@@ -194,12 +195,14 @@ def checks_json(validation: Validation) -> dict[str, object]:
 
 
 def _judged(experiment: Experiment, target: Target, limits: tuple[Limit, ...], progress: Progress) -> Result:
+    if any(experiment.furthest):
+        target.begin()
     recording = experiment.run(target, progress)
     measured = experiment.measure(recording)
     return Result(recording, measured, compare(experiment.name, measured, limits))
 
 
-def _broken_off(name: str, error: AeroError) -> Finding:
+def _broken_off(name: str, error: Exception) -> Finding:
     return Finding(
         check=name,
         subject="hand",
