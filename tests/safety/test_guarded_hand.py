@@ -7,10 +7,12 @@ import pytest
 from guarded_hands import FailingLink, Tampered, guarded
 
 from aero import Channel
+from aero.channels import WIRE_ORDER
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import SafetyStopError, Settings, Thresholds
 from hil import open_target
 from hil.safety.driving import usual_settings
+from hil.validation import validate
 
 LIMP = Thresholds().limp_torque
 
@@ -237,7 +239,7 @@ def test_a_channel_that_does_not_open_is_not_given_its_usual_torque():
         electronics = target.capability("electronics")
         electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
-        with pytest.raises(SafetyStopError, match="index"):
+        with pytest.raises(SafetyStopError, match=r"index is still \d+% closed after"):
             close(target, Channel.MIDDLE)
         assert max(torque_limits(target)) <= Thresholds().gentle_torque
 
@@ -288,3 +290,43 @@ def test_hands_in_software_are_guarded_on_request_only(name, asked, expected):
 def test_firmware_defaults_come_from_its_profile():
     assert usual_settings("0.2.0") == Settings(32766, 700)
     assert usual_settings("0.1.0") == Settings(32766, 1023)
+
+
+def test_an_encoder_whose_zero_shifts_stops_the_hand():
+    with guarded() as target:
+        close(target, Channel.MIDDLE, share=0.3)
+        wait(target, 3.0)
+        servo = target.capability("electronics").servos[WIRE_ORDER.index(Channel.MIDDLE)]
+        servo.frame.set_offset(900)
+        servo._feedback.invalidate()
+        with pytest.raises(SafetyStopError, match="middle's encoder jumped"):
+            wait(target, 1.0)
+
+
+def test_another_program_that_moves_the_hand_stops_it():
+    with guarded() as target:
+        close(target, Channel.INDEX, share=0.4)
+        wait(target, 3.0)
+        target.capability("electronics").receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
+        with pytest.raises(SafetyStopError, match=r"index moved by -\d+% of its window without a command"):
+            wait(target, 1.0)
+        assert_open_and_limp(target)
+
+
+def test_a_stop_in_an_experiment_is_a_finding_and_ends_the_validation():
+    with guarded(thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
+        result = validate(target, ["audit", "replay"])
+    assert not result.results
+    assert "stopped and opened slowly" in result.stopped.meaning
+    assert result.session.header.safety["current_a"] == 0.4
+
+
+def test_the_first_goal_is_approached_as_slowly_as_the_hand_opens():
+    with guarded() as target:
+        mark, start = target.wire.mark(), target.clock.now()
+        close(target, Channel.INDEX, share=0.9)
+        sent = [r for r in target.wire.since(mark, start) if r.direction == "to_hand" and r.data[0] == Opcode.CTRL_POS]
+    index = 2 + 2 * WIRE_ORDER.index(Channel.INDEX)
+    codes = np.array([int.from_bytes(record.data[index : index + 2], "little") for record in sent])
+    assert codes[-1] == round(0.9 * MAX_CODE)
+    assert np.diff(codes).max() <= 1.02 * MAX_CODE * 0.02 / Thresholds().opening_s
