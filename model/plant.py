@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES, Channel, Joint
-from model.built import build_built, cable_name, shaft_name
+from model.built import build_built, cable_name, shaft_name, winding
 from model.geometry import Side
 from model.geometry.winding import SPOOL_RADIUS
 from model.parameters import BuiltHandParameters
@@ -56,7 +56,8 @@ class DriveLike(Protocol):
 class BuiltHandPlant:
     """Seven output shafts with spools, cables, joints and return springs behind them.
 
-    Starts at rest in the extended pose, unpowered. Deterministic: the same calls give the same state to the bit.
+    Starts at rest in the extended pose, held closed only by cables that are too short for it, unpowered. Deterministic:
+    the same calls give the same state to the bit.
     Time is cut where the caller cuts it, by a last shortened step, so a drive changes exactly when it is changed.
     """
 
@@ -76,9 +77,7 @@ class BuiltHandPlant:
         self._cable_dofs = self._shaft_dofs[list(CABLES)]
         self._spool_friction = self._model.dof_frictionloss[self._cable_dofs].copy()
         self._friction_radius = SPOOL_RADIUS * np.array(self.parameters.cable_friction)[list(CABLES)]
-        # A cable that is too short has its shaft unwound in the extended pose.
-        take_up = np.array(self.parameters.cable_take_up)[list(CABLES)]
-        self._data.qpos[self._shaft_qpos[list(CABLES)]] = np.minimum(take_up, 0.0) / SPOOL_RADIUS
+        self._data.qpos[self._joint_qpos] = _held_closed(self.parameters)
         self._unpowered_damping = self._model.dof_damping[self._shaft_dofs].copy()
         self._time = 0.0
         # Rows: setpoint, stiffness, damping, torque, limit.
@@ -209,3 +208,13 @@ class BuiltHandPlant:
         model.actuator_forcerange[shaft] = -supply * limit, supply * limit
         back_emf = self.parameters.back_emf if powered else 0.0
         model.dof_damping[self._shaft_dofs[shaft]] = self._unpowered_damping[shaft] + back_emf
+
+
+def _held_closed(unit: BuiltHandParameters) -> NDArray[np.float64]:
+    """Return the joint angles, (16,) rad, at which cables that are too short are just taut, shafts at zero."""
+    angles = np.zeros(len(Joint))
+    for channel in CABLES:
+        radii = winding(channel, unit)
+        own = [joint for joint in radii if radii[joint] > 0.0 and joint is not Joint.THUMB_ABDUCTION]
+        angles[own] = max(0.0, -unit.cable_take_up[channel]) / sum(radii[joint] for joint in own)
+    return angles
