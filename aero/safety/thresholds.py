@@ -55,8 +55,8 @@ class Thresholds:
     """Torque limit while it opens, register units: 1.95 A at the nominal scale."""
     stop_torque: int = 500
     """Torque limit of channels that meet a stop, register units, 3.25 A: the thumb's always, others where a program
-    says so. The palm stops a healthy CMC flexion at 0.61 of its window, the flexor stops at 0.83 and the fingers at 0.98
-    (logs), where the default limit lets up to 4.5 A flow."""
+    says so. The palm stops a healthy CMC flexion at 0.61 of its window, the flexor stops at 0.83 and the fingers at
+    0.98 (logs), where the default limit lets up to 4.5 A flow."""
     limp_torque: int = 200
     """Torque limit it is left with, register units: what firmware 0.1.2 leaves to hot servos, 1.3 A."""
 
