@@ -74,7 +74,7 @@ def test_it_opens_gently_first_and_gets_its_usual_limits_back(firmware):
         wait(target, 1.0)
         assert target.hand.read_codes()[Channel.INDEX] == pytest.approx(0.5 * MAX_CODE, abs=2000)
         if usual is not None:
-            thumb = Thresholds().thumb_torque
+            thumb = Thresholds().stop_torque
             assert torque_limits(target) == [thumb] * 3 + [usual.torque] * 4
     assert (usual is None) == (firmware == "pre")
 
@@ -124,7 +124,7 @@ def test_ctrl_c_termination_and_crashes_leave_the_hand_open_and_limp(error):
 
 def test_a_blocked_channel_is_stopped_for_its_current():
     """The palm blocks CMC flexion; the guard's own limit for it is lifted to let the current through."""
-    with guarded(thresholds=Thresholds(thumb_torque=700)) as target:
+    with guarded(thresholds=Thresholds(stop_torque=700)) as target:
         close(target, Channel.THUMB_CMC_FLEXION)
         start = target.clock.now()
         with pytest.raises(SafetyStopError, match=r"thumb_cmc_flexion has drawn more than 4 A for 0.3 s, now 4\.\d A"):
@@ -160,7 +160,7 @@ def test_a_hot_hand_is_not_moved():
 
 
 def test_a_hand_that_holds_against_something_is_not_moved():
-    with guarded(thresholds=Thresholds(thumb_torque=700)) as target:
+    with guarded(thresholds=Thresholds(stop_torque=700)) as target:
         electronics = target.capability("electronics")
         electronics.receive(bytes([Opcode.CTRL_POS, 0, 0, 0, 0xFF, 0xFF]) + bytes(10))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
@@ -330,3 +330,24 @@ def test_the_first_goal_is_approached_as_slowly_as_the_hand_opens():
     codes = np.array([int.from_bytes(record.data[index : index + 2], "little") for record in sent])
     assert codes[-1] == round(0.9 * MAX_CODE)
     assert np.diff(codes).max() <= 1.02 * MAX_CODE * 0.02 / Thresholds().opening_s
+
+
+def test_channels_that_meet_their_stops_are_weakened_for_it_and_no_longer():
+    thresholds = Thresholds()
+    with guarded() as target:
+        target.begin(stops=[Channel.RING])
+        close(target)
+        wait(target, 0.1)
+        weak, usual = thresholds.stop_torque, usual_settings("0.2.0").torque
+        assert torque_limits(target) == [weak, weak, weak, usual, usual, weak, usual]
+        target.begin()
+        close(target)
+        wait(target, 0.1)
+        assert torque_limits(target) == [weak] * 3 + [usual] * 4
+
+
+@pytest.mark.parametrize("firmware", ["0.1.0", "0.2.0"])
+def test_experiments_that_seek_the_stops_pass_a_guarded_healthy_hand(firmware):
+    with guarded(firmware=firmware) as target:
+        result = validate(target, ["audit", "excursion", "coupling", "response"])
+    assert result.stopped is None
