@@ -6,13 +6,14 @@ is asked for by name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
+from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
 from aero.safety import GuardedHand, Thresholds, WatchedClock
@@ -72,14 +73,17 @@ class Target:
         """The hand, when it is guarded."""
         return self.hand if isinstance(self.hand, GuardedHand) else None
 
-    def begin(self) -> None:
+    def begin(self, *, stops: Iterable[Channel] = ()) -> None:
         """Let a guarded hand be checked and opened before the clock of an experiment starts; others need nothing.
+
+        Args:
+            stops: channels that the experiment drives into their stops, and that are weakened for it.
 
         Raises:
             SafetyStopError: it must not be moved, or did not open.
         """
         if self.guard is not None:
-            self.guard.begin()
+            self.guard.expect_stops(stops)
 
     def capability(self, name: str) -> Any:
         """Return what stands behind a capability.

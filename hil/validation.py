@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from hil.baseline import load, regressions
@@ -26,6 +27,8 @@ from hil.report import render_report
 from hil.target import PHYSICAL, Target
 from hil.units import DEFAULT_LIMITS, load_unit
 
+STOP_SHARE = 0.97
+"""Part of a window from which on a channel may meet its stop."""
 PUBLISHED = (
     "unit",
     "excursion_model",
@@ -196,7 +199,7 @@ def checks_json(validation: Validation) -> dict[str, object]:
 
 def _judged(experiment: Experiment, target: Target, limits: tuple[Limit, ...], progress: Progress) -> Result:
     if any(experiment.furthest):
-        target.begin()
+        target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
     recording = experiment.run(target, progress)
     measured = experiment.measure(recording)
     return Result(recording, measured, compare(experiment.name, measured, limits))

@@ -43,8 +43,8 @@ class BuiltHandParameters:
     cable_friction: Channels = (0.0,) * 7
     """Dry friction of a cable in its guides as a share of its tension (capstan); the abduction entry is not used."""
     cable_take_up: Channels = (0.0,) * 7
-    """Cable wound in at the extended pose before it is taut, m; negative for one so short that its shaft is not yet at
-    zero then. Abduction has no cable."""
+    """Cable wound in at the extended pose before it is taut, m; negative for one so short that it holds
+    the hand partly closed with its shaft at zero. Abduction has no cable."""
     cable_compliance: float = 5.4e-6
     """Stretch of a cable, m/N; 0.35 mm at 65 N."""
     winding_scale: Channels = (1.0,) * 7

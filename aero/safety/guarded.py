@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -123,6 +123,23 @@ class GuardedHand(AeroHand):
         if self.phase is Phase.RESTING:
             self._start(np.array(OPEN))
 
+    def expect_stops(self, channels: Iterable[Channel]) -> None:
+        """Weaken channels that are about to be driven into their stops, which is no reason to stop the hand then.
+
+        The others get their usual limits; the thumb's channels are always weakened. Nothing happens with a firmware
+        that has no torque settings. The board applies it with the next command.
+
+        Raises:
+            SafetyStopError, AeroError: as `begin` and `set_torque`.
+        """
+        self.begin()
+        self._look_if_due()
+        if self._usual is not None:
+            weak = {*THUMB, *channels}
+            limit(self, self._usual)
+            for channel in weak:
+                self.set_torque(channel, min(self._usual.torque, self.thresholds.stop_torque))
+
     def command_codes(self, codes: ArrayLike) -> None:
         """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""
         codes = np.asarray(codes)
@@ -179,11 +196,8 @@ class GuardedHand(AeroHand):
         self.clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
         self._expect_open()
         move_slowly(self, self.clock, OPEN, goal, self.thresholds.opening_s)
-        if self._usual is not None:
-            limit(self, self._usual)
-            for channel in THUMB:
-                self.set_torque(channel, min(self._usual.torque, self.thresholds.thumb_torque))
         self.phase = Phase.MOVING
+        self.expect_stops(())
 
     def _expect_open(self) -> None:
         shares = super().read_codes() / MAX_CODE

@@ -53,9 +53,10 @@ class Thresholds:
     """Speed limit while it opens, register units of 0.732 rpm: a finger's whole window in 1.6 s."""
     gentle_torque: int = 300
     """Torque limit while it opens, register units: 1.95 A at the nominal scale."""
-    thumb_torque: int = 500
-    """Torque limit of the thumb's channels all the time, register units, 3.25 A: on a healthy hand the palm stops CMC
-    flexion at 0.61 of its window, and the flexor stops at 0.83 (logs), where the default limit lets 4.5 A flow."""
+    stop_torque: int = 500
+    """Torque limit of channels that meet a stop, register units, 3.25 A: the thumb's always, others where a program
+    says so. The palm stops a healthy CMC flexion at 0.61 of its window, the flexor stops at 0.83 and the fingers at
+    0.98 (logs), where the default limit lets up to 4.5 A flow."""
     limp_torque: int = 200
     """Torque limit it is left with, register units: what firmware 0.1.2 leaves to hot servos, 1.3 A."""
 
@@ -65,12 +66,12 @@ class Thresholds:
                 raise ValueError(f"safety threshold {name} must be positive, got {value}")
         if (
             self.gentle_speed > MAX_SPEED_SETTING
-            or max(self.gentle_torque, self.thumb_torque, self.limp_torque) > MAX_TORQUE_SETTING
+            or max(self.gentle_torque, self.stop_torque, self.limp_torque) > MAX_TORQUE_SETTING
         ):
             raise ValueError(
                 f"the board stores speed limits up to {MAX_SPEED_SETTING} and torque limits up to "
                 f"{MAX_TORQUE_SETTING}, got speed {self.gentle_speed} and torques {self.gentle_torque}, "
-                f"{self.thumb_torque} and {self.limp_torque}"
+                f"{self.stop_torque} and {self.limp_torque}"
             )
 
     def as_dict(self) -> dict[str, float]:

@@ -16,7 +16,7 @@ from hil.sysid.spans import closing_current_sign
 from hil.sysid.trace import Trace
 from hil.units import Unit
 
-SETTLE_S = 1.0
+SETTLE_S = 0.5
 """How long the first command is held before the clock of the recording starts; a recording starts at rest, s."""
 
 

@@ -49,7 +49,6 @@ FREE: tuple[Free, ...] = (
     *_springs("hand.spring_open", 0.4),
     *_springs("hand.spring_rise", 0.6),
     *(Free("hand.cable_take_up", (channel,), (channel,), 1e-3, additive=True) for channel in CABLES),
-    Free("hand.gravity", (), ALL, 0.7),
     Free("hand.closed_stop", tuple(range(12)), FINGERS, 0.01),
     Free("hand.abduction_winding", (0,), THUMB, 0.3),
     Free("hand.abduction_winding", (1,), THUMB, 0.3),

@@ -87,7 +87,7 @@ def test_a_profile_is_continuous_keeps_its_limits_and_ends_at_rest_on_the_goal(x
 @given(POSITIONS, st.floats(-1e4, 1e4), SPEEDS, ACCELERATIONS)
 def test_a_profile_from_rest_takes_the_time_of_the_vendors_rule_and_does_not_overshoot(x, step, speed, acceleration):
     motion = plan(0.0, x, 0.0, x + step, speed=speed, acceleration=acceleration)
-    distance = abs(step)
+    distance = abs((x + step) - x)  # what is left of the step beside x
     cruise = min(speed, math.sqrt(distance * acceleration))
     expected = distance / cruise + cruise / acceleration if distance else 0.0
     assert motion.end == pytest.approx(expected, rel=1e-6, abs=1e-9)

@@ -7,10 +7,12 @@ import pytest
 from guarded_hands import FailingLink, Tampered, guarded
 
 from aero import Channel
+from aero.channels import WIRE_ORDER
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import SafetyStopError, Settings, Thresholds
 from hil import open_target
 from hil.safety.driving import usual_settings
+from hil.validation import validate
 
 LIMP = Thresholds().limp_torque
 
@@ -72,7 +74,7 @@ def test_it_opens_gently_first_and_gets_its_usual_limits_back(firmware):
         wait(target, 1.0)
         assert target.hand.read_codes()[Channel.INDEX] == pytest.approx(0.5 * MAX_CODE, abs=2000)
         if usual is not None:
-            thumb = Thresholds().thumb_torque
+            thumb = Thresholds().stop_torque
             assert torque_limits(target) == [thumb] * 3 + [usual.torque] * 4
     assert (usual is None) == (firmware == "pre")
 
@@ -122,7 +124,7 @@ def test_ctrl_c_termination_and_crashes_leave_the_hand_open_and_limp(error):
 
 def test_a_blocked_channel_is_stopped_for_its_current():
     """The palm blocks CMC flexion; the guard's own limit for it is lifted to let the current through."""
-    with guarded(thresholds=Thresholds(thumb_torque=700)) as target:
+    with guarded(thresholds=Thresholds(stop_torque=700)) as target:
         close(target, Channel.THUMB_CMC_FLEXION)
         start = target.clock.now()
         with pytest.raises(SafetyStopError, match=r"thumb_cmc_flexion has drawn more than 4 A for 0.3 s, now 4\.\d A"):
@@ -158,7 +160,7 @@ def test_a_hot_hand_is_not_moved():
 
 
 def test_a_hand_that_holds_against_something_is_not_moved():
-    with guarded(thresholds=Thresholds(thumb_torque=700)) as target:
+    with guarded(thresholds=Thresholds(stop_torque=700)) as target:
         electronics = target.capability("electronics")
         electronics.receive(bytes([Opcode.CTRL_POS, 0, 0, 0, 0xFF, 0xFF]) + bytes(10))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
@@ -237,7 +239,7 @@ def test_a_channel_that_does_not_open_is_not_given_its_usual_torque():
         electronics = target.capability("electronics")
         electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
-        with pytest.raises(SafetyStopError, match="index"):
+        with pytest.raises(SafetyStopError, match=r"index is still \d+% closed after"):
             close(target, Channel.MIDDLE)
         assert max(torque_limits(target)) <= Thresholds().gentle_torque
 
@@ -288,3 +290,64 @@ def test_hands_in_software_are_guarded_on_request_only(name, asked, expected):
 def test_firmware_defaults_come_from_its_profile():
     assert usual_settings("0.2.0") == Settings(32766, 700)
     assert usual_settings("0.1.0") == Settings(32766, 1023)
+
+
+def test_an_encoder_whose_zero_shifts_stops_the_hand():
+    with guarded() as target:
+        close(target, Channel.MIDDLE, share=0.3)
+        wait(target, 3.0)
+        servo = target.capability("electronics").servos[WIRE_ORDER.index(Channel.MIDDLE)]
+        servo.frame.set_offset(900)
+        servo._feedback.invalidate()
+        with pytest.raises(SafetyStopError, match="middle's encoder jumped"):
+            wait(target, 1.0)
+
+
+def test_another_program_that_moves_the_hand_stops_it():
+    with guarded() as target:
+        close(target, Channel.INDEX, share=0.4)
+        wait(target, 3.0)
+        target.capability("electronics").receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
+        with pytest.raises(SafetyStopError, match=r"index moved by -\d+% of its window without a command"):
+            wait(target, 1.0)
+        assert_open_and_limp(target)
+
+
+def test_a_stop_in_an_experiment_is_a_finding_and_ends_the_validation():
+    with guarded(thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
+        result = validate(target, ["audit", "replay"])
+    assert not result.results
+    assert "stopped and opened slowly" in result.stopped.meaning
+    assert result.session.header.safety["current_a"] == 0.4
+
+
+def test_the_first_goal_is_approached_as_slowly_as_the_hand_opens():
+    with guarded() as target:
+        mark, start = target.wire.mark(), target.clock.now()
+        close(target, Channel.INDEX, share=0.9)
+        sent = [r for r in target.wire.since(mark, start) if r.direction == "to_hand" and r.data[0] == Opcode.CTRL_POS]
+    index = 2 + 2 * WIRE_ORDER.index(Channel.INDEX)
+    codes = np.array([int.from_bytes(record.data[index : index + 2], "little") for record in sent])
+    assert codes[-1] == round(0.9 * MAX_CODE)
+    assert np.diff(codes).max() <= 1.02 * MAX_CODE * 0.02 / Thresholds().opening_s
+
+
+def test_channels_that_meet_their_stops_are_weakened_for_it_and_no_longer():
+    thresholds = Thresholds()
+    with guarded() as target:
+        target.begin(stops=[Channel.RING])
+        close(target)
+        wait(target, 0.1)
+        weak, usual = thresholds.stop_torque, usual_settings("0.2.0").torque
+        assert torque_limits(target) == [weak, weak, weak, usual, usual, weak, usual]
+        target.begin()
+        close(target)
+        wait(target, 0.1)
+        assert torque_limits(target) == [weak] * 3 + [usual] * 4
+
+
+@pytest.mark.parametrize("firmware", ["0.1.0", "0.2.0"])
+def test_experiments_that_seek_the_stops_pass_a_guarded_healthy_hand(firmware):
+    with guarded(firmware=firmware) as target:
+        result = validate(target, ["audit", "excursion", "coupling", "response"])
+    assert result.stopped is None

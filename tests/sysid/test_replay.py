@@ -3,10 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aero.channels import Channel
+from aero.channels import FINGERS, Channel
 from aero.safety import Thresholds
 from hil.sysid.calibration import calibrate, held_out_rms
-from hil.sysid.excitation import Excitation, excitation
+from hil.sysid.excitation import Excitation
 from hil.sysid.plots import trace_svg
 from hil.sysid.record import record
 from hil.sysid.replay import replay
@@ -20,13 +20,12 @@ from hil.units import load_unit
 REFERENCE = load_unit("reference")
 
 
-def short(name, frames=110):
-    """All fingers and the flexor, a second or two of a motion each, at once."""
-    rows = excitation(name, scale=0.5, channels=(Channel.INDEX,)).fractions[-frames:]
-    together = np.zeros_like(rows)
-    for channel in (*range(4), Channel.THUMB_FLEXOR):
-        together[:, channel] = rows[:, Channel.INDEX]
-    return Excitation(name, together)
+def short(height=0.3):
+    """All fingers and the flexor at once: rest, a step, rest, a ramp back; little more than a second."""
+    motion = np.concatenate([np.zeros(5), np.full(20, height), np.linspace(height, 0.0, 25), np.zeros(8)])
+    fractions = np.zeros((len(motion), len(Channel)))
+    fractions[:, [*FINGERS, Channel.THUMB_FLEXOR]] = motion[:, None]
+    return Excitation(f"short {height}", fractions)
 
 
 def recorded(unit, plan, tmp_path):
@@ -39,7 +38,7 @@ def recorded(unit, plan, tmp_path):
 
 @pytest.fixture(scope="module")
 def trace(tmp_path_factory):
-    return recorded(REFERENCE, short("steps"), tmp_path_factory.mktemp("unit"))
+    return recorded(REFERENCE, short(), tmp_path_factory.mktemp("unit"))
 
 
 def test_a_hand_predicts_itself(trace):
@@ -76,11 +75,11 @@ def test_calibration_finds_a_changed_hand(tmp_path):
     truth = dataclasses.replace(
         REFERENCE, servos=dataclasses.replace(REFERENCE.servos, duty_per_count=0.8 * REFERENCE.servos.duty_per_count)
     )
-    traces = tuple(recorded(truth, short(name), tmp_path) for name in ("steps", "ramps"))
-    free = tuple(number for number in FREE if number.name in {"servos.duty_per_count", "servos.goal_delay_s"})
-    model = UnitModel(REFERENCE, traces, free=free, phases_s=(0.0, 0.0025, 0.005, 0.0075))
+    traces = tuple(recorded(truth, short(height), tmp_path) for height in (0.2, 0.35))
+    free = tuple(number for number in FREE if number.name == "servos.duty_per_count")
+    model = UnitModel(REFERENCE, traces, free=free, phases_s=(0.0, 0.005))
     start = pooled_rms(model.residuals([np.zeros(len(free))] * 2, (0.0, 0.0)))
-    found = search(model, iterations=3)
+    found = search(model, iterations=2)
     unit = model.unit(found.x)
     assert unit.servos.duty_per_count == pytest.approx(truth.servos.duty_per_count, rel=0.05)
     assert pooled_rms(found.residuals) < 0.6 * start
@@ -88,7 +87,7 @@ def test_calibration_finds_a_changed_hand(tmp_path):
 
 def test_calibration_reports_and_draws(trace):
     free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
-    result = calibrate([trace] * 3, REFERENCE, free=free, iterations=1)
+    result = calibrate([trace] * 3, REFERENCE, free=free, iterations=0)
     assert result.channel_rms().shape == (3, 7)
     assert held_out_rms(result.held_out) < 12.0
     assert result.yardstick == []
@@ -99,20 +98,21 @@ def test_calibration_reports_and_draws(trace):
 
 def test_too_few_traces_are_not_cross_validated(trace):
     free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
-    assert calibrate([trace], REFERENCE, free=free, iterations=1).held_out == []
+    assert calibrate([trace], REFERENCE, free=free, iterations=0).held_out == []
     with pytest.raises(ValueError, match="at least one"):
         calibrate([], REFERENCE)
 
 
 def test_a_recording_that_the_guard_ends_says_so_and_leaves_the_hand_open():
-    with open_target("emulated", guarded=True, thresholds=Thresholds(current_a=0.5, current_s=0.05)) as target:
-        recording = record(target, short("steps"))
+    with open_target("emulated", guarded=True, thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
+        recording = record(target, short())
         errors = [event.text for event in recording.events if event.severity == "error"]
         assert len(errors) == 1
         assert "drawn" in errors[0]
         electronics = target.capability("electronics")
+        electronics.clock.sleep_until(electronics.clock.now() + 0.5)
         electronics.advance_plant()
-        assert np.all(target.capability("ground_truth").angles() < 0.3)
+        assert np.all(target.capability("ground_truth").angles() < 0.2)
 
 
 def test_an_interruption_leaves_the_hand_open():
@@ -122,6 +122,6 @@ def test_an_interruption_leaves_the_hand_open():
 
     with open_target("emulated") as target:
         with pytest.raises(KeyboardInterrupt):
-            record(target, short("steps"), progress=interrupt)
+            record(target, short(), progress=interrupt)
         target.clock.sleep_until(target.clock.now() + 0.5)
         assert np.all(target.hand.read_codes() < 0.05 * 65535)
