@@ -110,6 +110,7 @@ class HostLink:
                     return -padding % FRAME_SIZE
                 self._write(PADDING)
                 padding += 1
+            self._write(PADDING)  # a multiple of frames in all: a board that was in step and mute stays in step
             raise LinkTimeoutError(
                 f"{self.name}: the board answers at none of the {FRAME_SIZE} possible frame starts. It may be homing "
                 "(wait up to a minute and try again), without power, or this is not the hand's port."

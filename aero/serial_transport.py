@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import errno
+import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import serial
 from serial.tools import list_ports
+
+try:
+    import fcntl
+    import termios
+except ImportError:  # Windows, where a port has one user anyway
+    fcntl = termios = None  # type: ignore[assignment]
 
 from aero.clock import Deadline, WallClock
 
@@ -50,6 +57,7 @@ class SerialTransport:
         except OSError as error:
             remedy = _REMEDIES.get(error.errno or 0, f"{error}.")
             raise ConnectionError(f"cannot open {port_or_url}: {remedy} {_ports_here()}") from error
+        _refuse_others(port, "TIOCEXCL")
         return cls(port, port_or_url)
 
     @property
@@ -85,6 +93,9 @@ class SerialTransport:
 
     def close(self) -> None:
         """Close the port; a second call does nothing."""
+        with suppress(OSError):  # an unplugged port has nothing left to give back
+            if self._port.is_open:
+                _refuse_others(self._port, "TIOCNXCL")
         self._port.close()
 
     @contextmanager
@@ -100,6 +111,20 @@ class SerialTransport:
             ) from error
         except OSError as error:
             raise ConnectionError(f"cannot {action} {self._name}: {error}; has the hand been unplugged?") from error
+
+
+def _refuse_others(port: serial.Serial, request: str) -> None:
+    """Close the port to later programs (TIOCEXCL), or open it again (TIOCNXCL), where the system can do that.
+
+    pyserial's own lock keeps out programs that ask for it; the vendor's software does not. A pseudo-terminal is left
+    alone: it would stay closed if this program were killed, because the emulator behind it keeps it in use.
+    """
+    if termios is not None and isinstance(port, serial.Serial) and not _is_pseudo_terminal(port):
+        fcntl.ioctl(port.fileno(), getattr(termios, request))
+
+
+def _is_pseudo_terminal(port: serial.Serial) -> bool:
+    return os.path.realpath(str(port.port)).startswith("/dev/pts/")
 
 
 def _ports_here() -> str:

@@ -87,7 +87,9 @@ class EmulatedHand:
         self.clock = VirtualClock(self.kernel)
         self.on_transmit: Callable[[bytes], None] = self.keep
         self._unread = bytearray()
-        self._shafts = Shafts(self.kernel, plant, servos.loop_period_s)
+        self._shafts = Shafts(
+            self.kernel, plant, loop_period_s=servos.loop_period_s, refresh_period_s=servos.refresh_period_s
+        )
         self.servos = [
             Servo(
                 servo,

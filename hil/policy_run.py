@@ -42,7 +42,10 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
 
     Raises:
         AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
+        SafetyStopError: a guarded hand must not be moved at all.
     """
+    if not settings.dry:
+        target.begin()
     recorder, lateness = Recorder(target), []
     periods = max(1, round(settings.seconds / (settings.settings or policy.settings).period_s))
 
@@ -71,7 +74,8 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
         on_ready=lambda: recorder.note("the policy begins"),
         on_step=take,
     )
-    recorder.note(run.ending.value, "info" if run.ending is Ending.TIME else "error")
+    text = f"{run.ending.value}: {run.reason}" if run.reason else run.ending.value
+    recorder.note(text, "info" if run.ending is Ending.TIME else "error")
     parameters: dict[str, float | str] = {
         "policy": policy.name,
         "shown_action": policy.shown_action.value,

@@ -78,6 +78,7 @@ class Recorder:
             unit=target.unit,
             seed=target.seed,
             parameters=dict(parameters),
+            safety={} if target.guard is None else target.guard.thresholds.as_dict(),
             versions=versions(),
             commit=source_commit(),
         )

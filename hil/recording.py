@@ -47,6 +47,8 @@ class Header:
     """Seed of the emulated hand's noise; without meaning on a port."""
     parameters: Mapping[str, float | str] = field(default_factory=dict)
     """Parameters of the experiment, units in the names."""
+    safety: Mapping[str, float] = field(default_factory=dict)
+    """Thresholds of `aero.safety` by name; empty when the hand was not guarded."""
     versions: Mapping[str, str] = field(default_factory=dict)
     """Versions of Python, of this project and of what it computes with."""
     commit: str = ""

@@ -6,16 +6,17 @@ is asked for by name.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
+from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
+from aero.safety import GuardedHand, Thresholds, WatchedClock
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from firmware_emulator.hand import EmulatedHand
@@ -23,14 +24,12 @@ from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated import build_emulated
 from hil.pty_process import serve_in_process
 from hil.recording import Side
-from hil.safety import GuardedHand, SafetyLimits
+from hil.safety.driving import drive, ready_for_the_worst
 from hil.units import DEFAULT_LIMITS, Unit, load_unit
 from hil.wiretap import WireTap
 from model import BuiltHandPlant
 
 DEFAULT_FIRMWARE = "0.2.0"
-WITHOUT_SETTINGS = ("pre",)
-"""Firmware that knows no speed and torque settings."""
 PHYSICAL = "physical"
 """Unit name of a hand that is none of ours."""
 
@@ -67,7 +66,24 @@ class Target:
     @property
     def real_time(self) -> bool:
         """Whether a second of hand time costs a second."""
-        return isinstance(self.clock, WallClock)
+        return isinstance(self.clock.bare if isinstance(self.clock, WatchedClock) else self.clock, WallClock)
+
+    @property
+    def guard(self) -> GuardedHand | None:
+        """The hand, when it is guarded."""
+        return self.hand if isinstance(self.hand, GuardedHand) else None
+
+    def begin(self, *, stops: Iterable[Channel] = ()) -> None:
+        """Let a guarded hand be checked and opened before the clock of an experiment starts; others need nothing.
+
+        Args:
+            stops: channels that the experiment drives into their stops, and that are weakened for it.
+
+        Raises:
+            SafetyStopError: it must not be moved, or did not open.
+        """
+        if self.guard is not None:
+            self.guard.expect_stops(stops)
 
     def capability(self, name: str) -> Any:
         """Return what stands behind a capability.
@@ -91,9 +107,13 @@ def open_target(
     hand: Side = "right",
     unit: str = "reference",
     seed: int = 0,
-    guard: SafetyLimits | None = None,
+    guarded: bool | None = None,
+    thresholds: Thresholds | None = None,
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
+
+    A guarded hand starts gently, is watched while it moves, and is opened and left weak when the statement ends, with
+    or without an error; see `aero.safety.GuardedHand`.
 
     Args:
         target: `emulated` (this process, virtual time), `pty` (own process, real time), or the path or pyserial URL of
@@ -103,8 +123,8 @@ def open_target(
         hand: side.
         unit: shipped name or `.toml` path of the emulated hand; a physical hand has none.
         seed: of the emulated hand's noise.
-        guard: thresholds to watch the hand by (`hil.safety`); a physical hand is always watched, by the defaults if not
-            by these, and left open and limp.
+        guarded: whether the hand is guarded; a physical one is unless this is False.
+        thresholds: when a guarded hand is stopped; the defaults when None.
 
     Raises:
         ValueError: an unknown firmware, side or unit.
@@ -113,6 +133,7 @@ def open_target(
     kinds: dict[str, Opener] = {"emulated": _emulated, "pty": _pty}
     version = firmware or DEFAULT_FIRMWARE
     codec = ActuationMap.for_firmware(version, hand=hand)
+    guard = (thresholds or Thresholds()) if (target not in kinds if guarded is None else guarded) else None
     return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed, guard))
 
 
@@ -126,24 +147,14 @@ class Request:
     side: Side
     unit: Unit
     seed: int
-    guard: SafetyLimits | None = None
-
-    def driver(self, transport: Transport, clock: Clock) -> AeroHand:
-        """Return the driver that was asked for: watched, when there are thresholds."""
-        if self.guard is None:
-            return AeroHand(transport, clock)
-        return GuardedHand(
-            transport,
-            clock,
-            spans=self.map.window.spans_counts(),
-            limits=self.guard,
-            settings=self.firmware not in WITHOUT_SETTINGS,
-        )
+    thresholds: Thresholds | None = None
+    """Of the guard; None without one."""
 
     def granted(self, hand: AeroHand, clock: Clock, wire: WireTap, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
+        watched = hand.clock if isinstance(hand, GuardedHand) else clock
         asked = {"unit": self.unit.name, "limits": self.unit.limits, "capabilities": {}} | more
-        return Target(self.name, hand, clock, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
+        return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
 
 Opener = Callable[[Request], AbstractContextManager[Target]]
@@ -161,26 +172,25 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
     """Make a target of an emulated hand in this process and the link to it."""
     clock = electronics.clock
     wire = WireTap(link, clock)
-    with request.driver(wire, clock) as hand:
+    with drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
         yield request.granted(hand, clock, wire, capabilities={"ground_truth": plant, "electronics": electronics})
 
 
 @contextmanager
 def _pty(request: Request) -> Iterator[Target]:
     served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
-    with served as path, _serial(path, request) as (hand, clock, wire):
+    with served as path, _serial(request, path) as (hand, clock, wire):
         yield request.granted(hand, clock, wire)
 
 
 @contextmanager
 def _physical(request: Request) -> Iterator[Target]:
-    watched = dataclasses.replace(request, guard=request.guard or SafetyLimits())
-    with _serial(request.name, watched) as (hand, clock, wire):
+    with _serial(request, request.name) as (hand, clock, wire):
         yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS)
 
 
 @contextmanager
-def _serial(port: str, request: Request) -> Iterator[tuple[AeroHand, Clock, WireTap]]:
+def _serial(request: Request, port: str) -> Iterator[tuple[AeroHand, Clock, WireTap]]:
     try:
         transport = SerialTransport.open(port)
     except (ConnectionError, ValueError) as error:
@@ -190,7 +200,17 @@ def _serial(port: str, request: Request) -> Iterator[tuple[AeroHand, Clock, Wire
         ) from error
     clock = WallClock()
     wire = WireTap(transport, clock)
-    with request.driver(wire, clock) as hand:
+    with (
+        ready_for_the_worst(port, request.thresholds, request.firmware) as on_first_motion,
+        drive(
+            wire,
+            clock,
+            request.map,
+            request.firmware,
+            thresholds=request.thresholds,
+            on_first_motion=on_first_motion,
+        ) as hand,
+    ):
         try:
             hand.read_codes()
         except (AeroError, ConnectionError) as error:

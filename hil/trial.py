@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings, Step
+from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
+from hil.safety.driving import guard
 from hil.units import Unit
 from model.cube_plant import CubePlant
 from model.scene import CUBE_START
@@ -37,7 +38,7 @@ class Trial:
     seed: int
     """Of the hand's noise and of where the cube was put."""
     kept: bool
-    """Whether the cube was still in the hand when the time was over, and no limit ended the run before."""
+    """Whether the cube was still in the hand when the time was over, and nothing ended the run before."""
     alive_s: float
     """Time until then or until the loss, s."""
     rotation_rad: float
@@ -82,6 +83,7 @@ def run_trial(
     firmware: str = "0.2.0",
     seed: int = 0,
     settings: RunSettings | None = None,
+    thresholds: Thresholds | None = None,
     script: NDArray[np.float64] | None = None,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> Trial:
@@ -93,6 +95,7 @@ def run_trial(
         firmware: version the board runs.
         seed: of the hand's noise and of where the cube is put.
         settings: of the loop; the policy's own and 15 s when left out.
+        thresholds: of the guard, which watches this hand as it does a physical one; the defaults when left out.
         script: actions (periods, 7) to play open loop in place of the policy's.
         on_step: told about every control period.
     """
@@ -100,12 +103,14 @@ def run_trial(
     electronics = EmulatedHand(plant, firmware=firmware, servos=unit.servos, seed=seed)
     position = np.array(CUBE_START) + PLACING_SPREAD_M * np.random.default_rng(seed).standard_normal(3)
     cube = _Cube(plant, position, on_step)
-    with AeroHand(InProcessLink(electronics), electronics.clock) as hand:
+    codec, link = ActuationMap.for_firmware(firmware), InProcessLink(electronics)
+    with guard(link, electronics.clock, codec, firmware, thresholds or Thresholds()) as hand:
+        hand.begin()
         run = run_policy(
             policy,
             hand,
-            electronics.clock,
-            ActuationMap.for_firmware(firmware),
+            hand.clock,
+            codec,
             settings=settings,
             script=script,
             on_ready=cube.place,
@@ -137,14 +142,15 @@ def random_unit(unit: Unit, seed: int) -> Unit:
     def scaled(values: tuple[float, ...], low: float, high: float) -> tuple[float, ...]:
         return tuple((np.array(values) * rng.uniform(low, high, len(values))).tolist())
 
+    springs = rng.uniform(0.75, 1.25, len(hand.spring_open))  # one factor a joint: a spring pulls more when closed
     varied = replace(
         hand,
         winding_scale=scaled(hand.winding_scale, 0.98, 1.02),
         cable_take_up=tuple((np.array(hand.cable_take_up) + rng.uniform(0, 0.002, 7)).tolist()),
         spool_friction=scaled(hand.spool_friction, 0.5, 2.0),
         joint_friction=scaled(hand.joint_friction, 0.5, 2.0),
-        spring_open=scaled(hand.spring_open, 0.75, 1.25),
-        spring_closed=scaled(hand.spring_closed, 0.75, 1.25),
+        spring_open=tuple((np.array(hand.spring_open) * springs).tolist()),
+        spring_closed=tuple((np.array(hand.spring_closed) * springs).tolist()),
         supply_ratio=hand.supply_ratio * rng.uniform(0.95, 1.05),
     )
     return replace(unit, name=f"{unit.name} varied {seed}", hand=varied)

@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from aero.channels import Channel
 from aero.errors import AeroError
+from aero.safety import SafetyStopError
 from hil.baseline import load, regressions
 from hil.experiments import DEFAULT, EXPERIMENTS, GATES, Experiment, Measured
 from hil.experiments.staircase import STAIRCASE
@@ -25,6 +27,8 @@ from hil.report import render_report
 from hil.target import PHYSICAL, Target
 from hil.units import DEFAULT_LIMITS, load_unit
 
+STOP_SHARE = 0.97
+"""Part of a window from which on a channel may meet its stop."""
 PUBLISHED = (
     "unit",
     "excursion_model",
@@ -106,7 +110,7 @@ def validate(
     for name in names:
         try:
             results[name] = _judged(EXPERIMENTS[name], target, limits, progress)
-        except AeroError as error:
+        except (AeroError, SafetyStopError) as error:
             stopped = _broken_off(name, error)
             break
         if name in GATES and failed(results[name].findings) and name != names[-1]:
@@ -194,12 +198,14 @@ def checks_json(validation: Validation) -> dict[str, object]:
 
 
 def _judged(experiment: Experiment, target: Target, limits: tuple[Limit, ...], progress: Progress) -> Result:
+    if any(experiment.furthest):
+        target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
     recording = experiment.run(target, progress)
     measured = experiment.measure(recording)
     return Result(recording, measured, compare(experiment.name, measured, limits))
 
 
-def _broken_off(name: str, error: AeroError) -> Finding:
+def _broken_off(name: str, error: Exception) -> Finding:
     return Finding(
         check=name,
         subject="hand",

@@ -86,6 +86,11 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
         spec.add_actuator(
             name=channel.label, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=shaft_name(channel)
         ).set_to_motor()
+    # The motor's own voltage is an actuator too, so that a bound on the joint's actuators bounds the winding current.
+    for channel in Channel:
+        spec.add_actuator(
+            name=f"{channel.label}_back_emf", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=shaft_name(channel)
+        ).set_to_motor()
     return spec
 
 

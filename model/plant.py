@@ -25,6 +25,10 @@ TIME_RESOLUTION = 1e-9
 """Spans shorter than this are not integrated, s; a microsecond is the finest thing on the servo bus."""
 
 
+UNBOUNDED = 1e6
+"""What stands for no bound on a torque, N m."""
+
+
 class DriveLike(Protocol):
     """What the plant reads of a servo's drive; see `firmware_emulator.plant.Drive`."""
 
@@ -49,6 +53,10 @@ class DriveLike(Protocol):
         """Bound on the effort, N m."""
 
     @property
+    def current_limit(self) -> float:
+        """Bound on the effort less back-EMF, N m."""
+
+    @property
     def powered(self) -> bool:
         """Whether the winding is driven."""
 
@@ -66,7 +74,7 @@ class BuiltHandPlant:
         self._model = self._spec(hand).compile()
         self._data = mujoco.MjData(self._model)
         self._warnings = self._data.warning.number
-        self._model.actuator_forcelimited[:] = 1
+        self._model.actuator_forcelimited[:SHAFTS] = 1
         self._model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
         joints = [self._model.joint(joint.label) for joint in Joint]
         shafts = [self._model.joint(shaft_name(channel)) for channel in Channel]
@@ -78,7 +86,9 @@ class BuiltHandPlant:
         self._spool_friction = self._model.dof_frictionloss[self._cable_dofs].copy()
         self._friction_radius = SPOOL_RADIUS * np.array(self.parameters.cable_friction)[list(CABLES)]
         self._data.qpos[self._joint_qpos] = _held_closed(self.parameters)
-        self._unpowered_damping = self._model.dof_damping[self._shaft_dofs].copy()
+        self._shaft_joints = np.array([shaft.id for shaft in shafts])
+        self._model.jnt_actfrclimited[self._shaft_joints] = 1
+        self._current_limits = np.zeros(SHAFTS)
         self._time = 0.0
         # Rows: setpoint, stiffness, damping, torque, limit.
         self._drives = np.zeros((5, SHAFTS))
@@ -130,7 +140,10 @@ class BuiltHandPlant:
         values = (drive.setpoint, drive.stiffness, drive.damping, drive.torque, drive.limit)
         if not all(map(isfinite, values)) or min(drive.stiffness, drive.damping, drive.limit) < 0.0:
             raise ValueError(f"a drive is finite with stiffness, damping and limit not negative, not {drive}")
+        if not drive.current_limit >= 0.0:
+            raise ValueError(f"a current limit is not negative, not {drive.current_limit}")
         self._drives[:, shaft] = values
+        self._current_limits[shaft] = drive.current_limit
         self._apply(shaft, powered=drive.powered)
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
@@ -206,8 +219,9 @@ class BuiltHandPlant:
         model.actuator_gainprm[shaft, 0] = supply * stiffness
         model.actuator_biasprm[shaft, :3] = supply * torque, -supply * stiffness, -supply * damping
         model.actuator_forcerange[shaft] = -supply * limit, supply * limit
-        back_emf = self.parameters.back_emf if powered else 0.0
-        model.dof_damping[self._shaft_dofs[shaft]] = self._unpowered_damping[shaft] + back_emf
+        model.actuator_biasprm[SHAFTS + shaft, 2] = -self.parameters.back_emf if powered else 0.0
+        bound = min(supply * self._current_limits[shaft], UNBOUNDED)
+        model.jnt_actfrcrange[self._shaft_joints[shaft]] = -bound, bound
 
 
 def _held_closed(unit: BuiltHandParameters) -> NDArray[np.float64]:

@@ -1,7 +1,8 @@
 """Run a policy on a hand: read, map back, observe, act, map forward, write, at the policy's rate.
 
 The same function serves an emulated hand on the virtual clock and a real one on the wall clock. It begins by moving
-slowly to the nominal grasp, waits there for the object, and ends by moving slowly back, whatever ended it.
+slowly to the nominal grasp, waits there for the object, and ends by moving slowly back, whatever ended it; a hand that
+its guard has stopped is open already and stays so.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from aero.actuation.map import ActuationMap
 from aero.clock import Clock
 from aero.errors import AeroError
 from aero.policy.file import Policy
-from aero.policy.limits import Ending, OverCurrent, slewed
+from aero.policy.limits import Ending, slewed
 from aero.policy.running import Floats, Hand, Run, RunSettings, Step
 from aero.policy.task import CHANNELS, ActionMemory, observe, targets
+from aero.safety import SafetyStopError
 
 
 def run_policy(
@@ -36,8 +38,8 @@ def run_policy(
 
     Args:
         policy: what acts.
-        hand: what it acts on.
-        clock: of the hand.
+        hand: what it acts on; guarded, its currents, temperatures and encoders are watched, bare they are not.
+        clock: of the hand; a guarded one has its own.
         actuation_map: for the hand's firmware.
         settings: how; None for the defaults.
         script: actions (periods, 7) to play open loop in place of the policy's; its length bounds the time too.
@@ -55,8 +57,12 @@ def run_policy(
         session.wait()
         on_ready()
         ending = session.loop()
-    finally:
         session.move_to(home)
+    except SafetyStopError as stop:
+        return session.summary(Ending.STOPPED, str(stop))  # the guard has opened the hand
+    except BaseException:
+        session.move_to(home)
+        raise
     return session.summary(ending)
 
 
@@ -92,7 +98,7 @@ class _Session:
         self._most = settings.limits.shaft_speed_rad_s * self._task.period_s * codes_per_rad
         self.command = np.zeros(CHANNELS)
         self._blind = 0
-        self._tally = Run(Ending.TIME, 0, 0, 0, 0, 0.0, 0.0, np.nan)
+        self._tally = Run(Ending.TIME, "", 0, 0, 0, 0, 0.0, 0.0, np.nan)
 
     def codes_of(self, action: Floats) -> Floats:
         """Return the codes of an action's targets, (7,), saturated at the command window."""
@@ -113,7 +119,7 @@ class _Session:
     def loop(self) -> Ending:
         """Let the policy act until something ends it."""
         limits, period_s = self._settings.limits, self._task.period_s
-        memory, over_current = ActionMemory.empty(np.zeros(CHANNELS)), OverCurrent(limits)
+        memory = ActionMemory.empty(np.zeros(CHANNELS))
         missing, due = 0, self._clock.now()
         pending = self.command
         for period in range(self._periods()):
@@ -139,7 +145,7 @@ class _Session:
             asked, pending = (pending, asked) if self._settings.one_period_late else (asked, asked)
             command = slewed(self.command, asked, self._most)
             self._write(command)
-            currents, hot = self._health(period)
+            currents = self._currents(period)
             step = Step(
                 t=t,
                 late_s=t - due,
@@ -155,18 +161,14 @@ class _Session:
             )
             self._count(step)
             self._on_step(step)
-            if over_current.seen(t, currents):
-                return Ending.CURRENT
-            if hot:
-                return Ending.TEMPERATURE
             if self._blind > limits.missing_readings:
                 return Ending.READINGS
             due = max(due + period_s, t)
         return Ending.TIME
 
-    def summary(self, ending: Ending) -> Run:
+    def summary(self, ending: Ending, reason: str = "") -> Run:
         """Return what the run came to."""
-        return replace(self._tally, ending=ending)
+        return replace(self._tally, ending=ending, reason=reason)
 
     def _periods(self) -> int:
         asked = round(self._settings.seconds / self._task.period_s)
@@ -188,7 +190,7 @@ class _Session:
         if not self._settings.dry:
             self._hand.command_codes(np.round(command).astype(np.uint16))
 
-    def _health(self, period: int) -> tuple[Floats, bool]:
+    def _currents(self, period: int) -> Floats:
         """Read currents, and now and then temperatures; a missing reading leaves NaN and is counted in `_blind`."""
         hottest = np.nan
         try:
@@ -197,10 +199,10 @@ class _Session:
                 hottest = float(np.max(self._hand.read_temperatures()))
         except AeroError:
             self._blind += 1
-            return np.full(CHANNELS, np.nan), False
+            return np.full(CHANNELS, np.nan)
         self._blind = 0
         self._tally = replace(self._tally, peak_temperature_c=float(np.fmax(self._tally.peak_temperature_c, hottest)))
-        return currents, hottest > self._settings.limits.temperature_c
+        return currents
 
     def _count(self, step: Step) -> None:
         peak = np.max(np.abs(step.currents_a), initial=0.0, where=np.isfinite(step.currents_a))

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 class Hand(Protocol):
-    """What the loop needs of a hand; `aero.driver.AeroHand` is one."""
+    """What the loop needs of a hand; `aero.AeroHand` is one, and `aero.safety.GuardedHand`."""
 
     def read_codes(self) -> NDArray[np.uint16]:
         """Read positions, (7,), command order."""
@@ -90,6 +90,8 @@ class Run:
 
     ending: Ending
     """Why it ended."""
+    reason: str
+    """What the guard saw when it stopped the hand; empty otherwise."""
     steps: int
     """Periods in which the policy acted."""
     missing: int

@@ -5,16 +5,24 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
+from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, RECORDED_COUNTS, ServoParameters
 
 
 def static_current(effort: float, servo: ServoParameters) -> float:
     """Return the current (register units, unsigned) of a motor held at this effort (N m, sign ignored).
 
-    The recorded curve: 30 mA per count of error below 10 counts, 37 at 20, 43 at 30, 50 at 46, and by extension
-    1030 units at full duty.
+    The recorded curve as far as it was recorded (30 mA per count of error below 10 counts, 37 at 20, 43 at 30, 50 at
+    46), and from there straight to the reading at full duty, whatever the gain.
     """
     counts = abs(effort) / (servo.stall_torque * servo.duty_per_count)
+    if counts <= RECORDED_COUNTS:
+        return _recorded_current(counts, servo)
+    start = _recorded_current(RECORDED_COUNTS, servo)
+    share = (counts - RECORDED_COUNTS) / (1.0 / servo.duty_per_count - RECORDED_COUNTS)
+    return start + share * (servo.full_duty_units - start)
+
+
+def _recorded_current(counts: float, servo: ServoParameters) -> float:
     square = counts * counts
     rise = servo.current_rise_ma * square / (square + servo.current_knee_counts**2)
     return counts * (servo.current_floor_ma + rise) / CURRENT_UNIT_MA

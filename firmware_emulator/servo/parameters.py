@@ -13,6 +13,8 @@ ACCELERATION_UNIT_COUNTS = 100.0
 """One unit of the acceleration register, counts/s²."""
 CURRENT_UNIT_MA = 6.5
 """One unit of a current or torque register, mA, nominal."""
+RECORDED_COUNTS = 52.0
+"""Largest error at which a current was recorded, counts."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,9 @@ class ServoParameters:
     goal_delay_s: float = 0.0143
     """Dead time between the end of a goal write and the loop acting on it, s: 15.3 ms from the host, 1 ms of wire."""
     loop_period_s: float = 0.001
-    """Period of the servo's own loop, s: measurements and goals change on this grid (assumption)."""
+    """Period of the servo's own loop, s: goals are acted on on this grid (assumption)."""
+    refresh_period_s: float = 0.002
+    """Period at which measurements and the setpoint of a running profile are renewed, s (assumption)."""
     turnaround_s: float = 100e-6
     """Time between the end of an instruction and the start of the answer, s (assumption)."""
     current_floor_ma: float = 28.0
@@ -45,8 +49,10 @@ class ServoParameters:
     """What the static current per count gains towards large errors, mA."""
     current_knee_counts: float = 32.0
     """Error at which half of `current_rise_ma` is gained, counts."""
+    full_duty_units: float = 1030.0
+    """Current reading of a motor held at full duty, register units; homing waits for 950 (assumption)."""
     current_filter_s: float = 0.01
-    """Time constant of the current reading, s (assumption: with less, the inrush would end a fast homing search)."""
+    """Time constant of the current reading, s (assumption: with less, the inrush ends a fast homing search)."""
     current_noise_units: float = 1.5
     """Standard deviation of the current reading, register units (7-14 mA)."""
     voltage: float = 6.0
@@ -65,6 +71,13 @@ class ServoParameters:
     """Time a servo does not answer after REBOOT, s (transcribed HLS documentation)."""
     clamp_goal: bool = False
     """Whether a goal outside the angle limits is brought to them; homing needs that it is not (assumption)."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.duty_per_count < 1.0 / RECORDED_COUNTS:
+            raise ValueError(
+                f"duty_per_count must be between 0 and 1/{RECORDED_COUNTS:g}, got {self.duty_per_count}: full duty "
+                "lies beyond the errors at which currents were recorded"
+            )
 
     @property
     def stiffness(self) -> float:

@@ -1,6 +1,6 @@
-"""The plant as servos see it: sampled and changed only on the grid of the servos' own loop.
+"""The plant as servos see it: sampled and changed only on the grids of the servos' own loop.
 
-The grid keeps the plant's integration regular: whatever the bus does between two ticks, the plant is asked for whole
+That keeps the plant's integration regular: whatever the bus does between two ticks, the plant is asked for whole
 ticks, and a telemetry cycle of seven servos costs one call.
 """
 
@@ -15,7 +15,7 @@ from firmware_emulator.plant import Drive, Plant
 
 
 class Sample(NamedTuple):
-    """The shafts at one tick, in command order."""
+    """The shafts at one refresh, in command order."""
 
     time: float
     """s."""
@@ -28,12 +28,13 @@ class Sample(NamedTuple):
 
 
 class Shafts:
-    """A plant on the servo loop's time grid."""
+    """A plant on the servos' time grids: a fine one for goals, a coarse one for measurements and running setpoints."""
 
-    def __init__(self, kernel: Kernel, plant: Plant, period: float) -> None:
+    def __init__(self, kernel: Kernel, plant: Plant, *, loop_period_s: float, refresh_period_s: float) -> None:
         self._kernel = kernel
         self._plant = plant
-        self._period = period
+        self._period = loop_period_s
+        self._refresh = refresh_period_s
         self._sampled = -1
         self._sample = Sample(0.0, [], [], [])
         self._moving: dict[int, Callable[[float], float | None]] = {}
@@ -44,23 +45,18 @@ class Shafts:
         return math.ceil(t / self._period - 1e-6) * self._period
 
     def sample(self) -> Sample:
-        """Return the state at the last tick that has passed."""
-        tick = self._last_tick()
-        if tick != self._sampled:
-            plant = self._plant
-            plant.advance_to(tick * self._period)
-            self._sample = Sample(
-                tick * self._period, plant.angles().tolist(), plant.speeds().tolist(), plant.efforts().tolist()
-            )
-            self._sampled = tick
+        """Return the state at the last refresh that is over."""
+        refresh = math.floor(self._kernel.now / self._refresh + 1e-6)
+        if refresh != self._sampled:
+            plant, t = self._plant, refresh * self._refresh
+            plant.advance_to(t)
+            self._sample = Sample(t, plant.angles().tolist(), plant.speeds().tolist(), plant.efforts().tolist())
+            self._sampled = refresh
         return self._sample
 
     def advance(self) -> None:
         """Bring the plant to the last tick that has passed."""
-        self._plant.advance_to(self._last_tick() * self._period)
-
-    def _last_tick(self) -> int:
-        return math.floor(self._kernel.now / self._period + 1e-6)
+        self._plant.advance_to(math.floor(self._kernel.now / self._period + 1e-6) * self._period)
 
     def drive(self, shaft: int, drive: Drive) -> None:
         """Change a shaft's drive from the last tick on."""
@@ -69,7 +65,7 @@ class Shafts:
         self._sampled = -1
 
     def follow(self, shaft: int, setpoint: Callable[[float], float | None] | None) -> None:
-        """Move a shaft's setpoint along a function of time (s) to rad, tick by tick, until it returns None."""
+        """Move a shaft's setpoint along a function of time (s) to rad at every refresh until it returns None."""
         if setpoint is None:
             self._moving.pop(shaft, None)
             return
@@ -90,4 +86,5 @@ class Shafts:
                 self._plant.set_setpoint(shaft, angle)
         self._ticking = bool(self._moving)
         if self._ticking:
-            self._kernel.call_at(self.next_tick(now + 0.5 * self._period), self._tick)
+            following = math.floor(now / self._refresh + 1e-6) + 1
+            self._kernel.call_at(following * self._refresh, self._tick)

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Literal
 
 import click
-import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
 from aero.channels import Channel
+from aero.safety import SafetyStopError
+from hil.cli.before_moving import before_moving
 from hil.cli.options import target
 from hil.mcap_file import write_recording
-from hil.safety import SafetyLimits
 from hil.sysid.excitation import MOTIONS, REACH, excitation
 from hil.sysid.record import record
 from hil.target import NoHandError, open_target
@@ -47,7 +47,7 @@ def record_command(
 ) -> None:
     """Excite a free hand with steps, ramps and chirps and record it for `aero-hil calibrate`.
 
-    One channel moves at a time. Nothing may be in reach of the fingers. A hand on a port is watched: it is opened
+    One channel moves at a time. Nothing may be in reach of the fingers. A hand on a port is guarded: it is opened
     slowly, and the exit code is 1, at a current, a temperature, stale readings or an encoder beyond the thresholds
     shown. Exits with 2 on bad usage or without a hand.
     """
@@ -55,14 +55,8 @@ def record_command(
     try:
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
         with open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened:
-            console.print(f"{opened.describe()}; {plan.duration_s:.0f} s of hand time")
-            reach = {
-                channel.label: round(float(share), 2)
-                for channel, share in zip(Channel, plan.fractions.max(axis=0), strict=True)
-            }
-            console.print(f"moves up to {reach} of each window; safe are {[*REACH.values()]}")
-            console.print(f"on a port it stops at: {', '.join(SafetyLimits().lines())}")
-            console.print(f"now at {opened.hand.read_temperatures()} °C, {np.round(opened.hand.read_currents(), 2)} A")
+            console.print(before_moving(opened, tuple(plan.fractions.max(axis=0))))
+            console.print(f"{plan.duration_s:.0f} s of hand time; safe are {[*REACH.values()]} of each window")
             if dry_run:
                 return
             with Progress(console=console, transient=True) as bar:
@@ -71,6 +65,8 @@ def record_command(
         write_recording(recording, out)
     except (NoHandError, ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
+    except SafetyStopError as error:
+        raise click.ClickException(str(error)) from error
     console.print(f"{out}: {plan.duration_s:.0f} s")
     errors = [event.text for event in recording.events if event.severity == "error"]
     for text in errors:

@@ -14,9 +14,10 @@ from rich.table import Table
 
 from aero.errors import AeroError
 from aero.policy.file import Policy, PolicyFileError, load
-from aero.policy.limits import Ending, Limits
+from aero.policy.limits import Ending
 from aero.policy.running import RunSettings
 from aero.policy.settings import PRESETS, differences
+from aero.safety import SafetyStopError, Thresholds
 from hil.cli.options import target
 from hil.mcap_file import write_recording
 from hil.policy_run import PolicyRun, record_policy
@@ -34,7 +35,7 @@ from hil.target import NoHandError, open_target
 )  # fmt: skip
 @click.option("--late", is_flag=True, help="Write each command a period late, as the official ROS 2 node does.")
 @click.option("--wait", type=float, default=1.5, show_default=True, help="Seconds for placing the object.")
-@click.option("--max-current", type=float, default=Limits.current_a, show_default=True, help="Limit of a motor, A.")
+@click.option("--max-current", type=float, default=Thresholds.current_a, show_default=True, help="Limit of a motor, A.")
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
 def run_policy(
     *,
@@ -54,7 +55,9 @@ def run_policy(
 ) -> None:
     """Run POLICY on a hand: slowly to its grasp, a wait for the object, the policy, slowly back.
 
-    Exits with 0 when the time ran out, 1 when a limit ended it, 2 on bad usage or when no hand answers.
+    Every hand is guarded, an emulated one too, and ends open.
+
+    Exits with 0 when the time ran out, 1 when something else ended it, 2 on bad usage or when no hand answers.
     """
     console = Console()
     try:
@@ -62,14 +65,21 @@ def run_policy(
         settings = RunSettings(
             seconds=seconds,
             settings=PRESETS[preset] if preset else None,
-            limits=Limits(current_a=max_current),
             wait_s=wait,
             dry=dry_run,
             one_period_late=late,
         )
         _say_settings(console, policy, settings)
         with (
-            open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened,
+            open_target(
+                target_name,
+                firmware=firmware,
+                hand=hand,
+                unit=unit,
+                seed=seed,
+                guarded=True,
+                thresholds=Thresholds(current_a=max_current),
+            ) as opened,
             Progress(console=console, transient=True) as bar,
         ):
             task = bar.add_task(opened.describe(), total=1.0)
@@ -78,6 +88,8 @@ def run_policy(
             write_recording(result.recording, record)
     except (NoHandError, PolicyFileError, AeroError, ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
+    except SafetyStopError as error:
+        raise click.ClickException(str(error)) from error
     _print(console, result, record)
     sys.exit(0 if result.run.ending is Ending.TIME else 1)
 
@@ -105,5 +117,7 @@ def _print(console: Console, result: PolicyRun, record: Path | None) -> None:
     for name, text in rows.items():
         table.add_row(name, text)
     console.print(table)
+    if run.reason:
+        console.print(run.reason, highlight=False)
     if record:
         console.print(f"recorded in {record}")

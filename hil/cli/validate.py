@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -13,14 +14,14 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from aero.channels import Channel
+from aero.safety import SafetyStopError
+from hil.cli.before_moving import before_moving
 from hil.cli.options import target
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.findings import failed
 from hil.metrics import staircase_metrics
 from hil.report import table
-from hil.safety import SafetyLimits
-from hil.target import PHYSICAL, NoHandError, Target, open_target
+from hil.target import NoHandError, open_target
 from hil.validation import Validation, write_results
 from hil.validation import validate as run_validation
 
@@ -70,8 +71,8 @@ def validate(
             open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened,
             Progress(*columns, console=console, transient=True) as bar,
         ):
-            if dry_run or opened.unit == PHYSICAL:
-                console.print(_before_moving(opened, names or DEFAULT))
+            if dry_run or opened.guard is not None:
+                console.print(before_moving(opened, _furthest(names or DEFAULT)))
             if dry_run:
                 return
             task = bar.add_task("opening", total=1.0)
@@ -84,27 +85,15 @@ def validate(
         write_results(result, out)
     except (NoHandError, ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
+    except SafetyStopError as error:
+        raise click.ClickException(str(error)) from error
     _print(console, result, out)
     sys.exit(0 if result.passed else 1)
 
 
-def _before_moving(opened: Target, names: tuple[str, ...]) -> Table:
-    """Return what a hand reads now and how far each channel is about to be sent."""
-    currents, temperatures = opened.hand.read_currents(), opened.hand.read_temperatures()
-    limits = SafetyLimits()
-    shown = Table(
-        "Channel", "now, A", "now, °C", "will move to, % of window", box=SIMPLE_HEAD, title_justify="left",
-        title=f"{opened.describe()}. Stops and opens at: {', '.join(limits.lines())}",
-    )  # fmt: skip
-    furthest = np.max([EXPERIMENTS[name].furthest for name in names], axis=0)
-    for channel in Channel:
-        shown.add_row(
-            channel.label,
-            f"{currents[channel]:+.2f}",
-            f"{temperatures[channel]:.0f}",
-            f"{100 * furthest[channel]:.0f}",
-        )
-    return shown
+def _furthest(names: tuple[str, ...]) -> Sequence[float]:
+    """Return how far each channel is sent at most, (7,) share of its window."""
+    return tuple(np.max([EXPERIMENTS[name].furthest for name in names], axis=0))
 
 
 def _print(console: Console, result: Validation, out: Path) -> None:

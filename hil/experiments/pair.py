@@ -58,9 +58,26 @@ def follow(
                 f"{len(commands)} samples: the map asks for more than the window allows"
             )
     simulator.reset()
+    steps = round(period_s / MODEL_STEP_S)
+    simulated = 0
+
+    def simulate(count: int) -> None:
+        nonlocal simulated
+        for _ in range(count):
+            recorder.add("model", recorder.start + simulated * MODEL_STEP_S, simulator.lengths())
+            simulator.advance(MODEL_STEP_S)
+            simulated += 1
+
     for i, command in enumerate(commands):
-        t = recorder.start + i * period_s
+        t = recorder.start + simulated * MODEL_STEP_S
         clock.sleep_until(t)
+        late = int((clock.now() - t) / MODEL_STEP_S)
+        if late >= steps:
+            # The hand held its command meanwhile, and so does the simulator.
+            simulate(late)
+            recorder.note(
+                f"this machine was {late * MODEL_STEP_S:.2f} s late; the stream goes on from there", "warning"
+            )
         recorder.add("codes", clock.now(), hand.read_codes())
         recorder.add("command_codes", clock.now(), goals[i])
         hand.command_codes(goals[i])
@@ -69,9 +86,7 @@ def follow(
         if i % TEMPERATURE_EVERY == 0:
             recorder.add("temperatures", clock.now(), hand.read_temperatures())
         simulator.command(command)
-        for step in range(round(period_s / MODEL_STEP_S)):
-            recorder.add("model", t + step * MODEL_STEP_S, simulator.lengths())
-            simulator.advance(MODEL_STEP_S)
+        simulate(steps)
         progress((i + 1) / len(commands), doing(i))
     for series, source in (("hand", "codes"), ("goal", "command_codes")):
         recorder.derive(series, source, codec.lengths_from_codes)

@@ -9,8 +9,9 @@ import numpy as np
 
 from aero.channels import Channel
 from hil.experiments.base import Experiment, Measured
+from hil.identity import identify
 from hil.recorder import Progress, Recorder
-from hil.recording import Recording, WireRecord
+from hil.recording import Header, Recording, WireRecord
 from hil.target import Target
 
 READINGS = 30
@@ -28,9 +29,10 @@ def run(target: Target, progress: Progress) -> Recording:
         recorder.add("currents", target.clock.now(), target.hand.read_currents())
         recorder.add("temperatures", target.clock.now(), target.hand.read_temperatures())
         progress((i + 1) / READINGS, "reading")
-    if target.hand.boot_text:
-        recorder.note(f"the board printed its boot text: {target.hand.boot_text.strip()!r}", "warning")
-    return recorder.finish("presence", {"readings": READINGS, "period_s": PERIOD_S})
+    text = target.hand.boot_text
+    if text:
+        recorder.note(f"the board has restarted: {identify(text).describe()}", "warning")
+    return recorder.finish("presence", {"readings": READINGS, "period_s": PERIOD_S, "boot_text": text})
 
 
 def measure(recording: Recording) -> Measured:
@@ -49,8 +51,18 @@ def measure(recording: Recording) -> Measured:
             "lost_replies": 100.0 * (1.0 - len(trips) / requests),
             "round_trip": 1e3 * float(np.median(trips)),
             "distinct_readings": float(len(np.unique(currents, axis=0))),
+            "boot_contradictions": float(_contradictions(recording.header)),
         }
     }
+
+
+def _contradictions(header: Header) -> int:
+    """Return how many things the boot text, if there was one, says against the header."""
+    text = str(header.parameters["boot_text"])
+    if not text:
+        return 0
+    board = identify(text)
+    return (header.firmware not in board.versions) + (board.side not in (None, header.hand)) + len(board.silent)
 
 
 def round_trips(wire: tuple[WireRecord, ...]) -> tuple[int, list[float]]:

@@ -83,4 +83,4 @@ def _actions() -> Floats:
     return actions
 
 
-REPLAY = Experiment("replay", "One action sequence, open loop, on simulator and hand", run, measure, (1.0,) * 7)
+REPLAY = Experiment("replay", "One action sequence, open loop, on both", run, measure, (1.0,) * 7)

@@ -101,7 +101,7 @@ def _arrived(codes: np.ndarray[tuple[int], np.dtype[np.uint16]], *, closing: boo
 
 RESPONSE = Experiment(
     "response",
-    "From a command to motion, and how fast the hand opens and closes",
+    "Delays, and how fast the hand opens and closes",
     run,
     measure,
     (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0),

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.protocol import MAX_CODE
+from aero.safety import SafetyStopError
 from hil.recorder import Progress, Recorder, silent
 from hil.recording import Recording
-from hil.safety import SafetyAbortError
 from hil.sysid.excitation import PERIOD_S, Excitation
 from hil.target import Target
 
@@ -22,8 +22,7 @@ EXPERIMENT = "excitation"
 def record(target: Target, excitation: Excitation, *, progress: Progress = silent) -> Recording:
     """Play an excitation and return the recording; the hand ends open, on Ctrl-C too.
 
-    Each frame reads positions and currents first and commands after, as a policy does. A hand on a port watches itself
-    while it is commanded (`hil.safety`).
+    Each frame reads positions and currents first and commands after, as a policy does.
 
     Args:
         target: the hand; it moves through the reach of the excitation.
@@ -31,10 +30,14 @@ def record(target: Target, excitation: Excitation, *, progress: Progress = silen
         progress: called once a frame.
 
     Returns:
-        A recording with `codes`, `command_codes` (u16), `currents` (A) and `temperatures` (degC). One that the watch
+        A recording with `codes`, `command_codes` (u16), `currents` (A) and `temperatures` (degC). One that a guard
         broke off has an event of severity `error` that says why, and ends there.
+
+    Raises:
+        SafetyStopError: a guarded hand must not be moved at all.
     """
     hand, clock = target.hand, target.clock
+    target.begin()
     recorder = Recorder(target)
     codes = np.rint(excitation.fractions * MAX_CODE).astype(np.int64)
     command = codes[0]
@@ -51,9 +54,9 @@ def record(target: Target, excitation: Excitation, *, progress: Progress = silen
             recorder.add("command_codes", sent, wanted)
             command = wanted
             progress((frame + 1) / len(codes), excitation.name)
-    except SafetyAbortError as abort:
-        recorder.note(str(abort), "error")
-        command = np.zeros_like(command)  # the watch has opened the hand
+    except SafetyStopError as stop:
+        recorder.note(str(stop), "error")
+        command = np.zeros_like(command)  # the guard has opened the hand
     finally:
         _open(target, command)
     return recorder.finish(EXPERIMENT, {"excitation": excitation.name, "period_s": PERIOD_S})

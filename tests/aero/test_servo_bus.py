@@ -25,8 +25,8 @@ def bus(tmp_path, request):
 def test_setting_up_servos_and_what_is_refused(bus):
     with ServoSetup(bus) as setup:
         seen = []
-        assert setup.scan(range(6), seen.append) == [1, 4]
-        assert seen == list(range(6))
+        assert setup.scan((1, 2, 4), seen.append) == [1, 4]
+        assert seen == [1, 2, 4]
         before = setup.read_out(4)
         assert (before.id, before.model, before.angle_limits_counts, before.current_limit) == (4, 2570, (0, 4095), 1023)
         assert (before.voltage, before.status) == (6.0, 0)
@@ -57,7 +57,7 @@ def test_setting_up_servos_and_what_is_refused(bus):
 @pytest.mark.parametrize("bus", ["33"], indirect=True)
 def test_two_servos_with_one_id_are_left_alone(bus):
     with ServoSetup(bus) as setup:
-        assert setup.scan(range(5)) == [3]
+        assert setup.scan((2, 3)) == [3]
         for refused in (setup.read_out, setup.centre, lambda servo: setup.set_id(servo, 4)):
             with pytest.raises(ServoBusError, match="two servos shared that ID"):
                 refused(3)

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 import serial
 
 ROOT = Path(__file__).parents[2]
@@ -15,7 +14,7 @@ PATIENCE_S = 20.0
 
 
 @contextlib.contextmanager
-def emulating(*arguments, by=signal.SIGTERM):
+def emulating(*arguments, by):
     command = [sys.executable, "-m", "hil.cli", "emulate", *map(str, arguments)]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         try:
@@ -25,12 +24,11 @@ def emulating(*arguments, by=signal.SIGTERM):
             assert process.wait(PATIENCE_S) == 0
 
 
-@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGINT])
-def test_calibration_survives_a_restart_and_nothing_is_left_behind(tmp_path, by):
+def test_calibration_survives_a_restart_and_nothing_is_left_behind(tmp_path):
     link, bus_link, state = tmp_path / "hand", tmp_path / "bus", tmp_path / "state.json"
     options = ("--firmware", "0.1.0", "--link", link, "--bus-link", bus_link, "--state", state)
     extends = []
-    for _ in range(2):
+    for by in (signal.SIGTERM, signal.SIGINT):
         with emulating(*options, by=by) as said:
             assert said == ["ready", str(link)]
             with serial.Serial(str(link), timeout=PATIENCE_S) as board, serial.Serial(str(bus_link)) as bus:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from firmware_emulator.servo.electrical import effort_limit, static_current, temperature_after
 from firmware_emulator.servo.encoding import decode_signed, encode_signed
 from firmware_emulator.servo.frame import Frame, Mounting
-from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT
+from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT, ServoParameters
 from firmware_emulator.servo.profile import plan
 
 POSITIONS = st.floats(-2e4, 2e4)
@@ -36,9 +36,23 @@ def test_static_current_follows_the_recorded_curve_within_ten_percent(counts):
     assert static_current(effort, HLS3606M) * 6.5 / counts == pytest.approx(recorded[counts], rel=0.1)
 
 
-@given(st.integers(0, 1023))
-def test_a_blocked_servo_reads_exactly_its_goal_torque(units):
-    assert static_current(effort_limit(units, HLS3606M), HLS3606M) == pytest.approx(units, abs=1e-6)
+@given(st.integers(0, 1023), st.floats(0.005, 0.018))
+def test_a_blocked_servo_reads_exactly_its_goal_torque_whatever_the_gain(units, duty_per_count):
+    servo = ServoParameters(duty_per_count=duty_per_count)
+    assert static_current(effort_limit(units, servo), servo) == pytest.approx(units, abs=1e-6)
+
+
+@given(st.floats(0, 0.588), st.floats(0, 0.588), st.floats(0.005, 0.018))
+def test_current_rises_with_effort(first, second, duty_per_count):
+    servo = ServoParameters(duty_per_count=duty_per_count)
+    low, high = sorted((first, second))
+    assert static_current(low, servo) <= static_current(high, servo)
+    assert static_current(-high, servo) == static_current(high, servo)
+
+
+def test_a_gain_beyond_the_recorded_currents_is_refused():
+    with pytest.raises(ValueError, match="beyond the errors"):
+        ServoParameters(duty_per_count=0.02)
 
 
 @given(st.floats(20, 80), st.floats(0, 25), st.floats(0, 4000), st.floats(0, 4000))
@@ -73,7 +87,7 @@ def test_a_profile_is_continuous_keeps_its_limits_and_ends_at_rest_on_the_goal(x
 @given(POSITIONS, st.floats(-1e4, 1e4), SPEEDS, ACCELERATIONS)
 def test_a_profile_from_rest_takes_the_time_of_the_vendors_rule_and_does_not_overshoot(x, step, speed, acceleration):
     motion = plan(0.0, x, 0.0, x + step, speed=speed, acceleration=acceleration)
-    distance = abs(step)
+    distance = abs((x + step) - x)  # what is left of the step beside x
     cruise = min(speed, math.sqrt(distance * acceleration))
     expected = distance / cruise + cruise / acceleration if distance else 0.0
     assert motion.end == pytest.approx(expected, rel=1e-6, abs=1e-9)

@@ -9,15 +9,17 @@ from click.testing import CliRunner
 from policies import policy
 
 from aero.policy.file import save
-from aero.policy.limits import Ending, Limits
+from aero.policy.limits import Ending
 from aero.policy.loop import actions_on
 from aero.policy.running import RunSettings
+from aero.safety import Thresholds
 from hil.cli import main
 from hil.mcap_file import read_recording
 from hil.policy_run import record_policy
 from hil.target import open_target
 from hil.trial import random_unit, run_trial
 from hil.units import load_unit
+from model.plant import BuiltHandPlant
 
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
 
@@ -72,11 +74,18 @@ def test_a_hand_that_opens_has_not_kept_the_cube():
     assert trial.alive_s < 2.5
 
 
-def test_a_run_that_a_limit_ended_has_not_kept_the_cube():
-    settings = RunSettings(seconds=1.0, limits=Limits(current_a=0.01, current_s=0.2))
-    trial = run_trial(policy(), load_unit("reference"), settings=settings, script=np.zeros((20, 7)))
-    assert trial.run.ending is Ending.CURRENT
+def test_a_run_that_the_guard_ended_has_not_kept_the_cube():
+    thresholds = Thresholds(current_a=0.5, current_s=0.2)
+    script = np.zeros((20, 7))
+    trial = run_trial(policy(), load_unit("reference"), settings=SHORT, thresholds=thresholds, script=script)
+    assert trial.run.ending is Ending.STOPPED
+    assert "drawn more than 0.5 A" in trial.run.reason
     assert not trial.kept
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_every_random_unit_can_be_built(seed):
+    BuiltHandPlant(random_unit(load_unit("reference"), seed).hand)
 
 
 def test_random_units_differ_in_their_own_seeds_only():
@@ -101,9 +110,15 @@ def test_run_policy_says_how_the_preset_differs_from_the_training(path):
 
 
 def test_run_policy_ends_with_one_when_a_limit_ends_it(path):
-    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.01"])
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.5"])
     assert result.exit_code == 1
-    assert Ending.CURRENT.value in result.output
+    assert "drawn more than 0.5 A" in " ".join(result.output.split())
+
+
+def test_run_policy_does_not_begin_on_a_hand_that_must_not_be_moved(path):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.001"])
+    assert result.exit_code == 1
+    assert "not moved" in result.output
 
 
 @pytest.mark.parametrize("arguments", [["--hil", "/dev/nowhere"], ["--max-current", "-1"], ["--unit", "unknown"]])

@@ -257,7 +257,7 @@ def test_compiled_model_carries_the_parameters():
         rotor_inertia=(1e-3,) * 7, spool_friction=(0.01,) * 7, joint_friction=(0.002,) * 16, timestep=0.001, gravity=3.0
     )
     model = build_built("right", parameters).compile()
-    assert (model.njnt, model.ntendon, model.nu, model.neq) == (22, 6, 7, 5)
+    assert (model.njnt, model.ntendon, model.nu, model.neq) == (22, 6, 14, 5)
     spool = model.joint("ring_spool").dofadr[0]
     assert model.dof_armature[spool] == 1e-3
     assert model.dof_frictionloss[spool] == 0.01

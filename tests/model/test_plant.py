@@ -217,3 +217,15 @@ def test_divergence_is_reported(plant, tmp_path, monkeypatch):
     plant.drive(0, Drive(setpoint=1.0, stiffness=1e12, limit=1e12))
     with pytest.raises(ArithmeticError, match="physics failed"):
         settle(plant, 5.0)
+
+
+def test_a_current_limit_holds_a_blocked_shaft_back_and_not_a_free_one():
+    angles, tops = {}, {}
+    for limit in (0.2, STALL):
+        blocked, loose = BuiltHandPlant(), BuiltHandPlant(LOOSE)
+        for plant in (blocked, loose):
+            plant.drive(Channel.INDEX, replace(towards(20.0), current_limit=limit))
+            plant.advance_to(0.5)
+        angles[limit], tops[limit] = blocked.angles()[Channel.INDEX], loose.speeds()[Channel.INDEX]
+    assert angles[0.2] < angles[STALL] - 0.05
+    assert tops[0.2] == pytest.approx(tops[STALL], rel=0.01)

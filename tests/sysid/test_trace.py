@@ -75,16 +75,7 @@ def test_other_files_are_refused(tmp_path):
 
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_recording_comes_back_through_a_file(tmp_path, side):
-    header = Header(
-        experiment="excitation",
-        target="emulated",
-        hand=side,
-        firmware="0.2.0",
-        map="",
-        unit="reference",
-        seed=0,
-        window="",
-    )
+    header = Header("excitation", "emulated", side, "0.2.0", map="paper", window="homed", unit="reference", seed=0)
     times = np.array([0.0, 0.02, 0.04])
     codes = np.outer(np.arange(3), np.full(7, 1000.0))
 

@@ -14,6 +14,7 @@ from aero.policy.loop import actions_on, run_policy
 from aero.policy.running import RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from aero.policy.task import ShownAction, observe, targets
+from aero.safety import SafetyStopError
 
 MAP = ActuationMap()
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
@@ -159,14 +160,6 @@ def test_other_settings_can_be_asked_for():
     )
 
 
-def over_current(hand):
-    hand.currents = np.array([0, 0, 0, -3.6, 0, 0, 0])
-
-
-def too_hot(hand):
-    hand.temperatures = np.full(7, 66.0)
-
-
 def silent(hand):
     hand.silent_after = 1.0
 
@@ -183,8 +176,6 @@ def slow(hand):
 
 
 ENDINGS = [
-    (Ending.CURRENT, over_current, 11),
-    (Ending.TEMPERATURE, too_hot, 1),
     (Ending.READINGS, silent, 6),
     (Ending.READINGS, blind, 5),
     (Ending.OVERRUN, slow, 1),
@@ -226,7 +217,22 @@ def test_an_error_in_the_middle_still_brings_the_hand_back():
 
 def test_limits_that_make_no_sense_are_refused():
     with pytest.raises(ValueError, match="positive"):
-        Limits(current_a=0.0)
+        Limits(late_s=0.0)
+
+
+def test_a_hand_that_its_guard_has_stopped_is_left_as_the_guard_left_it():
+    class Stopped(FakeHand):
+        def read_codes(self):
+            if self.clock.t > 1.0:
+                raise SafetyStopError("stopped: ring has drawn more than 4 A")
+            return super().read_codes()
+
+    clock = StepClock()
+    hand = Stopped(clock)
+    result = run_policy(policy(), hand, clock, MAP, settings=SHORT)
+    assert result.ending is Ending.STOPPED
+    assert "ring has drawn" in result.reason
+    assert max(t for t, _ in hand.written) <= 1.0
 
 
 def test_a_script_is_played_open_loop_and_bounds_the_time():

@@ -1,0 +1,48 @@
+"""What `aero.safety.lifeline` starts: wait for a guarded program to end, and open the hand unless it has.
+
+`python -m aero.safety PORT SETTINGS`, with the settings as JSON; not for the command line.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+
+from aero.clock import Deadline, WallClock
+from aero.driver import AeroHand
+from aero.safety.lifeline import ALL_WELL
+from aero.safety.opening import open_and_relax
+from aero.safety.thresholds import Thresholds
+
+PORT_FREE_S = 3.0
+"""How long a port may stay locked after its program has died, s."""
+RETRY_S = 0.1
+
+
+def main(port: str, settings: str) -> None:
+    """Wait until standard input ends, and open the hand at `port` unless it ended with `ALL_WELL`."""
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    if sys.stdin.buffer.read() == ALL_WELL:
+        return
+    asked = json.loads(settings)
+    with _opened(port) as hand:
+        open_and_relax(hand, WallClock(), Thresholds(**asked["thresholds"]), settable=asked["settable"])
+
+
+def _opened(port: str) -> AeroHand:
+    clock = WallClock()
+    deadline = Deadline.after(clock, PORT_FREE_S)
+    while True:
+        try:
+            return AeroHand.open(port)
+        except ConnectionError:
+            if deadline.expired:
+                raise
+            clock.sleep_until(clock.now() + RETRY_S)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,110 @@
+"""Encoders against commands: where each may be, how fast it may turn, and that it stays where it was left."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aero.channels import Channel
+from aero.safety.lasting import Lasting
+from aero.safety.thresholds import Thresholds
+
+Floats = NDArray[np.float64]
+
+LEAST_INTERVAL_S = 0.02
+"""Readings closer than this are as old as each other."""
+
+
+class Encoders:
+    """Judges positions against the commands of the last `Thresholds.follow_s`.
+
+    Positions and commands are shares of the command window, (7,) in command order, 0 open and 1 closed.
+    """
+
+    def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike) -> None:
+        """Expect encoders anywhere until a command is old enough; `spans_counts` (7,) are the windows' servo counts."""
+        self._thresholds = thresholds
+        self._spans = np.asarray(spans_counts, float)
+        if self._spans.shape != (len(Channel),):
+            raise ValueError(f"spans_counts needs {len(Channel)} numbers, one a channel, got shape {self._spans.shape}")
+        self._lasting = Lasting()
+        self._commands: deque[tuple[float, Floats]] = deque()
+        self._known_from = math.inf
+        self._before: tuple[float, Floats] | None = None
+        self._rest: Floats | None = None
+
+    def commanded(self, t: float, shares: Floats) -> None:
+        """Take a position command sent at `t` (s)."""
+        if math.isinf(self._known_from):
+            self._known_from = t + self._thresholds.follow_s
+        if not self._commands or not np.array_equal(self._commands[-1][1], shares):
+            self._commands.append((t, shares.copy()))
+
+    def found(self, t: float, shares: Floats) -> None:
+        """Take positions that the hand is known to rest in, in place of all earlier commands."""
+        self.forget()
+        self._known_from = t
+        self._commands.append((t, shares.copy()))
+
+    def forget(self) -> None:
+        """Expect encoders anywhere until the next command has had its time: the hand homes, or torque drives it."""
+        self._known_from = math.inf
+        self._commands.clear()
+        self._lasting.clear()
+        self._before = self._rest = None
+
+    def objections(self, t: float, positions: Floats) -> Iterator[str]:
+        """Yield why to stop after positions (7,) were read at `t` (s)."""
+        before, self._before = self._before, (t, positions)
+        if t < self._known_from:
+            return
+        if before is not None:
+            yield from self._jumped(positions - before[1], t - before[0])
+        while len(self._commands) > 1 and self._commands[1][0] < t - self._thresholds.follow_s:
+            self._commands.popleft()
+        recent = np.array([shares for _, shares in self._commands])
+        yield from self._strayed(t, positions, recent.min(axis=0), recent.max(axis=0))
+        resting = len(self._commands) == 1 and self._commands[0][0] < t - self._thresholds.follow_s
+        yield from self._moved_at_rest(t, positions, resting)
+
+    def _jumped(self, moved: Floats, seconds: float) -> Iterator[str]:
+        speeds = np.abs(moved) * self._spans / max(seconds, LEAST_INTERVAL_S)
+        fastest = int(np.argmax(speeds))
+        if speeds[fastest] > self._thresholds.jump_counts_s:
+            yield (
+                f"{Channel(fastest).label}'s encoder jumped by {moved[fastest]:+.0%} of its window, at "
+                f"{speeds[fastest]:.0f} counts/s (limit {self._thresholds.jump_counts_s:.0f}): no servo turns that "
+                "fast, so its zero is lost or its reading is wrong; home the hand"
+            )
+
+    def _strayed(self, t: float, positions: Floats, lowest: Floats, highest: Floats) -> Iterator[str]:
+        for channel in Channel:
+            at = positions[channel]
+            short = lowest[channel] - at > self._thresholds.short
+            beyond = at - highest[channel] > self._thresholds.beyond
+            if self._lasting.seconds(channel, short or beyond, t) >= self._thresholds.stray_s:
+                asked = f"{lowest[channel]:.0%}"
+                if highest[channel] > lowest[channel]:
+                    asked += f" to {highest[channel]:.0%}"
+                yield (
+                    f"{channel.label} stands at {at:.0%} of its window, and was only sent to {asked} in the last "
+                    f"{self._thresholds.follow_s:g} s: it is blocked or without torque, its servo has another ID, its "
+                    "zero is lost, or it turns the wrong way; home the hand and try one channel at a time"
+                )
+
+    def _moved_at_rest(self, t: float, positions: Floats, resting: bool) -> Iterator[str]:
+        if not resting or self._rest is None:
+            self._rest = positions if resting else None
+            return
+        moved = positions - self._rest
+        most = int(np.argmax(np.abs(moved)))
+        away = bool(abs(moved[most]) > self._thresholds.rest)
+        if self._lasting.seconds("rest", away, t) >= self._thresholds.stray_s:
+            yield (
+                f"{Channel(most).label} moved by {moved[most]:+.0%} of its window without a command (limit "
+                f"{self._thresholds.rest:.0%}): another program may be moving the hand, or something pulls at it"
+            )

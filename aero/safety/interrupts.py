@@ -1,0 +1,48 @@
+"""Signals around a hand that must not be left closed."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+_STOPPING = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)  # SIGHUP, a closed terminal, is unknown to Windows
+_UNWINDING = tuple(number for number in _STOPPING if number != signal.SIGINT)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Hold signals that stop a program back until the block is over; outside the main thread there are none."""
+    caught: list[int] = []
+    with _handled(_STOPPING, lambda number, _frame: caught.append(number)):
+        yield
+    for number in dict.fromkeys(caught):
+        signal.raise_signal(number)
+
+
+@contextmanager
+def unwinding() -> Iterator[None]:
+    """Let a terminated program, or one whose terminal was closed, run its `finally` blocks, as Ctrl-C does."""
+
+    def leave(number: int, _frame: FrameType | None) -> None:
+        raise SystemExit(128 + number)
+
+    with _handled(_UNWINDING, leave):
+        yield
+
+
+@contextmanager
+def _handled(numbers: tuple[signal.Signals, ...], handler: signal._HANDLER) -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, previous in before.items():
+            signal.signal(number, previous)

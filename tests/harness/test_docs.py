@@ -1,0 +1,40 @@
+"""The documents name checks, commands and files that exist."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from hil.cli import COMMANDS
+from hil.experiments import EXPERIMENTS
+from hil.limits import load_limits
+
+ROOT = Path(__file__).parents[2]
+MEASURED = {"staircase": {"rise_model_ms"}, "excursion": {"stop_current", "fist_travel"}}
+"""Measured without a limit."""
+
+
+@pytest.mark.parametrize("name", ["owner_problems.md", "validation.md"])
+def test_every_check_that_is_named_exists(name):
+    text = (ROOT / "docs" / name).read_text()
+    limits = {(limit.experiment, limit.metric) for firmware in ("pre", "0.2.0") for limit in _limits(firmware)}
+    named = re.findall(rf"`({'|'.join(EXPERIMENTS)})\.(\w+)`", text)
+    assert len(named) > 8
+    for experiment, metric in named:
+        assert (experiment, metric) in limits or metric in MEASURED.get(experiment, ()), f"{experiment}.{metric}"
+
+
+def test_all_29_problems_have_an_answer():
+    rows = re.findall(r"^\| (\d+) \| (.+?) \| (.+?) \|$", (ROOT / "docs" / "owner_problems.md").read_text(), re.M)
+    assert [int(number) for number, _, _ in rows] == list(range(1, 30))
+    assert all(len(answer) > 20 for _, _, answer in rows)
+
+
+@pytest.mark.parametrize("name", ["validation.md", "owner_problems.md"])
+def test_every_command_that_is_named_exists(name):
+    for command in re.findall(r"`aero-hil (\w[\w-]*)", (ROOT / "docs" / name).read_text()):
+        assert command in COMMANDS
+
+
+def _limits(firmware):
+    return load_limits("aero_hand_open", firmware)

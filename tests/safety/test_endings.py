@@ -1,0 +1,167 @@
+"""How programs end that do not end by themselves: signals, being killed, and a port that another one holds."""
+
+import array
+import fcntl
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aero import serial_transport
+from aero.safety.interrupts import uninterrupted, unwinding
+from aero.serial_transport import SerialTransport
+from firmware_emulator.bench import Bench
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.pty import PtyServer
+from firmware_emulator.links.terminal import Terminal
+from hil import NoHandError, open_target
+
+ROOT = Path(__file__).parents[2]
+TIOCGEXCL = 0x80045440
+"""Asks Linux whether a terminal refuses further openings; Python's termios does not name it."""
+
+PROGRAM = """
+import sys
+from aero import WallClock
+from aero.safety import Settings, Thresholds, lifeline, GuardedHand, unwinding
+from aero.serial_transport import SerialTransport
+
+path, limits = sys.argv[1], Thresholds(opening_s=0.3)
+with (
+    unwinding(),
+    lifeline(path, limits, settable=True) as start,
+    GuardedHand(
+        SerialTransport.open(path),
+        WallClock(),
+        spans_counts=[3278] * 4 + [1138, 1183, 2980],
+        usual=Settings(32766, 700),
+        thresholds=limits,
+        on_first_motion=start,
+    ) as hand,
+):
+    hand.command_codes([40000] * 7)
+    print("closing", flush=True)
+    hand.clock.sleep_until(hand.clock.now() + 60)
+"""
+"""A guarded program that closes the hand and then waits for a minute."""
+
+
+class Onlooker:
+    """Sees a bench hand close and open again, from the thread that serves it."""
+
+    def __init__(self, electronics):
+        self._electronics = electronics
+        self.closed, self.opened, self.leave = threading.Event(), threading.Event(), threading.Event()
+
+    def look(self):
+        """Return whether to stop serving."""
+        self._electronics.advance_plant()
+        index = np.rad2deg(self._electronics._shafts.sample().angles[0])
+        if index > 160.0:
+            self.closed.set()
+        elif index < 10.0 and self.closed.is_set():
+            self.opened.set()
+        return self.leave.is_set()
+
+
+def closed_and_then(number):
+    """Let a program close a hand on a pseudo-terminal, send it a signal, and wait until the hand has opened."""
+    electronics = EmulatedHand(Bench())
+    server, onlooker = PtyServer(electronics), Onlooker(electronics)
+    thread = threading.Thread(target=server.run, args=(onlooker.look,))
+    thread.start()
+    command = [sys.executable, "-c", PROGRAM, server.name]
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    try:
+        assert child.stdout.readline() == "closing\n"
+        assert onlooker.closed.wait(10.0)
+        child.send_signal(number)
+        errors = child.communicate(timeout=20)[1]
+        assert onlooker.opened.wait(10.0), errors
+        return child.returncode
+    finally:
+        child.kill()
+        child.communicate()
+        onlooker.leave.set()
+        thread.join()
+        server.close()
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        signal.SIGTERM,
+        signal.SIGKILL,
+        pytest.param(signal.SIGINT, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, marks=pytest.mark.slow),
+    ],
+)
+def test_a_program_that_is_stopped_or_killed_leaves_the_hand_open(number):
+    codes = {signal.SIGINT: -signal.SIGINT, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGKILL: -signal.SIGKILL}
+    assert closed_and_then(number) == codes[number]
+
+
+def test_signals_wait_for_the_end_of_an_opening():
+    log = []
+    before = signal.signal(signal.SIGTERM, lambda *_: log.append("signal"))
+    try:
+        with uninterrupted():
+            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(signal.SIGTERM)
+            log.append("opened")
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert log == ["opened", "signal"]
+
+
+def test_termination_unwinds_and_the_old_handler_comes_back():
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(SystemExit) as caught, unwinding():
+        signal.raise_signal(signal.SIGTERM)
+    assert caught.value.code == 143
+    assert signal.getsignal(signal.SIGTERM) == before
+
+
+def test_threads_other_than_the_main_one_have_no_signals_to_hold_back():
+    ran = []
+
+    def opening():
+        with uninterrupted(), unwinding():
+            ran.append(True)
+
+    thread = threading.Thread(target=opening)
+    thread.start()
+    thread.join()
+    assert ran == [True]
+
+
+def test_a_second_program_is_told_that_the_port_is_taken():
+    terminal = Terminal()
+    first = SerialTransport.open(terminal.path)
+    with (
+        pytest.raises(NoHandError, match=r"another program holds the port; close it first"),
+        open_target(terminal.path),
+    ):
+        pytest.fail("the port is taken")
+    first.close()
+    terminal.close()
+
+
+def test_a_port_is_closed_to_programs_that_do_not_lock_it(monkeypatch):
+    """Shown on a pseudo-terminal that passes for a real one."""
+    monkeypatch.setattr(serial_transport, "_is_pseudo_terminal", lambda port: False)
+
+    def refuses_others():
+        flag = array.array("i", [0])
+        fcntl.ioctl(terminal._client, TIOCGEXCL, flag)
+        return bool(flag[0])
+
+    with Terminal() as terminal:
+        transport = SerialTransport.open(terminal.path)
+        assert refuses_others()
+        transport.close()
+        assert not refuses_others()

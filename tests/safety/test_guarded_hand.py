@@ -1,0 +1,353 @@
+"""A guarded hand on the emulated electronics: every reason to stop is provoked, and the hand is looked at after it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from guarded_hands import FailingLink, Tampered, guarded
+
+from aero import Channel
+from aero.channels import WIRE_ORDER
+from aero.protocol import MAX_CODE, Opcode
+from aero.safety import SafetyStopError, Settings, Thresholds
+from hil import open_target
+from hil.safety.driving import usual_settings
+from hil.validation import validate
+
+LIMP = Thresholds().limp_torque
+
+
+def wait(target, seconds):
+    target.clock.sleep_until(target.clock.now() + seconds)
+
+
+def close(target, *channels, share=1.0):
+    codes = np.zeros(7, int)
+    codes[list(channels)] = round(share * MAX_CODE)
+    target.hand.command_codes(codes)
+
+
+def torque_limits(target):
+    """What the servos may pull with, register units, in wire order."""
+    return [servo.memory.get("goal_torque") for servo in target.capability("electronics").servos]
+
+
+def assert_open_and_limp(target):
+    """The hand is open, its servos are weak, and it takes no more commands."""
+    electronics = target.capability("electronics")
+    electronics.clock.sleep_until(electronics.clock.now() + 0.5)
+    electronics.advance_plant()
+    assert np.abs(np.rad2deg(target.capability("ground_truth").joint_angles())).max() < 15.0
+    assert torque_limits(target) == [LIMP] * 7
+    with pytest.raises(SafetyStopError, match="stopped"):
+        target.hand.command_codes([0] * 7)
+
+
+def wire_opcodes(target):
+    return [record.data[0] for record in target.wire.since(0, 0.0) if record.direction == "to_hand"]
+
+
+def test_nothing_is_sent_that_moves_before_currents_and_temperatures_were_read():
+    with guarded() as target:
+        close(target, Channel.INDEX)
+        opcodes = wire_opcodes(target)
+    first = opcodes.index(Opcode.CTRL_POS)
+    assert {Opcode.GET_CURR, Opcode.GET_TEMP, Opcode.GET_POS, Opcode.SET_SPE, Opcode.SET_TOR} == set(opcodes[:first])
+
+
+def test_a_hand_that_is_only_read_is_left_as_it_is():
+    with guarded() as target:
+        target.hand.read_codes()
+        wait(target, 1.0)
+        health = target.guard.check()
+    assert {len(column) for column in dataclasses.astuple(health)} == {7}
+    assert not {Opcode.CTRL_POS, Opcode.SET_SPE, Opcode.SET_TOR, Opcode.CTRL_TOR, Opcode.HOMING} & set(
+        wire_opcodes(target)
+    )
+
+
+@pytest.mark.parametrize("firmware", ["pre", "0.1.0", "0.1.5", "0.2.0"])
+def test_it_opens_gently_first_and_gets_its_usual_limits_back(firmware):
+    usual = usual_settings(firmware)
+    with guarded(firmware=firmware) as target:
+        close(target, Channel.INDEX, share=0.5)
+        wait(target, 1.0)
+        assert target.hand.read_codes()[Channel.INDEX] == pytest.approx(0.5 * MAX_CODE, abs=2000)
+        if usual is not None:
+            thumb = Thresholds().stop_torque
+            assert torque_limits(target) == [thumb] * 3 + [usual.torque] * 4
+    assert (usual is None) == (firmware == "pre")
+
+
+def test_a_closed_hand_is_opened_no_faster_than_the_gentle_speed():
+    """An earlier program left it closed."""
+    with guarded() as target:
+        electronics, plant = target.capability("electronics"), target.capability("ground_truth")
+        electronics.receive(bytes([Opcode.CTRL_POS, 0]) + b"\xff\xc0" * 7)
+        electronics.clock.sleep_until(electronics.clock.now() + 1.5)
+        speeds = []
+        advance = electronics.kernel.run_until
+
+        def sampled(t):
+            advance(t)
+            speeds.append(np.abs(plant.speeds()).max())
+
+        electronics.kernel.run_until = sampled
+        close(target)
+        assert target.hand.read_codes().max() < 0.1 * MAX_CODE
+    gentle_rad_s = Thresholds().gentle_speed * 0.732 * 2 * np.pi / 60
+    assert 0.5 * gentle_rad_s < max(speeds) < 1.5 * gentle_rad_s
+
+
+def test_the_end_of_the_program_leaves_the_hand_open_and_limp():
+    with guarded() as target:
+        close(target, *Channel, share=0.7)
+        wait(target, 1.0)
+    assert_open_and_limp(target)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), SystemExit(143), ZeroDivisionError()])
+def test_ctrl_c_termination_and_crashes_leave_the_hand_open_and_limp(error):
+    targets = []
+
+    def program():
+        with guarded() as target:
+            targets.append(target)
+            close(target, *Channel, share=0.7)
+            wait(target, 1.0)
+            raise error
+
+    with pytest.raises(type(error)):
+        program()
+    assert_open_and_limp(targets[0])
+
+
+def test_a_blocked_channel_is_stopped_for_its_current():
+    """The palm blocks CMC flexion; the guard's own limit for it is lifted to let the current through."""
+    with guarded(thresholds=Thresholds(stop_torque=700)) as target:
+        close(target, Channel.THUMB_CMC_FLEXION)
+        start = target.clock.now()
+        with pytest.raises(SafetyStopError, match=r"thumb_cmc_flexion has drawn more than 4 A for 0.3 s, now 4\.\d A"):
+            wait(target, 3.0)
+        assert_open_and_limp(target)
+    opened = target.clock.now() - start
+    assert opened < 0.3 + 0.3 + Thresholds().opening_s + 1.0
+
+
+def test_the_palm_blocks_a_healthy_hand_without_a_stop():
+    with guarded() as target:
+        close(target, Channel.THUMB_CMC_FLEXION)
+        wait(target, 3.0)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.97])
+def test_every_channel_of_a_healthy_hand_closes_without_a_stop(share):
+    with guarded() as target:
+        for channel in Channel:
+            close(target, channel, share=share)
+            wait(target, 1.0)
+            close(target)
+            wait(target, 0.6)
+
+
+def test_a_hot_hand_is_not_moved():
+    with (
+        guarded(servos={"start_temperature_c": 67.0}) as target,
+        pytest.raises(SafetyStopError, match=r"not moved.*66"),
+    ):
+        close(target, Channel.INDEX)
+    assert Opcode.CTRL_POS not in wire_opcodes(target)
+
+
+def test_a_hand_that_holds_against_something_is_not_moved():
+    with guarded(thresholds=Thresholds(stop_torque=700)) as target:
+        electronics = target.capability("electronics")
+        electronics.receive(bytes([Opcode.CTRL_POS, 0, 0, 0, 0xFF, 0xFF]) + bytes(10))
+        electronics.clock.sleep_until(electronics.clock.now() + 1.0)
+        with pytest.raises(SafetyStopError, match=r"not moved. thumb_cmc_flexion draws 4\.\d A at rest"):
+            close(target, Channel.INDEX)
+
+
+def test_a_hand_that_heats_up_is_stopped():
+    heating = {"start_temperature_c": 60.0, "rest_temperature_c": 80.0, "cooling_s": 20.0}
+    with guarded(servos=heating) as target:
+        close(target, Channel.INDEX, share=0.5)
+        with pytest.raises(SafetyStopError, match=r"is at 6[56] °C \(limit 65 °C\)"):
+            wait(target, 10.0)
+        assert_open_and_limp(target)
+
+
+def test_a_servo_that_falls_off_the_bus_stops_the_hand():
+    """The board goes on answering from its cache."""
+    with guarded() as target:
+        close(target, Channel.INDEX, share=0.5)
+        wait(target, 1.0)
+        servos = target.capability("electronics").bus.servos
+        lost = servos.pop()
+        with pytest.raises(SafetyStopError, match="repeated to the last digit"):
+            wait(target, 1.0)
+        servos.append(lost)
+        assert_open_and_limp(target)
+
+
+def test_a_board_that_goes_silent_stops_the_hand_and_is_opened_blindly():
+    with guarded(link=FailingLink) as target:
+        close(target, Channel.INDEX, share=0.5)
+        wait(target, 1.0)
+        target.wire._transport.silent = True
+        with pytest.raises(SafetyStopError, match="not answered"):
+            wait(target, 1.0)
+    electronics = target.capability("electronics")
+    electronics.clock.sleep_until(electronics.clock.now() + 0.5)
+    electronics.advance_plant()
+    assert np.abs(np.rad2deg(target.capability("ground_truth").joint_angles())).max() < 15.0
+
+
+def test_a_hand_that_is_unplugged_is_reported_with_what_to_do():
+    with guarded(link=FailingLink) as target:
+        close(target, Channel.INDEX, share=0.5)
+        target.wire._transport.unplugged = True
+        with pytest.raises(SafetyStopError, match=r"could not be opened: switch it off. \(cannot write"):
+            target.hand.close()
+
+
+def test_a_channel_without_torque_is_stopped_for_its_encoder():
+    with guarded(
+        rewire=lambda plant: Tampered(plant, Channel.RING, lambda drive: type(drive)(powered=False))
+    ) as target:
+        close(target, Channel.RING, share=0.9)
+        with pytest.raises(SafetyStopError, match=r"ring stands at 0% of its window, and was only sent to .*90%"):
+            wait(target, 4.0)
+
+
+def test_a_channel_that_runs_away_is_stopped_for_its_encoder():
+    def runs_away(drive):
+        """Turns closed, whatever it is told, once it is told anything but open."""
+        return dataclasses.replace(drive, setpoint=4.0) if drive.setpoint > 0.5 else drive
+
+    with guarded(rewire=lambda plant: Tampered(plant, Channel.PINKY, runs_away)) as target:
+        close(target, Channel.PINKY, share=0.2)
+        with pytest.raises(SafetyStopError, match="pinky"):
+            wait(target, 2.0)
+
+
+def test_a_channel_that_does_not_open_is_not_given_its_usual_torque():
+    def stays(drive):
+        return dataclasses.replace(drive, setpoint=2.0)
+
+    with guarded(rewire=lambda plant: Tampered(plant, Channel.INDEX, stays)) as target:
+        electronics = target.capability("electronics")
+        electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
+        electronics.clock.sleep_until(electronics.clock.now() + 1.0)
+        with pytest.raises(SafetyStopError, match=r"index is still \d+% closed after"):
+            close(target, Channel.MIDDLE)
+        assert max(torque_limits(target)) <= Thresholds().gentle_torque
+
+
+def test_a_stopped_hand_says_why_at_every_later_call():
+    with guarded(servos={"start_temperature_c": 60.0, "rest_temperature_c": 80.0, "cooling_s": 20.0}) as target:
+        close(target, Channel.INDEX, share=0.5)
+        for _ in range(3):
+            with pytest.raises(SafetyStopError, match="65"):
+                wait(target, 10.0)
+        for call in (target.hand.read_codes, target.hand.home, lambda: target.hand.command_torques([0] * 7)):
+            with pytest.raises(SafetyStopError, match="65"):
+                call()
+
+
+def test_homing_and_torque_mode_pass_a_healthy_hand():
+    with guarded() as target:
+        target.hand.home()
+        close(target, Channel.INDEX, share=0.5)
+        wait(target, 1.0)
+        target.hand.command_torques([100] * 7)
+        wait(target, 1.0)
+        close(target)
+        wait(target, 1.0)
+
+
+def test_the_guard_sees_every_peak_of_the_length_that_matters():
+    """Currents are looked at often enough whatever the program does in between (owners sampled 74 times a run)."""
+    with guarded() as target:
+        close(target, Channel.INDEX, share=0.5)
+        mark, start = target.wire.mark(), target.clock.now()
+        wait(target, 5.0)
+        looks = [
+            record.t
+            for record in target.wire.since(mark, start)
+            if record.direction == "to_hand" and record.data[0] == Opcode.GET_CURR
+        ]
+    assert np.diff(looks).max() < Thresholds().current_s / 4
+
+
+@pytest.mark.parametrize(("name", "asked", "expected"), [("emulated", None, False), ("emulated", True, True)])
+def test_hands_in_software_are_guarded_on_request_only(name, asked, expected):
+    with open_target(name, guarded=asked) as target:
+        assert (target.guard is not None) == expected
+        assert not target.real_time
+
+
+def test_firmware_defaults_come_from_its_profile():
+    assert usual_settings("0.2.0") == Settings(32766, 700)
+    assert usual_settings("0.1.0") == Settings(32766, 1023)
+
+
+def test_an_encoder_whose_zero_shifts_stops_the_hand():
+    with guarded() as target:
+        close(target, Channel.MIDDLE, share=0.3)
+        wait(target, 3.0)
+        servo = target.capability("electronics").servos[WIRE_ORDER.index(Channel.MIDDLE)]
+        servo.frame.set_offset(900)
+        servo._feedback.invalidate()
+        with pytest.raises(SafetyStopError, match="middle's encoder jumped"):
+            wait(target, 1.0)
+
+
+def test_another_program_that_moves_the_hand_stops_it():
+    with guarded() as target:
+        close(target, Channel.INDEX, share=0.4)
+        wait(target, 3.0)
+        target.capability("electronics").receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
+        with pytest.raises(SafetyStopError, match=r"index moved by -\d+% of its window without a command"):
+            wait(target, 1.0)
+        assert_open_and_limp(target)
+
+
+def test_a_stop_in_an_experiment_is_a_finding_and_ends_the_validation():
+    with guarded(thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
+        result = validate(target, ["audit", "replay"])
+    assert not result.results
+    assert "stopped and opened slowly" in result.stopped.meaning
+    assert result.session.header.safety["current_a"] == 0.4
+
+
+def test_the_first_goal_is_approached_as_slowly_as_the_hand_opens():
+    with guarded() as target:
+        mark, start = target.wire.mark(), target.clock.now()
+        close(target, Channel.INDEX, share=0.9)
+        sent = [r for r in target.wire.since(mark, start) if r.direction == "to_hand" and r.data[0] == Opcode.CTRL_POS]
+    index = 2 + 2 * WIRE_ORDER.index(Channel.INDEX)
+    codes = np.array([int.from_bytes(record.data[index : index + 2], "little") for record in sent])
+    assert codes[-1] == round(0.9 * MAX_CODE)
+    assert np.diff(codes).max() <= 1.02 * MAX_CODE * 0.02 / Thresholds().opening_s
+
+
+def test_channels_that_meet_their_stops_are_weakened_for_it_and_no_longer():
+    thresholds = Thresholds()
+    with guarded() as target:
+        target.begin(stops=[Channel.RING])
+        close(target)
+        wait(target, 0.1)
+        weak, usual = thresholds.stop_torque, usual_settings("0.2.0").torque
+        assert torque_limits(target) == [weak, weak, weak, usual, usual, weak, usual]
+        target.begin()
+        close(target)
+        wait(target, 0.1)
+        assert torque_limits(target) == [weak] * 3 + [usual] * 4
+
+
+@pytest.mark.parametrize("firmware", ["0.1.0", "0.2.0"])
+def test_experiments_that_seek_the_stops_pass_a_guarded_healthy_hand(firmware):
+    with guarded(firmware=firmware) as target:
+        result = validate(target, ["audit", "excursion", "coupling", "response"])
+    assert result.stopped is None

@@ -1,0 +1,184 @@
+"""The rules that stop a hand, without a hand."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero import Channel
+from aero.safety import Thresholds
+from aero.safety.watch import Watch
+
+LIMITS = Thresholds()
+OPEN = np.zeros(7)
+SPANS = np.array([3278, 3278, 3278, 3278, 1138, 1183, 2980])
+channels = st.sampled_from(list(Channel))
+
+
+def looks(watch, seconds, positions=OPEN, currents=OPEN, start=0.0):
+    """Look every 40 ms; return the first objection with its time. The last digit of the currents is never still."""
+    for i in range(round(seconds / LIMITS.look_s)):
+        t = start + i * LIMITS.look_s
+        objection = watch.look(t, positions, currents + 0.0065 * (i % 2))
+        if objection:
+            return t, objection
+    return None
+
+
+@given(channels, st.floats(4.01, 6.0), st.sampled_from([-1.0, 1.0]))
+def test_current_over_the_limit_stops_within_the_time_limit_and_one_look(channel, amperes, sign):
+    currents = OPEN.copy()
+    currents[channel] = sign * amperes
+    t, objection = looks(Watch(LIMITS, SPANS), 1.0, currents=currents)
+    assert LIMITS.current_s <= t < LIMITS.current_s + LIMITS.look_s
+    assert channel.label in objection
+    assert "4 A" in objection
+
+
+@given(st.lists(st.tuples(st.integers(1, 7), st.integers(1, 5)), min_size=1, max_size=10))
+def test_peaks_shorter_than_the_time_limit_pass(peaks):
+    """Bursts of up to seven looks, 0.28 s, with at least one quiet look between."""
+    watch, t = Watch(LIMITS, SPANS), 0.0
+    for over, quiet in peaks:
+        for amperes in [4.5] * over + [0.2] * quiet:
+            assert watch.look(t, OPEN, np.full(7, amperes) + 0.001 * t) is None
+            t += LIMITS.look_s
+
+
+@given(channels)
+def test_a_hot_servo_stops_at_the_limit_and_not_a_degree_below(channel):
+    celsius = np.full(7, LIMITS.temperature_c - 1)
+    assert Watch(LIMITS, SPANS).temperatures(celsius) is None
+    celsius[channel] += 1
+    assert channel.label in Watch(LIMITS, SPANS).temperatures(celsius)
+
+
+def test_readings_that_repeat_to_the_last_digit_stop():
+    watch = Watch(LIMITS, SPANS)
+    times = np.arange(0, 1, LIMITS.look_s)
+    first = next(t for t in times if watch.look(t, OPEN, OPEN))
+    assert LIMITS.stale_s < first < LIMITS.stale_s + 3 * LIMITS.look_s
+
+
+def test_no_answer_stops_once_it_is_older_than_the_limit():
+    watch = Watch(LIMITS, SPANS)
+    watch.look(1.0, OPEN, OPEN)
+    assert watch.unanswered(1.0 + LIMITS.stale_s) is None
+    assert "not answered for 0.25 s" in watch.unanswered(1.25)
+
+
+@given(
+    st.lists(st.floats(0, 1), min_size=1, max_size=6),
+    st.floats(0.02, 0.4),
+    st.floats(0.0, 0.45),
+    channels,
+)
+def test_a_hand_that_follows_as_late_and_as_short_as_a_healthy_one_passes(goals, lag_s, short, channel):
+    """A first-order answer that stops short of closing by less than the limit, to any sequence of commands."""
+    watch, position = Watch(LIMITS, SPANS), 0.0
+    watch.encoders.found(0.0, OPEN)
+    for i in range(len(goals) * 25):
+        t, goal = i * LIMITS.look_s, goals[i // 25]
+        watch.encoders.commanded(t, np.where(np.arange(7) == channel, goal, 0.0))
+        reachable = min(goal, 1.0 - short)
+        step = (reachable - position) * min(1.0, LIMITS.look_s / lag_s)
+        fastest = 8800 * LIMITS.look_s / SPANS[channel]
+        position += min(max(step, -fastest), fastest)
+        positions = np.where(np.arange(7) == channel, position, 0.0)
+        assert watch.look(t, positions, np.full(7, 0.0065 * (i % 2))) is None
+
+
+@given(channels, st.floats(0.0, 0.8), st.floats(0.16, 0.99))
+def test_an_encoder_beyond_what_was_commanded_stops(channel, goal, excess):
+    watch = Watch(LIMITS, SPANS)
+    watch.encoders.found(0.0, np.full(7, goal))
+    positions = np.full(7, goal)
+    positions[channel] += excess
+    t, objection = looks(watch, 1.0, positions)  # there from the first look on, so it did not jump
+    assert t == pytest.approx(LIMITS.stray_s, abs=LIMITS.look_s)
+    assert channel.label in objection
+
+
+@given(channels, st.floats(0.51, 1.0))
+def test_an_encoder_that_does_not_follow_stops_when_the_slowest_firmware_would_have_arrived(channel, goal):
+    watch = Watch(LIMITS, SPANS)
+    watch.encoders.found(0.0, OPEN)
+    watch.encoders.commanded(0.0, np.where(np.arange(7) == channel, goal, 0.0))
+    t, objection = looks(watch, 4.0)
+    assert t < LIMITS.follow_s + LIMITS.stray_s + 2 * LIMITS.look_s
+    assert channel.label in objection
+
+
+def test_nothing_is_expected_of_the_encoders_after_homing():
+    watch = Watch(LIMITS, SPANS)
+    watch.encoders.found(0.0, OPEN)
+    watch.pause()
+    assert looks(watch, 1.0, np.ones(7)) is None
+    watch.encoders.commanded(1.0, OPEN)
+    assert looks(watch, LIMITS.follow_s, np.ones(7), start=1.0) is None
+    assert "stands at 100%" in looks(watch, 1.0, np.ones(7), start=1.0 + LIMITS.follow_s)[1]
+
+
+@pytest.mark.parametrize("field", [field.name for field in dataclasses.fields(Thresholds)])
+@pytest.mark.parametrize("value", [0, -1, float("nan"), float("inf")])
+def test_a_threshold_that_cannot_protect_is_refused(field, value):
+    with pytest.raises(ValueError, match=f"{field} must be positive"):
+        Thresholds(**{field: value})
+
+
+@pytest.mark.parametrize(("field", "value"), [("gentle_speed", 32767), ("gentle_torque", 1024), ("limp_torque", 1024)])
+def test_a_setting_that_the_board_would_change_is_refused(field, value):
+    with pytest.raises(ValueError, match=f"the board stores .*{value}"):
+        Thresholds(**{field: value})
+
+
+def test_all_thresholds_are_listed_for_the_report():
+    assert Thresholds(current_a=3.0).as_dict()["current_a"] == 3.0
+    assert len(LIMITS.as_dict()) == len(dataclasses.fields(Thresholds))
+
+
+@given(channels, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.04, 0.2))
+def test_an_encoder_stops_the_hand_when_it_moves_faster_than_a_servo_can(channel, start, end, seconds):
+    watch = Watch(LIMITS, SPANS)
+    for t, shares in ((0.0, OPEN), (0.0, np.ones(7))):
+        watch.encoders.commanded(t, shares)
+    begin, then = 10.0, OPEN.copy()
+    then[channel] = start
+    assert watch.look(begin, then, OPEN) is None
+    now = then.copy()
+    now[channel] = end
+    objection = watch.look(begin + seconds, now, OPEN + 0.1)
+    too_fast = abs(end - start) * SPANS[channel] / seconds > LIMITS.jump_counts_s
+    assert (objection is not None and "jumped" in objection) == too_fast
+
+
+@given(channels, st.floats(0.11, 0.14))
+def test_motion_without_a_command_stops_a_hand_at_rest(channel, moved):
+    watch = Watch(LIMITS, SPANS)
+    watch.encoders.commanded(0.0, OPEN)
+    assert looks(watch, 3.0) is None
+    positions = np.where(np.arange(7) == channel, moved, 0.0)
+    t, objection = looks(watch, 1.0, positions, start=3.0)
+    assert t - 3.0 == pytest.approx(LIMITS.stray_s, abs=LIMITS.look_s)
+    assert f"{channel.label} moved" in objection
+
+
+def test_the_palm_may_push_a_blocked_thumb_while_another_channel_is_commanded():
+    """CMC flexion rests against the palm, abduction moves away and lets it follow its old command."""
+    watch, closed = Watch(LIMITS, SPANS), OPEN.copy()
+    closed[Channel.THUMB_CMC_FLEXION] = 1.0
+    watch.encoders.commanded(0.0, closed)
+    assert looks(watch, 4.0, 0.6 * closed) is None
+    abducted = closed.copy()
+    abducted[Channel.THUMB_ABDUCTION] = 1.0
+    watch.encoders.commanded(4.0, abducted)
+    for i, share in enumerate(np.linspace(0.6, 0.97, 10)):
+        positions = abducted * np.where(np.arange(7) == Channel.THUMB_CMC_FLEXION, share, 0.1 * (i + 1))
+        assert watch.look(4.0 + i * LIMITS.look_s, positions, np.full(7, 0.1 * i)) is None
+
+
+def test_one_window_a_channel_is_needed():
+    with pytest.raises(ValueError, match=r"spans_counts needs 7.*\(3,\)"):
+        Watch(LIMITS, [1, 2, 3])

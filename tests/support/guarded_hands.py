@@ -1,0 +1,56 @@
+"""Emulated hands behind a guard, healthy or spoiled in the ways that the guard is there for."""
+
+import dataclasses
+from contextlib import contextmanager
+
+from aero.actuation import ActuationMap
+from aero.safety import Thresholds
+from firmware_emulator.links.in_process import InProcessLink
+from hil.emulated import build_emulated
+from hil.target import Request, in_process
+from hil.units import load_unit
+
+
+class Tampered:
+    """A plant one of whose servos is not what its driver believes."""
+
+    def __init__(self, plant, shaft, change):
+        """`change` makes of the drive that the servo asks for the one that shaft gets."""
+        self._plant, self._shaft, self._change = plant, shaft, change
+
+    def __getattr__(self, name):
+        return getattr(self._plant, name)
+
+    def drive(self, shaft, drive):
+        self._plant.drive(shaft, self._change(drive) if shaft == self._shaft else drive)
+
+    def set_setpoint(self, shaft, setpoint):
+        if shaft != self._shaft:
+            self._plant.set_setpoint(shaft, setpoint)
+
+
+class FailingLink(InProcessLink):
+    """A link that can be cut: nothing comes back, or the port is gone."""
+
+    silent = unplugged = False
+
+    def read(self, size, timeout):
+        data = super().read(size, timeout)
+        return b"" if self.silent else data
+
+    def write(self, data):
+        if self.unplugged:
+            raise ConnectionError("cannot write to the hand: has it been unplugged?")
+        super().write(data)
+
+
+@contextmanager
+def guarded(*, firmware="0.2.0", rewire=None, thresholds=None, link=InProcessLink, servos=None):
+    """A guarded target on the reference unit, with `servos` parameters changed."""
+    unit = load_unit("reference")
+    unit = dataclasses.replace(unit, servos=dataclasses.replace(unit.servos, **(servos or {})))
+    electronics, plant = build_emulated(unit, firmware=firmware, hand="right", seed=3, rewire=rewire)
+    codec = ActuationMap.for_firmware(firmware)
+    request = Request("emulated", codec, firmware, "right", unit, 3, thresholds or Thresholds())
+    with in_process(request, electronics, plant, link(electronics)) as target:
+        yield target
