@@ -23,7 +23,7 @@ def test_record_then_calibrate(tmp_path, monkeypatch):
 
     def quick(*arguments, **options):
         free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
-        return calibrate(*arguments, **options, free=free, iterations=1)
+        return calibrate(*arguments, **options, free=free, iterations=0)
 
     monkeypatch.setattr("hil.cli.calibrate.calibrate", quick)
     unit, plots = tmp_path / "unit.toml", tmp_path / "plots"
