@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib import resources
 from typing import Any
 
@@ -72,14 +72,30 @@ def kinds() -> tuple[str, ...]:
 def load_limits(kind: str, firmware: str) -> tuple[Limit, ...]:
     """Return the limits for one kind of hand and one firmware.
 
+    A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject.
+
     Raises:
         ValueError: there is no such kind, or its file has a mistake; the message says which.
     """
     if kind not in kinds():
         raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
-    text = resources.files(__name__).joinpath(f"{kind}.toml").read_text(encoding="utf-8")
-    limits = (parse_limit(table) for table in tomllib.loads(text)["limit"])
-    return tuple(limit for limit in limits if not limit.firmware or firmware in limit.firmware)
+    table = tomllib.loads(resources.files(__name__).joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
+    if unknown := sorted(table.keys() - {"extends", "limit"}):
+        raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit")
+    limits = (parse_limit(entry) for entry in table["limit"])
+    own = tuple(limit for limit in limits if not limit.firmware or firmware in limit.firmware)
+    return own + (without(load_limits(table["extends"], firmware), own) if "extends" in table else ())
+
+
+def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, ...]:
+    """Return `limits` less every subject for which `own` has a limit on the same metric."""
+    taken = {(limit.experiment, limit.metric, subject) for limit in own for subject in limit.subjects}
+    left = []
+    for limit in limits:
+        subjects = tuple(s for s in limit.subjects if (limit.experiment, limit.metric, s) not in taken)
+        if subjects:
+            left.append(replace(limit, subjects=subjects))
+    return tuple(left)
 
 
 def compare(

@@ -82,3 +82,23 @@ def test_the_shipped_limits_belong_to_an_experiment(kind):
 def test_an_unknown_kind_of_hand_lists_the_known():
     with pytest.raises(ValueError, match="aero_hand_open"):
         load_limits("mechanical", "0.2.0")
+
+
+def test_a_kind_that_extends_another_replaces_only_its_own_limits():
+    parent = {(f.experiment, f.metric, s): f for f in load_limits("aero_hand_open", "pre") for s in f.subjects}
+    child = {(f.experiment, f.metric, s): f for f in load_limits("paper_hand", "pre") for s in f.subjects}
+    assert parent.keys() == child.keys()
+    changed = {key for key in parent if parent[key].text != child[key].text}
+    assert changed == {
+        ("presence", "idle_current", "thumb_abduction"),
+        ("staircase", "tracking_rms", "thumb_abduction"),
+        ("excursion", "closed_angle", "thumb_abduction"),
+        ("response", "open_close_rate", "hand"),
+    }
+
+
+@pytest.mark.parametrize("kind", kinds())
+@pytest.mark.parametrize("firmware", ["pre", "0.1.5", "0.2.0"])
+def test_no_metric_of_a_subject_has_two_limits(kind, firmware):
+    keys = [(limit.experiment, limit.metric, s) for limit in load_limits(kind, firmware) for s in limit.subjects]
+    assert len(keys) == len(set(keys))
