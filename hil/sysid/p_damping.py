@@ -17,7 +17,7 @@ from aero.protocol import MAX_CODE
 from hil.sysid.search import Floats, Free, Residuals
 from hil.sysid.trace import Trace
 
-STEP_S = 2e-3
+STEP_S = 1e-3
 AGE_S = 6e-3
 """Mean age of a reading: the 10 ms grid of the telemetry and the way over the bus, s."""
 SETTLE_S = 0.3
