@@ -142,14 +142,15 @@ def random_unit(unit: Unit, seed: int) -> Unit:
     def scaled(values: tuple[float, ...], low: float, high: float) -> tuple[float, ...]:
         return tuple((np.array(values) * rng.uniform(low, high, len(values))).tolist())
 
+    springs = rng.uniform(0.75, 1.25, len(hand.spring_open))  # one factor a joint: a spring pulls more when closed
     varied = replace(
         hand,
         winding_scale=scaled(hand.winding_scale, 0.98, 1.02),
         cable_take_up=tuple((np.array(hand.cable_take_up) + rng.uniform(0, 0.002, 7)).tolist()),
         spool_friction=scaled(hand.spool_friction, 0.5, 2.0),
         joint_friction=scaled(hand.joint_friction, 0.5, 2.0),
-        spring_open=scaled(hand.spring_open, 0.75, 1.25),
-        spring_closed=scaled(hand.spring_closed, 0.75, 1.25),
+        spring_open=tuple((np.array(hand.spring_open) * springs).tolist()),
+        spring_closed=tuple((np.array(hand.spring_closed) * springs).tolist()),
         supply_ratio=hand.supply_ratio * rng.uniform(0.95, 1.05),
     )
     return replace(unit, name=f"{unit.name} varied {seed}", hand=varied)

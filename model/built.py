@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aero.channels import CABLES, JOINT_BOX_RAD, Channel, Joint
 from model.appearance import CABLE_RGBA
 from model.geometry import Side, hand
-from model.geometry.palm import THENAR_GUIDE, THENAR_RADIUS
+from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import BuiltHandParameters
 from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
@@ -74,9 +74,11 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.gravity = (0.0, 0.0, -unit.gravity)
     if not unit.contacts:
-        spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONTACT
+        for geom in spec.geoms:
+            geom.contype = geom.conaffinity = 0
     couple(spec, description)
-    _add_thenar_stop(spec, unit)
+    if unit.thenar_radius:
+        _add_thenar_stop(spec, unit)
     for channel in CABLES:
         _add_spool(spec, side, channel, unit)
         _add_cable(spec, channel, unit)
@@ -121,7 +123,7 @@ def _springs(unit: BuiltHandParameters) -> tuple[NDArray[np.float64], NDArray[np
             f"{closed[joint]} N m against {opened[joint]} N m"
         )
     # A constant torque is a very soft spring that is very far from relaxed.
-    stiffness = np.maximum(closed - opened, 1e-6 * opened) / JOINT_BOX_RAD[:, 1]
+    stiffness = np.maximum(closed - opened, 1e-6 * np.abs(opened)) / JOINT_BOX_RAD[:, 1]
     relaxed = -np.divide(opened, stiffness, out=np.zeros_like(opened), where=stiffness > 0.0)
     return stiffness, relaxed
 
@@ -132,7 +134,7 @@ def _add_thenar_stop(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
     spec.body("palm").add_geom(
         name="thenar",
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=(THENAR_RADIUS, 0.0, 0.0),
+        size=(unit.thenar_radius, 0.0, 0.0),
         pos=spec.site(THENAR_GUIDE.name).pos,
         mass=0.0,
         contype=0,

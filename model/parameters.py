@@ -15,6 +15,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from model.geometry.palm import THENAR_RADIUS
 from model.geometry.winding import ABDUCTION_RADIUS
 
 Channels = tuple[float, ...]
@@ -52,7 +53,7 @@ class BuiltHandParameters:
     abduction_winding: tuple[float, float] = (ABDUCTION_RADIUS, ABDUCTION_RADIUS)
     """Winding radius of abduction on the CMC and the flexor cable, m/rad; zero uncouples them."""
     spring_open: Joints = _SPRING_OPEN
-    """Opening torque of the return springs at the extended stop, N m; 5 N of cable as recorded."""
+    """Opening torque of the return springs at the extended stop, N m; 5 N of cable as recorded. Negative closes."""
     spring_closed: Joints = _SPRING_CLOSED
     """Opening torque of the return springs at the closed end of the joint box, N m; 11-18 N of cable as recorded."""
     joint_friction: Joints = (0.004,) * 16
@@ -63,12 +64,14 @@ class BuiltHandParameters:
     """Inertia added to a joint, kg m², for silicone, pins and cable that the rigid links leave out."""
     closed_stop: Joints = _CLOSED_STOP
     """Closed end stops, rad; fingers blocked at 0.976-0.979 of 288.16°, abduction 1.871 rad (paper, kinematic test)."""
+    thenar_radius: float = THENAR_RADIUS
+    """Radius of the part of the palm that the metacarpal meets when it flexes without abduction, m; zero is none."""
     stop_compliance: float = 0.005
     """Give of a joint's end stops, rad/(N m); printed parts, assumed."""
     gravity: float = 9.81
     """m/s², along the back of the hand as it lies palm up."""
     contacts: bool = True
-    """Whether digits touch each other and the palm."""
+    """Whether digits touch each other and the palm; the metacarpal meets the palm in any case."""
     timestep: float = 0.002
     """Longest step of the physics, s."""
 
@@ -79,7 +82,7 @@ class BuiltHandParameters:
             expected = lengths.get(str(field.type), 1)
             if values.shape != (expected,):
                 raise ValueError(f"{field.name} has {expected} values, not shape {values.shape}")
-            signed = field.name == "cable_take_up"
+            signed = field.name in {"cable_take_up", "spring_open", "spring_closed"}
             if not np.all(np.isfinite(values)) or (np.any(values < 0) and not signed):
                 raise ValueError(f"{field.name} must be finite and not negative, not {getattr(self, field.name)}")
         for name in ("rotor_inertia", "joint_inertia", "closed_stop", "winding_scale", "timestep", "supply_ratio"):

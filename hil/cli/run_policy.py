@@ -105,7 +105,7 @@ def _print(console: Console, result: PolicyRun, record: Path | None) -> None:
     late_ms = 1e3 * np.percentile(result.lateness_s or (0.0,), (50, 99, 100))
     table = Table(show_header=False)
     rows = {
-        "ended because": f"{run.ending.value}: {run.reason}" if run.reason else run.ending.value,
+        "ended because": run.ending.value,
         "control periods": str(run.steps),
         "lateness, ms": "median {:.2f}, 99 % {:.2f}, most {:.2f}".format(*late_ms),
         "periods without a reading": str(run.missing),
@@ -117,5 +117,7 @@ def _print(console: Console, result: PolicyRun, record: Path | None) -> None:
     for name, text in rows.items():
         table.add_row(name, text)
     console.print(table)
+    if run.reason:
+        console.print(run.reason, highlight=False)
     if record:
         console.print(f"recorded in {record}")

@@ -19,6 +19,7 @@ from hil.policy_run import record_policy
 from hil.target import open_target
 from hil.trial import random_unit, run_trial
 from hil.units import load_unit
+from model.plant import BuiltHandPlant
 
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
 
@@ -80,6 +81,11 @@ def test_a_run_that_the_guard_ended_has_not_kept_the_cube():
     assert trial.run.ending is Ending.STOPPED
     assert "drawn more than 0.5 A" in trial.run.reason
     assert not trial.kept
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_every_random_unit_can_be_built(seed):
+    BuiltHandPlant(random_unit(load_unit("reference"), seed).hand)
 
 
 def test_random_units_differ_in_their_own_seeds_only():

@@ -7,13 +7,16 @@ import pytest
 
 from model.__main__ import BUILDERS, main
 
+ACTUATORS = {"routed": 7, "built": 14}
+"""A built hand's motors have a second one each, for their back-EMF."""
+
 
 @pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize("kind", BUILDERS)
 def test_export_writes_a_model_that_loads(tmp_path, capsys, side, kind):
     path = tmp_path / "hand.xml"
     main(["export", "--hand", side, "--kind", kind, "--out", str(path)])
-    assert mujoco.MjModel.from_xml_path(str(path)).nu == 7
+    assert mujoco.MjModel.from_xml_path(str(path)).nu == ACTUATORS[kind]
     assert str(path) in capsys.readouterr().out
 
 
