@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +21,8 @@ class CubePlant(BuiltHandPlant):
     """A built hand and a cube that is out of reach until `place_cube`."""
 
     def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
-        super().__init__(parameters, hand)
+        # A unit may leave contacts out, which a hand that is fitted without an object does not need.
+        super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), hand)
         joint = self._model.joint("cube")
         self._cube_qpos, self._cube_dof = joint.qposadr[0], joint.dofadr[0]
         self._turned = 0.0

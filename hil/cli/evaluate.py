@@ -177,9 +177,11 @@ def _print(console: Console, backend: str, rows: dict[str, dict[str, float]]) ->
 
 
 def _print_gaps(console: Console, gaps: tuple[ChannelGap, ...]) -> None:
-    columns = ("", "simulated", "replayed", "residual", "offset", "closed loop", "gap from")
-    title = "Motion with one episode's actions, standard deviations in mm, abduction in mrad"
-    table = Table(*columns, title=title, title_justify="left")
+    table = Table(title="Motion with one episode's actions, mm or mrad (standard deviation)", title_justify="left")
+    table.add_column("", no_wrap=True)
+    for title in ("sim", "replayed", "rest", "offset", "closed loop"):
+        table.add_column(title, justify="right")
+    table.add_column("gap from", no_wrap=True)
     for gap in gaps:
         figures = (gap.simulated, gap.replayed, gap.residual, gap.offset, gap.closed_loop)
         table.add_row(gap.channel.label, *(f"{1e3 * figure:.2f}" for figure in figures), gap.cause)

@@ -66,6 +66,13 @@ def test_a_trial_follows_the_cube_from_its_placing():
     assert trial == run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
 
 
+@pytest.mark.parametrize("unit", ["reference", "paper"])
+def test_a_hand_that_holds_the_nominal_grasp_keeps_the_cube(unit):
+    trial = run_trial(policy(), load_unit(unit), settings=RunSettings(seconds=2.0), script=np.zeros((40, 7)))
+    assert trial.run.ending is Ending.TIME, trial.run.reason
+    assert trial.kept
+
+
 def test_a_hand_that_opens_has_not_kept_the_cube():
     opening = np.tile([1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0], (60, 1))
     trial = run_trial(policy(), load_unit("reference"), settings=RunSettings(seconds=3.0), script=opening)
