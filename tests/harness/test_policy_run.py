@@ -141,6 +141,7 @@ def test_run_policy_refuses_a_file_that_is_no_policy(tmp_path):
     assert "convert-policy" in result.output
 
 
+@pytest.mark.slow
 def test_evaluate_leaves_figures_for_each_backend(path, tmp_path):
     arguments = ["evaluate", str(path), "--episodes", "2", "--trials", "1", "--units", "1", "--seconds", "0.5"]
     result = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path)], catch_exceptions=False)

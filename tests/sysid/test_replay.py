@@ -86,6 +86,7 @@ def test_calibration_finds_a_changed_hand(tmp_path):
     assert pooled_rms(found.residuals) < 0.6 * start
 
 
+@pytest.mark.slow
 def test_calibration_reports_and_draws(trace):
     free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
     result = calibrate([trace] * 3, REFERENCE, free=free, iterations=0)
