@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from guarded_hands import FailingLink, Tampered, guarded
+from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, wait
 
 from aero import Channel
 from aero.channels import WIRE_ORDER
@@ -12,24 +12,8 @@ from aero.protocol import MAX_CODE, Opcode
 from aero.safety import SafetyStopError, Settings, Thresholds
 from hil import open_target
 from hil.safety.driving import usual_settings
-from hil.validation import validate
 
 LIMP = Thresholds().limp_torque
-
-
-def wait(target, seconds):
-    target.clock.sleep_until(target.clock.now() + seconds)
-
-
-def close(target, *channels, share=1.0):
-    codes = np.zeros(7, int)
-    codes[list(channels)] = round(share * MAX_CODE)
-    target.hand.command_codes(codes)
-
-
-def torque_limits(target):
-    """What the servos may pull with, register units, in wire order."""
-    return [servo.memory.get("goal_torque") for servo in target.capability("electronics").servos]
 
 
 def assert_open_and_limp(target):
@@ -313,14 +297,6 @@ def test_another_program_that_moves_the_hand_stops_it():
         assert_open_and_limp(target)
 
 
-def test_a_stop_in_an_experiment_is_a_finding_and_ends_the_validation():
-    with guarded(thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
-        result = validate(target, ["audit", "replay"])
-    assert not result.results
-    assert "stopped and opened slowly" in result.stopped.meaning
-    assert result.session.header.safety["current_a"] == 0.4
-
-
 def test_the_first_goal_is_approached_as_slowly_as_the_hand_opens():
     with guarded() as target:
         mark, start = target.wire.mark(), target.clock.now()
@@ -330,24 +306,3 @@ def test_the_first_goal_is_approached_as_slowly_as_the_hand_opens():
     codes = np.array([int.from_bytes(record.data[index : index + 2], "little") for record in sent])
     assert codes[-1] == round(0.9 * MAX_CODE)
     assert np.diff(codes).max() <= 1.02 * MAX_CODE * 0.02 / Thresholds().opening_s
-
-
-def test_channels_that_meet_their_stops_are_weakened_for_it_and_no_longer():
-    thresholds = Thresholds()
-    with guarded() as target:
-        target.begin(stops=[Channel.RING])
-        close(target)
-        wait(target, 0.1)
-        weak, usual = thresholds.stop_torque, usual_settings("0.2.0").torque
-        assert torque_limits(target) == [weak, weak, weak, usual, usual, weak, usual]
-        target.begin()
-        close(target)
-        wait(target, 0.1)
-        assert torque_limits(target) == [weak] * 3 + [usual] * 4
-
-
-@pytest.mark.parametrize("firmware", ["0.1.0", "0.2.0"])
-def test_experiments_that_seek_the_stops_pass_a_guarded_healthy_hand(firmware):
-    with guarded(firmware=firmware) as target:
-        result = validate(target, ["audit", "excursion", "coupling", "response"])
-    assert result.stopped is None

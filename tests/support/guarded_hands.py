@@ -3,7 +3,10 @@
 import dataclasses
 from contextlib import contextmanager
 
+import numpy as np
+
 from aero.actuation import ActuationMap
+from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated import build_emulated
@@ -54,3 +57,18 @@ def guarded(*, firmware="0.2.0", rewire=None, thresholds=None, link=InProcessLin
     request = Request("emulated", codec, firmware, "right", unit, 3, thresholds or Thresholds())
     with in_process(request, electronics, plant, link(electronics)) as target:
         yield target
+
+
+def wait(target, seconds):
+    target.clock.sleep_until(target.clock.now() + seconds)
+
+
+def close(target, *channels, share=1.0):
+    codes = np.zeros(7, int)
+    codes[list(channels)] = round(share * MAX_CODE)
+    target.hand.command_codes(codes)
+
+
+def torque_limits(target):
+    """What the servos may pull with, register units, in wire order."""
+    return [servo.memory.get("goal_torque") for servo in target.capability("electronics").servos]

@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("brax.training.agents.ppo", reason="needs the extra `train`")
 
+from checkpoints import POINT
 from click.testing import CliRunner
 from policies import policy
 
@@ -15,19 +16,6 @@ from hil.cli import main
 from train import ppo
 from train.progress import Checkpoint, read, read_standing
 from train.recipe import STEADY, Stuck
-
-POINT = Checkpoint(
-    attempt=0,
-    steps=204_800,
-    elapsed_s=31.5,
-    steps_per_s=6500.0,
-    rotation_rad=8.3,
-    rate_rad_s=0.55,
-    survival=0.97,
-    airborne=0.001,
-    overspeed=0.0,
-    score=0.5,
-)
 
 TINY = replace(STEADY, environments=8, minibatches=2, unroll=5, epochs=1, hidden=(16,), steps=160, checkpoint_steps=80)
 

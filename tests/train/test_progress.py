@@ -1,10 +1,10 @@
 from dataclasses import replace
 
 import pytest
+from checkpoints import POINT
 
 from train.progress import (
     PICTURE,
-    Checkpoint,
     Standing,
     append,
     read,
@@ -12,19 +12,6 @@ from train.progress import (
     write_standing,
 )
 from train.recipe import FAST, RECIPES, STEADY, on_gpu
-
-POINT = Checkpoint(
-    attempt=0,
-    steps=204_800,
-    elapsed_s=31.5,
-    steps_per_s=6500.0,
-    rotation_rad=8.3,
-    rate_rad_s=0.55,
-    survival=0.97,
-    airborne=0.001,
-    overspeed=0.0,
-    score=0.5,
-)
 
 
 def test_a_curve_comes_back_as_it_went_and_is_drawn(tmp_path):
