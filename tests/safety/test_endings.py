@@ -47,7 +47,7 @@ with (
     print("closing", flush=True)
     hand.clock.sleep_until(hand.clock.now() + 60)
 """
-"""A guarded program that closes the hand and then waits for a minute; a busy machine may keep it from looking in time."""
+"""A guarded program that closes the hand and then waits for a minute; a busy machine may keep it from looking."""
 
 
 class Onlooker:
