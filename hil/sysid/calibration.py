@@ -85,7 +85,7 @@ def calibrate(
         replay(trace, unit, firmware=firmware, phase_s=phase) for trace, phase in zip(kept, found.phases_s, strict=True)
     )
     names = dict.fromkeys(number.name.split(".")[1] for number in model.free)
-    fitted = (*names, "spring_closed", "back_emf")
+    fitted = (*names, "spring_closed")
     return Calibration(unit, kept, fitted, found, held_out, compared, predictions)
 
 

@@ -15,7 +15,6 @@ PHYSICAL_UNITS: Mapping[str, str] = {
     "duty_per_count_per_s": "share of full duty per count/s",
     "no_load_speed_counts": "counts/s",
     "rotor_inertia": "kg m²",
-    "back_emf": "N m s/rad",
     "cable_friction": "share of the cable's tension",
     "spool_friction": "N m",
     "spring_open": "N m",
@@ -30,7 +29,7 @@ DIGITS = 5
 
 
 def unit_toml(unit: Unit, description: str, fitted: Sequence[str]) -> str:
-    """Return a unit as TOML: what departs from the defaults, `fitted` marked so.
+    """Return a unit as TOML: what departs from the defaults and does not follow from the rest, `fitted` marked so.
 
     Args:
         unit: what to write.
@@ -43,7 +42,7 @@ def unit_toml(unit: Unit, description: str, fitted: Sequence[str]) -> str:
         lines.append(f"limits = {json.dumps(unit.limits)}")
     for section in ("hand", "servos"):
         values, defaults = (dataclasses.asdict(getattr(u, section)) for u in (unit, default))
-        changed = {key: value for key, value in values.items() if value != defaults[key]}
+        changed = {key: value for key, value in values.items() if value != defaults[key] and key != "back_emf"}
         if changed:
             lines += ["", f"[{section}]"]
         for key, value in changed.items():

@@ -1,7 +1,8 @@
 """Units: one TOML file for each individual hand that can stand behind the emulated electronics.
 
 `[hand]` fills `model.BuiltHandParameters`, `[servos]` fills `firmware_emulator.ServoParameters`; what a file leaves
-out keeps its default. `limits` names the limits the unit is judged by, `description` says which hand it is.
+out keeps its default, but for the motors' back-EMF, which follows from the servos. `limits` names the limits the unit
+is judged by, `description` says which hand it is.
 """
 
 from __future__ import annotations
@@ -62,4 +63,9 @@ def load_unit(name: str) -> Unit:
         raise ValueError(f"unit {name} is no TOML: {error}") from error
     if "name" in table:
         raise ValueError(f"unit {name}: a unit is named by its file, remove the key 'name'")
-    return dataclasses.replace(fill(Unit, table, f"unit {name}"), name=name)
+    if "back_emf" in table.get("hand", {}):
+        raise ValueError(
+            f"unit {name}: hand.back_emf follows from servos.stall_torque and no_load_speed_counts, remove it"
+        )
+    unit = fill(Unit, table, f"unit {name}")
+    return dataclasses.replace(unit, name=name, hand=dataclasses.replace(unit.hand, back_emf=unit.servos.back_emf))

@@ -98,3 +98,13 @@ def test_an_unknown_unit_lists_the_shipped(tmp_path):
         load_unit("golden")
     with pytest.raises(ValueError, match="No such file"):
         load_unit(str(tmp_path / "none.toml"))
+
+
+def test_back_emf_has_one_home(tmp_path):
+    path = tmp_path / "hand.toml"
+    path.write_text("[servos]\nno_load_speed_counts = 9000.0\n", encoding="utf-8")
+    unit = load_unit(str(path))
+    assert unit.hand.back_emf == unit.servos.back_emf != load_unit("ideal").hand.back_emf
+    path.write_text("[hand]\nback_emf = 0.05\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="follows from"):
+        load_unit(str(path))
