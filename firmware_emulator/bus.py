@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.packets import BROADCAST, Instruction, Packet, PacketParser, pack
-from firmware_emulator.servo.instructions import ALWAYS_ANSWERED, EXECUTE
+from firmware_emulator.servo.instructions import ALWAYS_ANSWERED, EXECUTE, LONGEST_READ
 from firmware_emulator.servo.servo import Servo
 
 BYTE_S = 10e-6
@@ -97,6 +97,8 @@ class ServoBus:
             return []
         address, count = packet.parameters[:2]
         wanted = packet.parameters[2:]
+        if count > LONGEST_READ:
+            return []
         answers: dict[int, bytes] = {}
         for servo in self._listening(BROADCAST):
             if servo.id in wanted:

@@ -25,7 +25,9 @@ from firmware_emulator.uart_master import UartMaster
 Start = Literal["homed", "power_on", "reset", "bare"]
 
 TRANSMIT_RING = 256
-"""What the board keeps for a host that does not read: the most recent bytes."""
+"""What the board keeps for a host that does not read: the most recent bytes ..."""
+TRANSMIT_FIFO = 64
+"""... behind the first ones, which already sit in the USB hardware (arduino-esp32 HWCDC)."""
 HOUSEKEEPING_S = 0.1
 """Period at which servos heat up and look at their protections, s."""
 SETTLE_S = 1.0
@@ -133,7 +135,7 @@ class EmulatedHand:
         self._board.receive(data)
 
     def take_output(self) -> bytes:
-        """Return what the board sent while nobody listened, the most recent 256 bytes at most, and forget it."""
+        """Return what is left of what the board sent while nobody listened, and forget it."""
         unread = bytes(self._unread)
         self._unread.clear()
         return unread
@@ -154,4 +156,4 @@ class EmulatedHand:
     def keep(self, data: bytes) -> None:
         """Hold bytes for a host that does not listen."""
         self._unread += data
-        del self._unread[:-TRANSMIT_RING]
+        del self._unread[TRANSMIT_FIFO : max(TRANSMIT_FIFO, len(self._unread) - TRANSMIT_RING)]

@@ -34,6 +34,7 @@ def run(board: Board, cause: ResetCause) -> Task:
     if profile.direction_lines:
         for servo, direction in zip(SERVOS, board.hand.direction, strict=True):
             _print(board, f"Servo {servo} dir={direction}\n")
+    yield profile.setup_pause_s
     yield from _serve(board)
 
 

@@ -56,6 +56,8 @@ class FirmwareProfile:
     """Whether the boot text reports a ping of each servo."""
     ping_pause_s: float = 0.0
     """Pause after each of those pings, s."""
+    setup_pause_s: float = 0.0
+    """Pause at the end of the boot, s."""
     direction_lines: bool = True
     """Whether the boot text lists the servo directions."""
     boot_homing: BootHoming = BootHoming.NEVER
@@ -80,6 +82,7 @@ _PRE = FirmwareProfile(
     telemetry_period_s=0.02,
     hand_line=False,
     ping_pause_s=0.02,
+    setup_pause_s=0.05,
     direction_lines=False,
     homing=HOMING_PRE,
     eeprom_pause_s=0.01,

@@ -9,6 +9,8 @@ from firmware_emulator.servo.servo import Servo
 
 ALWAYS_ANSWERED = frozenset({Instruction.PING, Instruction.READ})
 """What is answered even at response level 0."""
+LONGEST_READ = 253
+"""Registers in one answer: their number and two more have to fit into its length byte."""
 
 
 def _ping(_servo: Servo, _parameters: bytes) -> bytes | None:
@@ -16,7 +18,7 @@ def _ping(_servo: Servo, _parameters: bytes) -> bytes | None:
 
 
 def _read(servo: Servo, parameters: bytes) -> bytes | None:
-    if len(parameters) != 2:
+    if len(parameters) != 2 or parameters[1] > LONGEST_READ:
         return None
     return servo.read(parameters[0], parameters[1])
 

@@ -96,7 +96,7 @@ class Servo:
             self._control_written()
         if _meet(written, OFFSET):
             self.frame.set_offset(self.memory.get("offset"))
-            self._feedback.invalidate()
+            self._reframe()
         self.id = self.memory.get("id")
 
     def look_after(self, seconds: float) -> None:
@@ -129,12 +129,20 @@ class Servo:
         self.frame.calibrate(self._angle(), MID_COUNTS if value is None else decode_signed(value))
         self.memory.set("offset", self.frame.offset)
         self.memory.keep("offset")
-        self._feedback.invalidate()
+        self._reframe()
 
     def forget_turns(self) -> None:
         """Read the position within one turn from now on (RESET)."""
         self.frame.forget_turns(self._angle())
+        self._reframe()
+
+    def _reframe(self) -> None:
+        """Take the goal, which is in counts, for where it lies now that counts mean other angles."""
         self._feedback.invalidate()
+        self._last_goal = None
+        self._motion = None
+        self._setpoint_counts = float(self.frame.counts(self._angle()))
+        self._kernel.call_at(self._shafts.next_tick(self._kernel.now), self._act, self._wanted, self._epoch)
 
     def restore(self) -> None:
         """Go back to factory registers, the ID excepted (RESTORE)."""
@@ -153,6 +161,8 @@ class Servo:
 
     def _start_over(self) -> None:
         self._held = self._last_goal = None
+        self._protection.release()
+        self._feedback.status = 0
         self.id = self.memory.get("id")
         self.frame.set_offset(self.memory.get("offset"))
         self.forget_turns()

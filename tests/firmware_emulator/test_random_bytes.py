@@ -61,9 +61,9 @@ def test_servos_answer_again_after_the_bytes_and_a_silence():
         answers.clear()
 
 
-def test_a_link_that_nobody_reads_keeps_what_came_and_the_board_only_its_last_bytes():
+def test_a_link_that_nobody_reads_keeps_what_came_and_the_board_only_its_first_and_last_bytes():
     hand = EmulatedHand(Bench())
     for _ in range(100):
         hand.receive(GET_TEMP)
         hand.clock.sleep_until(hand.clock.now() + 0.001)
-    assert len(InProcessLink(hand).read(10_000, 0.0)) == 256
+    assert len(InProcessLink(hand).read(10_000, 0.0)) == 64 + 256

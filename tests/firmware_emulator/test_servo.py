@@ -310,3 +310,40 @@ def test_an_angle_reads_in_counts_of_its_channel():
     bus = Bus(Bench(angles=(100 * RAD_PER_COUNT,) * 7))
     assert bus.position() == 3178
     assert bus.say(2, bytes((56, 2)), servo=2)[5:7] == round(1115 + 15.2789 / 360 * 4096 + 100).to_bytes(2, "little")
+
+
+def test_a_goal_is_followed_in_the_frame_that_counts_have_now():
+    bus = Bus()
+    goal = (0, 184, 11, 255, 3, 254, 127)  # 3000 counts
+    bus.write(41, *goal)
+    bus.wait(1.0)
+    assert bus.position() == pytest.approx(3000, abs=2)
+    bus.say(0x0B)
+    bus.wait(1.0)
+    assert bus.position() == pytest.approx(3000, abs=2)
+    bus.write_word(31, 100)
+    bus.wait(1.0)
+    assert bus.position() == pytest.approx(3000, abs=2)
+    bus.write(41, *goal)
+    bus.wait(1.0)
+    assert bus.position() == pytest.approx(3000, abs=2)
+
+
+@pytest.mark.parametrize("count", [253, 254, 255])
+def test_a_read_that_does_not_fit_into_an_answer_is_not_answered(count):
+    bus = Bus()
+    answered = count <= 253
+    assert len(bus.say(2, bytes((0, count)))) == (count + 6) * answered
+    assert len(bus.say(0x82, bytes((0, count, 3)), servo=254)) == (count + 6) * answered
+    assert bus.say(1) != b""
+
+
+def test_power_up_clears_what_was_reported():
+    bus = Bus(Bench(BenchShaft(friction=0.0, stop_low=0.0, stop_high=0.0)))
+    bus.write_word(28, 300)
+    bus.write(33, 3)
+    bus.write_word(44, 600)
+    bus.wait(2.3)
+    assert bus.servo.status == 0x08
+    bus.servo.power_up()
+    assert bus.servo.status == 0
