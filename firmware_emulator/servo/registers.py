@@ -112,8 +112,8 @@ POWER_UP_COPIES = {
 }
 """EEPROM register to the RAM register it is copied to at power-up.
 
-The table also names max_torque -> torque_limit. Its default of 98 % would cost 2 % of the free speed that the units were
-fitted with, so that copy is left out (`docs/electronics.md`, assumptions); homing meets its stops either way.
+The table also names max_torque -> torque_limit. Its default of 98 % would cost 2 % of the free speed that the units
+were fitted with, so that copy is left out (`docs/electronics.md`, assumptions); homing meets its stops either way.
 """
 
 
