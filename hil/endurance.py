@@ -49,8 +49,11 @@ def read_cycles(log: Path) -> list[Cycle]:
     cycles = []
     for number, line in enumerate(log.read_text(encoding="utf-8").splitlines(), 1):
         try:
-            cycles.append(Cycle(**json.loads(line)))
-        except (TypeError, json.JSONDecodeError) as error:
+            cycle = Cycle(**json.loads(line))
+            if any(len(values) != len(Channel) for values in asdict(cycle).values()):
+                raise ValueError(f"each list needs {len(Channel)} values")
+            cycles.append(cycle)
+        except (TypeError, ValueError) as error:
             raise ValueError(f"{log}, line {number}, is no endurance cycle: {error}") from error
     return cycles
 
@@ -60,8 +63,11 @@ def run_endurance(target: Target, cycles: int, log: Path, *, progress: Progress 
 
     Raises:
         ValueError: the file holds something else.
+        SafetyStopError: the guard stopped the hand; the cycles so far are in the file.
     """
     done = read_cycles(log)
+    if len(done) < cycles:
+        target.begin(stops=Channel)
     while len(done) < cycles:
         cycle = _cycle(target)
         with log.open("a", encoding="utf-8") as stream:

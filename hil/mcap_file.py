@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +79,7 @@ def read_recording(path: Path) -> Recording:
             reader = make_reader(stream)
             header = _header(reader, path)
             return _contents(reader, header)
-        except McapError as error:
+        except (McapError, struct.error, OSError) as error:
             raise ValueError(f"{path} is not a readable MCAP file ({error}); was the run interrupted?") from error
 
 

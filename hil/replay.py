@@ -40,8 +40,13 @@ def replay(recording: Recording, target: Target, *, progress: Progress = silent)
     """Send every byte of a recording to a target again and record what happens.
 
     Raises:
-        ValueError: the recording holds no bytes.
+        ValueError: the recording holds no bytes, or the hand is guarded: bytes would pass beneath the guard.
     """
+    if target.guard is not None:
+        raise ValueError(
+            f"{target.name} is guarded, and a replay writes bytes that no guard sees, settings and homing among them. "
+            "Replay on `emulated` or `pty`; to move a hand on a port again, run the experiment on it and use `diff`."
+        )
     sent = [record for record in recording.wire if record.direction == "to_hand"]
     if not sent:
         raise ValueError("this recording holds no bytes to the hand, so there is nothing to replay")

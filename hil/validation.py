@@ -27,6 +27,8 @@ from hil.report import render_report
 from hil.target import PHYSICAL, Target
 from hil.units import DEFAULT_LIMITS, load_unit
 
+SESSION = "session"
+"""Name in the header of the recording that holds every byte since the hand was opened."""
 STOP_SHARE = 0.97
 """Part of a window from which on a channel may meet its stop."""
 PUBLISHED = (
@@ -110,7 +112,7 @@ def validate(
     for name in names:
         try:
             results[name] = _judged(EXPERIMENTS[name], target, limits, progress)
-        except (AeroError, SafetyStopError) as error:
+        except (AeroError, SafetyStopError, ConnectionError) as error:
             stopped = _broken_off(name, error)
             break
         if name in GATES and failed(results[name].findings) and name != names[-1]:
@@ -122,23 +124,26 @@ def validate(
         stopped,
         time.perf_counter() - start,
         regressions(before, measured, str(baseline)),
-        Recorder(target, from_opening=True).finish("session", {}),
+        Recorder(target, from_opening=True).finish(SESSION, {}),
     )
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     """Measure and judge recordings made earlier, by the limits of the hand in their headers.
 
+    The recording of a whole session, which `validate` writes too, has no figures of its own and is passed over.
+
     Raises:
-        KeyError: a recording is of no experiment of `EXPERIMENTS`.
-        ValueError: a recording's unit or its limits are unknown.
+        ValueError: a recording is of no experiment of `EXPERIMENTS`, or its unit or its limits are unknown.
     """
     start = time.perf_counter()
     results: dict[str, Result] = {}
     for recording in recordings:
         header = recording.header
+        if header.experiment == SESSION:
+            continue
         if header.experiment not in EXPERIMENTS:
-            raise KeyError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
+            raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
         kind = DEFAULT_LIMITS if header.unit == PHYSICAL else load_unit(header.unit).limits
         measured = EXPERIMENTS[header.experiment].measure(recording)
         findings = compare(header.experiment, measured, load_limits(kind, header.firmware))

@@ -73,6 +73,11 @@ class ServoParameters:
     """Whether a goal outside the angle limits is brought to them; homing needs that it is not (assumption)."""
 
     def __post_init__(self) -> None:
+        if min(self.stall_torque, self.no_load_speed_counts) <= 0.0:
+            raise ValueError(
+                f"stall torque and no-load speed must be positive, got {self.stall_torque:g} N m and "
+                f"{self.no_load_speed_counts:g} counts/s"
+            )
         if not 0.0 < self.duty_per_count < 1.0 / RECORDED_COUNTS:
             raise ValueError(
                 f"duty_per_count must be between 0 and 1/{RECORDED_COUNTS:g}, got {self.duty_per_count}: full duty "

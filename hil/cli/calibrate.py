@@ -24,7 +24,7 @@ from hil.units import load_unit
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Unit file to write.")
 @click.option("--start", default="reference", show_default=True, help="Unit to start from, or a .toml.")
-@click.option("--firmware", type=click.Choice(FIRMWARE), default="0.2.0", show_default=True, help="Of the hand.")
+@click.option("--firmware", type=click.Choice(FIRMWARE), help="Of the hand; what the recordings say if not given.")
 @click.option("--plots", type=click.Path(file_okay=False, path_type=Path), help="Folder for predicted and recorded.")
 @click.option("--yardstick", is_flag=True, help="Also search and score a plain P-and-damping model, minutes more.")
 @click.option("--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default=True, help="Processes.")
@@ -33,7 +33,7 @@ def calibrate_command(
     recordings: tuple[Path, ...],
     out: Path,
     start: str,
-    firmware: str,
+    firmware: str | None,
     plots: Path | None,
     yardstick: bool,
     jobs: int,
@@ -44,6 +44,7 @@ def calibrate_command(
     """
     console = Console()
     try:
+        out.parent.mkdir(parents=True, exist_ok=True)
         result = calibrate(
             [load_trace(path) for path in recordings],
             load_unit(start),

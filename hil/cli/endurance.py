@@ -8,6 +8,8 @@ from typing import Literal
 import click
 from rich.progress import Progress
 
+from aero.errors import AeroError
+from aero.safety import SafetyStopError
 from hil.cli.options import target
 from hil.endurance import drift, run_endurance
 from hil.target import NoHandError, open_target
@@ -39,5 +41,7 @@ def endurance(
             )
     except (NoHandError, ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
+    except (AeroError, SafetyStopError) as error:
+        raise click.ClickException(str(error)) from error
     for subject, row in drift(done).items():
         click.echo(f"{subject}: range {row['range_drift']:+.2f} % of the window, current {row['current_drift']:+.2f} A")

@@ -53,6 +53,7 @@ def record_command(
     """
     console = Console()
     try:
+        out.parent.mkdir(parents=True, exist_ok=True)
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
         with open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened:
             console.print(before_moving(opened, tuple(plan.fractions.max(axis=0))))

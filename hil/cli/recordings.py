@@ -48,10 +48,11 @@ def replay(
         with open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened:
             replayed = run_replay(recorded, opened)
         comparison = compare_replies(recorded, replayed)
-    except (NoHandError, ValueError) as error:
+        if out is not None:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            write_recording(replayed, out)
+    except (NoHandError, ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
-    if out is not None:
-        write_recording(replayed, out)
     click.echo(f"{comparison.identical} of {comparison.requests} requests answered with the same bytes")
     if not np.isnan(comparison.position_rms).all():
         rms = ", ".join(f"{channel.label} {comparison.position_rms[channel]:.0f}" for channel in Channel)
@@ -65,9 +66,10 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
     """Judge RECORDINGS again and write the report; exits as `validate` does."""
     try:
         judged = judge_recordings([_read(path) for path in recordings])
-    except (KeyError, ValueError) as error:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(render_report(judged), encoding="utf-8")
+    except (ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
-    out.write_text(render_report(judged), encoding="utf-8")
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(0 if judged.passed else 1)
 

@@ -17,7 +17,10 @@ from hil.target import Target
 
 NUDGES = 6
 NUDGE = 0.15
-NUDGE_S = 0.35
+NUDGE_S = 0.36
+SLOWEST_TELEMETRY_S = 0.02
+"""Period of firmware `pre`, of which `NUDGE_S` is a multiple; the nudges are spread over it, so that their median does
+not depend on when they began."""
 POLL_S = 0.001
 """Least time between two readings, s."""
 CYCLES = 3
@@ -37,7 +40,7 @@ def run(target: Target, progress: Progress) -> Recording:
     total = NUDGES + 2 * CYCLES
     for i in range(NUDGES):
         _command(target, recorder, NUDGE if i % 2 == 0 else 0.0, fingers=(CHANNEL,))
-        until = target.clock.now() + NUDGE_S
+        until = target.clock.now() + NUDGE_S + SLOWEST_TELEMETRY_S / NUDGES
         while target.clock.now() < until:
             _read(target, recorder)
         progress((i + 1) / total, "command to motion")
@@ -62,7 +65,8 @@ def measure(recording: Recording) -> Measured:
     delays = []
     for step in steps:
         after = np.flatnonzero(codes.times > step.start)
-        moved = after[np.abs(trace[after] - trace[after[0]]) > MOVED_CODES]
+        # Only motion the way it was told counts: the finger may still creep out of the step before.
+        moved = after[np.sign(step.after - step.before) * (trace[after] - trace[after[0]]) > MOVED_CODES]
         delays.append(codes.times[moved[0]] - step.start if moved.size else np.nan)
     changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
     _, trips = round_trips(recording.wire)

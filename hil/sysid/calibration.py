@@ -14,6 +14,7 @@ from hil.sysid.replay import Prediction, replay
 from hil.sysid.search import Floats, Found, Free, Model, Report, Residuals, leave_one_out, pooled_rms, search
 from hil.sysid.trace import Trace
 from hil.sysid.unit_model import FREE, UnitModel
+from hil.target import DEFAULT_FIRMWARE
 from hil.units import Unit
 
 FEWEST = 3
@@ -46,7 +47,7 @@ def calibrate(
     traces: Sequence[Trace],
     start: Unit,
     *,
-    firmware: str = "0.2.0",
+    firmware: str | None = None,
     free: tuple[Free, ...] = FREE,
     iterations: int = 8,
     jobs: int = 1,
@@ -58,7 +59,7 @@ def calibrate(
     Args:
         traces: runs of that hand; several, of different kinds, small and large.
         start: unit that the search starts from and stays near where the traces say nothing.
-        firmware: what the hand ran.
+        firmware: what the hand ran; what the recordings say when None, and 0.2.0 where none says anything.
         free: what is looked for.
         iterations: at most so many steps of the search.
         jobs: processes to spread the replays over.
@@ -66,11 +67,12 @@ def calibrate(
         report: called with lines of progress.
 
     Raises:
-        ValueError: no traces.
+        ValueError: no traces, traces of a left hand, or of several firmwares.
     """
     if not traces:
         raise ValueError("calibration needs at least one recording")
     kept = tuple(traces)
+    firmware = _one_firmware(kept, firmware)
     with ProcessPoolExecutor(jobs) if jobs > 1 else nullcontext() as pool:
         model = UnitModel(start, kept, firmware, pool, free)
         found = search(model, iterations=iterations, report=report)
@@ -87,6 +89,15 @@ def calibrate(
     names = dict.fromkeys(number.name.split(".")[1] for number in model.free)
     fitted = (*names, "spring_closed")
     return Calibration(unit, kept, fitted, found, held_out, compared, predictions)
+
+
+def _one_firmware(traces: Sequence[Trace], asked: str | None) -> str:
+    if left := [trace.name for trace in traces if trace.side != "right"]:
+        raise ValueError(f"a unit is fitted to a right hand; {', '.join(left)} is of a left one")
+    said = {version for version in (asked, *(trace.firmware for trace in traces)) if version is not None}
+    if len(said) > 1:
+        raise ValueError(f"recordings and option name several firmwares, {', '.join(sorted(said))}; fit one at a time")
+    return said.pop() if said else DEFAULT_FIRMWARE
 
 
 def held_out_rms(held_out: Sequence[Residuals]) -> float:

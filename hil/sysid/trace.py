@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,10 @@ class Trace:
     """(m, 7) temperatures, degC; NaN where not read."""
     spans_counts: NDArray[np.float64]
     """(7,) counts of the command window."""
+    side: HandSide = "right"
+    """Which hand it was."""
+    firmware: str | None = None
+    """What its board ran; None where the file does not say."""
 
     def __post_init__(self) -> None:
         n, m = len(self.t_command), len(self.t_read)
@@ -68,7 +73,11 @@ class Trace:
             ValueError: an array is missing or has the wrong shape.
             OSError: no such file.
         """
-        with np.load(path) as file:
+        try:
+            opened = np.load(path)
+        except (EOFError, BadZipFile) as error:
+            raise ValueError(f"{path.name} is no .npz log: {error}") from error
+        with opened as file:
             if missing := {"t_cmd", "cmd", "t_pos", "pos", "cur_ma", "temp_c", "span_counts"} - set(file.files):
                 raise ValueError(f"{path.name} lacks {', '.join(sorted(missing))}; see docs/calibration.md")
             data = {key: np.asarray(file[key], float) for key in file.files}
@@ -118,6 +127,8 @@ class Trace:
             at_reads("currents") * closing_current_sign(side),
             at_reads("temperatures"),
             spans,
+            side,
+            recording.header.firmware,
         )
 
 

@@ -63,9 +63,9 @@ def load_unit(name: str) -> Unit:
         raise ValueError(f"unit {name} is no TOML: {error}") from error
     if "name" in table:
         raise ValueError(f"unit {name}: a unit is named by its file, remove the key 'name'")
+    unit = fill(Unit, table, f"unit {name}")
     if "back_emf" in table.get("hand", {}):
         raise ValueError(
             f"unit {name}: hand.back_emf follows from servos.stall_torque and no_load_speed_counts, remove it"
         )
-    unit = fill(Unit, table, f"unit {name}")
     return dataclasses.replace(unit, name=name, hand=dataclasses.replace(unit.hand, back_emf=unit.servos.back_emf))

@@ -5,8 +5,9 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hil import open_target
 from hil.cli import main
-from hil.endurance import Cycle, drift, read_cycles
+from hil.endurance import Cycle, drift, read_cycles, run_endurance
 
 
 def run(log, cycles):
@@ -24,6 +25,18 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path):
     assert len(cycles) == 5
     assert all(cycle.closed_percent[0] > 90 and cycle.open_percent[0] < 3 for cycle in cycles)
     assert "index: range" in result.output
+
+
+def test_a_guarded_hand_closes_as_often_as_it_should(tmp_path):
+    with open_target(guarded=True) as target:
+        assert len(run_endurance(target, 3, tmp_path / "cycles.jsonl")) == 3
+
+
+def test_a_cycle_needs_every_channel(tmp_path):
+    log = tmp_path / "cycles.jsonl"
+    log.write_text('{"closed_percent": [1], "open_percent": [1], "closing_current": [1], "temperature": [1]}\n')
+    with pytest.raises(ValueError, match="needs 7 values"):
+        read_cycles(log)
 
 
 def test_a_file_of_something_else_is_not_appended_to(tmp_path):

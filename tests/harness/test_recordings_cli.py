@@ -152,3 +152,24 @@ def test_a_dry_run_moves_nothing(monkeypatch, tmp_path):
 def test_replies_are_collected_up_to_the_next_request(results):
     found = replies(read_recording(results / "presence.mcap").wire)
     assert all(len(reply) == 16 and reply[0] == request[0] for request, reply in found)
+
+
+def test_bytes_are_not_replayed_beneath_a_guard(results):
+    with open_target(guarded=True) as target, pytest.raises(ValueError, match="is guarded"):
+        replay(read_recording(results / "session.mcap"), target)
+
+
+def test_everything_that_validate_wrote_is_judged_again_in_a_folder_that_is_made(results, tmp_path):
+    out = tmp_path / "new" / "report.html"
+    result = invoke("report", *sorted(results.glob("*.mcap")), "--out", out)
+    assert result.exit_code == 0, result.output
+    assert out.exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"junk\n", b"\x89MCAP0\r\n"])
+def test_a_file_that_is_no_recording_is_bad_usage(tmp_path, content):
+    path = tmp_path / "junk.mcap"
+    path.write_bytes(content)
+    result = invoke("report", path)
+    assert result.exit_code == 2
+    assert "junk.mcap" in result.output

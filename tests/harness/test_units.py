@@ -108,3 +108,11 @@ def test_back_emf_has_one_home(tmp_path):
     path.write_text("[hand]\nback_emf = 0.05\n", encoding="utf-8")
     with pytest.raises(ValueError, match="follows from"):
         load_unit(str(path))
+
+
+@pytest.mark.parametrize("text", ["hand = 3", "[servos]\nno_load_speed_counts = 0.0"])
+def test_a_unit_that_cannot_be_says_so(tmp_path, text):
+    path = tmp_path / "hand.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"hand\.toml|no-load speed"):
+        load_unit(str(path))

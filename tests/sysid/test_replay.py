@@ -127,3 +127,15 @@ def test_an_interruption_leaves_the_hand_open():
             record(target, short(), progress=interrupt)
         target.clock.sleep_until(target.clock.now() + 0.5)
         assert np.all(target.hand.read_codes() < 0.05 * 65535)
+
+
+@pytest.mark.parametrize(
+    ("changes", "asked", "message"),
+    [
+        ({"firmware": "pre"}, "0.2.0", "several firmwares, 0.2.0, pre"),
+        ({"side": "left"}, None, "of a left one"),
+    ],
+)
+def test_a_recording_is_fitted_as_what_its_header_says(trace, changes, asked, message):
+    with pytest.raises(ValueError, match=message):
+        calibrate([dataclasses.replace(trace, **changes)], REFERENCE, firmware=asked)

@@ -68,6 +68,13 @@ def test_bad_logs(tmp_path, changes, message):
         load_trace(write(tmp_path, log(**changes)))
 
 
+def test_an_empty_log_is_refused_by_name(tmp_path):
+    path = tmp_path / "run.npz"
+    path.write_bytes(b"")
+    with pytest.raises(ValueError, match=r"run\.npz"):
+        load_trace(path)
+
+
 def test_other_files_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"\.mcap"):
         load_trace(tmp_path / "run.csv")
