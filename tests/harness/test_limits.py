@@ -94,6 +94,7 @@ def test_a_kind_that_extends_another_replaces_only_its_own_limits():
         ("staircase", "tracking_rms", "thumb_abduction"),
         ("excursion", "closed_angle", "thumb_abduction"),
         ("response", "open_close_rate", "hand"),
+        ("response", "command_to_motion", "hand"),
     }
 
 
