@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,28 +129,3 @@ def run_trial(
         run=run,
         travel_per_s=tuple(travel.tolist()),
     )
-
-
-def random_unit(unit: Unit, seed: int) -> Unit:
-    """Return another individual of `unit`'s kind: winding, take-up, friction, springs and supply differ.
-
-    Spreads are assumed: 2 % of the winding radii, up to 2 mm of take-up, half to double the friction, a quarter on
-    the springs, 5 % on the supply.
-    """
-    rng, hand = np.random.default_rng(seed), unit.hand
-
-    def scaled(values: tuple[float, ...], low: float, high: float) -> tuple[float, ...]:
-        return tuple((np.array(values) * rng.uniform(low, high, len(values))).tolist())
-
-    springs = rng.uniform(0.75, 1.25, len(hand.spring_open))  # one factor a joint: a spring pulls more when closed
-    varied = replace(
-        hand,
-        winding_scale=scaled(hand.winding_scale, 0.98, 1.02),
-        cable_take_up=tuple((np.array(hand.cable_take_up) + rng.uniform(0, 0.002, 7)).tolist()),
-        spool_friction=scaled(hand.spool_friction, 0.5, 2.0),
-        joint_friction=scaled(hand.joint_friction, 0.5, 2.0),
-        spring_open=tuple((np.array(hand.spring_open) * springs).tolist()),
-        spring_closed=tuple((np.array(hand.spring_closed) * springs).tolist()),
-        supply_ratio=hand.supply_ratio * rng.uniform(0.95, 1.05),
-    )
-    return replace(unit, name=f"{unit.name} varied {seed}", hand=varied)

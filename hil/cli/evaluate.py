@@ -16,8 +16,9 @@ from aero.policy.running import RunSettings, Step
 from aero.policy.task import CHANNELS
 from firmware_emulator.firmware.profiles import PROFILES
 from hil.attribution import ChannelGap, attribute
-from hil.trial import Trial, random_unit, run_trial
+from hil.trial import Trial, run_trial
 from hil.units import load_unit
+from hil.units.plausible import plausible_unit
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture, video
 from train.evaluation.rollouts import log, task_of
@@ -119,7 +120,7 @@ def _through_bytes(
     policy: Policy, trials: int, units: int, settings: RunSettings, seed: int
 ) -> dict[str, dict[str, float]]:
     shipped = [load_unit(name) for name in ("reference", "paper")]
-    hands = [*shipped, *(random_unit(shipped[0], seed + k) for k in range(units))]
+    hands = [*shipped, *(plausible_unit(seed + k) for k in range(units))]
     cases = [(unit.name, unit, "0.2.0") for unit in hands]
     cases += [(f"reference, firmware {firmware}", shipped[0], firmware) for firmware in PROFILES]
     return {
