@@ -46,6 +46,8 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
     """
     if not settings.dry:
         target.begin()
+        if target.guard is not None and policy.settings.torque_limit is not None:
+            target.guard.limit_torques(policy.settings.torque_limit)
     recorder, lateness = Recorder(target), []
     periods = max(1, round(settings.seconds / (settings.settings or policy.settings).period_s))
 

@@ -106,6 +106,8 @@ def run_trial(
     codec, link = ActuationMap.for_firmware(firmware), InProcessLink(electronics)
     with guard(link, electronics.clock, codec, firmware, thresholds or Thresholds()) as hand:
         hand.begin()
+        if policy.settings.torque_limit is not None:
+            hand.limit_torques(policy.settings.torque_limit)
         run = run_policy(
             policy,
             hand,

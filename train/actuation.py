@@ -17,12 +17,14 @@ from typing import NamedTuple
 import numpy as np
 
 from aero.channels import CABLES
+from aero.policy.settings import Row
 from aero.policy.task import CHANNELS, Array, namespace
+from model.geometry.winding import SPOOL_RADIUS
 
 REMEMBERED = 3
 """Targets that can still be on their way: delays up to two control periods."""
-SPOOL_RADIUS_M = 0.009
 SERVO_SPEED_RAD_S = np.deg2rad(740.0)
+STALL_TORQUE_N_M = 0.588
 COUNTS_PER_TURN = 4096
 
 
@@ -32,10 +34,12 @@ def _per_channel(cable: float, abduction: float) -> np.ndarray:
     return row
 
 
-SPEED_LIMIT = _per_channel(SPOOL_RADIUS_M * SERVO_SPEED_RAD_S, SERVO_SPEED_RAD_S)
+SPEED_LIMIT = _per_channel(SPOOL_RADIUS * SERVO_SPEED_RAD_S, SERVO_SPEED_RAD_S)
 """Fastest change of a channel at the servo's no-load speed, (7,), m/s, abduction rad/s."""
-COUNT = _per_channel(SPOOL_RADIUS_M, 1.0) * 2 * np.pi / COUNTS_PER_TURN
+COUNT = _per_channel(SPOOL_RADIUS, 1.0) * 2 * np.pi / COUNTS_PER_TURN
 """Change of a channel by one encoder count, (7,), m, abduction rad."""
+STALL_FORCE = _per_channel(STALL_TORQUE_N_M / SPOOL_RADIUS, STALL_TORQUE_N_M)
+"""Force of a channel at its servo's stall torque, (7,), N, abduction N m."""
 
 Range = tuple[float, float]
 
@@ -48,10 +52,9 @@ class ActuationRanges:
     """Time constant of the servo's position loop, one draw for all channels."""
     delay_s: Range = (0.0, 0.0)
     """From the write to the first motion, one draw for all channels; at most two control periods."""
-    offset_m: Range = (0.0, 0.0)
-    """Length by which a cable is longer than its spool says (take-up, zero error), per cable."""
-    abduction_offset_rad: Range = (0.0, 0.0)
-    """The same for the abduction."""
+    offset: tuple[Row, Row] = ((0.0,) * CHANNELS,) * 2
+    """By how much a channel's value exceeds what its shaft says (take-up, zero error), lowest and highest, command
+    order; m, abduction rad."""
     gain: Range = (1.0, 1.0)
     """Cable travel over the travel that the map assumes, per channel."""
     real_servo: bool = False
@@ -63,8 +66,10 @@ IDEAL = ActuationRanges()
 HAND = ActuationRanges(
     lag_s=(0.015, 0.040),
     delay_s=(0.010, 0.030),
-    offset_m=(-0.001, 0.001),
-    abduction_offset_rad=(-0.05, 0.05),
+    offset=(
+        (-0.001, -0.001, -0.001, -0.001, -0.05, -0.003, -0.002),
+        (0.007, 0.007, 0.007, 0.007, 0.05, 0.001, 0.001),
+    ),
     gain=(0.97, 1.03),
     real_servo=True,
 )
@@ -104,7 +109,7 @@ def check(ranges: ActuationRanges, period_s: float) -> None:
     """
     for field in fields(ranges):
         value = getattr(ranges, field.name)
-        if isinstance(value, tuple) and not value[0] <= value[1]:
+        if isinstance(value, tuple) and not np.all(np.less_equal(*value)):
             raise ValueError(f"{field.name} must be (low, high) with low <= high, got {value}")
     longest = (REMEMBERED - 1) * period_s
     if ranges.lag_s[0] < 0 or ranges.delay_s[0] < 0 or ranges.delay_s[1] > longest or ranges.gain[0] <= 0:
@@ -113,13 +118,12 @@ def check(ranges: ActuationRanges, period_s: float) -> None:
 
 def parameters(ranges: ActuationRanges, uniform: Array) -> Parameters:
     """Return the parameters for draws from [0, 1], `uniform` of shape (..., DRAWS)."""
-    offset_low = _per_channel(ranges.offset_m[0], ranges.abduction_offset_rad[0])
-    offset_high = _per_channel(ranges.offset_m[1], ranges.abduction_offset_rad[1])
+    low, high = np.array(ranges.offset)
     offsets, gains = uniform[..., 2 : 2 + CHANNELS], uniform[..., 2 + CHANNELS :]
     return Parameters(
         lag_s=_between(ranges.lag_s, uniform[..., 0:1]),
         delay_s=_between(ranges.delay_s, uniform[..., 1:2]),
-        offset=offset_low + (offset_high - offset_low) * offsets,
+        offset=low + (high - low) * offsets,
         gain=_between(ranges.gain, gains),
     )
 

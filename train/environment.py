@@ -28,7 +28,7 @@ STARTS = 16
 def prepare_starts(
     task: Task, simulator: Simulator, rng: np.random.Generator, count: int = STARTS
 ) -> tuple[Floats, Floats]:
-    """Return states (batch, count, 46) and sensors (batch, count, 42) of starts, drawn for each environment."""
+    """Return states (batch, count, 46) and sensors (batch, count, 43) of starts, drawn for each environment."""
     nominal = np.array(task.settings.nominal)
     states, sensors = [], []
     for _ in range(count):

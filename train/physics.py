@@ -19,7 +19,7 @@ from train.simulator import Batch, Floats, Simulator
 from train.task.signals import SENSOR_COUNT
 
 Advance = Callable[[jax.Array, jax.Array], tuple[jax.Array, jax.Array]]
-"""(batch, state), (batch, steps, 7) controls -> (batch, state) at the end, (batch, steps, 42) sensors."""
+"""(batch, state), (batch, steps, 7) controls -> (batch, state) at the end, (batch, steps, 43) sensors."""
 
 
 def native(simulator: Simulator) -> Advance:

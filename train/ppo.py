@@ -1,4 +1,4 @@
-"""Train a policy: Brax PPO over either backend, best checkpoint by true rotation and survival, restarts when stuck."""
+"""Train a policy: Brax PPO over either backend in stages, the best checkpoint by the goal, restarts when stuck."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from train.environment import CubeEnvironment, prepare_starts
 from train.evaluation.rollouts import Episodes, run
 from train.physics import native, over_mjx
 from train.progress import PARAMETERS, Checkpoint, Standing, append, read_standing, write_standing
-from train.recipe import Recipe
+from train.recipe import Recipe, Stage
 from train.scene import build_scene
 from train.simulator import Simulator
 
@@ -32,10 +32,8 @@ OnCheckpoint = Callable[[Checkpoint], None]
 
 EPISODE_S = 15.0
 """Length of the episodes that a checkpoint is measured over, as the paper's figures."""
-EVALUATED = 32
+EVALUATED = 100
 """Episodes that a checkpoint is measured over."""
-RATE_PER_SURVIVAL = 5.0
-"""What a missing share of survival costs in a checkpoint's score, rad/s."""
 
 
 class _StuckError(Exception):
@@ -44,11 +42,6 @@ class _StuckError(Exception):
 
 class _TimeOverError(Exception):
     """The time that was given is over."""
-
-
-def score(rate_rad_s: float, survival: float, goal: float) -> float:
-    """Return what checkpoints are chosen by: the rate, less `RATE_PER_SURVIVAL` for survival short of the goal."""
-    return rate_rad_s - RATE_PER_SURVIVAL * max(0.0, goal - survival)
 
 
 def machine_backend() -> Backend:
@@ -137,40 +130,48 @@ class _Attempt:
         self._deadline, self._on_checkpoint = deadline, on_checkpoint
         self._started = time.monotonic() - standing.elapsed_s
         self._last_time, self._last_steps = time.monotonic(), standing.steps
-        self._first_steps = standing.steps
+        self._before = 0
         self._best_rate = -np.inf
         self._seed = standing.seed * 1000 + standing.attempt
         rng = np.random.default_rng(self._seed)
         # One simulator serves one device; MJX gives every device the same randomised hands, as Brax does.
         self._devices = 1 if backend == "native" else jax.local_device_count()
         environments = recipe.environments // self._devices
-        model = build_scene().compile()
-        draws = randomise.draw(model, rng, environments)
+        model = build_scene(recipe.task.settings.torque_limit).compile()
+        servos = randomise.SERVO_ROWS if recipe.task.actuation.real_servo else ()
+        draws = randomise.draw(model, rng, environments, (*randomise.table(model), *servos))
         self._simulator = Simulator(randomise.models(model, draws), threads)
-        self._measured = Simulator([build_scene(count_contacts=True).compile()] * EVALUATED, threads)
-        starts = prepare_starts(recipe.task, self._simulator, rng)
-        advance = native(self._simulator) if backend == "native" else over_mjx(model, draws)
-        self._environment = CubeEnvironment(recipe.task, advance, starts, backend)
+        measured = randomise.draw(model, rng, EVALUATED, servos)
+        self._measured = Simulator(randomise.models(model, measured) if servos else [model] * EVALUATED, threads)
+        self._starts = prepare_starts(recipe.task, self._simulator, rng)
+        self._advance = native(self._simulator) if backend == "native" else over_mjx(model, draws)
 
     def close(self) -> None:
         self._simulator.close()
         self._measured.close()
 
     def run(self) -> None:
+        """Go through what is left of the stages."""
+        end = 0
+        for stage in self._recipe.stages:
+            end += stage.steps
+            if self.standing.steps < end:
+                self._learn(stage, end - self.standing.steps)
+
+    def _learn(self, stage: Stage, steps: int) -> None:
         recipe = self._recipe
-        steps = recipe.steps - self._first_steps
-        if steps <= 0:
-            return
+        self._before = self.standing.steps
+        task = replace(recipe.task, rewarded=stage.rewarded)
         learn = partial(
             brax_ppo.train,
-            environment=self._environment,
+            environment=CubeEnvironment(task, self._advance, self._starts, self._backend),
             max_devices_per_host=self._devices,
             wrap_env=False,
             num_envs=recipe.environments,
             episode_length=recipe.task.episode_steps,
-            learning_rate=recipe.learning_rate,
-            entropy_cost=recipe.entropy_cost,
-            discounting=recipe.discount,
+            learning_rate=stage.learning_rate,
+            entropy_cost=stage.entropy_cost,
+            discounting=stage.discount,
             unroll_length=recipe.unroll,
             batch_size=recipe.environments // recipe.minibatches,
             num_minibatches=recipe.minibatches,
@@ -184,11 +185,11 @@ class _Attempt:
                 value_hidden_layer_sizes=recipe.hidden,
                 value_obs_key="privileged_state",
             ),
-            seed=self._seed,
+            seed=self._seed + self._before,
             run_evals=False,
         )
         parameters = None
-        if self._first_steps:
+        if self._before:
             _, template, _ = learn(num_timesteps=0)
             parameters = export.load_parameters(template, self._folder / PARAMETERS)
         learn(
@@ -199,8 +200,10 @@ class _Attempt:
         )
 
     def _checkpoint(self, steps: int, _: Any, parameters: export.Parameters) -> None:
-        """Measure, write and judge the policy after `steps` of this start; Brax calls this."""
-        now, done = time.monotonic(), self._first_steps + steps
+        """Measure, write and judge the policy after `steps` of this stage; Brax calls this."""
+        if self._before and not steps:
+            return  # measured already, at the end of what came before
+        now, done = time.monotonic(), self._before + steps
         speed = (done - self._last_steps) / (now - self._last_time)
         policy = export.policy(self._recipe.name, self._recipe.task, parameters, self._provenance(done))
         episodes = run(policy, self._recipe.task, self._measured, EPISODE_S, seed=self._seed)
@@ -233,7 +236,7 @@ class _Attempt:
             survival=figures["survival"],
             airborne=figures["airborne"],
             overspeed=figures["overspeed"],
-            score=score(figures["rate_rad_s"], figures["survival"], self._recipe.survival_goal),
+            score=self._recipe.goal.score(figures["rate_rad_s"], figures["survival"], figures["airborne"]),
         )
 
     def _provenance(self, steps: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The paper's domain randomisation (table "dr") as data, drawn in NumPy for both backends.
+"""Domain randomisation as data, drawn in NumPy for both backends: the paper's (table "dr"), and what servos add to it.
 
 Link masses, zero offsets and the rest are independent for every element; the five fingertips share one friction and
 the cube's three moments one factor, as in the released routine. Cube friction and cube mass are not in the table:
@@ -42,6 +42,20 @@ class Row:
     """Whether all elements get one draw."""
 
 
+_MOTORS = np.arange(len(Channel))
+_GAINS: tuple[tuple[str, Index], ...] = (("actuator_gainprm", (_MOTORS, 0)), ("actuator_biasprm", (_MOTORS, 1)))
+_FORCES: tuple[tuple[str, Index], ...] = (("actuator_forcerange", (_MOTORS, 0)), ("actuator_forcerange", (_MOTORS, 1)))
+SERVO_ROWS = (
+    Row("servo stiffness", "scale", 2.0, 4.0, _GAINS, shared=True),
+    Row("force behind the sheaths", "scale", 0.5, 1.0, _FORCES),
+)
+"""What is drawn besides where servos are in the loop: their stiffness, and what sheaths leave of a bounded force.
+
+A servo's 0.0051 N m a count are 41 kN/m of cable, against 10 kN/m in the model; friction in the sheaths of the
+recorded hand takes up to 0.54 of the tension (unit `reference`).
+"""
+
+
 def table(model: mujoco.MjModel) -> tuple[Row, ...]:
     """Return the paper's table with the elements of `model`, a compiled `train.scene`."""
     cube = model.body("cube").id
@@ -49,8 +63,6 @@ def table(model: mujoco.MjModel) -> tuple[Row, ...]:
     tip_geoms = np.flatnonzero(np.isin(model.geom_bodyid, tips) & (model.geom_contype != 0))
     joints = np.arange(len(Joint))
     links = np.array([body for body in range(model.nbody) if _is_link(model, body)])
-    motors = np.arange(len(Channel))
-    gains: tuple[tuple[str, Index], ...] = (("actuator_gainprm", (motors, 0)), ("actuator_biasprm", (motors, 1)))
     return (
         Row("fingertip friction", "set", 0.5, 1.0, (("geom_friction", (tip_geoms, 0)),), shared=True),
         Row("cube inertia", "scale", 0.8, 1.2, (("body_inertia", (cube,)),), shared=True),
@@ -59,15 +71,15 @@ def table(model: mujoco.MjModel) -> tuple[Row, ...]:
         Row("joint dry friction", "scale", 0.5, 2.0, (("dof_frictionloss", (joints,)),)),
         Row("joint armature", "scale", 1.0, 1.05, (("dof_armature", (joints,)),)),
         Row("link masses", "scale", 0.9, 1.1, (("body_mass", (links,)),)),
-        Row("actuator position gain", "scale", 0.8, 1.2, gains),
+        Row("actuator position gain", "scale", 0.8, 1.2, _GAINS),
         Row("joint damping", "scale", 0.8, 1.2, (("dof_damping", (joints,)),)),
     )
 
 
-def draw(model: mujoco.MjModel, rng: np.random.Generator, environments: int) -> Draws:
-    """Draw the randomised fields of `model` for every environment."""
+def draw(model: mujoco.MjModel, rng: np.random.Generator, environments: int, rows: tuple[Row, ...]) -> Draws:
+    """Draw the fields that `rows` randomise for every environment."""
     fields: Draws = {}
-    for row in table(model):
+    for row in rows:
         nominal = getattr(model, row.where[0][0])[row.where[0][1]]
         shape = (1,) * nominal.ndim if row.shared else nominal.shape
         drawn = rng.uniform(row.low, row.high, (environments, *shape))

@@ -4,9 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from aero.policy.settings import PAPER_TRAINING
 from train.actuation import HAND
 from train.task.episode import Task
-from train.task.reward import RewardSettings, Weights
+from train.task.reward import PAPER_REWARD, RewardSettings, Weights
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stretch of a run with one reward and one set of PPO's settings; the defaults are the paper's."""
+
+    steps: int
+    """Environment steps."""
+    rewarded: RewardSettings = PAPER_REWARD
+    """What is rewarded."""
+    learning_rate: float = 3e-4
+    """Adam's."""
+    discount: float = 0.97
+    """A control step."""
+    entropy_cost: float = 1e-2
+    """Weight of the policy's entropy."""
 
 
 @dataclass(frozen=True)
@@ -20,15 +37,36 @@ class Stuck:
 
 
 @dataclass(frozen=True)
+class Goal:
+    """What a checkpoint should reach before its rate alone counts; the prices of falling short are in rad/s."""
+
+    survival: float = 0.95
+    """Share of episodes that keep the cube."""
+    airborne: float = 1.0
+    """Share of the physics steps in which nothing touches the cube."""
+    survival_price: float = 5.0
+    """Of the whole share."""
+    airborne_price: float = 50.0
+    """Of the whole share."""
+
+    def score(self, rate_rad_s: float, survival: float, airborne: float) -> float:
+        """Return what checkpoints are chosen by: the rate, less what falling short costs."""
+        lost = max(0.0, self.survival - survival)
+        return rate_rad_s - self.survival_price * lost - self.airborne_price * max(0.0, airborne - self.airborne)
+
+
+@dataclass(frozen=True)
 class Recipe:
     """One way to train a policy with Brax PPO; the PPO defaults are the paper's."""
 
     name: str
     """Name of the policy it makes."""
     task: Task
-    """What is trained for."""
-    survival_goal: float
-    """Share of episodes that a checkpoint should keep; each point below costs 5 rad/s in the choice of the best."""
+    """What is trained for; its reward is the stages'."""
+    stages: tuple[Stage, ...]
+    """One after another; each goes on with the networks of the one before."""
+    goal: Goal = Goal()
+    """What checkpoints are chosen by."""
     environments: int = 256
     """Parallel environments."""
     minibatches: int = 4
@@ -37,16 +75,8 @@ class Recipe:
     """Control steps an unroll."""
     epochs: int = 4
     """Passes over a batch."""
-    steps: int = 10_000_000
-    """Environment steps of the whole run."""
     checkpoint_steps: int = 204_800
     """Environment steps between checkpoints."""
-    learning_rate: float = 3e-4
-    """Adam's."""
-    discount: float = 0.97
-    """A control step."""
-    entropy_cost: float = 1e-2
-    """Weight of the policy's entropy."""
     clipping: float = 0.3
     """PPO's clipping parameter."""
     gae: float = 0.95
@@ -60,35 +90,54 @@ class Recipe:
         if self.environments % self.minibatches:
             raise ValueError(f"{self.environments} environments must divide into minibatches, got {self.minibatches}")
 
+    @property
+    def steps(self) -> int:
+        """Environment steps of the whole run."""
+        return sum(stage.steps for stage in self.stages)
+
     def with_steps(self, steps: int) -> Recipe:
         """Return the recipe for a run of `steps`, with at least ten checkpoints where the batches allow."""
         batch = self.environments * self.unroll
-        return replace(self, steps=steps, checkpoint_steps=max(batch, min(self.checkpoint_steps, steps // 10)))
+        stages = tuple(replace(stage, steps=round(stage.steps * steps / self.steps)) for stage in self.stages)
+        return replace(self, stages=stages, checkpoint_steps=max(batch, min(self.checkpoint_steps, steps // 10)))
 
 
-FAST = Recipe("fast", Task(), survival_goal=0.95)
-"""For the record in simulation: the paper's task, without a servo."""
+PAPER = Recipe("paper", Task(), (Stage(10_000_000),))
+"""The paper's task, reward and settings, nothing added."""
+
+FAST = replace(
+    PAPER,
+    name="fast",
+    stages=(
+        Stage(6_000_000),
+        Stage(3_000_000, RewardSettings(Weights(fall=-200.0)), learning_rate=1e-4, entropy_cost=3e-3),
+    ),
+)
+"""For the record in simulation: the paper's task, then a higher price on losing the cube."""
 
 STEADY = Recipe(
     "steady",
     Task(
+        settings=replace(PAPER_TRAINING, noise=(0.002, 0.002, 0.002, 0.002, 0.02, 0.002, 0.002), torque_limit=0.5),
         actuation=HAND,
-        rewarded=RewardSettings(weights=Weights(cube_speed=-1.0), rotation_cap_rad_s=1.5),
     ),
-    survival_goal=0.98,
+    (
+        Stage(5_000_000),
+        Stage(
+            3_000_000,
+            RewardSettings(Weights(fall=-300.0, airborne=-2.0), rotation_cap_rad_s=2.0),
+            learning_rate=1e-4,
+            entropy_cost=3e-3,
+        ),
+    ),
+    goal=Goal(survival=0.98, airborne=0.002),
 )
-"""For the hand: servo in the loop, no reward for racing, a price on throwing the cube about."""
+"""For the hand: servos in the loop that may use half their torque, a price on letting go of the cube."""
 
-RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST)}
+RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 
 
 def on_gpu(recipe: Recipe) -> Recipe:
     """Return the recipe at the paper's scale: 8192 environments, 32 minibatches, 3e8 steps."""
-    return replace(
-        recipe,
-        environments=8192,
-        minibatches=32,
-        steps=300_000_000,
-        checkpoint_steps=5_242_880,
-        stuck=replace(recipe.stuck, steps=30_000_000),
-    )
+    large = replace(recipe, environments=8192, minibatches=32, stuck=replace(recipe.stuck, steps=30_000_000))
+    return replace(large.with_steps(300_000_000), checkpoint_steps=5_242_880)

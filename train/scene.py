@@ -7,7 +7,7 @@ import mujoco
 from aero.channels import Channel
 from model.routed import build_routed
 from model.scene import add_cube
-from train.task.signals import SENSOR_COUNT
+from train.actuation import STALL_FORCE
 
 FINGERTIPS = ("index_tip", "middle_tip", "ring_tip", "pinky_tip", "thumb_tip")
 """Sites, in the order of the critic's state."""
@@ -19,18 +19,19 @@ CUBE_SENSORS = {
 }
 
 
-CONTACT_COUNT = SENSOR_COUNT
-"""Index of the cube's contact count in the sensor vector of a scene with that sensor."""
-
-
-def build_scene(*, count_contacts: bool = False) -> mujoco.MjSpec:
+def build_scene(torque_limit: float | None = None) -> mujoco.MjSpec:
     """Return the right hand with the cube and every sensor of `train.task.signals`, in that order.
 
     Args:
-        count_contacts: whether one more sensor, at `CONTACT_COUNT`, counts the contacts of the cube.
+        torque_limit: share of the servos' stall torque that the actuators may use; None leaves them without a bound,
+            as the released model.
     """
     spec = build_routed("right")
     add_cube(spec)
+    if torque_limit is not None:
+        for channel, force in zip(Channel, torque_limit * STALL_FORCE, strict=True):
+            spec.actuator(channel.label).forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+            spec.actuator(channel.label).forcerange = (-force, force)
     for channel in Channel:
         spec.add_sensor(
             name=f"{channel.label}_force",
@@ -49,12 +50,11 @@ def build_scene(*, count_contacts: bool = False) -> mujoco.MjSpec:
         )
     for name, kind in CUBE_SENSORS.items():
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_BODY, objname="cube")
-    if count_contacts:
-        spec.add_sensor(
-            name="cube_contacts",
-            type=mujoco.mjtSensor.mjSENS_CONTACT,
-            objtype=mujoco.mjtObj.mjOBJ_GEOM,
-            objname="cube",
-            intprm=(1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1),
-        )
+    spec.add_sensor(
+        name="cube_contacts",
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=mujoco.mjtObj.mjOBJ_GEOM,
+        objname="cube",
+        intprm=(1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1),
+    )
     return spec

@@ -42,8 +42,7 @@ class Batch(ABC):
             controls: (batch, steps, 7), m, abduction rad; MuJoCo clamps them to the actuator ranges.
 
         Returns:
-            The states after the last step, (batch, state_size), and the sensors of every step, (batch, steps, 42 or
-            more, see `train.scene`).
+            The states after the last step, (batch, state_size), and the sensors of every step, (batch, steps, 43).
         """
 
     def at(self, starts: Floats) -> Floats:
@@ -53,7 +52,7 @@ class Batch(ABC):
         return states
 
     def sensors_at(self, starts: Floats, control: Floats) -> Floats:
-        """Return the sensors at rest at `starts` (batch, 23) under `control` (7,), (batch, 42 or more)."""
+        """Return the sensors at rest at `starts` (batch, 23) under `control` (7,), (batch, 43)."""
         controls = np.broadcast_to(control, (len(self), 1, len(control)))
         return self.advance(self.at(starts), controls)[1][:, 0]
 

@@ -15,7 +15,8 @@ class Settings:
     """The settings that may differ between training a policy and running it (paper table "policycfg").
 
     Raises:
-        ValueError: a row that is not seven values, a scale or rate that is not positive, or noise below zero.
+        ValueError: a row that is not seven values, a scale or rate that is not positive, noise below zero, or a
+            torque limit outside (0, 1].
     """
 
     nominal: Row
@@ -26,6 +27,8 @@ class Settings:
     """Half width of the uniform noise added to each measured value."""
     control_rate_hz: float = 20.0
     """Actions a second."""
+    torque_limit: float | None = None
+    """Share of its stall torque that a servo may use; None for the firmware's own limit."""
 
     def __post_init__(self) -> None:
         for name in ("nominal", "scale", "noise"):
@@ -34,6 +37,8 @@ class Settings:
                 raise ValueError(f"{name} needs {CHANNELS} values in command order, got {len(row)}")
         if min(self.scale) <= 0 or min(self.noise) < 0 or self.control_rate_hz <= 0:
             raise ValueError(f"scales and rate must be positive and noise not negative, got {self}")
+        if self.torque_limit is not None and not 0 < self.torque_limit <= 1:
+            raise ValueError(f"a torque limit is a share of the stall torque in (0, 1], got {self.torque_limit}")
 
     @property
     def period_s(self) -> float:

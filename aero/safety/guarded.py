@@ -25,6 +25,8 @@ from aero.transport import Transport
 
 Floats = NDArray[np.float64]
 
+STALL_TORQUE = 1000
+"""Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
 THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 
 
@@ -139,6 +141,21 @@ class GuardedHand(AeroHand):
             limit(self, self._usual)
             for channel in weak:
                 self.set_torque(channel, min(self._usual.torque, self.thresholds.stop_torque))
+
+    def limit_torques(self, share: float) -> None:
+        """Let no channel use more than a share (0..1) of its stall torque; `expect_stops` ends it.
+
+        Channels whose limit is lower keep it. Nothing happens with a firmware that has no torque settings. The board
+        applies it with the next command.
+
+        Raises:
+            SafetyStopError, AeroError: as `begin` and `set_torque`.
+        """
+        self.expect_stops(())
+        if self._usual is not None:
+            for channel in Channel:
+                most = self.thresholds.stop_torque if channel in THUMB else self._usual.torque
+                self.set_torque(channel, min(most, round(STALL_TORQUE * share)))
 
     def command_codes(self, codes: ArrayLike) -> None:
         """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""

@@ -81,7 +81,7 @@ def evaluate(
     out.mkdir(parents=True, exist_ok=True)
     results: dict[str, dict[str, dict[str, float]]] = {}
     if "mujoco" in backends:
-        with Simulator([build_scene(count_contacts=True).compile()] * episodes) as batch:
+        with Simulator([build_scene(policy.settings.torque_limit).compile()] * episodes) as batch:
             results["plain MuJoCo"] = _simulated(policy, batch, seconds, seed, out / "delay.png")
     if "mjx" in backends:
         results["MJX"] = _over_mjx(policy, episodes, seconds, seed)
@@ -111,7 +111,7 @@ def _over_mjx(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[
         from train.physics import MjxBatch  # noqa: PLC0415 - JAX is only needed here
     except ImportError as error:
         raise click.UsageError(f"--on mjx needs `pip install aero-hil[train]`: {error}") from error
-    batch = MjxBatch([build_scene(count_contacts=True).compile()] * episodes)
+    batch = MjxBatch([build_scene(policy.settings.torque_limit).compile()] * episodes)
     found = measure(policy, conditions(policy)[:1], batch, seconds=seconds, seed=seed)
     return {name: one.summary() for name, one in found.items()}
 

@@ -63,6 +63,26 @@ def test_it_opens_gently_first_and_gets_its_usual_limits_back(firmware):
     assert (usual is None) == (firmware == "pre")
 
 
+def test_a_program_may_use_less_torque_until_it_expects_stops_again():
+    with guarded() as target:
+        usual, thumb = usual_settings("0.2.0").torque, Thresholds().stop_torque
+        for share, expected in ((0.4, [400] * 7), (0.6, [thumb] * 3 + [600] * 4)):
+            target.guard.limit_torques(share)
+            close(target, Channel.INDEX, share=0.5)
+            wait(target, 0.1)
+            assert torque_limits(target) == expected
+        target.begin()
+        close(target, Channel.INDEX, share=0.5)
+        wait(target, 0.1)
+        assert torque_limits(target) == [thumb] * 3 + [usual] * 4
+
+
+def test_a_firmware_without_torque_settings_takes_no_limit():
+    with guarded(firmware="pre") as target:
+        target.guard.limit_torques(0.4)
+        assert Opcode.SET_TOR not in wire_opcodes(target)
+
+
 def test_a_closed_hand_is_opened_no_faster_than_the_gentle_speed():
     """An earlier program left it closed."""
     with guarded() as target:

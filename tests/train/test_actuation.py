@@ -89,18 +89,28 @@ def test_parameters_stay_in_their_ranges_and_reach_both_ends():
     spans = {
         "lag_s": (drawn.lag_s, ranges.lag_s),
         "delay_s": (drawn.delay_s, ranges.delay_s),
-        "offset": (drawn.offset[:, [0, 1, 2, 3, 5, 6]], ranges.offset_m),
-        "abduction": (drawn.offset[:, 4], ranges.abduction_offset_rad),
+        "offset": (drawn.offset, np.array(ranges.offset)),
         "gain": (drawn.gain, ranges.gain),
     }
-    for name, (values, (low, high)) in spans.items():
-        assert low <= values.min() < low + 0.01 * (high - low), name
-        assert high >= values.max() > high - 0.01 * (high - low), name
+    for name, (values, ends) in spans.items():
+        low, high = np.array(ends)
+        lowest, highest, margin = values.min(axis=0), values.max(axis=0), 0.01 * (high - low)
+        assert (low <= lowest).all(), name
+        assert (lowest < low + margin).all(), name
+        assert (high >= highest).all(), name
+        assert (highest > high - margin).all(), name
     assert np.abs(np.corrcoef(drawn.gain.T) - np.eye(7)).max() < 0.05
 
 
 @pytest.mark.parametrize(
-    "change", [{"lag_s": (0.2, 0.1)}, {"lag_s": (-0.1, 0.1)}, {"delay_s": (0.0, 0.11)}, {"gain": (0.0, 1.0)}]
+    "change",
+    [
+        {"lag_s": (0.2, 0.1)},
+        {"lag_s": (-0.1, 0.1)},
+        {"delay_s": (0.0, 0.11)},
+        {"gain": (0.0, 1.0)},
+        {"offset": ((0.0,) * 7, (0.0,) * 6 + (-0.1,))},
+    ],
 )
 def test_ranges_that_cannot_be_simulated_are_refused(change):
     with pytest.raises(ValueError, match=r"must be"):

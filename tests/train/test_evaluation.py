@@ -17,7 +17,7 @@ BATCH = 4
 
 @pytest.fixture(scope="module")
 def batch():
-    with Simulator([build_scene(count_contacts=True).compile()] * BATCH, threads=1) as simulator:
+    with Simulator([build_scene().compile()] * BATCH, threads=1) as simulator:
         yield simulator
 
 
@@ -99,7 +99,7 @@ def test_pictures_are_drawn(tmp_path, batch):
 def test_a_log_keeps_every_step_of_an_episode():
     kept = log(policy(), task_of(policy()), 0.5, 3)
     assert (kept.positions.shape, kept.actions.shape, kept.lengths.shape) == ((10, 23), (10, 7), (10, 7))
-    with Simulator([build_scene(count_contacts=True).compile()], threads=1) as single:
+    with Simulator([build_scene().compile()], threads=1) as single:
         episodes = run(policy(), task_of(policy()), single, 0.5, 3)
     change = np.linalg.norm(np.diff(np.vstack([np.zeros(7), kept.actions]), axis=0), axis=1)
     np.testing.assert_allclose(episodes.action_change, change.mean())

@@ -22,6 +22,7 @@ from train.scene import build_scene  # noqa: E402
 from train.simulator import Simulator, positions  # noqa: E402
 from train.task.episode import Task, begin, command, finish  # noqa: E402
 from train.task.grasp import PAPER_RESET, draw_starts  # noqa: E402
+from train.task.signals import SENSOR_COUNT  # noqa: E402
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)
 HAND_TASK = Task(actuation=actuation.HAND)
@@ -100,7 +101,7 @@ def test_observation_and_action_are_the_same_in_a_trace_and_in_numpy():
 def test_an_episode_is_the_same_in_a_trace_and_in_numpy():
     rng = np.random.default_rng(0)
     batch = 8
-    start, sensors = rng.normal(size=(batch, 42)) * 0.01, rng.normal(size=(batch, 5, 42)) * 0.01
+    start, sensors = rng.normal(size=(batch, SENSOR_COUNT)) * 0.01, rng.normal(size=(batch, 5, SENSOR_COUNT)) * 0.01
     uniform, action = rng.uniform(size=(batch, actuation.DRAWS)), rng.uniform(-1, 1, (batch, 7))
     q, v, noise = rng.normal(size=(batch, 23)), rng.normal(size=(batch, 22)), rng.uniform(-1, 1, (batch, 7))
 
@@ -127,7 +128,7 @@ def test_an_episode_is_the_same_in_a_trace_and_in_numpy():
 def environment():
     model = build_scene().compile()
     rng = np.random.default_rng(0)
-    simulator = Simulator(randomise.models(model, randomise.draw(model, rng, 4)), threads=1)
+    simulator = Simulator(randomise.models(model, randomise.draw(model, rng, 4, randomise.table(model))), threads=1)
     task = Task(episode_steps=6, actuation=STEADY.task.actuation)
     yield CubeEnvironment(task, native(simulator), prepare_starts(task, simulator, rng, count=2), "native")
     simulator.close()
@@ -152,7 +153,7 @@ def test_the_environment_restarts_by_itself_and_keeps_the_books(environment):
 
 def test_a_state_that_is_not_finite_counts_as_a_fall_and_restarts(environment):
     def blows_up(states, controls):
-        return states * jnp.nan, jnp.zeros((4, 5, 42)) * jnp.nan
+        return states * jnp.nan, jnp.zeros((4, 5, SENSOR_COUNT)) * jnp.nan
 
     broken = CubeEnvironment(
         environment._task, blows_up, (environment._start_states, environment._start_sensors), "native"

@@ -11,7 +11,8 @@ from train.progress import (
     read_standing,
     write_standing,
 )
-from train.recipe import FAST, RECIPES, STEADY, on_gpu
+from train.recipe import FAST, PAPER, RECIPES, STEADY, Goal, on_gpu
+from train.task.reward import PAPER_REWARD
 
 
 def test_a_curve_comes_back_as_it_went_and_is_drawn(tmp_path):
@@ -31,15 +32,17 @@ def test_the_standing_comes_back_as_it_went(tmp_path):
 
 
 def test_the_gpu_recipe_is_the_papers():
-    paper = on_gpu(FAST)
+    paper = on_gpu(PAPER)
     assert (paper.environments, paper.environments // paper.minibatches, paper.minibatches) == (8192, 256, 32)
     assert (paper.unroll, paper.epochs, paper.steps) == (40, 4, 300_000_000)
-    assert (paper.learning_rate, paper.discount, paper.entropy_cost) == (3e-4, 0.97, 1e-2)
+    (stage,) = paper.stages
+    assert (stage.learning_rate, stage.discount, stage.entropy_cost) == (3e-4, 0.97, 1e-2)
+    assert stage.rewarded == PAPER_REWARD
     assert (paper.clipping, paper.gae, paper.hidden) == (0.3, 0.95, (512, 256, 128))
 
 
 def test_the_steady_recipe_has_the_hand_in_the_loop_and_the_fast_one_does_not():
-    assert set(RECIPES) == {"steady", "fast"}
+    assert set(RECIPES) == {"steady", "fast", "paper"}
     assert STEADY.task.actuation.real_servo
     assert STEADY.task.actuation.delay_s[1] >= 0.03
     assert FAST.task.actuation.lag_s == (0.0, 0.0)
@@ -50,6 +53,14 @@ def test_a_recipe_that_does_not_divide_is_refused():
         replace(FAST, environments=255)
 
 
+def test_the_score_is_the_rate_less_what_falls_short_of_the_goal():
+    goal = Goal(survival=0.95, airborne=0.002)
+    assert goal.score(1.0, 0.98, 0.001) == 1.0
+    assert goal.score(1.0, 0.85, 0.001) == pytest.approx(0.5)
+    assert goal.score(1.0, 0.98, 0.012) == pytest.approx(0.5)
+
+
 def test_a_short_run_still_has_checkpoints():
     assert FAST.with_steps(1_024_000).checkpoint_steps == 102_400
     assert FAST.with_steps(10_240).checkpoint_steps == 10_240
+    assert FAST.with_steps(FAST.steps // 10).steps == FAST.steps // 10

@@ -28,7 +28,7 @@ def model() -> mujoco.MjModel:
 
 @pytest.fixture(scope="module")
 def draws(model):
-    return randomise.draw(model, np.random.default_rng(0), DRAWS)
+    return randomise.draw(model, np.random.default_rng(0), DRAWS, randomise.table(model))
 
 
 def relative(row, draws, model):
@@ -77,9 +77,23 @@ def test_nothing_else_is_randomised_in_particular_not_the_cubes_friction_and_mas
 
 
 def test_every_environment_gets_a_model_of_its_own(model):
-    draws = randomise.draw(model, np.random.default_rng(1), 3)
+    draws = randomise.draw(model, np.random.default_rng(1), 3, randomise.table(model))
     copies = randomise.models(model, draws)
     for environment, one in enumerate(copies):
         np.testing.assert_array_equal(one.dof_damping, draws["dof_damping"][environment])
     assert (copies[0].dof_damping != copies[1].dof_damping).any()
     assert model.dof_frictionloss[0] == pytest.approx(0.02)
+
+
+def test_servos_are_drawn_stiffer_than_the_model_and_lose_force_in_their_sheaths():
+    model = build_scene(torque_limit=0.5).compile()
+    drawn = randomise.draw(model, np.random.default_rng(0), 1000, randomise.SERVO_ROWS)
+    stiffness = drawn["actuator_gainprm"][..., 0] / model.actuator_gainprm[:, 0]
+    force = drawn["actuator_forcerange"] / model.actuator_forcerange
+    np.testing.assert_allclose(stiffness, stiffness[:, :1] * np.ones(7))
+    np.testing.assert_allclose(drawn["actuator_gainprm"][..., 0], -drawn["actuator_biasprm"][..., 1])
+    np.testing.assert_allclose(force[..., 0], force[..., 1])
+    for values, (low, high) in ((stiffness, (2.0, 4.0)), (force, (0.5, 1.0))):
+        assert low <= values.min() < low + 0.05
+        assert high - 0.05 < values.max() <= high
+    np.testing.assert_allclose(np.corrcoef(force[..., 0].T), np.eye(7), atol=0.15)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from aero.policy.settings import PAPER_TRAINING
-from train import randomise
+from train import actuation, randomise
 from train.scene import build_scene
 from train.simulator import Simulator, positions, velocities
 from train.task.grasp import PAPER_RESET, draw_starts
@@ -34,8 +34,21 @@ def test_the_scene_has_the_sensors_that_the_task_names(model):
     assert model.sensor("thumb_tip_position").adr[0] == edges[3] - 3
 
 
+def test_a_torque_limit_bounds_what_a_cable_is_pulled_with(starts):
+    closed = np.broadcast_to(NOMINAL - 0.02, (BATCH, 50, 7))
+    bounded = build_scene(torque_limit=0.5).compile()
+    forces = {}
+    for name, one in (("free", build_scene().compile()), ("bounded", bounded)):
+        with Simulator([one] * BATCH) as simulator:
+            forces[name] = np.abs(unpack(simulator.advance(simulator.at(starts), closed)[1]).forces)
+    stall = actuation.STALL_FORCE
+    np.testing.assert_allclose(stall[[0, 4, 5]], [0.588 / 0.009, 0.588, 0.588 / 0.009])
+    assert (forces["bounded"] <= 0.5 * stall + 1e-9).all()
+    assert forces["free"][..., 0].max() > 2 * stall[0]
+
+
 def test_a_batch_does_what_single_scenes_do(model, starts):
-    draws = randomise.draw(model, np.random.default_rng(1), BATCH)
+    draws = randomise.draw(model, np.random.default_rng(1), BATCH, randomise.table(model))
     models = randomise.models(model, draws)
     controls = np.random.default_rng(2).uniform(-1, 1, (BATCH, 5, 7)) * PAPER_TRAINING.scale + NOMINAL
     with Simulator(models, threads=2) as simulator:

@@ -109,10 +109,19 @@ def test_the_paper_weights_rotation_fall_and_action_rate_only():
 @given(seeds)
 def test_every_cost_is_zero_at_rest_and_positive_otherwise(seed):
     rng = np.random.default_rng(seed)
-    values = all_terms(rng.normal(size=(5, 42)), rng.normal(size=23))
+    values = all_terms(rng.normal(size=(5, SENSOR_COUNT)), rng.normal(size=23))
     assert all(values[name] > 0 for name in ("cube_speed", "pose", "effort", "energy"))
-    still = all_terms(np.zeros((5, 42)), grasp.NOMINAL_JOINTS)
+    still = all_terms(np.zeros((5, SENSOR_COUNT)), grasp.NOMINAL_JOINTS)
     assert all(still[name] == 0 for name in ("cube_speed", "pose", "effort", "energy"))
+
+
+def test_letting_go_of_the_cube_is_counted_by_the_physics_step():
+    sensors = np.zeros((5, SENSOR_COUNT))
+    sensors[:, -1] = (0, 0, 1, 3, 2)
+    values = all_terms(sensors, np.zeros(23))
+    assert values["airborne"] == pytest.approx(0.4)
+    dearer = reward(values, Weights(airborne=-2.0), 0.05) - reward(values, Weights(), 0.05)
+    assert dearer == pytest.approx(-0.04)
 
 
 def test_the_cube_is_lost_below_the_fall_height_only():

@@ -14,7 +14,7 @@ from aero.policy.settings import Settings
 from aero.policy.task import CHANNELS, targets
 from train import actuation
 from train.actuation import SPEED_LIMIT
-from train.scene import CONTACT_COUNT, build_scene
+from train.scene import build_scene
 from train.simulator import Batch, Floats, Simulator, positions, velocities
 from train.task.episode import Episode, Outcome, Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
@@ -82,7 +82,7 @@ class Log(NamedTuple):
 def log(policy: Policy, task: Task, seconds: float, seed: int = 0) -> Log:
     """Run one episode in native MuJoCo and keep all of it; arguments as for `run`."""
     rows: list[tuple[Floats, Floats, Floats]] = []
-    with Simulator([build_scene(count_contacts=True).compile()], threads=1) as batch:
+    with Simulator([build_scene(policy.settings.torque_limit).compile()], threads=1) as batch:
         _run(policy, task, batch, seconds, rng=np.random.default_rng(seed), on_period=lambda *s: rows.append(_row(*s)))
     return Log(*(np.array(column) for column in zip(*rows, strict=True)))
 
@@ -93,7 +93,7 @@ def run(policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0)
     Args:
         policy: what acts.
         task: its settings, starts and actuation; noise as in its settings.
-        batch: scenes made with `build_scene(count_contacts=True)`.
+        batch: scenes made with `build_scene`.
         seconds: length of an episode, s.
         seed: of starts, actuation and noise.
     """
@@ -155,7 +155,7 @@ class _Tally:
         self._overspeed += alive * (travel > SPEED_LIMIT * period_s).mean(axis=-1)
         self._steps += alive
         settled = alive & (self._steps * period_s > SETTLING_S)
-        self._airborne += settled * (sensors[..., CONTACT_COUNT] == 0).mean(axis=-1)
+        self._airborne += settled * outcome.terms["airborne"]
         self._observed += settled
         self._alive = alive & ~outcome.lost
 

@@ -82,7 +82,7 @@ def begin(task: Task, sensors: Array, uniform: Array) -> Episode:
 
     Args:
         task: the task.
-        sensors: sensors of the start, (..., 42).
+        sensors: sensors of the start, (..., 43).
         uniform: draws from [0, 1] for the actuation, (..., `actuation.DRAWS`).
     """
     lengths = unpack(sensors).lengths
@@ -124,7 +124,7 @@ def finish(
     Args:
         task: the task.
         episode: as `command` left it.
-        sensors: of every physics step of the period, (..., substeps, 42).
+        sensors: of every physics step of the period, (..., substeps, 43).
         positions: generalised positions at its end, (..., 23).
         velocities: generalised velocities at its end, (..., 22).
         noise: draws from [-1, 1], (..., 7).

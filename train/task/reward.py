@@ -26,6 +26,9 @@ class Weights:
     """Of the squared change of the action."""
     cube_speed: float = 0.0
     """Of the cube's linear speed, s/m."""
+    airborne: float = 0.0
+    """Of the share of the control period's physics steps in which nothing touches the cube; not a term of the
+    paper's."""
     pose: float = 0.0
     """Of the squared distance of the joints from the nominal grasp, 1/rad²."""
     effort: float = 0.0
@@ -84,6 +87,7 @@ def terms(
         "fall": xp.where(fallen(period.cube_position[..., -1, 2]), 1.0, 0.0),
         "action_rate": xp.sum((action - last_action) ** 2, axis=-1),
         "cube_speed": speed,
+        "airborne": xp.mean(xp.where(period.cube_contacts[..., 0] > 0, 0.0, 1.0), axis=-1),
         "pose": xp.sum((joints[..., : len(Joint)] - NOMINAL_JOINTS) ** 2, axis=-1),
         "effort": xp.sum(forces**2, axis=-1),
         "energy": xp.sum(xp.abs(forces * travel_speed), axis=-1),

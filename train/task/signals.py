@@ -18,6 +18,7 @@ SENSOR_SIZES = {
     "cube_orientation": 4,
     "cube_linear_velocity": 3,
     "cube_angular_velocity": 3,
+    "cube_contacts": 1,
 }
 """Sensor blocks of a training scene in the order of its sensor vector, with their widths."""
 _EDGES = np.cumsum([0, *SENSOR_SIZES.values()])
@@ -47,10 +48,12 @@ class Signals(NamedTuple):
     """World frame, (..., 3), m/s."""
     cube_angular_velocity: Array
     """World frame, (..., 3), rad/s."""
+    cube_contacts: Array
+    """How many contacts the cube has, (..., 1)."""
 
 
 def unpack(sensors: Array) -> Signals:
-    """Name the parts of sensor vectors (..., 42)."""
+    """Name the parts of sensor vectors (..., 43)."""
     blocks = {name: sensors[..., part] for name, part in _SLICES.items()}
     return Signals(**blocks | {"lengths": blocks["lengths"][..., _TO_COMMAND_ORDER]})
 

@@ -54,8 +54,16 @@ def test_the_presets_differ_as_the_papers_table_says():
 
 
 @pytest.mark.parametrize(
-    "change", [{"nominal": (0.0,) * 6}, {"scale": (0.0,) * 7}, {"noise": (-1.0,) * 7}, {"control_rate_hz": 0.0}]
+    "change",
+    [
+        {"nominal": (0.0,) * 6},
+        {"scale": (0.0,) * 7},
+        {"noise": (-1.0,) * 7},
+        {"control_rate_hz": 0.0},
+        {"torque_limit": 0.0},
+        {"torque_limit": 1.1},
+    ],
 )
 def test_settings_that_make_no_sense_are_refused(change):
-    with pytest.raises(ValueError, match=r"needs 7 values|must be positive"):
+    with pytest.raises(ValueError, match=r"needs 7 values|must be positive|share of the stall torque"):
         Settings(**{"nominal": PAPER_TRAINING.nominal, "scale": PAPER_TRAINING.scale} | change)
