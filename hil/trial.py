@@ -47,6 +47,8 @@ class Trial:
     """What the loop saw: its ending, missing readings, saturation, currents."""
     travel_per_s: tuple[float, ...]
     """Commanded travel of each channel, (7,), m/s, abduction rad/s."""
+    mean_currents_a: tuple[float, ...]
+    """Mean of each channel's absolute motor current while the policy acted, (7,), A."""
 
     @property
     def rate_rad_s(self) -> float:
@@ -62,6 +64,7 @@ class _Cube:
         self._began = 0.0
         self.alive_s, self.rotation, self.lost = 0.0, 0.0, False
         self.targets: list[np.ndarray] = []
+        self.currents: list[np.ndarray] = []
 
     def place(self) -> None:
         self._plant.place_cube(self._position)
@@ -69,6 +72,7 @@ class _Cube:
 
     def watch(self, step: Step) -> None:
         self.targets.append(step.target)
+        self.currents.append(np.abs(step.currents_a))
         if not self.lost:
             self.alive_s = self._plant.time - self._began
             self.rotation = self._plant.cube_rotation
@@ -130,4 +134,5 @@ def run_trial(
         rotation_rad=cube.rotation,
         run=run,
         travel_per_s=tuple(travel.tolist()),
+        mean_currents_a=tuple(np.nanmean(cube.currents, axis=0).tolist() if cube.currents else [0.0] * 7),
     )

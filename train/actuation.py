@@ -63,17 +63,10 @@ class ActuationRanges:
 
 IDEAL = ActuationRanges()
 """The released environment's."""
-HAND = ActuationRanges(
-    lag_s=(0.015, 0.040),
-    delay_s=(0.010, 0.030),
-    offset=(
-        (-0.001, -0.001, -0.001, -0.001, -0.05, -0.003, -0.002),
-        (0.007, 0.007, 0.007, 0.007, 0.05, 0.001, 0.001),
-    ),
-    gain=(0.97, 1.03),
-    real_servo=True,
-)
-"""What separates hands from the simulator, with room on both sides."""
+SERVOS = ActuationRanges(lag_s=(0.015, 0.040), delay_s=(0.010, 0.030), gain=(0.97, 1.03), real_servo=True)
+"""What servos do to the routed hand, with room on both sides."""
+BUS = ActuationRanges(lag_s=(0.0, 0.020), delay_s=(0.005, 0.030), real_servo=True)
+"""What is left where the servos are in the physics: the way of a command, and some lag for firmware with a profile."""
 
 DRAWS = 2 + 2 * CHANNELS
 """Uniform numbers that `parameters` takes."""

@@ -16,7 +16,7 @@ from brax.envs.base import Env, State
 from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE, Array
 from train import actuation
 from train.physics import Advance
-from train.simulator import Floats, Simulator, positions, velocities
+from train.simulator import Batch, Floats, positions, velocities
 from train.task.episode import Episode, Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
 from train.task.signals import CRITIC_SIZE, critic_state, unpack
@@ -26,7 +26,7 @@ STARTS = 16
 
 
 def prepare_starts(
-    task: Task, simulator: Simulator, rng: np.random.Generator, count: int = STARTS
+    task: Task, simulator: Batch, rng: np.random.Generator, count: int = STARTS
 ) -> tuple[Floats, Floats]:
     """Return states (batch, count, 46) and sensors (batch, count, 43) of starts, drawn for each environment."""
     nominal = np.array(task.settings.nominal)

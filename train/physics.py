@@ -15,14 +15,14 @@ import numpy as np
 from mujoco import mjx
 
 from train.randomise import Draws
-from train.simulator import Batch, Floats, Simulator
+from train.simulator import Batch, Floats
 from train.task.signals import SENSOR_COUNT
 
 Advance = Callable[[jax.Array, jax.Array], tuple[jax.Array, jax.Array]]
 """(batch, state), (batch, steps, 7) controls -> (batch, state) at the end, (batch, steps, 43) sensors."""
 
 
-def native(simulator: Simulator) -> Advance:
+def native(simulator: Batch) -> Advance:
     """Return the period over native MuJoCo: JAX calls back into `mujoco.rollout`, in single precision at the border."""
 
     def roll(states: jax.Array, controls: jax.Array) -> tuple[np.ndarray, np.ndarray]:

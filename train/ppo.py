@@ -10,19 +10,21 @@ from pathlib import Path
 from typing import Any, Literal
 
 import jax
+import mujoco
 import numpy as np
 from brax.training.agents.ppo import networks as ppo_networks
 from brax.training.agents.ppo import train as brax_ppo
 
 from aero.policy.file import Policy, load, save
 from train import export, randomise
+from train.built import BuiltSimulator, MixedSimulator, draw_scenes
 from train.environment import CubeEnvironment, prepare_starts
 from train.evaluation.rollouts import Episodes, run
 from train.physics import native, over_mjx
 from train.progress import PARAMETERS, Checkpoint, Standing, append, read_standing, write_standing
 from train.recipe import Recipe, Stage
 from train.scene import build_scene
-from train.simulator import Simulator
+from train.simulator import Batch, Simulator
 
 # A callback into MuJoCo would wait for the thread that it blocks. Holds only if set before JAX makes its CPU client.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
@@ -87,13 +89,11 @@ def train(
         try:
             attempt.run()
         except _StuckError:
-            standing = replace(attempt.standing, attempt=attempt.standing.attempt + 1, steps=0)
+            standing = replace(attempt.standing, attempt=attempt.standing.attempt + 1, stage=0, steps=0)
             write_standing(folder, standing)
             continue
         except _TimeOverError:
             pass
-        finally:
-            attempt.close()
         break
     return load(folder / f"{recipe.name}.npz")
 
@@ -112,7 +112,7 @@ def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing
 
 
 class _Attempt:
-    """One start of Brax PPO, with a simulator to train in and one to measure in."""
+    """One start of a run: its stages one after another, each with hands to train on and hands to be measured on."""
 
     def __init__(
         self,
@@ -133,38 +133,53 @@ class _Attempt:
         self._before = 0
         self._best_rate = -np.inf
         self._seed = standing.seed * 1000 + standing.attempt
-        rng = np.random.default_rng(self._seed)
         # One simulator serves one device; MJX gives every device the same randomised hands, as Brax does.
         self._devices = 1 if backend == "native" else jax.local_device_count()
-        environments = recipe.environments // self._devices
-        model = build_scene(recipe.task.settings.torque_limit).compile()
-        servos = randomise.SERVO_ROWS if recipe.task.actuation.real_servo else ()
-        draws = randomise.draw(model, rng, environments, (*randomise.table(model), *servos))
-        self._simulator = Simulator(randomise.models(model, draws), threads)
-        measured = randomise.draw(model, rng, EVALUATED, servos)
-        self._measured = Simulator(randomise.models(model, measured) if servos else [model] * EVALUATED, threads)
-        self._starts = prepare_starts(recipe.task, self._simulator, rng)
-        self._advance = native(self._simulator) if backend == "native" else over_mjx(model, draws)
-
-    def close(self) -> None:
-        self._simulator.close()
-        self._measured.close()
+        self._threads = threads
 
     def run(self) -> None:
         """Go through what is left of the stages."""
         end = 0
-        for stage in self._recipe.stages:
+        for index, stage in enumerate(self._recipe.stages):
             end += stage.steps
             if self.standing.steps < end:
+                if self.standing.stage < index:
+                    self.standing = replace(self.standing, stage=index, best_score=None)
                 self._learn(stage, end - self.standing.steps)
 
     def _learn(self, stage: Stage, steps: int) -> None:
+        """Train for `steps` on hands that are drawn for this stage."""
         recipe = self._recipe
-        self._before = self.standing.steps
-        task = replace(recipe.task, rewarded=stage.rewarded)
+        self._before, self._task = self.standing.steps, recipe.task_in(stage)
+        rng = np.random.default_rng((self._seed, self.standing.stage))
+        model = build_scene(recipe.task.settings.torque_limit).compile()
+        paper = randomise.table(model, recipe.tip_friction)
+        draws = randomise.draw(model, rng, recipe.environments // self._devices, (*paper, *stage.rows))
+        measured = randomise.draw(model, rng, EVALUATED, stage.rows)
+        hands = randomise.models(model, measured) if stage.rows else [model] * EVALUATED
+        with (
+            self._batch(stage, randomise.models(model, draws), rng) as batch,
+            self._batch(stage, hands, rng) as self._measured,
+        ):
+            starts = prepare_starts(recipe.task, batch, rng)
+            advance = native(batch) if self._backend == "native" else over_mjx(model, draws)
+            self._optimise(stage, steps, CubeEnvironment(self._task, advance, starts, self._backend))
+
+    def _batch(self, stage: Stage, routed: list[mujoco.MjModel], rng: np.random.Generator) -> Batch:
+        """Return the routed hands, the last of them replaced by the stage's share of built ones."""
+        built = round(stage.built * len(routed))
+        if not built:
+            return Simulator(routed, self._threads)
+        hands = draw_scenes(self._recipe.hands, rng, built, self._recipe.task.settings.torque_limit)
+        return MixedSimulator(
+            Simulator(routed[: len(routed) - built], self._threads), BuiltSimulator(hands, self._threads)
+        )
+
+    def _optimise(self, stage: Stage, steps: int, environment: CubeEnvironment) -> None:
+        recipe = self._recipe
         learn = partial(
             brax_ppo.train,
-            environment=CubeEnvironment(task, self._advance, self._starts, self._backend),
+            environment=environment,
             max_devices_per_host=self._devices,
             wrap_env=False,
             num_envs=recipe.environments,
@@ -205,8 +220,8 @@ class _Attempt:
             return  # measured already, at the end of what came before
         now, done = time.monotonic(), self._before + steps
         speed = (done - self._last_steps) / (now - self._last_time)
-        policy = export.policy(self._recipe.name, self._recipe.task, parameters, self._provenance(done))
-        episodes = run(policy, self._recipe.task, self._measured, EPISODE_S, seed=self._seed)
+        policy = export.policy(self._recipe.name, self._task, parameters, self._provenance(done))
+        episodes = run(policy, self._task, self._measured, EPISODE_S, seed=self._seed)
         point = self._point(episodes, done, speed)
         best = self.standing.best_score
         if best is None or point.score > best:

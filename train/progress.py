@@ -52,12 +52,14 @@ class Standing:
     """The run's seed."""
     attempt: int = 0
     """The attempt that is running."""
+    stage: int = 0
+    """The stage of the recipe that is running."""
     steps: int = 0
     """Environment steps of that attempt."""
     elapsed_s: float = 0.0
     """Wall time of all attempts, s."""
     best_score: float | None = None
-    """Score of the best checkpoint of all attempts."""
+    """Score of the stage's best checkpoint, of all attempts."""
 
 
 def append(folder: Path, point: Checkpoint) -> None:

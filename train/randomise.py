@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel, Joint
-from train.scene import FINGERTIPS
+from train.scene import tip_geoms
 
 Rule = Literal["set", "shift", "scale"]
 Index = tuple[Any, ...]
@@ -47,24 +47,30 @@ _GAINS: tuple[tuple[str, Index], ...] = (("actuator_gainprm", (_MOTORS, 0)), ("a
 _FORCES: tuple[tuple[str, Index], ...] = (("actuator_forcerange", (_MOTORS, 0)), ("actuator_forcerange", (_MOTORS, 1)))
 SERVO_ROWS = (
     Row("servo stiffness", "scale", 2.0, 4.0, _GAINS, shared=True),
-    Row("force behind the sheaths", "scale", 0.5, 1.0, _FORCES),
+    Row("force behind the sheaths", "scale", 0.65, 1.0, _FORCES),
 )
-"""What is drawn besides where servos are in the loop: their stiffness, and what sheaths leave of a bounded force.
+"""What is drawn besides for a routed hand behind servos.
 
-A servo's 0.0051 N m a count are 41 kN/m of cable, against 10 kN/m in the model; friction in the sheaths of the
-recorded hand takes up to 0.54 of the tension (unit `reference`).
+A servo's 0.0051 N m a count are 41 kN/m of cable, against 10 kN/m in the model. Friction in the sheaths of the
+recorded hand takes a force down to 1/1.54 of the servo's (unit `reference`).
 """
 
 
-def table(model: mujoco.MjModel) -> tuple[Row, ...]:
-    """Return the paper's table with the elements of `model`, a compiled `train.scene`."""
+PAPER_TIP_FRICTION = (0.5, 1.0)
+
+
+def table(model: mujoco.MjModel, tip_friction: tuple[float, float] = PAPER_TIP_FRICTION) -> tuple[Row, ...]:
+    """Return the paper's table with the elements of `model`, a compiled `train.scene`.
+
+    Args:
+        model: the scene.
+        tip_friction: range of the fingertips' friction; the paper's leaves out the 0.2 of the model itself.
+    """
     cube = model.body("cube").id
-    tips = np.array([model.site(tip).bodyid[0] for tip in FINGERTIPS])
-    tip_geoms = np.flatnonzero(np.isin(model.geom_bodyid, tips) & (model.geom_contype != 0))
     joints = np.arange(len(Joint))
     links = np.array([body for body in range(model.nbody) if _is_link(model, body)])
     return (
-        Row("fingertip friction", "set", 0.5, 1.0, (("geom_friction", (tip_geoms, 0)),), shared=True),
+        Row("fingertip friction", "set", *tip_friction, (("geom_friction", (tip_geoms(model), 0)),), shared=True),
         Row("cube inertia", "scale", 0.8, 1.2, (("body_inertia", (cube,)),), shared=True),
         Row("cube centre of mass", "shift", -0.005, 0.005, (("body_ipos", (cube,)),)),
         Row("joint zero offsets", "shift", -0.05, 0.05, (("qpos0", (joints,)),)),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from aero.policy.settings import PAPER_TRAINING
-from train.actuation import HAND
+from aero.policy.settings import PAPER_TRAINING, Settings
+from train.actuation import BUS, IDEAL, SERVOS, ActuationRanges
+from train.hands import HANDS, HandRanges
+from train.randomise import PAPER_TIP_FRICTION, SERVO_ROWS, Row
 from train.task.episode import Task
 from train.task.reward import PAPER_REWARD, RewardSettings, Weights
 
@@ -18,6 +20,12 @@ class Stage:
     """Environment steps."""
     rewarded: RewardSettings = PAPER_REWARD
     """What is rewarded."""
+    actuation: ActuationRanges = IDEAL
+    """What the hand does to commands and readings."""
+    rows: tuple[Row, ...] = ()
+    """What is randomised besides the paper's table, on routed hands."""
+    built: float = 0.0
+    """Share of built hands among the environments."""
     learning_rate: float = 3e-4
     """Adam's."""
     discount: float = 0.97
@@ -62,9 +70,13 @@ class Recipe:
     name: str
     """Name of the policy it makes."""
     task: Task
-    """What is trained for; its reward is the stages'."""
+    """What is trained for; the stages say what is rewarded, and on which hands."""
     stages: tuple[Stage, ...]
-    """One after another; each goes on with the networks of the one before."""
+    """One after another; each goes on with the networks of the one before, and looks for its own best checkpoint."""
+    tip_friction: tuple[float, float] = PAPER_TIP_FRICTION
+    """Range of the routed hands' fingertip friction in training."""
+    hands: HandRanges = HANDS
+    """Range of the built hands in training."""
     goal: Goal = Goal()
     """What checkpoints are chosen by."""
     environments: int = 256
@@ -90,6 +102,10 @@ class Recipe:
         if self.environments % self.minibatches:
             raise ValueError(f"{self.environments} environments must divide into minibatches, got {self.minibatches}")
 
+    def task_in(self, stage: Stage) -> Task:
+        """Return what is trained for in one of the stages."""
+        return replace(self.task, rewarded=stage.rewarded, actuation=stage.actuation)
+
     @property
     def steps(self) -> int:
         """Environment steps of the whole run."""
@@ -105,9 +121,13 @@ class Recipe:
 PAPER = Recipe("paper", Task(), (Stage(10_000_000),))
 """The paper's task, reward and settings, nothing added."""
 
+TIP_FRICTION = (0.2, 1.0)
+"""From the model's own, which both emulated hands have too, to the paper's upper end."""
+
 FAST = replace(
     PAPER,
     name="fast",
+    tip_friction=TIP_FRICTION,
     stages=(
         Stage(6_000_000),
         Stage(3_000_000, RewardSettings(Weights(fall=-200.0)), learning_rate=1e-4, entropy_cost=3e-3),
@@ -118,18 +138,18 @@ FAST = replace(
 STEADY = Recipe(
     "steady",
     Task(
-        settings=replace(PAPER_TRAINING, noise=(0.002, 0.002, 0.002, 0.002, 0.02, 0.002, 0.002), torque_limit=0.5),
-        actuation=HAND,
-    ),
-    (
-        Stage(5_000_000),
-        Stage(
-            3_000_000,
-            RewardSettings(Weights(fall=-300.0, airborne=-2.0), rotation_cap_rad_s=2.0),
-            learning_rate=1e-4,
-            entropy_cost=3e-3,
+        settings=Settings(
+            nominal=(0.086,) * 4 + PAPER_TRAINING.nominal[4:],
+            scale=(0.024,) * 4 + PAPER_TRAINING.scale[4:],
+            noise=(0.002, 0.002, 0.002, 0.002, 0.02, 0.002, 0.002),
+            torque_limit=0.5,
         ),
     ),
+    (
+        Stage(1_500_000, actuation=SERVOS, rows=SERVO_ROWS),
+        Stage(3_000_000, actuation=BUS, rows=SERVO_ROWS, built=0.75),
+    ),
+    tip_friction=TIP_FRICTION,
     goal=Goal(survival=0.98, airborne=0.002),
 )
 """For the hand: servos in the loop that may use half their torque, a price on letting go of the cube."""
@@ -138,6 +158,8 @@ RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 
 
 def on_gpu(recipe: Recipe) -> Recipe:
-    """Return the recipe at the paper's scale: 8192 environments, 32 minibatches, 3e8 steps."""
-    large = replace(recipe, environments=8192, minibatches=32, stuck=replace(recipe.stuck, steps=30_000_000))
+    """Return the recipe at the paper's scale: 8192 environments, 32 minibatches, 3e8 steps; routed hands only."""
+    stages = tuple(replace(stage, built=0.0) for stage in recipe.stages)
+    stuck = replace(recipe.stuck, steps=30_000_000)
+    large = replace(recipe, environments=8192, minibatches=32, stages=stages, stuck=stuck)
     return replace(large.with_steps(300_000_000), checkpoint_steps=5_242_880)

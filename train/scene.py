@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from aero.channels import Channel
 from model.routed import build_routed
@@ -32,6 +34,12 @@ def build_scene(torque_limit: float | None = None) -> mujoco.MjSpec:
         for channel, force in zip(Channel, torque_limit * STALL_FORCE, strict=True):
             spec.actuator(channel.label).forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
             spec.actuator(channel.label).forcerange = (-force, force)
+    add_sensors(spec)
+    return spec
+
+
+def add_sensors(spec: mujoco.MjSpec) -> None:
+    """Add the sensors of `train.task.signals` behind the lengths: forces, fingertips and cube of any hand."""
     for channel in Channel:
         spec.add_sensor(
             name=f"{channel.label}_force",
@@ -57,4 +65,9 @@ def build_scene(torque_limit: float | None = None) -> mujoco.MjSpec:
         objname="cube",
         intprm=(1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1),
     )
-    return spec
+
+
+def tip_geoms(model: mujoco.MjModel) -> NDArray[np.int_]:
+    """Return the geoms of the fingertips that can touch something."""
+    tips = np.array([model.site(tip).bodyid[0] for tip in FINGERTIPS])
+    return np.flatnonzero(np.isin(model.geom_bodyid, tips) & (model.geom_contype != 0))

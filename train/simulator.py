@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -29,6 +30,20 @@ class Batch(ABC):
     def __init__(self, models: Sequence[mujoco.MjModel]) -> None:
         self._models = list(models)
         self.state_size = mujoco.mj_stateSize(self._models[0], STATE_KIND)
+
+    @property
+    def models(self) -> list[mujoco.MjModel]:
+        """The scenes' models."""
+        return self._models
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:  # noqa: B027 - most batches hold nothing
+        """Give back what the batch holds."""
 
     def __len__(self) -> int:
         return len(self._models)
@@ -66,12 +81,6 @@ class Simulator(Batch):
         threads = threads or os.cpu_count() or 1
         self._data = [mujoco.MjData(self._models[0]) for _ in range(threads)]
         self._pool = rollout.Rollout(nthread=threads)
-
-    def __enter__(self) -> Simulator:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Stop the threads."""

@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ProcessPoolExecutor as Pool
 from dataclasses import asdict, replace
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 import numpy as np
 from rich.console import Console
+from rich.progress import Progress
 from rich.table import Table
 
-from aero.policy.file import Policy, PolicyFileError, load
+from aero.policy.file import Policy, PolicyFileError
+from aero.policy.limits import Ending
 from aero.policy.running import RunSettings, Step
+from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
 from firmware_emulator.firmware.profiles import PROFILES
 from hil.attribution import ChannelGap, attribute
+from hil.target import DEFAULT_FIRMWARE
 from hil.trial import Trial, run_trial
-from hil.units import load_unit
+from hil.units import Unit, load_unit
 from hil.units.plausible import plausible_unit
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture, video
@@ -34,21 +42,24 @@ COLUMNS = {
     "airborne": ("no contact", "{:.2%}"),
     "action_change": ("change", "{:.2f}"),
     "finger_travel_m_s": ("mm/s", "{:.1f}"),
-    "peak_current_a": ("A", "{:.2f}"),
+    "stopped": ("stopped", "{:.2f}"),
+    "mean_current_a": ("mean A", "{:.2f}"),
+    "peak_current_a": ("peak A", "{:.2f}"),
 }
 """Heading and format of each figure: share that keeps the cube, mean rate, median rotation, steps without contact,
-change of the action from step to step, commanded travel of a finger, peak motor current."""
+change of the action from step to step, commanded travel of a finger, share of trials that a limit ended, motor current
+of the channel that draws most, mean and peak."""
 
 
 @click.command()
-@click.argument("policy_path", metavar="POLICY", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @click.option(
     "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "bytes"), show_default=True,
     help="What to run on: plain MuJoCo, MJX, the emulated hand through every byte. May be repeated.",
 )  # fmt: skip
 @click.option("--episodes", type=int, default=100, show_default=True, help="Episodes of each condition in simulation.")
 @click.option("--trials", type=int, default=10, show_default=True, help="Trials of each hand through the bytes.")
-@click.option("--units", type=int, default=5, show_default=True, help="Random hands besides the shipped ones.")
+@click.option("--units", type=int, default=5, show_default=True, help="Random hands that share one set of trials.")
 @click.option("--seconds", type=float, default=15.0, show_default=True, help="Length of an episode.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything that is drawn.")
 @click.option("--video", "with_video", is_flag=True, help="Render one episode.")
@@ -58,7 +69,7 @@ change of the action from step to step, commanded travel of a finger, peak motor
 )  # fmt: skip
 def evaluate(
     *,
-    policy_path: Path,
+    policy_name: str,
     backends: tuple[str, ...],
     episodes: int,
     trials: int,
@@ -68,25 +79,27 @@ def evaluate(
     with_video: bool,
     out: Path,
 ) -> None:
-    """Measure POLICY: rotation, rate, survival, smoothness and cable travel over many seeds.
+    """Measure POLICY, a shipped one (`steady`, the default, or `fast`) or a file: rotation, rate, survival and more.
 
-    In simulation under its training conditions, the paper's deployment settings and behind a servo with a sweep of
-    delays; through the bytes on each shipped unit, on random ones and on each firmware.
+    In simulation under its training conditions, a control period late, in the paper's deployment settings and behind a
+    servo with a sweep of delays and lags; through the bytes on each shipped unit, on random ones and on each firmware.
     """
     console = Console()
     try:
-        policy = load(policy_path)
+        policy = find_policy(policy_name)
     except PolicyFileError as error:
         raise click.UsageError(str(error)) from error
     out.mkdir(parents=True, exist_ok=True)
     results: dict[str, dict[str, dict[str, float]]] = {}
     if "mujoco" in backends:
         with Simulator([build_scene(policy.settings.torque_limit).compile()] * episodes) as batch:
-            results["plain MuJoCo"] = _simulated(policy, batch, seconds, seed, out / "delay.png")
+            results["plain MuJoCo"] = _simulated(
+                console, policy, batch, seconds=seconds, seed=seed, picture=out / "delay.png"
+            )
     if "mjx" in backends:
         results["MJX"] = _over_mjx(policy, episodes, seconds, seed)
     if "bytes" in backends:
-        results["every byte"] = _through_bytes(policy, trials, units, RunSettings(seconds=seconds), seed)
+        results["every byte"] = _through_bytes(console, _cases(trials, units, seed), policy, seconds)
     gaps = _gaps(policy, seconds, seed) if "bytes" in backends else ()
     report = {"policy": policy.name, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
     (out / "evaluation.json").write_text(json.dumps(report, indent=1))
@@ -98,10 +111,17 @@ def evaluate(
         video(log(policy, task_of(policy), seconds, seed).positions, out / "policy.mp4")
 
 
-def _simulated(policy: Policy, batch: Batch, seconds: float, seed: int, picture: Path) -> dict[str, dict[str, float]]:
+def _simulated(
+    console: Console, policy: Policy, batch: Batch, *, seconds: float, seed: int, picture: Path
+) -> dict[str, dict[str, float]]:
     swept = delay_sweep(policy)
     cases = [*conditions(policy), *(case for _, case in swept), *lag_sweep(policy)]
-    found = measure(policy, cases, batch, seconds=seconds, seed=seed)
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("in simulation", total=len(cases))
+        found = measure(
+            policy, cases, batch, seconds=seconds, seed=seed,
+            progress=lambda name: bar.update(task, advance=1, description=name),
+        )  # fmt: skip
     delay_picture([delay for delay, _ in swept], [found[case.name] for _, case in swept], picture)
     return {name: one.summary() for name, one in found.items()}
 
@@ -116,19 +136,43 @@ def _over_mjx(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[
     return {name: one.summary() for name, one in found.items()}
 
 
-def _through_bytes(
-    policy: Policy, trials: int, units: int, settings: RunSettings, seed: int
-) -> dict[str, dict[str, float]]:
-    shipped = [load_unit(name) for name in ("reference", "paper")]
-    hands = [*shipped, *(plausible_unit(seed + k) for k in range(units))]
-    cases = [(unit.name, unit, "0.2.0") for unit in hands]
-    cases += [(f"reference, firmware {firmware}", shipped[0], firmware) for firmware in PROFILES]
-    return {
-        name: _summary(
-            [run_trial(policy, unit, firmware=firmware, seed=seed + k, settings=settings) for k in range(trials)]
-        )
-        for name, unit, firmware in cases
-    }
+class _Case(NamedTuple):
+    """One trial to be made."""
+
+    name: str
+    unit: Unit
+    firmware: str
+    seed: int
+
+
+def _cases(trials: int, units: int, seed: int) -> list[_Case]:
+    """Return every trial through the bytes; the random hands take turns in one set of trials."""
+    reference, paper = load_unit("reference"), load_unit("paper")
+    seeds = range(seed, seed + trials)
+    cases = [_Case(unit.name, unit, DEFAULT_FIRMWARE, k) for unit in (reference, paper) for k in seeds]
+    if units:
+        hands = [plausible_unit(seed + k) for k in range(units)]
+        drawn = range(seed, seed + max(trials, units))
+        cases += [_Case(f"{units} random units", hands[k % units], DEFAULT_FIRMWARE, k) for k in drawn]
+    others = [firmware for firmware in PROFILES if firmware != DEFAULT_FIRMWARE]
+    cases += [_Case(f"reference, firmware {firmware}", reference, firmware, k) for firmware in others for k in seeds]
+    return [*cases, *(_Case("paper, firmware pre", paper, "pre", k) for k in seeds)]
+
+
+def _through_bytes(console: Console, cases: list[_Case], policy: Policy, seconds: float) -> dict[str, dict[str, float]]:
+    trials: dict[str, list[Trial]] = {}
+    settings = RunSettings(seconds=seconds)
+    # A fresh interpreter a worker: a copy of this one would share its threads' locks.
+    with Progress(console=console, transient=True) as bar, Pool(mp_context=get_context("spawn")) as pool:
+        task = bar.add_task("through the bytes", total=len(cases))
+        for case, trial in zip(cases, pool.map(partial(_trial, policy, settings), cases), strict=True):
+            trials.setdefault(case.name, []).append(trial)
+            bar.update(task, advance=1, description=case.name)
+    return {name: _summary(one) for name, one in trials.items()}
+
+
+def _trial(policy: Policy, settings: RunSettings, case: _Case) -> Trial:
+    return run_trial(policy, case.unit, firmware=case.firmware, seed=case.seed, settings=settings)
 
 
 def _gaps(policy: Policy, seconds: float, seed: int) -> tuple[ChannelGap, ...]:
@@ -161,6 +205,8 @@ def _summary(trials: list[Trial]) -> dict[str, float]:
         "rate_rad_s": float(np.mean([one.rate_rad_s for one in trials])),
         "rotation_median_rad": float(np.median([one.rotation_rad for one in trials])),
         "finger_travel_m_s": float(np.mean([one.travel_per_s[:4] for one in trials])),
+        "stopped": float(np.mean([one.run.ending is not Ending.TIME for one in trials])),
+        "mean_current_a": float(np.max(np.mean([one.mean_currents_a for one in trials], axis=0))),
         "peak_current_a": max(one.run.peak_current_a for one in trials),
     }
 

@@ -13,10 +13,11 @@ from rich.progress import Progress
 from rich.table import Table
 
 from aero.errors import AeroError
-from aero.policy.file import Policy, PolicyFileError, load
+from aero.policy.file import Policy, PolicyFileError
 from aero.policy.limits import Ending
 from aero.policy.running import RunSettings
 from aero.policy.settings import PRESETS, differences
+from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import SafetyStopError, Thresholds
 from hil.cli.options import target
 from hil.mcap_file import write_recording
@@ -25,7 +26,7 @@ from hil.target import NoHandError, open_target
 
 
 @click.command("run-policy")
-@click.argument("policy_path", metavar="POLICY", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @target
 @click.option("--seconds", type=float, default=15.0, show_default=True, help="Time under the policy.")
 @click.option("--dry-run", is_flag=True, help="Read and act, but write nothing to the hand.")
@@ -39,7 +40,7 @@ from hil.target import NoHandError, open_target
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
 def run_policy(
     *,
-    policy_path: Path,
+    policy_name: str,
     target_name: str,
     firmware: str,
     hand: Literal["right", "left"],
@@ -55,13 +56,15 @@ def run_policy(
 ) -> None:
     """Run POLICY on a hand: slowly to its grasp, a wait for the object, the policy, slowly back.
 
+    POLICY is shipped, `steady` (the default) or `fast`, or a file.
+
     Every hand is guarded, an emulated one too, and ends open.
 
     Exits with 0 when the time ran out, 1 when something else ended it, 2 on bad usage or when no hand answers.
     """
     console = Console()
     try:
-        policy = load(policy_path)
+        policy = find_policy(policy_name)
         settings = RunSettings(
             seconds=seconds,
             settings=PRESETS[preset] if preset else None,

@@ -54,9 +54,10 @@ def test_a_hand_that_opens_loses_the_cube_and_counts_only_until_then(batch):
 
 
 def test_the_conditions_are_the_papers_and_the_sweep_reaches_a_control_period():
-    trained, quiet, deployed = conditions(policy())
+    trained, quiet, late, deployed = conditions(policy())
     assert trained.task.settings == policy().settings
     assert max(quiet.task.settings.noise) == 0
+    assert late.task.actuation.delay_s == (0.05, 0.05)
     assert deployed.task.settings == PAPER_DEPLOYMENT
     assert deployed.task.reset.joint_std_rad == 0
     delays = [delay for delay, _ in delay_sweep(policy())]

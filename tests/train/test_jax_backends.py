@@ -17,7 +17,6 @@ from train import actuation, export, randomise  # noqa: E402
 from train.convert import Origin, convert  # noqa: E402
 from train.environment import CubeEnvironment, prepare_starts  # noqa: E402
 from train.physics import MjxBatch, native  # noqa: E402
-from train.recipe import STEADY  # noqa: E402
 from train.scene import build_scene  # noqa: E402
 from train.simulator import Simulator, positions  # noqa: E402
 from train.task.episode import Task, begin, command, finish  # noqa: E402
@@ -25,7 +24,7 @@ from train.task.grasp import PAPER_RESET, draw_starts  # noqa: E402
 from train.task.signals import SENSOR_COUNT  # noqa: E402
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)
-HAND_TASK = Task(actuation=actuation.HAND)
+HAND_TASK = Task(actuation=actuation.SERVOS)
 
 
 def brax_parameters(seed=0):
@@ -129,7 +128,7 @@ def environment():
     model = build_scene().compile()
     rng = np.random.default_rng(0)
     simulator = Simulator(randomise.models(model, randomise.draw(model, rng, 4, randomise.table(model))), threads=1)
-    task = Task(episode_steps=6, actuation=STEADY.task.actuation)
+    task = Task(episode_steps=6, actuation=actuation.SERVOS)
     yield CubeEnvironment(task, native(simulator), prepare_starts(task, simulator, rng, count=2), "native")
     simulator.close()
 

@@ -64,7 +64,7 @@ def test_a_run_leaves_a_policy_and_can_go_on(tmp_path):
     policy = ppo.train(TINY, "native", 0, tmp_path, threads=1, on_checkpoint=told.append)
     assert [point.steps for point in told] == [0, 80, 160]
     assert read(tmp_path) == told
-    assert policy.trained_delay_s == STEADY.task.actuation.delay_s
+    assert policy.trained_delay_s == TINY.stages[1].actuation.delay_s
     assert policy.provenance["recipe"] == "steady"
     with pytest.raises(FileExistsError, match="resume"):
         ppo.train(TINY, "native", 0, tmp_path)

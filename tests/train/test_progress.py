@@ -43,9 +43,15 @@ def test_the_gpu_recipe_is_the_papers():
 
 def test_the_steady_recipe_has_the_hand_in_the_loop_and_the_fast_one_does_not():
     assert set(RECIPES) == {"steady", "fast", "paper"}
-    assert STEADY.task.actuation.real_servo
-    assert STEADY.task.actuation.delay_s[1] >= 0.03
-    assert FAST.task.actuation.lag_s == (0.0, 0.0)
+    first, last = STEADY.stages[0], STEADY.stages[-1]
+    assert first.actuation.real_servo
+    assert last.built > 0.5
+    assert STEADY.task_in(last).actuation.delay_s[1] >= 0.03
+    assert all(FAST.task_in(stage).actuation.lag_s == (0.0, 0.0) for stage in FAST.stages)
+
+
+def test_on_gpus_every_hand_is_routed():
+    assert not any(stage.built for stage in on_gpu(STEADY).stages)
 
 
 def test_a_recipe_that_does_not_divide_is_refused():

@@ -37,12 +37,13 @@ def servo(lag_s: float, delay_s: float) -> ActuationRanges:
 
 
 def conditions(policy: Policy) -> list[Condition]:
-    """Return the conditions without a sweep: as trained, with and without noise, and as the paper deploys."""
+    """Return the conditions without a sweep: as trained, with noise, without, and late; and as the paper deploys."""
     as_trained = task_of(policy)
     deployed = task_of(policy, PAPER_DEPLOYMENT)
     return [
         Condition("as trained, with noise", as_trained),
         Condition("as trained, no noise", replace(as_trained, settings=replace(policy.settings, noise=(0.0,) * 7))),
+        Condition("as trained, a period late", replace(as_trained, actuation=servo(0.0, policy.settings.period_s))),
         Condition("deployed, nominal grasp", replace(deployed, reset=NOMINAL_RESET)),
     ]
 

@@ -1,0 +1,128 @@
+"""Built hands in training: the same states, controls and sensors as the routed hand."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from aero.actuation import ActuationMap
+from aero.channels import CABLES, Channel, Joint
+from aero.policy.settings import PAPER_TRAINING
+from model.parameters import BuiltHandParameters
+from train.built import EXTRA, BuiltSimulator, MixedSimulator, build_scene, draw_scenes
+from train.hands import HANDS, TIMESTEP_S, draw_hand
+from train.scene import build_scene as build_routed_scene
+from train.simulator import Simulator, positions, velocities
+from train.task.grasp import PAPER_RESET, draw_starts
+from train.task.signals import SENSOR_COUNT, unpack
+
+BATCH = 3
+NOMINAL = np.array(PAPER_TRAINING.nominal)
+OUT_OF_REACH = (1.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def built():
+    with BuiltSimulator(draw_scenes(HANDS, np.random.default_rng(0), BATCH, 0.5), threads=1) as simulator:
+        yield simulator
+
+
+@pytest.fixture
+def starts():
+    return draw_starts(np.random.default_rng(1), BATCH, PAPER_RESET)
+
+
+def control(steps, target=NOMINAL):
+    return np.broadcast_to(target, (BATCH, steps, 7))
+
+
+def test_a_state_begins_as_the_routed_hands(built, starts):
+    states = built.at(starts)
+    assert states.shape == (BATCH, 46 + EXTRA)
+    np.testing.assert_array_equal(positions(states), starts)
+    assert (velocities(states) == 0).all()
+
+
+def test_a_hand_starts_with_every_cable_just_taut(built, starts):
+    for state, model in zip(built.at(starts), built.models, strict=True):
+        data = mujoco.MjData(model)
+        for joint, angle in zip(Joint, state[1:17], strict=True):
+            data.joint(joint.label).qpos[0] = angle
+        for channel, angle in zip(CABLES, state[46:52], strict=True):
+            data.joint(f"{channel.label}_spool").qpos[0] = angle
+        mujoco.mj_fwdPosition(model, data)
+        slack = data.ten_length - model.tendon_range[:, 0]
+        cables = [model.tendon(f"{channel.label}_cable").id for channel in CABLES]
+        assert (np.abs(slack[cables]) < 1e-9).sum() >= len(CABLES) - 1  # a short cable cannot be wound out below zero
+
+
+def test_a_free_hand_goes_where_it_is_sent_and_says_so(built, starts):
+    starts[:, 16:19] = OUT_OF_REACH
+    _, sensors = built.advance(built.at(starts), control(80))
+    error = unpack(sensors[:, -1]).lengths - NOMINAL
+    # Friction of up to 0.13 N m over the servo's 3.8 N m/rad leaves this much.
+    assert (np.abs(error[:, :4]) < 0.4e-3).all()
+    assert (np.abs(error[:, Channel.THUMB_ABDUCTION]) < 0.04).all()
+
+
+def test_every_step_is_mujocos(built, starts):
+    states, sensors = built.advance(built.at(starts), control(2))
+    assert sensors.shape == (BATCH, 2, SENSOR_COUNT)
+    angles = ActuationMap().angles_from_travel(ActuationMap().travel_from_lengths(NOMINAL))
+    for k, model in enumerate(built.models):
+        data = mujoco.MjData(model)
+        start = built.at(starts)[k]
+        for joint, angle in zip(Joint, start[1:17], strict=True):
+            data.joint(joint.label).qpos[0] = angle
+        for channel, angle in zip(CABLES, start[46:52], strict=True):
+            data.joint(f"{channel.label}_spool").qpos[0] = angle
+        data.joint("cube").qpos[:] = start[17:24]
+        data.ctrl[:7] = angles
+        mujoco.mj_step(model, data, round(0.02 / TIMESTEP_S))
+        joints = [data.joint(joint.label).qpos[0] for joint in Joint]
+        np.testing.assert_allclose(states[k, 1:17], joints, atol=1e-9)
+        np.testing.assert_allclose(states[k, 17:24], data.joint("cube").qpos, atol=1e-9)
+
+
+def test_no_cable_is_pulled_with_more_than_the_torque_limit(starts):
+    scene = build_scene(BuiltHandParameters(timestep=TIMESTEP_S), 0.5)
+    with BuiltSimulator([scene] * BATCH, threads=1) as simulator:
+        _, sensors = simulator.advance(simulator.at(starts), control(60, NOMINAL - np.array([0.02] * 4 + [0.0] * 3)))
+    forces = unpack(sensors).forces[..., :4]
+    assert forces.min() >= -0.5 * 0.588 / 0.009 - 1e-9
+    assert forces.min() < -0.4 * 0.588 / 0.009
+
+
+def test_a_mixed_batch_is_its_two_parts(built, starts):
+    routed_starts = draw_starts(np.random.default_rng(2), 2, PAPER_RESET)
+    with Simulator([build_routed_scene(0.5).compile()] * 2, threads=1) as routed:
+        mixed = MixedSimulator(routed, built)
+        assert len(mixed) == BATCH + 2
+        both = np.concatenate([routed_starts, starts])
+        states, sensors = mixed.advance(mixed.at(both), np.broadcast_to(NOMINAL, (BATCH + 2, 5, 7)))
+        alone = routed.advance(routed.at(routed_starts), np.broadcast_to(NOMINAL, (2, 5, 7)))
+    np.testing.assert_array_equal(states[:2, :46], alone[0])
+    np.testing.assert_array_equal(sensors[:2], alone[1])
+    np.testing.assert_array_equal(states[2:], built.advance(built.at(starts), control(5))[0])
+
+
+def test_hands_are_drawn_inside_their_ranges_and_reach_both_ends():
+    rng = np.random.default_rng(0)
+    hands = [draw_hand(HANDS, rng) for _ in range(1000)]
+    default = BuiltHandParameters()
+    take_up = np.array([hand.cable_take_up for hand in hands])
+    spanned = {
+        HANDS.finger_take_up: take_up[:, :4],
+        HANDS.cmc_take_up: take_up[:, Channel.THUMB_CMC_FLEXION],
+        HANDS.flexor_take_up: take_up[:, Channel.THUMB_FLEXOR],
+        HANDS.shaft_friction: np.array([hand.spool_friction for hand in hands]),
+        HANDS.spring_open: np.array([np.array(hand.spring_open)[:12] / default.spring_open[:12] for hand in hands]),
+        HANDS.joint_damping: np.array([hand.joint_damping for hand in hands]),
+        HANDS.winding_scale: np.array([hand.winding_scale for hand in hands]),
+        HANDS.supply_ratio: np.array([hand.supply_ratio for hand in hands]),
+    }
+    for (low, high), values in spanned.items():
+        margin = 0.02 * (high - low)
+        assert low <= values.min() < low + margin
+        assert high - margin < values.max() <= high
+    assert (take_up[:, Channel.THUMB_ABDUCTION] == 0).all()
+    assert all(np.greater_equal(hand.spring_closed, hand.spring_open).all() for hand in hands)

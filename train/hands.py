@@ -1,0 +1,92 @@
+"""Which built hands a policy meets in training: a range for everything in which one hand differs from the next.
+
+The ranges span the default hand, the hand of the paper and the recorded one (`hil/units`), with room on both sides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel, Joint
+from model.parameters import BuiltHandParameters
+
+Range = tuple[float, float]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HandRanges:
+    """Uniform ranges; one draw a channel or joint unless said."""
+
+    finger_take_up: Range = (-0.0005, 0.0076)
+    """Cable to wind in before a finger moves, m; to the 48.5° of spool that an owner measured (alstar8)."""
+    cmc_take_up: Range = (-0.006, 0.001)
+    """The same for the thumb's CMC cable, m; -4.5 mm on the recorded hand."""
+    flexor_take_up: Range = (-0.0025, 0.0005)
+    """The same for the thumb's flexor, m."""
+    shaft_friction: Range = (0.01, 0.09)
+    """Dry friction of gears and of the sheaths at usual tensions, N m at the shaft. The recorded hand's sheaths take
+    0.54 of the tension, 0.02 to 0.1 N m; a constant stands for it."""
+    spring_open: Range = (0.4, 1.5)
+    """Opening torque of the springs on the extended hand, over the default hand's."""
+    spring_closed: Range = (0.5, 1.9)
+    """The same on the closed hand."""
+    joint_friction: Range = (0.0005, 0.006)
+    """N m"""
+    joint_damping: Range = (0.001, 0.006)
+    """N m s/rad"""
+    abduction_winding: Range = (0.0, 0.006)
+    """Winding radius of abduction on the thumb's cables, m/rad."""
+    winding_scale: Range = (0.97, 1.03)
+    """Winding radii over those of CAD."""
+    rotor_inertia: Range = (6.0e-4, 8.5e-4)
+    """kg m², one draw."""
+    back_emf: Range = (0.040, 0.052)
+    """N m s/rad, one draw."""
+    supply_ratio: Range = (0.9, 1.1)
+    """One draw."""
+    tip_friction: Range = (0.2, 0.8)
+    """Friction of the fingertips, one draw; contact friction is the larger of the two geoms', the cube's is 0.3."""
+
+
+HANDS = HandRanges()
+TIMESTEP_S = 0.005
+"""Step of the built hand in training, s; the emulated hand takes 2 ms."""
+
+
+def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParameters:
+    """Draw one hand; the friction of its fingertips is drawn with its scene."""
+    default = BuiltHandParameters()
+
+    def channels(span: Range) -> Floats:
+        return rng.uniform(*span, len(Channel))
+
+    def joints(span: Range) -> Floats:
+        return rng.uniform(*span, len(Joint))
+
+    take_up = channels(ranges.finger_take_up)
+    take_up[Channel.THUMB_ABDUCTION] = 0.0
+    take_up[Channel.THUMB_CMC_FLEXION] = rng.uniform(*ranges.cmc_take_up)
+    take_up[Channel.THUMB_FLEXOR] = rng.uniform(*ranges.flexor_take_up)
+    opened = np.array(default.spring_open) * joints(ranges.spring_open)
+    closed = np.maximum(np.array(default.spring_closed) * joints(ranges.spring_closed), 1.02 * opened)
+    return BuiltHandParameters(
+        rotor_inertia=(float(rng.uniform(*ranges.rotor_inertia)),) * len(Channel),
+        back_emf=float(rng.uniform(*ranges.back_emf)),
+        supply_ratio=float(rng.uniform(*ranges.supply_ratio)),
+        spool_friction=tuple(channels(ranges.shaft_friction).tolist()),
+        cable_take_up=tuple(take_up.tolist()),
+        winding_scale=tuple(channels(ranges.winding_scale).tolist()),
+        abduction_winding=(
+            float(rng.uniform(*ranges.abduction_winding)),
+            float(rng.uniform(*ranges.abduction_winding)),
+        ),
+        spring_open=tuple(opened.tolist()),
+        spring_closed=tuple(closed.tolist()),
+        joint_friction=tuple(joints(ranges.joint_friction).tolist()),
+        joint_damping=tuple(joints(ranges.joint_damping).tolist()),
+        timestep=TIMESTEP_S,
+    )
