@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.channels import Channel
 from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
@@ -83,5 +84,7 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
         "shown_action": policy.shown_action.value,
         "seconds_s": settings.seconds,
         "dry": float(settings.dry),
+        "torque_limit": policy.settings.torque_limit or 1.0,
+        **{f"correction_{channel.label}": settings.correction[channel] for channel in Channel},
     }
     return PolicyRun(run, recorder.finish("policy", parameters), tuple(lateness))

@@ -5,7 +5,7 @@ The ranges span the default hand, the hand of the paper and the recorded one (`h
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,18 +21,19 @@ Floats = NDArray[np.float64]
 class HandRanges:
     """Uniform ranges; one draw a channel or joint unless said."""
 
-    finger_take_up: Range = (-0.0005, 0.0076)
-    """Cable to wind in before a finger moves, m; to the 48.5° of spool that an owner measured (alstar8)."""
-    cmc_take_up: Range = (-0.006, 0.001)
-    """The same for the thumb's CMC cable, m; -4.5 mm on the recorded hand."""
-    flexor_take_up: Range = (-0.0025, 0.0005)
+    finger_take_up: Range = (-0.001, 0.002)
+    """Cable to wind in before a finger moves, m; what a calibration leaves of it."""
+    cmc_take_up: Range = (-0.0025, 0.001)
+    """The same for the thumb's CMC cable, m."""
+    flexor_take_up: Range = (-0.0015, 0.0005)
     """The same for the thumb's flexor, m."""
     shaft_friction: Range = (0.01, 0.09)
     """Dry friction of gears and of the sheaths at usual tensions, N m at the shaft. The recorded hand's sheaths take
     0.54 of the tension, 0.02 to 0.1 N m; a constant stands for it."""
     spring_open: Range = (0.4, 1.5)
-    """Opening torque of the springs on the extended hand, over the default hand's."""
-    spring_closed: Range = (0.5, 1.9)
+    """Opening torque of the springs on the extended hand, over the default hand's; one draw for the proximal joint of
+    a digit and one for those beyond it, which share a spring."""
+    spring_closed: Range = (0.6, 1.6)
     """The same on the closed hand."""
     joint_friction: Range = (0.0005, 0.006)
     """N m"""
@@ -53,8 +54,37 @@ class HandRanges:
 
 
 HANDS = HandRanges()
+"""All of them."""
+ONE_HAND = HandRanges(
+    finger_take_up=(0.0, 0.0),
+    cmc_take_up=(0.0, 0.0),
+    flexor_take_up=(0.0, 0.0),
+    shaft_friction=(0.03, 0.03),
+    spring_open=(1.0, 1.0),
+    spring_closed=(1.0, 1.0),
+    joint_friction=(0.004, 0.004),
+    joint_damping=(0.004, 0.004),
+    abduction_winding=(0.0025, 0.0025),
+    winding_scale=(1.0, 1.0),
+    rotor_inertia=(7.5e-4, 7.5e-4),
+    back_emf=(0.0463, 0.0463),
+    supply_ratio=(1.0, 1.0),
+)
+"""The default hand, with fingertips of any friction."""
 TIMESTEP_S = 0.005
 """Step of the built hand in training, s; the emulated hand takes 2 ms."""
+
+
+def part_of_the_way(share: float) -> HandRanges:
+    """Return ranges between `ONE_HAND` (0) and `HANDS` (1), so that a policy can be led from one to the other."""
+    ends = {
+        field.name: tuple(
+            (1 - share) * one + share * all_
+            for one, all_ in zip(getattr(ONE_HAND, field.name), getattr(HANDS, field.name), strict=True)
+        )
+        for field in fields(HandRanges)
+    }
+    return HandRanges(**ends)
 
 
 def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParameters:
@@ -67,12 +97,17 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParamete
     def joints(span: Range) -> Floats:
         return rng.uniform(*span, len(Joint))
 
+    def springs(span: Range) -> Floats:
+        proximal, distal = rng.uniform(*span, (2, 5))
+        fingers = np.stack([proximal[:4], distal[:4], distal[:4]], axis=1).ravel()
+        return np.concatenate([fingers, [1.0, proximal[4], distal[4], distal[4]]])
+
     take_up = channels(ranges.finger_take_up)
     take_up[Channel.THUMB_ABDUCTION] = 0.0
     take_up[Channel.THUMB_CMC_FLEXION] = rng.uniform(*ranges.cmc_take_up)
     take_up[Channel.THUMB_FLEXOR] = rng.uniform(*ranges.flexor_take_up)
-    opened = np.array(default.spring_open) * joints(ranges.spring_open)
-    closed = np.maximum(np.array(default.spring_closed) * joints(ranges.spring_closed), 1.02 * opened)
+    opened = np.array(default.spring_open) * springs(ranges.spring_open)
+    closed = np.maximum(np.array(default.spring_closed) * springs(ranges.spring_closed), 1.02 * opened)
     return BuiltHandParameters(
         rotor_inertia=(float(rng.uniform(*ranges.rotor_inertia)),) * len(Channel),
         back_emf=float(rng.uniform(*ranges.back_emf)),

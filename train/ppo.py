@@ -170,7 +170,7 @@ class _Attempt:
         built = round(stage.built * len(routed))
         if not built:
             return Simulator(routed, self._threads)
-        hands = draw_scenes(self._recipe.hands, rng, built, self._recipe.task.settings.torque_limit)
+        hands = draw_scenes(stage.hands, rng, built, self._recipe.task.settings.torque_limit)
         return MixedSimulator(
             Simulator(routed[: len(routed) - built], self._threads), BuiltSimulator(hands, self._threads)
         )

@@ -93,6 +93,7 @@ class _Session:
         self._policy, self._hand, self._clock, self._map = policy, hand, clock, actuation_map
         self._settings, self._script, self._on_step = settings, script, on_step
         self._task = settings.settings or policy.settings
+        self._correction = np.array(settings.correction)
         window = actuation_map.window_rad
         codes_per_rad = 65535 / (window[:, 1] - window[:, 0])
         self._most = settings.limits.shaft_speed_rad_s * self._task.period_s * codes_per_rad
@@ -137,7 +138,7 @@ class _Session:
                 due = max(due + period_s, self._clock.now())
                 continue
             missing = 0
-            lengths = self._map.lengths_from_codes(codes)
+            lengths = self._map.lengths_from_codes(codes) - self._correction
             observation = observe(lengths, memory.shown(self._policy.shown_action))
             action = self._act(period, observation)
             memory = memory.after(action)
@@ -181,7 +182,7 @@ class _Session:
 
     def _asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         target = targets(action, np.array(self._task.nominal), np.array(self._task.scale))
-        angles = self._map.angles_from_travel(self._map.travel_from_lengths(target))
+        angles = self._map.angles_from_travel(self._map.travel_from_lengths(target + self._correction))
         codes, saturated = self._map.saturating_codes(angles)
         return target, codes.astype(np.float64), saturated
 

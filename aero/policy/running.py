@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.policy.limits import Ending, Limits
 from aero.policy.settings import Settings
+from aero.policy.task import CHANNELS
 
 Floats = NDArray[np.float64]
 
@@ -42,6 +43,9 @@ class RunSettings:
     """Time under the policy, s."""
     settings: Settings | None = None
     """Nominal grasp, scales and rate; None for those of the policy's training."""
+    correction: tuple[float, ...] = (0.0,) * CHANNELS
+    """By how much longer each channel of this hand must be commanded than the map says, (7,), m, abduction rad;
+    taken off again from what it measures."""
     limits: Limits = field(default_factory=Limits)
     """When to stop."""
     approach_s: float = 1.5

@@ -23,6 +23,7 @@ from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
 from firmware_emulator.firmware.profiles import PROFILES
 from hil.attribution import ChannelGap, attribute
+from hil.correction import correction
 from hil.target import DEFAULT_FIRMWARE
 from hil.trial import Trial, run_trial
 from hil.units import Unit, load_unit
@@ -99,7 +100,9 @@ def evaluate(
     if "mjx" in backends:
         results["MJX"] = _over_mjx(policy, episodes, seconds, seed)
     if "bytes" in backends:
-        results["every byte"] = _through_bytes(console, _cases(trials, units, seed), policy, seconds)
+        results["every byte"] = _through_bytes(
+            console, _cases(policy, trials, units, seconds=seconds, seed=seed), policy
+        )
     gaps = _gaps(policy, seconds, seed) if "bytes" in backends else ()
     report = {"policy": policy.name, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
     (out / "evaluation.json").write_text(json.dumps(report, indent=1))
@@ -143,41 +146,57 @@ class _Case(NamedTuple):
     unit: Unit
     firmware: str
     seed: int
+    settings: RunSettings
 
 
-def _cases(trials: int, units: int, seed: int) -> list[_Case]:
+def _cases(policy: Policy, trials: int, units: int, *, seconds: float, seed: int) -> list[_Case]:
     """Return every trial through the bytes; the random hands take turns in one set of trials."""
     reference, paper = load_unit("reference"), load_unit("paper")
-    seeds = range(seed, seed + trials)
-    cases = [_Case(unit.name, unit, DEFAULT_FIRMWARE, k) for unit in (reference, paper) for k in seeds]
-    if units:
-        hands = [plausible_unit(seed + k) for k in range(units)]
-        drawn = range(seed, seed + max(trials, units))
-        cases += [_Case(f"{units} random units", hands[k % units], DEFAULT_FIRMWARE, k) for k in drawn]
-    others = [firmware for firmware in PROFILES if firmware != DEFAULT_FIRMWARE]
-    cases += [_Case(f"reference, firmware {firmware}", reference, firmware, k) for firmware in others for k in seeds]
-    return [*cases, *(_Case("paper, firmware pre", paper, "pre", k) for k in seeds)]
+    hands = [plausible_unit(seed + k) for k in range(units)]
+    bare = RunSettings(seconds=seconds)
+    corrected = {
+        unit.name: replace(bare, correction=tuple(correction(unit, policy.settings)))
+        for unit in (reference, paper, *hands)
+    }
+    turns = max(trials, units) if units else 0
+    rows = [
+        *((unit.name, [unit] * trials, DEFAULT_FIRMWARE, True) for unit in (reference, paper)),
+        (f"{units} random units", [hands[k % units] for k in range(turns)], DEFAULT_FIRMWARE, True),
+        ("reference, not corrected", [reference] * trials, DEFAULT_FIRMWARE, False),
+        (f"{units} random units, not corrected", [hands[k % units] for k in range(turns)], DEFAULT_FIRMWARE, False),
+        *(
+            (f"reference, firmware {firmware}", [reference] * trials, firmware, True)
+            for firmware in PROFILES
+            if firmware != DEFAULT_FIRMWARE
+        ),
+        ("paper, firmware pre", [paper] * trials, "pre", True),
+    ]
+    return [
+        _Case(name, unit, firmware, seed + k, corrected[unit.name] if known else bare)
+        for name, turn, firmware, known in rows
+        for k, unit in enumerate(turn)
+    ]
 
 
-def _through_bytes(console: Console, cases: list[_Case], policy: Policy, seconds: float) -> dict[str, dict[str, float]]:
+def _through_bytes(console: Console, cases: list[_Case], policy: Policy) -> dict[str, dict[str, float]]:
     trials: dict[str, list[Trial]] = {}
-    settings = RunSettings(seconds=seconds)
     # A fresh interpreter a worker: a copy of this one would share its threads' locks.
     with Progress(console=console, transient=True) as bar, Pool(mp_context=get_context("spawn")) as pool:
         task = bar.add_task("through the bytes", total=len(cases))
-        for case, trial in zip(cases, pool.map(partial(_trial, policy, settings), cases), strict=True):
+        for case, trial in zip(cases, pool.map(partial(_trial, policy), cases), strict=True):
             trials.setdefault(case.name, []).append(trial)
             bar.update(task, advance=1, description=case.name)
     return {name: _summary(one) for name, one in trials.items()}
 
 
-def _trial(policy: Policy, settings: RunSettings, case: _Case) -> Trial:
-    return run_trial(policy, case.unit, firmware=case.firmware, seed=case.seed, settings=settings)
+def _trial(policy: Policy, case: _Case) -> Trial:
+    return run_trial(policy, case.unit, firmware=case.firmware, seed=case.seed, settings=case.settings)
 
 
 def _gaps(policy: Policy, seconds: float, seed: int) -> tuple[ChannelGap, ...]:
     """Replay a simulated episode's actions on the reference hand, and run the policy on it too."""
-    unit, settings = load_unit("reference"), RunSettings(seconds=seconds)
+    unit = load_unit("reference")
+    settings = RunSettings(seconds=seconds, correction=tuple(correction(unit, policy.settings)))
     quiet = replace(policy.settings, noise=(0.0,) * CHANNELS)
     simulated = log(policy, replace(task_of(policy, quiet), reset=NOMINAL_RESET), seconds, seed)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -20,9 +21,11 @@ from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import SafetyStopError, Thresholds
 from hil.cli.options import target
+from hil.correction import correction
 from hil.mcap_file import write_recording
 from hil.policy_run import PolicyRun, record_policy
 from hil.target import NoHandError, open_target
+from hil.units import load_unit
 
 
 @click.command("run-policy")
@@ -36,6 +39,10 @@ from hil.target import NoHandError, open_target
 )  # fmt: skip
 @click.option("--late", is_flag=True, help="Write each command a period late, as the official ROS 2 node does.")
 @click.option("--wait", type=float, default=1.5, show_default=True, help="Seconds for placing the object.")
+@click.option(
+    "--twin", metavar="UNIT",
+    help="Unit of this hand, from `aero-hil calibrate` or shipped: its cables are corrected for.",
+)  # fmt: skip
 @click.option("--max-current", type=float, default=Thresholds.current_a, show_default=True, help="Limit of a motor, A.")
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
 def run_policy(
@@ -51,6 +58,7 @@ def run_policy(
     preset: str | None,
     late: bool,
     wait: float,
+    twin: str | None,
     max_current: float,
     record: Path | None,
 ) -> None:
@@ -72,6 +80,9 @@ def run_policy(
             dry=dry_run,
             one_period_late=late,
         )
+        if twin:
+            found = correction(load_unit(twin), settings.settings or policy.settings)
+            settings = replace(settings, correction=tuple(found.tolist()))
         _say_settings(console, policy, settings)
         with (
             open_target(

@@ -9,7 +9,7 @@ from aero.channels import CABLES, Channel, Joint
 from aero.policy.settings import PAPER_TRAINING
 from model.parameters import BuiltHandParameters
 from train.built import EXTRA, BuiltSimulator, MixedSimulator, build_scene, draw_scenes
-from train.hands import HANDS, TIMESTEP_S, draw_hand
+from train.hands import HANDS, ONE_HAND, TIMESTEP_S, draw_hand, part_of_the_way
 from train.scene import build_scene as build_routed_scene
 from train.simulator import Simulator, positions, velocities
 from train.task.grasp import PAPER_RESET, draw_starts
@@ -126,3 +126,10 @@ def test_hands_are_drawn_inside_their_ranges_and_reach_both_ends():
         assert high - margin < values.max() <= high
     assert (take_up[:, Channel.THUMB_ABDUCTION] == 0).all()
     assert all(np.greater_equal(hand.spring_closed, hand.spring_open).all() for hand in hands)
+
+
+def test_a_policy_can_be_led_from_one_hand_to_all():
+    assert part_of_the_way(0.0) == ONE_HAND
+    assert part_of_the_way(1.0) == HANDS
+    assert part_of_the_way(0.5).cmc_take_up == pytest.approx((-0.003, 0.0005))
+    assert draw_hand(ONE_HAND, np.random.default_rng(0)).spring_open == pytest.approx(BuiltHandParameters().spring_open)

@@ -41,13 +41,14 @@ def test_the_gpu_recipe_is_the_papers():
     assert (paper.clipping, paper.gae, paper.hidden) == (0.3, 0.95, (512, 256, 128))
 
 
-def test_the_steady_recipe_has_the_hand_in_the_loop_and_the_fast_one_does_not():
+def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_neither():
     assert set(RECIPES) == {"steady", "fast", "paper"}
     first, last = STEADY.stages[0], STEADY.stages[-1]
     assert first.actuation.real_servo
     assert last.built > 0.5
     assert STEADY.task_in(last).actuation.delay_s[1] >= 0.03
-    assert all(FAST.task_in(stage).actuation.lag_s == (0.0, 0.0) for stage in FAST.stages)
+    assert not any(stage.built for stage in FAST.stages)
+    assert not any(stage.rows or stage.actuation.real_servo for stage in PAPER.stages)
 
 
 def test_on_gpus_every_hand_is_routed():

@@ -77,6 +77,15 @@ def run(settings=SHORT, change=lambda hand: None, the_policy=None):
     return result, hand, steps
 
 
+@given(st.lists(st.floats(-0.003, 0.003), min_size=7, max_size=7))
+def test_a_correction_lengthens_what_is_commanded_and_shortens_what_is_read(values):
+    _, _, steps = run(replace(SHORT, seconds=0.2, correction=tuple(values)))
+    for step in steps:
+        np.testing.assert_allclose(step.lengths, MAP.lengths_from_codes(step.codes) - values, atol=1e-12)
+        asked = MAP.saturating_codes(MAP.angles_from_travel(MAP.travel_from_lengths(step.target + values))).codes
+        np.testing.assert_array_equal(step.command[~step.limited], asked[~step.limited])
+
+
 def test_the_policy_acts_twenty_times_a_second_for_the_time_asked():
     result, _, steps = run()
     assert (result.ending, result.steps, result.latest_s) == (Ending.TIME, STEPS, 0.0)

@@ -1,0 +1,55 @@
+"""The policies that ship: what must hold of each, whatever it was trained to do."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from policies import finite_observations
+
+from aero.policy.file import PolicyFileError, load
+from aero.policy.settings import PAPER_TRAINING
+from aero.policy.shipped import DEFAULT, find_policy, shipped_policies
+from aero.policy.task import targets
+from model.routed import COMMAND_RANGE
+
+every_policy = pytest.mark.parametrize("name", shipped_policies())
+
+
+def test_two_policies_ship_and_the_one_for_the_hand_is_the_default():
+    assert shipped_policies() == ("fast", "steady")
+    assert DEFAULT == "steady"
+
+
+@every_policy
+def test_a_policy_says_where_it_comes_from(name):
+    policy = find_policy(name)
+    assert policy.name == name
+    assert {"recipe", "backend", "seed", "attempt", "steps", "versions"} <= set(policy.provenance)
+    assert policy.settings.torque_limit == 0.5
+    assert policy.settings.control_rate_hz == PAPER_TRAINING.control_rate_hz
+
+
+@every_policy
+@given(observation=finite_observations)
+def test_actions_and_targets_are_in_range_for_any_finite_observation(name, observation):
+    policy = find_policy(name)
+    action = policy.network.act(observation)
+    assert np.isfinite(action).all()
+    assert (np.abs(action) < 1).all()
+    target = targets(action, np.array(policy.settings.nominal), np.array(policy.settings.scale))
+    low, high = np.array([COMMAND_RANGE[channel] for channel in sorted(COMMAND_RANGE)]).T
+    assert (low <= target).all()
+    assert (target <= high + 1e-3).all()
+
+
+def test_a_path_is_taken_where_the_name_is_no_shipped_one(tmp_path):
+    source = Path(find_policy.__code__.co_filename).parent / "steady.npz"
+    copy = tmp_path / "mine.npz"
+    copy.write_bytes(source.read_bytes())
+    assert find_policy(str(copy)).provenance == load(source).provenance
+
+
+def test_an_unknown_name_is_refused_with_the_names_there_are():
+    with pytest.raises(PolicyFileError, match="shipped are fast, steady"):
+        find_policy("slow")

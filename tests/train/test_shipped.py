@@ -1,0 +1,73 @@
+"""The shipped policies in plain MuJoCo: they turn the cube, and every common mistake in running them shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aero.policy.file import Policy
+from aero.policy.network import Layer, Network
+from aero.policy.shipped import find_policy
+from aero.policy.task import ShownAction
+from train.evaluation.rollouts import run, task_of
+from train.scene import build_scene
+from train.simulator import Simulator
+
+EPISODES = 16
+SECONDS = 6.0
+
+
+@pytest.fixture(scope="module")
+def batch():
+    with Simulator([build_scene(0.5).compile()] * EPISODES) as simulator:
+        yield simulator
+
+
+def rate(policy: Policy, batch: Simulator) -> float:
+    """Mean rate of the episodes, rad/s, none for one that loses its cube."""
+    episodes = run(policy, task_of(policy), batch, SECONDS, seed=5)
+    return float(np.mean(episodes.rate_rad_s * episodes.kept))
+
+
+def reading(policy: Policy, order: list[int]) -> Policy:
+    """Let the network read its observation in another order."""
+    network = policy.network
+    first = network.layers[0]
+    layers = (Layer(first.kernel[order], first.bias), *network.layers[1:])
+    return replace(policy, network=Network(network.mean[order], network.std[order], layers))
+
+
+def acting(policy: Policy, order: list[int]) -> Policy:
+    """Let the network's actions go to other channels."""
+    network = policy.network
+    last = network.layers[-1]
+    both = [*order, *(7 + k for k in order)]
+    return replace(
+        policy,
+        network=Network(
+            network.mean, network.std, (*network.layers[:-1], Layer(last.kernel[:, both], last.bias[both]))
+        ),
+    )
+
+
+COMMAND_AS_WIRE = [4, 5, 6, 0, 1, 2, 3]
+MISTAKES = {
+    "actions sent in the wire's order": lambda policy: acting(policy, COMMAND_AS_WIRE),
+    "lengths read in the wire's order": lambda policy: reading(policy, [6, 4, 5, 0, 1, 2, 3, *range(7, 14)]),
+    "the action before the last shown": lambda policy: replace(policy, shown_action=ShownAction.BEFORE_LAST),
+    "normaliser dropped": lambda policy: replace(
+        policy, network=Network(np.zeros(14, np.float32), np.ones(14, np.float32), policy.network.layers)
+    ),
+}
+
+
+@pytest.mark.parametrize(("name", "at_least"), [("steady", 0.5), ("fast", 1.2)])
+def test_a_shipped_policy_turns_the_cube(name, at_least, batch):
+    assert rate(find_policy(name), batch) > at_least
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+@pytest.mark.parametrize("name", ["steady", "fast"])
+def test_a_mistake_in_running_it_shows(name, mistake, batch):
+    policy = find_policy(name)
+    assert rate(MISTAKES[mistake](policy), batch) < 0.6 * rate(policy, batch)
