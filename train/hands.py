@@ -5,7 +5,7 @@ The ranges span the default hand, the hand of the paper and the recorded one (`h
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,18 @@ from model.parameters import BuiltHandParameters
 
 Range = tuple[float, float]
 Floats = NDArray[np.float64]
+
+
+def _per_joint(proximal: Floats, distal: Floats) -> Floats:
+    """Return a factor for every joint, (16,), from factors of the five digits' proximal and further joints."""
+    fingers = np.stack([proximal[:4], distal[:4], distal[:4]], axis=1).ravel()
+    return np.concatenate([fingers, [1.0, proximal[4], distal[4], distal[4]]])
+
+
+RECORDED_OPEN = _per_joint(np.array([1.34, 0.40, 1.15, 0.69, 0.90]), np.array([0.88, 0.86, 0.86, 0.70, 1.49]))
+RECORDED_CLOSED = _per_joint(np.array([1.18, 1.19, 1.32, 1.05, 1.58]), np.array([1.50, 1.50, 0.82, 0.66, 0.90]))
+"""Springs of the recorded hand (unit `reference`) over the default hand's, (16,), extended and closed. Its ring finger
+and pinky close at their far joints first, the default hand's at the near ones."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +42,10 @@ class HandRanges:
     shaft_friction: Range = (0.01, 0.09)
     """Dry friction of gears and of the sheaths at usual tensions, N m at the shaft. The recorded hand's sheaths take
     0.54 of the tension, 0.02 to 0.1 N m; a constant stands for it."""
-    spring_open: Range = (0.4, 1.5)
-    """Opening torque of the springs on the extended hand, over the default hand's; one draw for the proximal joint of
-    a digit and one for those beyond it, which share a spring."""
-    spring_closed: Range = (0.6, 1.6)
-    """The same on the closed hand."""
+    towards_recorded: Range = (0.0, 1.1)
+    """How far the springs go from the default hand's (0) to the recorded hand's (1), one draw."""
+    spring_factor: Range = (0.85, 1.15)
+    """On each spring besides, one draw for the proximal joint of a digit and one for those beyond it."""
     joint_friction: Range = (0.0005, 0.006)
     """N m"""
     joint_damping: Range = (0.001, 0.006)
@@ -54,37 +65,8 @@ class HandRanges:
 
 
 HANDS = HandRanges()
-"""All of them."""
-ONE_HAND = HandRanges(
-    finger_take_up=(0.0, 0.0),
-    cmc_take_up=(0.0, 0.0),
-    flexor_take_up=(0.0, 0.0),
-    shaft_friction=(0.03, 0.03),
-    spring_open=(1.0, 1.0),
-    spring_closed=(1.0, 1.0),
-    joint_friction=(0.004, 0.004),
-    joint_damping=(0.004, 0.004),
-    abduction_winding=(0.0025, 0.0025),
-    winding_scale=(1.0, 1.0),
-    rotor_inertia=(7.5e-4, 7.5e-4),
-    back_emf=(0.0463, 0.0463),
-    supply_ratio=(1.0, 1.0),
-)
-"""The default hand, with fingertips of any friction."""
 TIMESTEP_S = 0.005
 """Step of the built hand in training, s; the emulated hand takes 2 ms."""
-
-
-def part_of_the_way(share: float) -> HandRanges:
-    """Return ranges between `ONE_HAND` (0) and `HANDS` (1), so that a policy can be led from one to the other."""
-    ends = {
-        field.name: tuple(
-            (1 - share) * one + share * all_
-            for one, all_ in zip(getattr(ONE_HAND, field.name), getattr(HANDS, field.name), strict=True)
-        )
-        for field in fields(HandRanges)
-    }
-    return HandRanges(**ends)
 
 
 def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParameters:
@@ -98,16 +80,16 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParamete
         return rng.uniform(*span, len(Joint))
 
     def springs(span: Range) -> Floats:
-        proximal, distal = rng.uniform(*span, (2, 5))
-        fingers = np.stack([proximal[:4], distal[:4], distal[:4]], axis=1).ravel()
-        return np.concatenate([fingers, [1.0, proximal[4], distal[4], distal[4]]])
+        return _per_joint(*rng.uniform(*span, (2, 5)))
 
     take_up = channels(ranges.finger_take_up)
     take_up[Channel.THUMB_ABDUCTION] = 0.0
     take_up[Channel.THUMB_CMC_FLEXION] = rng.uniform(*ranges.cmc_take_up)
     take_up[Channel.THUMB_FLEXOR] = rng.uniform(*ranges.flexor_take_up)
-    opened = np.array(default.spring_open) * springs(ranges.spring_open)
-    closed = np.maximum(np.array(default.spring_closed) * springs(ranges.spring_closed), 1.02 * opened)
+    far, factor = rng.uniform(*ranges.towards_recorded), springs(ranges.spring_factor)
+    opened = np.array(default.spring_open) * (1 + far * (RECORDED_OPEN - 1)) * factor
+    closed = np.array(default.spring_closed) * (1 + far * (RECORDED_CLOSED - 1)) * factor
+    closed = np.maximum(closed, 1.02 * opened)
     return BuiltHandParameters(
         rotor_inertia=(float(rng.uniform(*ranges.rotor_inertia)),) * len(Channel),
         back_emf=float(rng.uniform(*ranges.back_emf)),

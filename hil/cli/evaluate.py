@@ -28,14 +28,17 @@ from hil.target import DEFAULT_FIRMWARE
 from hil.trial import Trial, run_trial
 from hil.units import Unit, load_unit
 from hil.units.plausible import plausible_unit
+from train.actuation import BUS
+from train.built import BuiltSimulator, draw_scenes
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture, video
-from train.evaluation.rollouts import log, task_of
+from train.evaluation.rollouts import log, run, task_of
+from train.hands import HANDS
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
 from train.task.grasp import NOMINAL_RESET
 
-BACKENDS = ("mujoco", "mjx", "bytes")
+BACKENDS = ("mujoco", "mjx", "built", "bytes")
 COLUMNS = {
     "survival": ("keeps", "{:.2f}"),
     "rate_rad_s": ("rad/s", "{:.2f}"),
@@ -55,8 +58,9 @@ of the channel that draws most, mean and peak."""
 @click.command()
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @click.option(
-    "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "bytes"), show_default=True,
-    help="What to run on: plain MuJoCo, MJX, the emulated hand through every byte. May be repeated.",
+    "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "built", "bytes"),
+    show_default=True,
+    help="What to run on: plain MuJoCo, MJX, built hands in process, emulated hands through every byte. Repeatable.",
 )  # fmt: skip
 @click.option("--episodes", type=int, default=100, show_default=True, help="Episodes of each condition in simulation.")
 @click.option("--trials", type=int, default=10, show_default=True, help="Trials of each hand through the bytes.")
@@ -99,6 +103,8 @@ def evaluate(
             )
     if "mjx" in backends:
         results["MJX"] = _over_mjx(policy, episodes, seconds, seed)
+    if "built" in backends:
+        results["built hands in process"] = _on_built(policy, episodes, seconds, seed)
     if "bytes" in backends:
         results["every byte"] = _through_bytes(
             console, _cases(policy, trials, units, seconds=seconds, seed=seed), policy
@@ -137,6 +143,14 @@ def _over_mjx(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[
     batch = MjxBatch([build_scene(policy.settings.torque_limit).compile()] * episodes)
     found = measure(policy, conditions(policy)[:1], batch, seconds=seconds, seed=seed)
     return {name: one.summary() for name, one in found.items()}
+
+
+def _on_built(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[str, dict[str, float]]:
+    """Measure on built hands as training draws them, each episode on another."""
+    hands = draw_scenes(HANDS, np.random.default_rng(seed), episodes, policy.settings.torque_limit)
+    behind_the_bus = replace(task_of(policy), actuation=BUS)
+    with BuiltSimulator(hands) as batch:
+        return {"as training draws them": run(policy, behind_the_bus, batch, seconds, seed).summary()}
 
 
 class _Case(NamedTuple):

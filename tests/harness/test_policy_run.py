@@ -134,7 +134,7 @@ def test_evaluate_leaves_figures_for_each_backend(path, tmp_path):
     result = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     results = json.loads((tmp_path / "evaluation.json").read_text())["results"]
-    assert set(results) == {"plain MuJoCo", "every byte"}
+    assert set(results) == {"plain MuJoCo", "built hands in process", "every byte"}
     assert {"reference", "paper", "1 random units", "paper, firmware pre", "reference, firmware 0.1.0"} <= set(
         results["every byte"]
     )

@@ -24,7 +24,7 @@ TINY = replace(
     unroll=5,
     epochs=1,
     hidden=(16,),
-    stages=(replace(STEADY.stages[0], steps=80), replace(STEADY.stages[1], steps=80)),
+    stages=(replace(STEADY.stages[1], steps=80), replace(STEADY.stages[2], steps=80)),
     checkpoint_steps=80,
 )
 

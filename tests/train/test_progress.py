@@ -43,8 +43,9 @@ def test_the_gpu_recipe_is_the_papers():
 
 def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_neither():
     assert set(RECIPES) == {"steady", "fast", "paper"}
-    first, last = STEADY.stages[0], STEADY.stages[-1]
-    assert first.actuation.real_servo
+    first, second, last = STEADY.stages
+    assert not first.rows
+    assert second.actuation.real_servo
     assert last.built > 0.5
     assert STEADY.task_in(last).actuation.delay_s[1] >= 0.03
     assert not any(stage.built for stage in FAST.stages)
