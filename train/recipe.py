@@ -161,7 +161,8 @@ STEADY = Recipe(
     (
         Stage(6_000_000),
         Stage(1_400_000, actuation=UNTUNED, rows=SERVO_ROWS),
-        Stage(2_000_000, actuation=BUS, rows=SERVO_ROWS, built=0.75),
+        Stage(1_000_000, actuation=BUS, rows=SERVO_ROWS, built=0.75),
+        Stage(1_100_000, RewardSettings(Weights(action_rate=-0.4)), actuation=BUS, rows=SERVO_ROWS, built=0.75),
     ),
     tip_friction=TIP_FRICTION,
     goal=Goal(survival=0.98, airborne=0.002),

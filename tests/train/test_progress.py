@@ -43,7 +43,7 @@ def test_the_gpu_recipe_is_the_papers():
 
 def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_neither():
     assert set(RECIPES) == {"steady", "fast", "paper"}
-    first, second, last = STEADY.stages
+    first, second, *_, last = STEADY.stages
     assert not first.rows
     assert second.actuation.real_servo
     assert last.built > 0.5
