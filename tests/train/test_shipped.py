@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from aero.policy.file import Policy
+from aero.policy.loop import actions_on
 from aero.policy.network import Layer, Network
 from aero.policy.shipped import find_policy
 from aero.policy.task import ShownAction
-from train.evaluation.rollouts import run, task_of
+from train.evaluation.rollouts import log, run, task_of
 from train.scene import build_scene
 from train.simulator import Simulator
 
-EPISODES = 16
-SECONDS = 6.0
+EPISODES = 8
+SECONDS = 5.0
 
 
 @pytest.fixture(scope="module")
@@ -54,14 +55,13 @@ COMMAND_AS_WIRE = [4, 5, 6, 0, 1, 2, 3]
 MISTAKES = {
     "actions sent in the wire's order": lambda policy: acting(policy, COMMAND_AS_WIRE),
     "lengths read in the wire's order": lambda policy: reading(policy, [6, 4, 5, 0, 1, 2, 3, *range(7, 14)]),
-    "the action before the last shown": lambda policy: replace(policy, shown_action=ShownAction.BEFORE_LAST),
     "normaliser dropped": lambda policy: replace(
         policy, network=Network(np.zeros(14, np.float32), np.ones(14, np.float32), policy.network.layers)
     ),
 }
 
 
-@pytest.mark.parametrize(("name", "at_least"), [("steady", 0.5), ("fast", 1.2)])
+@pytest.mark.parametrize(("name", "at_least"), [("steady", 0.3), ("fast", 1.3)])
 def test_a_shipped_policy_turns_the_cube(name, at_least, batch):
     assert rate(find_policy(name), batch) > at_least
 
@@ -71,3 +71,16 @@ def test_a_shipped_policy_turns_the_cube(name, at_least, batch):
 def test_a_mistake_in_running_it_shows(name, mistake, batch):
     policy = find_policy(name)
     assert rate(MISTAKES[mistake](policy), batch) < 0.6 * rate(policy, batch)
+
+
+@pytest.mark.parametrize("name", ["steady", "fast"])
+def test_showing_another_action_shows_in_a_replay(name):
+    """Both gaits survive this mistake, a tenth and a third slower, so it is looked for where nothing can hide it."""
+    policy = find_policy(name)
+    quiet = replace(task_of(policy), settings=replace(policy.settings, noise=(0.0,) * 7))
+    kept = log(policy, quiet, SECONDS, seed=5)
+    played = actions_on(policy, kept.lengths[:-1])
+    shifted = actions_on(replace(policy, shown_action=ShownAction.BEFORE_LAST), kept.lengths[:-1])
+    # The log's first action answers a reading that it does not hold; from the second on the replay is the episode.
+    wrong = np.abs(shifted[2:] - kept.actions[3:]).mean()
+    assert np.abs(played[2:] - kept.actions[3:]).mean() < 0.2 * wrong
