@@ -6,7 +6,8 @@ are drawn once an episode.
 
 Sources: one physical hand, public logs June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e): 15-19 ms from
 command to motion, closed loop 24-25 ms, 700-780 °/s at most, 4096 counts a turn; take-up: another owner's index
-(alstar8); radii: paper, regression row of the thumb cables against the CAD radii (12.64 for 12.49 mm).
+(alstar8); radii: paper, regression row of the thumb cables against the CAD radii (12.64 for 12.49 mm);
+stall torque: vendor, 6 kg cm.
 """
 
 from __future__ import annotations
