@@ -19,7 +19,7 @@ def test_the_ideal_hand_needs_no_correction():
 
 
 @given(take_ups)
-@settings(max_examples=10)
+@settings(max_examples=5)
 def test_a_cable_that_is_too_long_is_wound_in_by_as_much(values):
     take_up = np.insert(values, Channel.THUMB_ABDUCTION, 0.0)
     unit = replace(IDEAL, hand=replace(IDEAL.hand, cable_take_up=tuple(take_up.tolist())))

@@ -1,5 +1,6 @@
 """The policies that ship: what must hold of each, whatever it was trained to do."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from aero.policy.shipped import DEFAULT, find_policy, shipped_policies
 from aero.policy.task import targets
 from model.routed import COMMAND_RANGE
 
+shipped = cache(find_policy)
 every_policy = pytest.mark.parametrize("name", shipped_policies())
 
 
@@ -33,7 +35,7 @@ def test_a_policy_says_where_it_comes_from(name):
 @every_policy
 @given(observation=finite_observations)
 def test_actions_and_targets_are_in_range_for_any_finite_observation(name, observation):
-    policy = find_policy(name)
+    policy = shipped(name)
     action = policy.network.act(observation)
     assert np.isfinite(action).all()
     assert (np.abs(action) < 1).all()
