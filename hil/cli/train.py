@@ -65,8 +65,10 @@ def train(
         policy = ppo.train(chosen, on, seed, out, minutes=minutes, resume=resume, on_checkpoint=show)
     except (FileExistsError, FileNotFoundError, ValueError) as error:
         raise click.UsageError(str(error)) from error
-    best = max(points, key=lambda point: point.score)
-    console.print(f"best of this call: {_line(best)}", highlight=False, soft_wrap=True)
+    kept = (policy.provenance.get("attempt"), policy.provenance.get("steps"))
+    for point in points:
+        if (point.attempt, point.steps) == kept:
+            console.print(f"kept: {_line(point)}", highlight=False, soft_wrap=True)
     console.print(f"{out / (recipe + '.npz')}, {out / PICTURE}", highlight=False)
     if with_video:
         video(log(policy, chosen.task, EPISODE_S, seed).positions, out / f"{recipe}.mp4")
