@@ -167,7 +167,7 @@ class _Attempt:
 
     def _batch(self, stage: Stage, routed: list[mujoco.MjModel], rng: np.random.Generator) -> Batch:
         """Return the routed hands, the last of them replaced by the stage's share of built ones."""
-        built = round(stage.built * len(routed))
+        built = int(stage.built * len(routed))
         if not built:
             return Simulator(routed, self._threads)
         hands = draw_scenes(stage.hands, rng, built, self._recipe.task.settings.torque_limit)

@@ -35,6 +35,10 @@ class Stage:
     entropy_cost: float = 1e-2
     """Weight of the policy's entropy."""
 
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.built < 1.0:
+            raise ValueError(f"some hands of a stage must be routed: 0 <= built < 1, got {self.built}")
+
 
 @dataclass(frozen=True)
 class Stuck:

@@ -11,7 +11,7 @@ from train.progress import (
     read_standing,
     write_standing,
 )
-from train.recipe import FAST, PAPER, RECIPES, STEADY, Goal, on_gpu
+from train.recipe import FAST, PAPER, RECIPES, STEADY, Goal, Stage, on_gpu
 from train.task.reward import PAPER_REWARD
 
 
@@ -54,6 +54,11 @@ def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_ne
 
 def test_on_gpus_every_hand_is_routed():
     assert not any(stage.built for stage in on_gpu(STEADY).stages)
+
+
+def test_a_stage_without_routed_hands_is_refused():
+    with pytest.raises(ValueError, match="routed"):
+        Stage(1000, built=1.0)
 
 
 def test_a_recipe_that_does_not_divide_is_refused():
