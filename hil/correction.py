@@ -30,6 +30,8 @@ APPROACH_S, REST_S = 0.6, 0.3
 STEPS = 30
 STRENGTH_N_M = 0.5
 """Torque that the twin's shafts are held with, N m: enough that they arrive."""
+STIFFNESS, DAMPING = 20.0, 0.1
+"""How they are held, N m/rad and N m s/rad: five times a servo, so that friction leaves them where they were sent."""
 
 
 def correction(unit: Unit, settings: Settings) -> Floats:
@@ -55,7 +57,7 @@ def _joints(codec: ActuationMap, hand: BuiltHandParameters, lengths: Floats) -> 
     for step in range(1, STEPS + 1):
         for channel in Channel:
             setpoint = float(angles[channel]) * step / STEPS
-            plant.drive(channel, Drive(setpoint, stiffness=20.0, damping=0.1, limit=STRENGTH_N_M))
+            plant.drive(channel, Drive(setpoint, stiffness=STIFFNESS, damping=DAMPING, limit=STRENGTH_N_M))
         plant.advance_to(APPROACH_S * step / STEPS)
     plant.advance_to(APPROACH_S + REST_S)
     return plant.joint_angles()

@@ -84,7 +84,7 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
         "shown_action": policy.shown_action.value,
         "seconds_s": settings.seconds,
         "dry": float(settings.dry),
-        "torque_limit": policy.settings.torque_limit or 1.0,
+        **({} if policy.settings.torque_limit is None else {"torque_limit": policy.settings.torque_limit}),
         **{f"correction_{channel.label}": settings.correction[channel] for channel in Channel},
     }
     return PolicyRun(run, recorder.finish("policy", parameters), tuple(lateness))

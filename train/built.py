@@ -35,6 +35,7 @@ EXTRA = 2 * len(CABLES)
 _STEPS = round(PHYSICS_STEP_S / TIMESTEP_S)
 _SHAFTS = len(Channel)
 _TO_COMMAND_ORDER = np.argsort(OBSERVATION_ORDER)
+_FORCE_OF_TORQUE = np.where([channel in CABLES for channel in Channel], -1.0 / SPOOL_RADIUS, 1.0)
 
 
 def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> mujoco.MjModel:
@@ -120,9 +121,6 @@ class BuiltSimulator(Batch):
         sensors[..., :_SHAFTS] = lengths[..., list(OBSERVATION_ORDER)]
         sensors[..., _SHAFTS : 2 * _SHAFTS] *= _FORCE_OF_TORQUE
         return sensors
-
-
-_FORCE_OF_TORQUE = np.where([channel in CABLES for channel in Channel], -1.0 / SPOOL_RADIUS, 1.0)
 
 
 class MixedSimulator(Batch):

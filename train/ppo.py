@@ -131,7 +131,8 @@ class _Attempt:
         self._started = time.monotonic() - standing.elapsed_s
         self._last_time, self._last_steps = time.monotonic(), standing.steps
         self._before = 0
-        self._best_rate = -np.inf
+        # A run that went on past the point of giving up is not stuck, however it begins after a resume.
+        self._best_rate = np.inf if standing.steps >= recipe.stuck.steps else -np.inf
         self._seed = standing.seed * 1000 + standing.attempt
         # One simulator serves one device; MJX gives every device the same randomised hands, as Brax does.
         self._devices = 1 if backend == "native" else jax.local_device_count()

@@ -175,9 +175,9 @@ def _cases(policy: Policy, trials: int, units: int, *, seconds: float, seed: int
     turns = max(trials, units) if units else 0
     rows = [
         *((unit.name, [unit] * trials, DEFAULT_FIRMWARE, True) for unit in (reference, paper)),
-        (f"{units} random units", [hands[k % units] for k in range(turns)], DEFAULT_FIRMWARE, True),
+        (f"random units ({units})", [hands[k % units] for k in range(turns)], DEFAULT_FIRMWARE, True),
         ("reference, not corrected", [reference] * trials, DEFAULT_FIRMWARE, False),
-        (f"{units} random units, not corrected", [hands[k % units] for k in range(turns)], DEFAULT_FIRMWARE, False),
+        (f"random units ({units}), not corrected", [hands[k % units] for k in range(turns)], DEFAULT_FIRMWARE, False),
         *(
             (f"reference, firmware {firmware}", [reference] * trials, firmware, True)
             for firmware in PROFILES

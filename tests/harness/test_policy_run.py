@@ -135,7 +135,7 @@ def test_evaluate_leaves_figures_for_each_backend(path, tmp_path):
     assert result.exit_code == 0, result.output
     results = json.loads((tmp_path / "evaluation.json").read_text())["results"]
     assert set(results) == {"plain MuJoCo", "built hands in process", "every byte"}
-    assert {"reference", "paper", "1 random units", "paper, firmware pre", "reference, firmware 0.1.0"} <= set(
+    assert {"reference", "paper", "random units (1)", "paper, firmware pre", "reference, firmware 0.1.0"} <= set(
         results["every byte"]
     )
     assert (tmp_path / "delay.png").exists()

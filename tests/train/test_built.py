@@ -11,7 +11,8 @@ from aero.channels import CABLES, Channel, Joint
 from aero.policy.settings import PAPER_TRAINING
 from hil.units import load_unit
 from model.parameters import BuiltHandParameters
-from train.built import EXTRA, BuiltSimulator, MixedSimulator, build_scene, draw_scenes
+from train.actuation import STALL_TORQUE_N_M
+from train.built import EXTRA, SERVO_DAMPING, SERVO_STIFFNESS, BuiltSimulator, MixedSimulator, build_scene, draw_scenes
 from train.hands import HANDS, TIMESTEP_S, draw_hand
 from train.scene import build_scene as build_routed_scene
 from train.simulator import Simulator, positions, velocities
@@ -139,3 +140,11 @@ def test_the_recorded_hands_springs_are_the_reference_units():
     for name in ("spring_open", "spring_closed"):
         ours, theirs = (np.array(getattr(one, name))[fingers_and_thumb] for one in (hand, unit))
         np.testing.assert_allclose(ours, theirs, rtol=0.06)
+
+
+def test_the_servos_in_training_are_the_recorded_hands():
+    servos = load_unit("reference").servos
+    assert servos.stall_torque == STALL_TORQUE_N_M
+    rad_per_count = 2 * np.pi / 4096
+    assert pytest.approx(servos.stall_torque * servos.duty_per_count / rad_per_count, rel=0.02) == SERVO_STIFFNESS
+    assert pytest.approx(servos.stall_torque * servos.duty_per_count_per_s / rad_per_count, rel=0.02) == SERVO_DAMPING

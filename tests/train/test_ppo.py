@@ -99,3 +99,13 @@ def test_a_run_stops_at_its_time(tmp_path):
     told: list[Checkpoint] = []
     ppo.train(TINY, "native", 0, tmp_path, minutes=1e-3, threads=1, on_checkpoint=told.append)
     assert len(told) == 1
+
+
+@pytest.mark.slow
+def test_a_run_that_got_going_is_not_given_up_when_it_is_resumed(tmp_path):
+    short = replace(TINY, stages=TINY.stages[:1])
+    ppo.train(short, "native", 0, tmp_path, threads=1)
+    told: list[Checkpoint] = []
+    strict = replace(TINY, stuck=Stuck(steps=80, rate_rad_s=1e3))
+    ppo.train(strict, "native", 0, tmp_path, threads=1, resume=True, on_checkpoint=told.append)
+    assert [(point.attempt, point.steps) for point in told] == [(0, 160)]

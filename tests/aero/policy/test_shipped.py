@@ -42,7 +42,7 @@ def test_actions_and_targets_are_in_range_for_any_finite_observation(name, obser
     target = targets(action, np.array(policy.settings.nominal), np.array(policy.settings.scale))
     low, high = np.array([COMMAND_RANGE[channel] for channel in sorted(COMMAND_RANGE)]).T
     assert (low <= target).all()
-    assert (target <= high + 1e-3).all()
+    assert (target <= high).all()
 
 
 def test_a_path_is_taken_where_the_name_is_no_shipped_one(tmp_path):
