@@ -169,8 +169,8 @@ class ServoSetup:
         if servo not in IDS:
             raise ServoBusError(f"an ID is 0 to 253, got {servo}")
         # Two servos answer a ping with the same bytes at the same time; their measurements differ and collide, if not
-        # at once then soon, because the current is noisy. Two emulated servos at rest agree in 7 % of the answers, often
-        # in several in a row.
+        # at once then soon, because the current is noisy. Two emulated servos at rest agree in 7 % of the answers,
+        # often in several in a row.
         for _ in range(_COLLISION_READS):
             _, result, _ = self._packets.readTxRx(self._port, servo, _FEEDBACK, _FEEDBACK_SIZE)
             if result != feetech.COMM_SUCCESS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from concurrent.futures import ProcessPoolExecutor as Pool
 from dataclasses import asdict, replace
 from functools import partial
@@ -54,6 +55,9 @@ COLUMNS = {
 change of the action from step to step, commanded travel of a finger, share of trials that a limit ended, motor current
 of the channel that draws most, mean and peak."""
 
+WIDTH = 120
+"""Columns where no terminal says how many there are: the widest table has 105."""
+
 
 @click.command()
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
@@ -89,7 +93,7 @@ def evaluate(
     In simulation under its training conditions, a control period late, in the paper's deployment settings and behind a
     servo with a sweep of delays and lags; through the bytes on each shipped unit, on random ones and on each firmware.
     """
-    console = Console()
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
     try:
         policy = find_policy(policy_name)
     except PolicyFileError as error:
