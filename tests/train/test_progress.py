@@ -3,6 +3,7 @@ from dataclasses import replace
 import pytest
 from checkpoints import POINT
 
+from train.hands import HANDS
 from train.progress import (
     PICTURE,
     Standing,
@@ -43,13 +44,17 @@ def test_the_gpu_recipe_is_the_papers():
 
 def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_neither():
     assert set(RECIPES) == {"steady", "fast", "paper"}
-    first, second, *_, last = STEADY.stages
-    assert not first.rows
-    assert second.actuation.real_servo
-    assert last.built > 0.5
-    assert STEADY.task_in(last).actuation.delay_s[1] >= 0.03
+    assert all(stage.built > 0.5 and stage.actuation.real_servo for stage in STEADY.stages)
+    assert STEADY.task_in(STEADY.stages[-1]).actuation.delay_s[1] >= 0.03
+    assert FAST.stages[0].actuation.real_servo
     assert not any(stage.built for stage in FAST.stages)
     assert not any(stage.rows or stage.actuation.real_servo for stage in PAPER.stages)
+
+
+def test_the_springs_of_the_steady_recipe_move_to_the_recorded_hands_and_end_at_all():
+    ranges = [stage.hands.towards_recorded for stage in STEADY.stages]
+    assert ranges[:-1] == sorted(ranges[:-1])
+    assert ranges[-1] == HANDS.towards_recorded
 
 
 def test_on_gpus_every_hand_is_routed():

@@ -75,7 +75,7 @@ def test_a_mistake_in_running_it_shows(name, mistake, batch):
 
 @pytest.mark.parametrize("name", ["steady", "fast"])
 def test_showing_another_action_shows_in_a_replay(name):
-    """Both gaits survive this mistake, a tenth and a third slower, so it is looked for where nothing can hide it."""
+    """Both gaits survive this mistake, a fifth slower, so it is looked for where nothing can hide it."""
     policy = find_policy(name)
     quiet = replace(task_of(policy), settings=replace(policy.settings, noise=(0.0,) * 7))
     kept = log(policy, quiet, SECONDS, seed=5)
