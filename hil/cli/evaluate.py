@@ -56,7 +56,7 @@ change of the action from step to step, commanded travel of a finger, share of t
 of the channel that draws most, mean and peak."""
 
 WIDTH = 120
-"""Columns where no terminal says how many there are: the widest table has 105."""
+"""Columns where no terminal says how many there are: for a name and the figures beside it."""
 
 
 @click.command()
