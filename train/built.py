@@ -82,9 +82,18 @@ def draw_scenes(
 class BuiltSimulator(Batch):
     """A batch of built hands over `mujoco.rollout`; holds a thread pool. Use as a context manager, or `close` it."""
 
-    def __init__(self, models: Sequence[mujoco.MjModel], threads: int | None = None) -> None:
-        """Make a batch of `models`, all from `build_scene`, on `threads` threads (default: all cores)."""
+    def __init__(
+        self, models: Sequence[mujoco.MjModel], corrections: Floats | None = None, threads: int | None = None
+    ) -> None:
+        """Make a batch.
+
+        Args:
+            models: all from `build_scene`.
+            corrections: by how much longer each hand's channels are commanded, (batch, 7), m, abduction rad.
+            threads: default: all cores.
+        """
         super().__init__(models)
+        self._corrections = np.zeros((len(models), 1, _SHAFTS)) if corrections is None else corrections[:, None]
         threads = threads or os.cpu_count() or 1
         self._map = ActuationMap()
         self._data = [mujoco.MjData(self._models[0]) for _ in range(threads)]
@@ -100,7 +109,7 @@ class BuiltSimulator(Batch):
         full = np.empty_like(states)
         full[:, self._places] = states
         angles = np.zeros((len(states), controls.shape[1] * _STEPS, self._models[0].nu))
-        setpoints = self._map.angles_from_travel(self._map.travel_from_lengths(controls))
+        setpoints = self._map.angles_from_travel(self._map.travel_from_lengths(controls + self._corrections))
         angles[:, :, :_SHAFTS] = np.repeat(setpoints, _STEPS, axis=1)
         trajectory, sensors = self._pool.rollout(self._models, self._data, full, angles)
         return trajectory[:, -1][:, self._places], self._as_routed(sensors[:, _STEPS - 1 :: _STEPS])
@@ -117,7 +126,7 @@ class BuiltSimulator(Batch):
         """Turn shaft angles into the simulator's lengths, and torques of shafts into forces that lengthen."""
         sensors = sensors.copy()
         angles = sensors[..., :_SHAFTS][..., _TO_COMMAND_ORDER]
-        lengths = self._map.lengths_from_travel(self._map.travel_from_angles(angles))
+        lengths = self._map.lengths_from_travel(self._map.travel_from_angles(angles)) - self._corrections
         sensors[..., :_SHAFTS] = lengths[..., list(OBSERVATION_ORDER)]
         sensors[..., _SHAFTS : 2 * _SHAFTS] *= _FORCE_OF_TORQUE
         return sensors

@@ -34,7 +34,7 @@ class HandRanges:
     """Uniform ranges; one draw a channel or joint unless said."""
 
     finger_take_up: Range = (-0.001, 0.002)
-    """Cable to wind in before a finger moves, m; what a calibration leaves of it."""
+    """Cable to wind in before a finger moves, m; what a calibrated zero leaves of it."""
     cmc_take_up: Range = (-0.0025, 0.001)
     """The same for the thumb's CMC cable, m."""
     flexor_take_up: Range = (-0.0015, 0.0005)
@@ -62,6 +62,9 @@ class HandRanges:
     """One draw."""
     tip_friction: Range = (0.2, 0.8)
     """Friction of the fingertips, one draw; contact friction is the larger of the two geoms', the cube's is 0.3."""
+    correction_error_m: float = 0.0005
+    """By how much the correction of a cable (`train.correction`) may be wrong, on both sides, m. An assumption: the
+    static error of a finger's servo alone is 0.3 mm of cable (docs/calibration.md)."""
 
 
 HANDS = HandRanges()

@@ -18,6 +18,7 @@ from brax.training.agents.ppo import train as brax_ppo
 from aero.policy.file import Policy, load, save
 from train import export, randomise
 from train.built import BuiltSimulator, MixedSimulator, draw_scenes
+from train.correction import corrections
 from train.environment import CubeEnvironment, prepare_starts
 from train.evaluation.rollouts import Episodes, run
 from train.physics import native, over_mjx
@@ -171,9 +172,11 @@ class _Attempt:
         built = int(stage.built * len(routed))
         if not built:
             return Simulator(routed, self._threads)
-        hands = draw_scenes(stage.hands, rng, built, self._recipe.task.settings.torque_limit)
+        settings, threads = self._recipe.task.settings, self._threads
+        hands = draw_scenes(stage.hands, rng, built, settings.torque_limit)
+        corrected = corrections(hands, settings, rng, error_m=stage.hands.correction_error_m, threads=threads)
         return MixedSimulator(
-            Simulator(routed[: len(routed) - built], self._threads), BuiltSimulator(hands, self._threads)
+            Simulator(routed[: len(routed) - built], threads), BuiltSimulator(hands, corrected, threads)
         )
 
     def _optimise(self, stage: Stage, steps: int, environment: CubeEnvironment) -> None:

@@ -176,15 +176,15 @@ STEADY = Recipe(
     "steady",
     Task(settings=HALF_TORQUE),
     (
-        _built(1_400_000, BOLDEST, (0.0, 0.6), 0.75),
-        _built(1_500_000, BOLD, (0.3, 0.8), 0.9),
-        _built(1_500_000, BOLD, (0.45, 0.95), 0.9),
-        _built(1_500_000, BOLD, (0.65, 1.1), 0.9),
-        _built(1_500_000, LIVELY, HANDS.towards_recorded, 0.6),
+        _built(1_200_000, BOLDEST, (0.0, 0.6), 0.75),
+        _built(1_200_000, BOLD, (0.4, 1.0), 0.9),
+        _built(1_200_000, BOLD, (0.6, 1.1), 0.9),
+        _built(1_200_000, BOLD, (0.75, 1.1), 0.9),
+        _built(2_200_000, LIVELY, HANDS.towards_recorded, 0.75),
     ),
     tip_friction=TIP_FRICTION,
     goal=Goal(survival=0.98, airborne=0.002),
-    stuck=Stuck(steps=1_400_000),
+    stuck=Stuck(steps=1_200_000),
 )
 """For the hand: the gait is found on the built hands where it is easy, and led from springs to springs; how far that
 goes is in docs/training.md."""

@@ -31,6 +31,7 @@ from hil.units import Unit, load_unit
 from hil.units.plausible import plausible_unit
 from train.actuation import BUS
 from train.built import BuiltSimulator, draw_scenes
+from train.correction import corrections
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture, video
 from train.evaluation.rollouts import log, run, task_of
@@ -151,9 +152,11 @@ def _over_mjx(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[
 
 def _on_built(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[str, dict[str, float]]:
     """Measure on built hands as training draws them, each episode on another."""
-    hands = draw_scenes(HANDS, np.random.default_rng(seed), episodes, policy.settings.torque_limit)
+    rng = np.random.default_rng(seed)
+    hands = draw_scenes(HANDS, rng, episodes, policy.settings.torque_limit)
+    corrected = corrections(hands, policy.settings, rng, error_m=HANDS.correction_error_m)
     behind_the_bus = replace(task_of(policy), actuation=BUS)
-    with BuiltSimulator(hands) as batch:
+    with BuiltSimulator(hands, corrected) as batch:
         return {"as training draws them": run(policy, behind_the_bus, batch, seconds, seed).summary()}
 
 

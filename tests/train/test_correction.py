@@ -1,0 +1,62 @@
+"""Built hands of the training are corrected as a hand is before it runs a policy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aero.channels import CABLES, Channel
+from aero.policy.settings import PAPER_TRAINING
+from hil.correction import correction
+from hil.units import load_unit
+from hil.units.plausible import plausible_unit
+from train.built import BuiltSimulator, build_scene, draw_scenes
+from train.correction import corrections
+from train.hands import HANDS, TIMESTEP_S
+from train.task.grasp import PAPER_RESET, draw_starts
+from train.task.signals import unpack
+
+SETTINGS = replace(PAPER_TRAINING, torque_limit=0.5)
+ERROR_M = 0.0005
+
+
+@pytest.fixture(scope="module")
+def hands():
+    return draw_scenes(HANDS, np.random.default_rng(0), 12, SETTINGS.torque_limit)
+
+
+@pytest.fixture(scope="module")
+def corrected(hands):
+    return corrections(hands, SETTINGS, np.random.default_rng(0), threads=1)
+
+
+@pytest.mark.parametrize("unit", [load_unit("ideal"), load_unit("reference"), load_unit("paper"), plausible_unit(0)])
+def test_training_corrects_a_hand_as_deployment_does(unit):
+    scene = build_scene(replace(unit.hand, timestep=TIMESTEP_S), SETTINGS.torque_limit)
+    found = corrections([scene], SETTINGS, np.random.default_rng(0), threads=1)[0]
+    # Dry friction leaves the joints 0.15 mm of cable apart between one way of going there and another.
+    np.testing.assert_allclose(found, correction(unit, SETTINGS), atol=0.2e-3)
+
+
+def test_hands_differ_by_millimetres_before(corrected):
+    cables = corrected[:, CABLES]
+    assert (cables.std(axis=0) > 0.5e-3).all()
+    assert np.abs(cables).max() > 2e-3
+
+
+def test_an_error_of_a_correction_stays_in_its_bounds(hands, corrected):
+    errors = corrections(hands, SETTINGS, np.random.default_rng(0), error_m=ERROR_M, threads=1) - corrected
+    assert (np.abs(errors) <= ERROR_M).all()
+    assert np.abs(errors[:, CABLES]).max() > 0.9 * ERROR_M
+    assert (errors[:, Channel.THUMB_ABDUCTION] == 0).all()
+
+
+def test_a_policy_commands_and_sees_the_lengths_that_it_knows(hands, corrected):
+    starts = draw_starts(np.random.default_rng(0), len(hands), PAPER_RESET)
+    nominal = np.broadcast_to(np.array(SETTINGS.nominal), (len(hands), 20, len(Channel)))
+    with BuiltSimulator(hands, corrected, threads=1) as batch:
+        states, sensors = batch.advance(batch.at(starts), nominal)
+    with BuiltSimulator(hands, threads=1) as batch:
+        bare_states, bare = batch.advance(batch.at(starts), nominal + corrected[:, None])
+    np.testing.assert_array_equal(states, bare_states)
+    np.testing.assert_allclose(unpack(sensors).lengths, unpack(bare).lengths - corrected[:, None], atol=1e-15)
