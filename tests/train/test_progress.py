@@ -51,10 +51,12 @@ def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_ne
     assert not any(stage.rows or stage.actuation.real_servo for stage in PAPER.stages)
 
 
-def test_the_springs_of_the_steady_recipe_move_to_the_recorded_hands_and_end_at_all():
+def test_the_springs_of_the_steady_recipe_move_from_the_default_hands_past_the_recorded_ones_and_end_wider():
     ranges = [stage.hands.towards_recorded for stage in STEADY.stages]
     assert ranges[:-1] == sorted(ranges[:-1])
-    assert ranges[-1] == HANDS.towards_recorded
+    assert (ranges[0][0], ranges[-1][1]) == HANDS.towards_recorded
+    assert ranges[-1][0] < ranges[-2][0]
+    assert ranges[-1][1] == ranges[-2][1]
 
 
 def test_on_gpus_every_hand_is_routed():
