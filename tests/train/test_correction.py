@@ -11,7 +11,7 @@ from hil.correction import correction
 from hil.units import load_unit
 from hil.units.plausible import plausible_unit
 from train.built import BuiltSimulator, build_scene, draw_scenes
-from train.correction import corrections
+from train.correction import IDEAL, corrections
 from train.hands import HANDS, TIMESTEP_S
 from train.task.grasp import PAPER_RESET, draw_starts
 from train.task.signals import unpack
@@ -36,6 +36,11 @@ def test_training_corrects_a_hand_as_deployment_does(unit):
     found = corrections([scene], SETTINGS, np.random.default_rng(0), threads=1)[0]
     # Dry friction leaves the joints 0.15 mm of cable apart between one way of going there and another.
     np.testing.assert_allclose(found, correction(unit, SETTINGS), atol=0.2e-3)
+
+
+def test_the_hand_that_the_map_describes_is_the_unit_ideal():
+    ideal = load_unit("ideal").hand
+    assert replace(ideal, timestep=TIMESTEP_S, back_emf=IDEAL.back_emf) == IDEAL  # a unit's back EMF is its servos'
 
 
 def test_hands_differ_by_millimetres_before(corrected):
