@@ -1,7 +1,8 @@
 """Built hands in training: behind servos and one-way cables, with the states, controls and sensors of the routed hand.
 
 So a batch may hold both kinds. A state begins as the routed scene's (time, joints and cube, their velocities) and goes
-on with angles and velocities of the six spools. Controls and sensed lengths pass the actuation map, as in deployment.
+on with angles and velocities of the six spools and the tensions of their cables, which decide the sheaths' friction.
+Controls and sensed lengths pass the actuation map, as in deployment.
 """
 
 from __future__ import annotations
@@ -30,16 +31,23 @@ SERVO_STIFFNESS = 3.8
 """Torque of a servo's inner loop per error, N m/rad: 0.0099 of full duty a count (unit `reference`)."""
 SERVO_DAMPING = 0.063
 """Torque of a servo's inner loop per speed, N m s/rad: 1.6e-4 of full duty a count/s (unit `reference`)."""
-EXTRA = 2 * len(CABLES)
+EXTRA = 3 * len(CABLES)
 """Values by which a built hand's state is longer than the routed hand's."""
+SHEATHS_HELD_S = 0.05
+"""How long the friction of the sheaths is held, a control period; the emulated hand looks every 10 ms. Two policies
+turned units with it as with 10 ms, within 0.15 rad/s."""
 _STEPS = round(PHYSICS_STEP_S / TIMESTEP_S)
+_HELD_STEPS = round(SHEATHS_HELD_S / TIMESTEP_S)
 _SHAFTS = len(Channel)
+_TENSIONS = slice(-len(CABLES), None)
 _TO_COMMAND_ORDER = np.argsort(OBSERVATION_ORDER)
 _FORCE_OF_TORQUE = np.where([channel in CABLES for channel in Channel], -1.0 / SPOOL_RADIUS, 1.0)
 
 
 def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> mujoco.MjModel:
-    """Return a built right hand with the cube, its servos' inner loops and the sensors of `train.task.signals`.
+    """Return a built right hand with the cube and its servos' inner loops.
+
+    Its sensors are those of `train.task.signals` and then the tensions of the cables.
 
     Args:
         parameters: of the hand.
@@ -55,6 +63,15 @@ def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> 
             objname=shaft_name(channel),
         )
     add_sensors(spec)
+    spec.nuser_tendon = 1  # what a cable's sheaths take of its tension, for `BuiltSimulator`
+    for channel in CABLES:
+        spec.tendon(cable_name(channel)).userdata = [parameters.cable_friction[channel]]
+        spec.add_sensor(
+            name=f"{channel.label}_tension",
+            type=mujoco.mjtSensor.mjSENS_TENDONLIMITFRC,
+            objtype=mujoco.mjtObj.mjOBJ_TENDON,
+            objname=cable_name(channel),
+        )
     model = spec.compile()
     supply, limit = parameters.supply_ratio, (1.0 if torque_limit is None else torque_limit) * STALL_TORQUE_N_M
     model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
@@ -88,17 +105,28 @@ class BuiltSimulator(Batch):
         """Make a batch.
 
         Args:
-            models: all from `build_scene`.
+            models: all from `build_scene`, none twice: the friction of its sheaths is written into it.
             corrections: by how much longer each hand's channels are commanded, (batch, 7), m, abduction rad.
             threads: default: all cores.
+
+        Raises:
+            ValueError: a model is there twice.
         """
         super().__init__(models)
+        if len({id(model) for model in models}) < len(models):
+            raise ValueError("every built hand needs a model of its own, for the friction of its sheaths is in it")
+        first = self._models[0]
+        self._places = _places(first)
+        self.state_size = len(self._places) + len(CABLES)
         self._corrections = np.zeros((len(models), 1, _SHAFTS)) if corrections is None else corrections[:, None]
+        self._spools = [first.joint(shaft_name(channel)).dofadr[0] for channel in CABLES]
+        self._spool_friction = np.array([model.dof_frictionloss[self._spools] for model in models])
+        cables = [first.tendon(cable_name(channel)).id for channel in CABLES]
+        self._sheath_radius = SPOOL_RADIUS * np.array([model.tendon_user[cables, 0] for model in models])
         threads = threads or os.cpu_count() or 1
         self._map = ActuationMap()
-        self._data = [mujoco.MjData(self._models[0]) for _ in range(threads)]
+        self._data = [mujoco.MjData(first) for _ in range(threads)]
         self._pool = rollout.Rollout(nthread=threads)
-        self._places = _places(self._models[0])
 
     def close(self) -> None:
         """Stop the threads."""
@@ -106,18 +134,32 @@ class BuiltSimulator(Batch):
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
         """Step every scene, see `Batch`."""
-        full = np.empty_like(states)
-        full[:, self._places] = states
+        full, tensions = np.empty((len(states), len(self._places))), states[:, _TENSIONS]
+        full[:, self._places] = states[:, : len(self._places)]
         angles = np.zeros((len(states), controls.shape[1] * _STEPS, self._models[0].nu))
         setpoints = self._map.angles_from_travel(self._map.travel_from_lengths(controls + self._corrections))
         angles[:, :, :_SHAFTS] = np.repeat(setpoints, _STEPS, axis=1)
-        trajectory, sensors = self._pool.rollout(self._models, self._data, full, angles)
-        return trajectory[:, -1][:, self._places], self._as_routed(sensors[:, _STEPS - 1 :: _STEPS])
+        sensors = []
+        for start in range(0, angles.shape[1], _HELD_STEPS):
+            self._rub(tensions)
+            trajectory, sensed = self._pool.rollout(
+                self._models, self._data, full, angles[:, start : start + _HELD_STEPS]
+            )
+            full, tensions = trajectory[:, -1], sensed[:, -1, _TENSIONS]
+            sensors.append(sensed[:, _STEPS - 1 :: _STEPS, : _TENSIONS.start])
+        self._rub(np.zeros_like(tensions))  # the models are as they were
+        return np.hstack([full[:, self._places], tensions]), self._as_routed(np.hstack(sensors))
+
+    def _rub(self, tensions: Floats) -> None:
+        """Set the dry friction of spools and sheaths, given the cables' tensions, (batch, 6), N."""
+        friction = self._spool_friction + self._sheath_radius * tensions
+        for model, row in zip(self._models, friction, strict=True):
+            model.dof_frictionloss[self._spools] = row
 
     def at(self, starts: Floats) -> Floats:
         """Return states at rest at `starts` (batch, 23), with every cable just taut."""
         states = super().at(starts)
-        spools = slice(self.state_size - EXTRA, self.state_size - EXTRA // 2)
+        spools = slice(self.state_size - EXTRA, self.state_size - EXTRA + len(CABLES))
         for state, start, model in zip(states, starts, self._models, strict=True):
             state[spools] = _taut(model, start)
         return states

@@ -39,13 +39,18 @@ class HandRanges:
     """The same for the thumb's CMC cable, m."""
     flexor_take_up: Range = (-0.0015, 0.0005)
     """The same for the thumb's flexor, m."""
-    shaft_friction: Range = (0.01, 0.09)
-    """Dry friction of gears and of the sheaths at usual tensions, N m at the shaft. The recorded hand's sheaths take
-    0.54 of the tension, 0.02 to 0.1 N m; a constant stands for it."""
+    shaft_friction: Range = (0.001, 0.05)
+    """Dry friction of gears and spool, N m at the shaft."""
+    sheath_friction: Range = (0.2, 0.7)
+    """Dry friction of a cable in its sheaths as a share of its tension: the recorded hand's take 0.54 and random units
+    0.42 to 0.70; that of hands without any is met on routed ones."""
     towards_recorded: Range = (0.0, 1.1)
     """How far the springs go from the default hand's (0) to the recorded hand's (1), one draw."""
-    spring_factor: Range = (0.85, 1.15)
-    """On each spring besides, one draw for the proximal joint of a digit and one for those beyond it."""
+    digit_spring_factor: Range = (0.8, 1.25)
+    """On all springs of a digit besides, one draw a digit: the fingers of one hand differ by as much."""
+    spring_factor: Range = (0.93, 1.07)
+    """On each spring besides, one draw for the proximal joint of a digit and one for those beyond it: which of them
+    closes first is for `towards_recorded` to say, so that a gait can be led from hand to hand."""
     joint_friction: Range = (0.0005, 0.006)
     """N m"""
     joint_damping: Range = (0.001, 0.006)
@@ -82,14 +87,12 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParamete
     def joints(span: Range) -> Floats:
         return rng.uniform(*span, len(Joint))
 
-    def springs(span: Range) -> Floats:
-        return _per_joint(*rng.uniform(*span, (2, 5)))
-
     take_up = channels(ranges.finger_take_up)
     take_up[Channel.THUMB_ABDUCTION] = 0.0
     take_up[Channel.THUMB_CMC_FLEXION] = rng.uniform(*ranges.cmc_take_up)
     take_up[Channel.THUMB_FLEXOR] = rng.uniform(*ranges.flexor_take_up)
-    far, factor = rng.uniform(*ranges.towards_recorded), springs(ranges.spring_factor)
+    far = rng.uniform(*ranges.towards_recorded)
+    factor = _per_joint(*(rng.uniform(*ranges.spring_factor, (2, 5)) * rng.uniform(*ranges.digit_spring_factor, 5)))
     opened = np.array(default.spring_open) * (1 + far * (RECORDED_OPEN - 1)) * factor
     closed = np.array(default.spring_closed) * (1 + far * (RECORDED_CLOSED - 1)) * factor
     closed = np.maximum(closed, 1.02 * opened)
@@ -98,6 +101,7 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParamete
         back_emf=float(rng.uniform(*ranges.back_emf)),
         supply_ratio=float(rng.uniform(*ranges.supply_ratio)),
         spool_friction=tuple(channels(ranges.shaft_friction).tolist()),
+        cable_friction=tuple(channels(ranges.sheath_friction).tolist()),
         cable_take_up=tuple(take_up.tolist()),
         winding_scale=tuple(channels(ranges.winding_scale).tolist()),
         abduction_winding=(

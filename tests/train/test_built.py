@@ -87,9 +87,37 @@ def test_every_step_is_mujocos(built, starts):
         np.testing.assert_allclose(states[k, 17:24], data.joint("cube").qpos, atol=1e-9)
 
 
-def test_no_cable_is_pulled_with_more_than_the_torque_limit(starts):
+@pytest.mark.parametrize(("share", "least", "most"), [(0.0, 0.29e-3, 0.31e-3), (0.6, 0.0, 0.16e-3)])
+def test_rough_sheaths_hold_a_shaft_by_their_share_of_the_tension(share, least, most, starts):
+    """At 10 N six tenths make 14 mrad of the servo's stiffness on both sides, so of 0.3 mm of cable 0.26 are lost."""
+    tight = NOMINAL - np.array([0.01] * 4 + [0.0] * 3)
+    starts[:, 16:19] = OUT_OF_REACH
+    hand = BuiltHandParameters(
+        timestep=TIMESTEP_S, spool_friction=(0.001,) * 7, cable_friction=(share,) * 7, joint_friction=(0.0,) * 16
+    )
+    with BuiltSimulator([build_scene(hand, 0.5) for _ in range(BATCH)], threads=1) as simulator:
+        states, there = simulator.advance(simulator.at(starts), control(100, tight))
+        states, after = simulator.advance(states, control(100, tight + np.array([0.3e-3] * 4 + [0.0] * 3)))
+    went = (unpack(after[:, -1]).lengths - unpack(there[:, -1]).lengths)[:, :4]
+    np.testing.assert_allclose(states[:, -len(CABLES) :][:, :4], 10.0, atol=0.3)
+    assert least < went.min() <= went.max() < most
+
+
+def test_a_batch_leaves_its_models_as_they_were(built, starts):
+    before = [model.dof_frictionloss.copy() for model in built.models]
+    built.advance(built.at(starts), control(20))
+    np.testing.assert_array_equal(before, [model.dof_frictionloss for model in built.models])
+
+
+def test_a_model_that_is_there_twice_is_refused():
     scene = build_scene(BuiltHandParameters(timestep=TIMESTEP_S), 0.5)
-    with BuiltSimulator([scene] * BATCH, threads=1) as simulator:
+    with pytest.raises(ValueError, match="of its own"):
+        BuiltSimulator([scene] * 2)
+
+
+def test_no_cable_is_pulled_with_more_than_the_torque_limit(starts):
+    scenes = [build_scene(BuiltHandParameters(timestep=TIMESTEP_S), 0.5) for _ in range(BATCH)]
+    with BuiltSimulator(scenes, threads=1) as simulator:
         _, sensors = simulator.advance(simulator.at(starts), control(60, NOMINAL - np.array([0.02] * 4 + [0.0] * 3)))
     forces = unpack(sensors).forces[..., :4]
     assert forces.min() >= -0.5 * 0.588 / 0.009 - 1e-9
@@ -118,6 +146,7 @@ def test_hands_are_drawn_inside_their_ranges_and_reach_both_ends():
         HANDS.cmc_take_up: take_up[:, Channel.THUMB_CMC_FLEXION],
         HANDS.flexor_take_up: take_up[:, Channel.THUMB_FLEXOR],
         HANDS.shaft_friction: np.array([hand.spool_friction for hand in hands]),
+        HANDS.sheath_friction: np.array([hand.cable_friction for hand in hands]),
         HANDS.joint_damping: np.array([hand.joint_damping for hand in hands]),
         HANDS.winding_scale: np.array([hand.winding_scale for hand in hands]),
         HANDS.supply_ratio: np.array([hand.supply_ratio for hand in hands]),
@@ -134,7 +163,7 @@ def test_hands_are_drawn_inside_their_ranges_and_reach_both_ends():
 
 
 def test_the_recorded_hands_springs_are_the_reference_units():
-    recorded = replace(HANDS, towards_recorded=(1.0, 1.0), spring_factor=(1.0, 1.0))
+    recorded = replace(HANDS, towards_recorded=(1.0, 1.0), digit_spring_factor=(1.0, 1.0), spring_factor=(1.0, 1.0))
     hand, unit = draw_hand(recorded, np.random.default_rng(0)), load_unit("reference").hand
     fingers_and_thumb = np.delete(np.arange(16), Joint.THUMB_ABDUCTION)
     for name in ("spring_open", "spring_closed"):

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from checkpoints import POINT
@@ -54,6 +55,7 @@ def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_ne
 def test_the_springs_of_the_steady_recipe_move_from_the_default_hands_past_the_recorded_ones_and_end_wider():
     ranges = [stage.hands.towards_recorded for stage in STEADY.stages]
     assert ranges[:-1] == sorted(ranges[:-1])
+    assert all(low < high_before for (_, high_before), (low, _) in pairwise(ranges))
     assert (ranges[0][0], ranges[-1][1]) == HANDS.towards_recorded
     assert ranges[-1][0] < ranges[-2][0]
     assert ranges[-1][1] == ranges[-2][1]
