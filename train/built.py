@@ -34,8 +34,8 @@ SERVO_DAMPING = 0.063
 EXTRA = 3 * len(CABLES)
 """Values by which a built hand's state is longer than the routed hand's."""
 SHEATHS_HELD_S = 0.05
-"""How long the friction of the sheaths is held, a control period; the emulated hand looks every 10 ms. Two policies
-turned units with it as with 10 ms, within 0.15 rad/s."""
+"""How long the friction of the sheaths is held, a control period at 20 Hz; the emulated hand looks every 10 ms. Three
+policies turned the units `reference` and `paper` with it as with 10 ms, within 0.15 rad/s."""
 _STEPS = round(PHYSICS_STEP_S / TIMESTEP_S)
 _HELD_STEPS = round(SHEATHS_HELD_S / TIMESTEP_S)
 _SHAFTS = len(Channel)

@@ -186,8 +186,8 @@ STEADY = Recipe(
     goal=Goal(survival=0.98, airborne=0.002, airborne_price=20.0),
     stuck=Stuck(steps=1_200_000, rate_rad_s=0.4),
 )
-"""For the hand: the gait is found on the built hands where it is easy, led from springs to springs, and at the end made
-safe on all of them, gently (docs/training.md)."""
+"""For the hand: the gait is found on the built hands where it is easy, led from springs to springs, and at the end
+settled on a wide range of them (docs/training.md)."""
 
 RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 
