@@ -58,15 +58,19 @@ class ActuationRanges:
     order; m, abduction rad."""
     gain: Range = (1.0, 1.0)
     """Cable travel over the travel that the map assumes, per channel."""
-    real_servo: bool = False
-    """Whether speed is limited and readings come in counts."""
+    speed_limit: bool = False
+    """Whether a channel follows no faster than its servo's no-load speed; for hands without servos in the physics."""
+    slewed: bool = False
+    """Whether a command goes no further from the last one than a servo turns in a control period, as `run-policy`."""
+    counts: bool = False
+    """Whether readings come in encoder counts."""
 
 
 IDEAL = ActuationRanges()
 """The released environment's."""
-SERVOS = ActuationRanges(lag_s=(0.015, 0.040), delay_s=(0.010, 0.030), gain=(0.97, 1.03), real_servo=True)
+SERVOS = ActuationRanges(lag_s=(0.015, 0.040), delay_s=(0.010, 0.030), gain=(0.97, 1.03), speed_limit=True, counts=True)
 """What servos do to the routed hand, with room on both sides."""
-BUS = ActuationRanges(lag_s=(0.0, 0.020), delay_s=(0.005, 0.030), real_servo=True)
+BUS = ActuationRanges(lag_s=(0.0, 0.020), delay_s=(0.005, 0.030), slewed=True, counts=True)
 """What is left where the servos are in the physics: the way of a command, and some lag for firmware with a profile."""
 
 DRAWS = 2 + 2 * CHANNELS
@@ -135,7 +139,7 @@ def drive(
     *,
     steps: int,
     step_s: float,
-    limited: bool,
+    ranges: ActuationRanges,
 ) -> tuple[ServoState, Array]:
     """Follow a new target for one control period.
 
@@ -146,19 +150,22 @@ def drive(
         nominal: (7,) lengths about which gains deviate.
         steps: physics steps a period.
         step_s: length of a physics step, s.
-        limited: whether the servo's speed limit holds.
+        ranges: say whether commands are slewed and whether the servo's speed limit holds.
 
     Returns:
         The servos after the period and the controls of its physics steps, (..., steps, 7).
     """
     xp = namespace(target)
+    if ranges.slewed:
+        last, most = servo.sent[..., 0, :], SPEED_LIMIT * step_s * steps
+        target = last + xp.clip(target - last, -most, most)
     sent = xp.concatenate([target[..., None, :], servo.sent[..., :-1, :]], axis=-2)
     share = 1.0 - xp.exp(-step_s / xp.maximum(parameters.lag_s, 1e-9))
     followed, controls = servo.followed, []
     for step in range(steps):
         arrived = _arrived(sent, parameters.delay_s, step, steps, step_s)
         change = share * (arrived - followed)
-        if limited:
+        if ranges.speed_limit:
             change = xp.clip(change, -SPEED_LIMIT * step_s, SPEED_LIMIT * step_s)
         followed = followed + change
         controls.append(nominal + parameters.gain * (followed - nominal) + parameters.offset)

@@ -63,6 +63,10 @@ def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> 
             objname=shaft_name(channel),
         )
     add_sensors(spec)
+    for channel in Channel:  # what turns the shaft, bounded and less back-EMF
+        force = spec.sensor(f"{channel.label}_force")
+        force.type, force.objtype = mujoco.mjtSensor.mjSENS_JOINTACTFRC, mujoco.mjtObj.mjOBJ_JOINT
+        force.objname = shaft_name(channel)
     spec.nuser_tendon = 1  # what a cable's sheaths take of its tension, for `BuiltSimulator`
     for channel in CABLES:
         spec.tendon(cable_name(channel)).userdata = [parameters.cable_friction[channel]]
@@ -73,14 +77,18 @@ def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> 
             objname=cable_name(channel),
         )
     model = spec.compile()
-    supply, limit = parameters.supply_ratio, (1.0 if torque_limit is None else torque_limit) * STALL_TORQUE_N_M
+    supply = parameters.supply_ratio
+    limit = 1.0 if torque_limit is None else torque_limit
     model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
     model.actuator_gainprm[:_SHAFTS, 0] = supply * SERVO_STIFFNESS
     model.actuator_biasprm[:_SHAFTS, 1] = -supply * SERVO_STIFFNESS
     model.actuator_biasprm[:_SHAFTS, 2] = -supply * SERVO_DAMPING
     model.actuator_forcelimited[:_SHAFTS] = 1
-    model.actuator_forcerange[:_SHAFTS] = -supply * limit, supply * limit
+    model.actuator_forcerange[:_SHAFTS] = -supply * STALL_TORQUE_N_M, supply * STALL_TORQUE_N_M
     model.actuator_biasprm[_SHAFTS:, 2] = -parameters.back_emf
+    shafts = [model.joint(shaft_name(channel)).id for channel in Channel]
+    model.jnt_actfrclimited[shafts] = 1
+    model.jnt_actfrcrange[shafts] = -supply * limit * STALL_TORQUE_N_M, supply * limit * STALL_TORQUE_N_M
     return model
 
 

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aero.policy.limits import Limits, slewed
 from train import actuation
-from train.actuation import ActuationRanges, Parameters
+from train.actuation import IDEAL, ActuationRanges, Parameters
 
 NOMINAL = np.array([0.09, 0.09, 0.09, 0.09, 0.75, 0.035, 0.1])
 STEPS, STEP_S = 5, 0.01
@@ -18,12 +19,10 @@ def params(lag_s=0.0, delay_s=0.0, offset=0.0, gain=1.0):
     return Parameters(np.array([lag_s]), np.array([delay_s]), np.full(7, offset), np.full(7, gain))
 
 
-def drive(parameters, sequence, limited=False):
+def drive(parameters, sequence, ranges=IDEAL):
     servo, rows = actuation.at_rest(NOMINAL), []
     for target in sequence:
-        servo, controls = actuation.drive(
-            servo, target, parameters, NOMINAL, steps=STEPS, step_s=STEP_S, limited=limited
-        )
+        servo, controls = actuation.drive(servo, target, parameters, NOMINAL, steps=STEPS, step_s=STEP_S, ranges=ranges)
         rows.append(controls)
     return np.concatenate(rows)
 
@@ -58,8 +57,19 @@ def test_a_lag_is_first_order(lag_s):
 @given(st.floats(0, 0.05), st.floats(0, 0.1))
 def test_no_command_moves_a_hand_faster_than_its_servo(lag_s, delay_s):
     wild = [NOMINAL + 0.02, NOMINAL - 0.02, NOMINAL + 0.02]
-    controls = np.vstack([NOMINAL, drive(params(lag_s, delay_s), wild, limited=True)])
+    controls = np.vstack([NOMINAL, drive(params(lag_s, delay_s), wild, ActuationRanges(speed_limit=True))])
     assert (np.abs(np.diff(controls, axis=0)) <= actuation.SPEED_LIMIT * STEP_S + 1e-12).all()
+
+
+def test_a_command_is_slewed_as_the_loop_of_deployment_does():
+    wild = [NOMINAL + 0.02, NOMINAL - 0.02, NOMINAL + 0.02]
+    sent = drive(params(), wild, ActuationRanges(slewed=True))[::STEPS]
+    codes_per_length = 1 / actuation.COUNT
+    last, expected, most = NOMINAL, [], Limits().shaft_speed_rad_s * STEPS * STEP_S * 4096 / (2 * np.pi)
+    for target in wild:
+        last = slewed(last * codes_per_length, target * codes_per_length, most) / codes_per_length
+        expected.append(last)
+    np.testing.assert_allclose(sent, expected, rtol=2e-3)  # 12.9 rad/s there, 740°/s here
 
 
 @given(targets, st.floats(-0.001, 0.001), st.floats(0.9, 1.1))

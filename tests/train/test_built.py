@@ -8,15 +8,24 @@ import pytest
 
 from aero.actuation import ActuationMap
 from aero.channels import CABLES, Channel, Joint
+from aero.policy.loop import run_policy
+from aero.policy.running import RunSettings
 from aero.policy.settings import PAPER_TRAINING
+from aero.policy.shipped import find_policy
+from aero.safety import Thresholds
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
+from hil.safety.driving import guard
 from hil.units import load_unit
 from model.parameters import BuiltHandParameters
-from train.actuation import STALL_TORQUE_N_M
+from model.plant import BuiltHandPlant
+from train.actuation import DRAWS, STALL_TORQUE_N_M, ActuationRanges
 from train.built import EXTRA, SERVO_DAMPING, SERVO_STIFFNESS, BuiltSimulator, MixedSimulator, build_scene, draw_scenes
 from train.hands import HANDS, TIMESTEP_S, draw_hand
 from train.scene import build_scene as build_routed_scene
 from train.simulator import Simulator, positions, velocities
-from train.task.grasp import PAPER_RESET, draw_starts
+from train.task.episode import Task, begin, command, finish
+from train.task.grasp import NOMINAL_RESET, PAPER_RESET, draw_starts
 from train.task.signals import SENSOR_COUNT, unpack
 
 BATCH = 3
@@ -122,6 +131,69 @@ def test_no_cable_is_pulled_with_more_than_the_torque_limit(starts):
     forces = unpack(sensors).forces[..., :4]
     assert forces.min() >= -0.5 * 0.588 / 0.009 - 1e-9
     assert forces.min() < -0.4 * 0.588 / 0.009
+
+
+def fastest_turn(share):
+    """Return the highest speed (rad/s) of a free abduction shaft that is sent across its range."""
+    hand = BuiltHandParameters(timestep=TIMESTEP_S)
+    scene = build_scene(hand, share)
+    data = mujoco.MjData(scene)
+    data.ctrl[Channel.THUMB_ABDUCTION] = 1.5
+    speeds = []
+    for _ in range(60):
+        mujoco.mj_step(scene, data)
+        speeds.append(data.joint("thumb_abduction").qvel[0])
+    return max(speeds)
+
+
+def test_a_torque_limit_holds_a_blocked_shaft_back_and_not_a_fast_one():
+    assert fastest_turn(0.5) > 0.9 * fastest_turn(None)
+
+
+@pytest.mark.parametrize("name", ["reference", "paper"])
+def test_a_hand_in_training_follows_commands_as_the_emulated_one_does(name):
+    """Through every byte and in training's physics, under motions faster than a policy's, without a cube."""
+    policy, unit = find_policy("steady"), load_unit(name)
+    periods = 60
+    waves = 2.0 * np.pi * policy.settings.period_s * np.array([2.1, 1.7, 1.3, 2.3, 1.9, 1.1, 1.5])
+    script = 0.9 * np.sin(np.outer(np.arange(periods), waves) + np.arange(7))
+    emulated = emulated_lengths(policy, unit, script)
+    trained = trained_lengths(policy, unit, script)
+    error = np.sqrt(np.mean((trained - emulated) ** 2, axis=0)) / emulated.std(axis=0)
+    assert (error < 0.25).all(), error
+
+
+def emulated_lengths(policy, unit, script):
+    electronics = EmulatedHand(BuiltHandPlant(unit.hand), firmware="0.2.0", servos=unit.servos, seed=0)
+    codec, steps = ActuationMap.for_firmware("0.2.0"), []
+    settings = RunSettings(seconds=len(script) * policy.settings.period_s)
+    with guard(InProcessLink(electronics), electronics.clock, codec, "0.2.0", Thresholds()) as hand:
+        hand.begin()
+        hand.limit_torques(policy.settings.torque_limit)
+        run_policy(policy, hand, hand.clock, codec, settings=settings, script=script, on_step=steps.append)
+    return np.array([step.lengths for step in steps])
+
+
+def trained_lengths(policy, unit, script):
+    quiet = replace(policy.settings, noise=(0.0,) * 7)
+    late = ActuationRanges(delay_s=(0.015, 0.015), slewed=True, counts=True)
+    task = Task(settings=quiet, actuation=late, reset=NOMINAL_RESET)
+    start = draw_starts(np.random.default_rng(0), 1, task.reset)
+    start[:, 16:19] = OUT_OF_REACH
+    scene = build_scene(replace(unit.hand, contacts=True, timestep=TIMESTEP_S), quiet.torque_limit)
+    nominal, still = np.array(quiet.nominal), np.zeros((1, 7))
+    with BuiltSimulator([scene], threads=1) as hand:
+        states, sensors = hand.advance(hand.at(start), np.broadcast_to(nominal, (1, 100, 7)))
+        episode = begin(task, sensors[:, -1], np.zeros((1, DRAWS)))
+        lengths = [episode.lengths[0]]
+        for action in script[:-1]:
+            episode, controls = command(task, episode, action[None])
+            states, sensors = hand.advance(states, controls)
+            episode, _ = finish(
+                task, episode, sensors, positions=positions(states), velocities=velocities(states), noise=still
+            )
+            lengths.append(episode.lengths[0])
+    return np.array(lengths)
 
 
 def test_a_mixed_batch_is_its_two_parts(built, starts):

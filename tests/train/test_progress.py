@@ -45,11 +45,11 @@ def test_the_gpu_recipe_is_the_papers():
 
 def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_neither():
     assert set(RECIPES) == {"steady", "fast", "paper"}
-    assert all(stage.built > 0.5 and stage.actuation.real_servo for stage in STEADY.stages)
+    assert all(stage.built > 0.5 and stage.actuation.counts for stage in STEADY.stages)
     assert STEADY.task_in(STEADY.stages[-1]).actuation.delay_s[1] >= 0.03
-    assert FAST.stages[0].actuation.real_servo
+    assert FAST.stages[0].actuation.counts
     assert not any(stage.built for stage in FAST.stages)
-    assert not any(stage.rows or stage.actuation.real_servo for stage in PAPER.stages)
+    assert not any(stage.rows or stage.actuation.counts for stage in PAPER.stages)
 
 
 def test_the_springs_of_the_steady_recipe_move_from_the_default_hands_past_the_recorded_ones_and_end_wider():

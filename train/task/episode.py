@@ -104,7 +104,7 @@ def command(task: Task, episode: Episode, action: Array) -> tuple[Episode, Array
         nominal,
         steps=task.substeps,
         step_s=PHYSICS_STEP_S,
-        limited=task.actuation.real_servo,
+        ranges=task.actuation,
     )
     return episode._replace(memory=episode.memory.after(action), servo=servo), controls
 
@@ -112,7 +112,7 @@ def command(task: Task, episode: Episode, action: Array) -> tuple[Episode, Array
 def observed(task: Task, episode: Episode, noise: Array) -> Array:
     """Return the observation, (..., 14), for sensor noise drawn from [-1, 1], (..., 7)."""
     nominal = np.array(task.settings.nominal)
-    reading = actuation.read(episode.lengths, episode.parameters, nominal, task.actuation.real_servo)
+    reading = actuation.read(episode.lengths, episode.parameters, nominal, task.actuation.counts)
     return observe(reading + np.array(task.settings.noise) * noise, episode.memory.shown(task.shown_action))
 
 
