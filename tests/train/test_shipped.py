@@ -61,7 +61,7 @@ MISTAKES = {
 }
 
 
-@pytest.mark.parametrize(("name", "at_least"), [("steady", 0.3), ("fast", 1.5)])
+@pytest.mark.parametrize(("name", "at_least"), [("steady", 0.7), ("fast", 1.5)])
 def test_a_shipped_policy_turns_the_cube(name, at_least, batch):
     assert rate(find_policy(name), batch) > at_least
 
@@ -75,7 +75,7 @@ def test_a_mistake_in_running_it_shows(name, mistake, batch):
 
 @pytest.mark.parametrize("name", ["steady", "fast"])
 def test_showing_another_action_shows_in_a_replay(name):
-    """Both gaits survive this mistake, a fifth slower, so it is looked for where nothing can hide it."""
+    """A gait may survive this mistake, so it is looked for where nothing can hide it."""
     policy = find_policy(name)
     quiet = replace(task_of(policy), settings=replace(policy.settings, noise=(0.0,) * 7))
     kept = log(policy, quiet, SECONDS, seed=5)
