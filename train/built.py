@@ -51,7 +51,8 @@ def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> 
 
     Args:
         parameters: of the hand.
-        torque_limit: share of the servos' stall torque that they may use; None for all of it.
+        torque_limit: share of the servos' stall torque that they may use; None for all of it. It bounds the winding's
+            current, as a goal torque does, not the voltage: a free shaft keeps its speed.
     """
     spec = build_built("right", parameters)
     add_cube(spec)
@@ -78,17 +79,18 @@ def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> 
         )
     model = spec.compile()
     supply = parameters.supply_ratio
-    limit = 1.0 if torque_limit is None else torque_limit
+    stall = supply * STALL_TORQUE_N_M
+    bound = stall if torque_limit is None else torque_limit * stall
     model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
     model.actuator_gainprm[:_SHAFTS, 0] = supply * SERVO_STIFFNESS
     model.actuator_biasprm[:_SHAFTS, 1] = -supply * SERVO_STIFFNESS
     model.actuator_biasprm[:_SHAFTS, 2] = -supply * SERVO_DAMPING
     model.actuator_forcelimited[:_SHAFTS] = 1
-    model.actuator_forcerange[:_SHAFTS] = -supply * STALL_TORQUE_N_M, supply * STALL_TORQUE_N_M
+    model.actuator_forcerange[:_SHAFTS] = -stall, stall
     model.actuator_biasprm[_SHAFTS:, 2] = -parameters.back_emf
     shafts = [model.joint(shaft_name(channel)).id for channel in Channel]
     model.jnt_actfrclimited[shafts] = 1
-    model.jnt_actfrcrange[shafts] = -supply * limit * STALL_TORQUE_N_M, supply * limit * STALL_TORQUE_N_M
+    model.jnt_actfrcrange[shafts] = -bound, bound
     return model
 
 
