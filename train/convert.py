@@ -1,8 +1,9 @@
-"""Brax PPO checkpoints to policy files, without trusting them and without JAX.
+"""Brax PPO checkpoints to policy files, without trusting them.
 
-A checkpoint of MuJoCo Playground or Brax is a Python pickle of (normaliser, policy, value). A pickle can call
+The released checkpoint of MuJoCo Playground is a Python pickle of (normaliser, policy, value). A pickle can call
 anything, so that only the few classes which such a checkpoint needs are let through, each as a stand-in that holds
-data; whatever else it names is refused before it is called.
+data; whatever else it names is refused before it is called. No JAX is needed. What Brax writes today is a folder of
+arrays, which `train.checkpoint_folder` reads, with JAX.
 """
 
 from __future__ import annotations
@@ -109,20 +110,22 @@ def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
     """Read a checkpoint.
 
     Args:
-        path: pickle of Brax PPO parameters.
+        path: pickle of Brax PPO parameters, or the folder that Orbax wrote them into.
         origin: how it was trained.
-        name: of the policy; the file's stem by default.
+        name: of the policy; the file's or folder's by default.
 
     Raises:
-        CheckpointError: no such checkpoint, or a pickle that asks for anything but its data.
+        CheckpointError: no such checkpoint, a pickle that asks for anything but its data, or a folder where the
+            `train` extra is not installed.
         FileNotFoundError: there is no such file.
     """
-    size = path.stat().st_size
+    files = _files(path)
+    size = sum(file.stat().st_size for file in files)
     if size > MAX_BYTES:
         raise CheckpointError(f"{path} has {size} bytes; a checkpoint of this task has about 1.5 million")
-    content = path.read_bytes()
+    content = b"".join(file.read_bytes() for file in files)
     try:
-        normaliser, actor, *_ = _Unpickler(io.BytesIO(content)).load()
+        normaliser, actor, *_ = _folder(path) if path.is_dir() else _Unpickler(io.BytesIO(content)).load()
         mean, std = (_state_part(statistics) for statistics in (normaliser.mean, normaliser.std))
         net = network(mean, std, actor["params"])
     except CheckpointError as error:
@@ -133,6 +136,28 @@ def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
         ) from error
     provenance = {"source": path.name, "sha256": hashlib.sha256(content).hexdigest()}
     return Policy(name or path.stem, net, origin.settings, origin.shown_action, provenance=provenance)
+
+
+def _files(path: Path) -> list[Path]:
+    """Return the files that make a checkpoint."""
+    if not path.is_dir():
+        return [path]
+    if not (path / "_METADATA").exists():
+        steps = sorted((part.name for part in path.iterdir() if part.name.isdigit()), key=int)
+        raise CheckpointError(
+            f"{path} is a run with checkpoints; give one of them, the last is {path / steps[-1]}"
+            if steps
+            else f"{path} is no checkpoint: an Orbax folder has a file _METADATA"
+        )
+    return sorted(part for part in path.rglob("*") if part.is_file())
+
+
+def _folder(path: Path) -> tuple[Any, ...]:
+    try:
+        from train.checkpoint_folder import read  # noqa: PLC0415 - a pickle is read without JAX
+    except ModuleNotFoundError as error:
+        raise CheckpointError('folders are read with JAX and Brax: pip install "aero-hil[train]"') from error
+    return read(path)
 
 
 def _state_part(statistics: Any) -> Any:

@@ -13,7 +13,7 @@ from train.convert import CheckpointError, Origin, convert
 
 
 @click.command("convert-policy")
-@click.argument("checkpoint", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("checkpoint", type=click.Path(exists=True, path_type=Path))
 @click.argument("policy", type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--name", help="Name of the policy; the checkpoint's by default.")
 @click.option(
@@ -25,9 +25,10 @@ from train.convert import CheckpointError, Origin, convert
     show_default=True, help="Action that its observation shows; the released environment shows `before_last`.",
 )  # fmt: skip
 def convert_policy(*, checkpoint: Path, policy: Path, name: str | None, settings: str, shown_action: str) -> None:
-    """Turn CHECKPOINT, a pickle of Brax PPO parameters of the cube task, into the file POLICY.
+    """Turn CHECKPOINT, Brax PPO parameters of the cube task, into the file POLICY.
 
-    Nothing in the pickle is run: what it names beyond the few classes of such a checkpoint is refused.
+    CHECKPOINT is a pickle, as the released one, or a folder that Orbax wrote, as Brax does today. Nothing in a pickle
+    is run: what it names beyond the few classes of such a checkpoint is refused. Folders need the `train` extra.
     """
     origin = Origin(PRESETS[settings], ShownAction(shown_action))
     try:

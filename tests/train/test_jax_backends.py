@@ -1,6 +1,8 @@
 """What needs JAX: the graphs that are trained against the code that is deployed, and the two backends."""
 
+import json
 import pickle
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,11 +12,12 @@ brax_networks = pytest.importorskip("brax.training.agents.ppo.networks", reason=
 
 import jax.numpy as jnp  # noqa: E402
 from brax.training.acme import running_statistics, specs  # noqa: E402
+from brax.training.agents.ppo import checkpoint as brax_checkpoint  # noqa: E402
 
 from aero.policy.settings import PAPER_TRAINING  # noqa: E402
 from aero.policy.task import ActionMemory, ShownAction, observe, targets  # noqa: E402
 from train import actuation, export, randomise  # noqa: E402
-from train.convert import Origin, convert  # noqa: E402
+from train.convert import CheckpointError, Origin, convert  # noqa: E402
 from train.environment import CubeEnvironment, prepare_starts  # noqa: E402
 from train.physics import MjxBatch, native  # noqa: E402
 from train.scene import build_scene  # noqa: E402
@@ -72,6 +75,51 @@ def test_parameters_pickled_by_brax_convert_to_the_same_policy(tmp_path):
     np.testing.assert_allclose(
         policy.network.act(observations), brax_actions(networks, parameters, observations), atol=1e-5
     )
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return what Brax writes today, and what it was made of."""
+    networks, parameters = brax_parameters(2)
+    factory = partial(brax_networks.make_ppo_networks, activation=jax.nn.swish, value_obs_key="privileged_state")
+    config = brax_checkpoint.network_config({"state": 14, "privileged_state": 81}, 7, True, factory)
+    brax_checkpoint.save(tmp_path / "run", 1000, parameters, config)
+    return tmp_path / "run" / "000000001000", networks, parameters
+
+
+def test_a_folder_written_by_brax_converts_to_the_same_policy(folder):
+    path, networks, parameters = folder
+    policy = convert(path, Origin(PAPER_TRAINING))
+    observations = policy.network.mean + policy.network.std * np.random.default_rng(0).normal(size=(64, 14))
+    np.testing.assert_allclose(
+        policy.network.act(observations), brax_actions(networks, parameters, observations), atol=1e-5
+    )
+    assert policy.provenance["source"] == path.name
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("activation", "relu"),
+        ("distribution_type", "normal"),
+        ("mean_clip_scale", 1.0),
+        ("policy_obs_key", "privileged_state"),
+    ],
+)
+def test_a_folder_of_another_kind_of_network_is_refused(folder, name, value):
+    path = folder[0] / "ppo_network_config.json"
+    config = json.loads(path.read_text())
+    config["network_factory_kwargs"][name] = value
+    path.write_text(json.dumps(config))
+    with pytest.raises(CheckpointError, match=name):
+        convert(folder[0], Origin(PAPER_TRAINING))
+
+
+def test_a_folder_without_normaliser_is_refused(folder):
+    path = folder[0] / "ppo_network_config.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"normalize_observations": False}))
+    with pytest.raises(CheckpointError, match="normalise"):
+        convert(folder[0], Origin(PAPER_TRAINING))
 
 
 def test_parameters_come_back_as_they_went(tmp_path):
