@@ -201,7 +201,12 @@ RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 
 
 def on_gpu(recipe: Recipe) -> Recipe:
-    """Return the recipe at the paper's scale: 8192 environments, 32 minibatches, 3e8 steps; routed hands only."""
-    stages = tuple(replace(stage, built=0.0) for stage in recipe.stages)
+    """Return the recipe at the paper's scale: 8192 environments, 32 minibatches, 3e8 steps; routed hands only.
+
+    Built hands, which have servos in their physics, give way to routed ones behind servos.
+    """
+    stages = tuple(
+        replace(stage, built=0.0, actuation=SERVOS if stage.built else stage.actuation) for stage in recipe.stages
+    )
     large = replace(recipe, environments=8192, minibatches=32, stages=stages, stuck=Stuck(steps=30_000_000))
     return replace(large.with_steps(300_000_000), checkpoint_steps=5_242_880)

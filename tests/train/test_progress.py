@@ -4,6 +4,7 @@ from itertools import pairwise
 import pytest
 from checkpoints import POINT
 
+from train.actuation import SERVOS
 from train.hands import HANDS
 from train.progress import (
     PICTURE,
@@ -61,8 +62,10 @@ def test_the_springs_of_the_steady_recipe_move_from_the_default_hands_past_the_r
     assert set(last) == {HANDS.towards_recorded}
 
 
-def test_on_gpus_every_hand_is_routed():
+def test_on_gpus_every_hand_is_routed_and_behind_servos_where_it_was_built():
     assert not any(stage.built for stage in on_gpu(STEADY).stages)
+    assert all(stage.actuation == SERVOS for stage in on_gpu(STEADY).stages)
+    assert [stage.actuation for stage in on_gpu(FAST).stages] == [stage.actuation for stage in FAST.stages]
 
 
 def test_a_stage_without_routed_hands_is_refused():
