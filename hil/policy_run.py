@@ -68,12 +68,14 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
         progress(len(lateness) / periods, policy.name)
 
     recorder.note(f"policy {policy.name!r} {'reads only' if settings.dry else 'runs'}")
+    progress(0.0, "rehearsal, leave the hand empty" if settings.rehearsal_s else "going to the grasp")
     run = run_policy(
         policy,
         target.hand,
         target.clock,
         target.map,
         settings=settings,
+        on_wait=lambda: progress(0.0, "put the object in"),
         on_ready=lambda: recorder.note("the policy begins"),
         on_step=take,
     )
@@ -83,6 +85,7 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
         "policy": policy.name,
         "shown_action": policy.shown_action.value,
         "seconds_s": settings.seconds,
+        "rehearsal_s": settings.rehearsal_s,
         "dry": float(settings.dry),
         **({} if policy.settings.torque_limit is None else {"torque_limit": policy.settings.torque_limit}),
         **{f"correction_{channel.label}": settings.correction[channel] for channel in Channel},

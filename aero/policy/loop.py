@@ -17,6 +17,7 @@ from aero.actuation.map import ActuationMap
 from aero.clock import Clock
 from aero.errors import AeroError
 from aero.policy.file import Policy
+from aero.policy.grip import Grip, drawn
 from aero.policy.limits import Ending, slewed
 from aero.policy.running import Floats, Hand, Run, RunSettings, Step
 from aero.policy.task import CHANNELS, ActionMemory, observe, targets
@@ -31,6 +32,7 @@ def run_policy(
     *,
     settings: RunSettings | None = None,
     script: Floats | None = None,
+    on_wait: Callable[[], None] = lambda: None,
     on_ready: Callable[[], None] = lambda: None,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> Run:
@@ -43,20 +45,28 @@ def run_policy(
         actuation_map: for the hand's firmware.
         settings: how; None for the defaults.
         script: actions (periods, 7) to play open loop in place of the policy's; its length bounds the time too.
+        on_wait: told when the hand is in the nominal grasp and the object can be put in.
         on_ready: told when the hand has waited in the nominal grasp and the policy is about to begin.
-        on_step: told about every control period, before the next one begins.
+        on_step: told about every control period after the rehearsal, before the next one begins.
 
     Raises:
+        ValueError: a script with a rehearsal, which is the policy's.
         AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
     """
-    session = _Session(policy, hand, clock, actuation_map, settings or RunSettings(), script=script, on_step=on_step)
+    settings = settings or RunSettings()
+    if script is not None and settings.rehearsal_s:
+        raise ValueError("a script is played without a rehearsal")
+    session = _Session(policy, hand, clock, actuation_map, settings, script=script)
     home = hand.read_codes().astype(np.float64)
     session.command = home
     try:
-        session.move_to(session.codes_of(np.zeros(CHANNELS)))
-        session.wait()
-        on_ready()
-        ending = session.loop()
+        session.grasp()
+        ending = session.rehearse()
+        if ending is Ending.TIME:
+            on_wait()
+            session.wait()
+            on_ready()
+            ending = session.loop(settings.seconds, on_step)
         session.move_to(home)
     except SafetyStopError as stop:
         return session.summary(Ending.STOPPED, str(stop))  # the guard has opened the hand
@@ -76,6 +86,9 @@ def actions_on(policy: Policy, lengths: Floats) -> Floats:
     return np.array(actions)
 
 
+_NOTHING_YET = Run(Ending.TIME, "", 0, 0, 0, 0, 0.0, 0.0, np.nan)
+
+
 class _Session:
     """The state of one run."""
 
@@ -88,10 +101,9 @@ class _Session:
         settings: RunSettings,
         *,
         script: Floats | None,
-        on_step: Callable[[Step], None],
     ) -> None:
         self._policy, self._hand, self._clock, self._map = policy, hand, clock, actuation_map
-        self._settings, self._script, self._on_step = settings, script, on_step
+        self._settings, self._script = settings, script
         self._task = settings.settings or policy.settings
         self._correction = np.array(settings.correction)
         window = actuation_map.window_rad
@@ -99,11 +111,12 @@ class _Session:
         self._most = settings.limits.shaft_speed_rad_s * self._task.period_s * codes_per_rad
         self.command = np.zeros(CHANNELS)
         self._blind = 0
-        self._tally = Run(Ending.TIME, "", 0, 0, 0, 0, 0.0, 0.0, np.nan)
+        self._tally = _NOTHING_YET
+        self._grip: Grip | None = None
 
-    def codes_of(self, action: Floats) -> Floats:
-        """Return the codes of an action's targets, (7,), saturated at the command window."""
-        return self._asked(action)[1]
+    def grasp(self) -> None:
+        """Go to the nominal grasp."""
+        self.move_to(self._asked(np.zeros(CHANNELS))[1])
 
     def move_to(self, goal: Floats) -> None:
         """Go from the present command to `goal` (7,) at an even pace."""
@@ -117,13 +130,26 @@ class _Session:
         """Stay where the hand is."""
         self._clock.sleep_until(self._clock.now() + self._settings.wait_s)
 
-    def loop(self) -> Ending:
-        """Let the policy act until something ends it."""
+    def rehearse(self) -> Ending:
+        """Let the policy act on the empty hand, if asked for, and learn from its currents when the object is lost."""
+        if not self._settings.rehearsal_s:
+            return Ending.TIME
+        sums: list[float] = []
+        ending = self.loop(self._settings.rehearsal_s, lambda step: sums.append(drawn(step.currents_a)))
+        window = round(self._settings.limits.grip_window_s / self._task.period_s)
+        if ending is Ending.TIME:
+            self.grasp()
+            self._grip = Grip(float(np.nanmean(sums[window:])) + self._settings.limits.grip_a, window)
+            self._tally = _NOTHING_YET
+        return ending
+
+    def loop(self, seconds: float, on_step: Callable[[Step], None]) -> Ending:
+        """Let the policy act for `seconds` or until something ends it."""
         limits, period_s = self._settings.limits, self._task.period_s
         memory = ActionMemory.empty(np.zeros(CHANNELS))
         missing, due = 0, self._clock.now()
         pending = self.command
-        for period in range(self._periods()):
+        for period in range(self._periods(seconds)):
             self._clock.sleep_until(due)
             t = self._clock.now()
             if t - due > limits.late_s:
@@ -161,7 +187,9 @@ class _Session:
                 currents_a=currents,
             )
             self._count(step)
-            self._on_step(step)
+            on_step(step)
+            if self._grip and self._grip.lost(currents):
+                return Ending.LOST
             if self._blind > limits.missing_readings:
                 return Ending.READINGS
             due = max(due + period_s, t)
@@ -171,8 +199,8 @@ class _Session:
         """Return what the run came to."""
         return replace(self._tally, ending=ending, reason=reason)
 
-    def _periods(self) -> int:
-        asked = round(self._settings.seconds / self._task.period_s)
+    def _periods(self, seconds: float) -> int:
+        asked = round(seconds / self._task.period_s)
         return asked if self._script is None else min(asked, len(self._script))
 
     def _act(self, period: int, observation: Floats) -> Floats:

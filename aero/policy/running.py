@@ -52,12 +52,22 @@ class RunSettings:
     """Time from where the hand is to the nominal grasp, and at the end back, s."""
     wait_s: float = 1.5
     """Time in the nominal grasp before the policy begins, for placing the object, s."""
+    rehearsal_s: float = 0.0
+    """Time for which the policy first acts on the empty hand, so that a lost object ends the run later (`grip`); 0 for
+    no rehearsal, and then it goes unnoticed."""
     dry: bool = False
     """Whether nothing is written: the policy acts on what it reads, and the hand stays as it is."""
     one_period_late: bool = False
     """Whether each command is written a period late, as the official ROS 2 node does."""
     temperatures_every: int = 20
     """Periods between two readings of the temperatures."""
+
+    def __post_init__(self) -> None:
+        if self.rehearsal_s and self.dry:
+            raise ValueError("a dry run moves nothing, so that there is nothing to rehearse")
+        least = 2 * self.limits.grip_window_s
+        if self.rehearsal_s and self.rehearsal_s < least:
+            raise ValueError(f"a rehearsal takes {least} s or longer, got {self.rehearsal_s} s")
 
 
 @dataclass(frozen=True)

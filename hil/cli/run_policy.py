@@ -40,6 +40,10 @@ from hil.units import load_unit
 @click.option("--late", is_flag=True, help="Write each command a period late, as the official ROS 2 node does.")
 @click.option("--wait", type=float, default=1.5, show_default=True, help="Seconds for placing the object.")
 @click.option(
+    "--rehearse", metavar="S", type=float, default=0.0,
+    help="First run the policy for S seconds (6, say) with the hand empty, to know a lost object by the currents.",
+)  # fmt: skip
+@click.option(
     "--twin", metavar="UNIT",
     help="Unit of this hand, from `aero-hil calibrate` or shipped: its cables are corrected for.",
 )  # fmt: skip
@@ -58,6 +62,7 @@ def run_policy(
     preset: str | None,
     late: bool,
     wait: float,
+    rehearse: float,
     twin: str | None,
     max_current: float,
     record: Path | None,
@@ -77,6 +82,7 @@ def run_policy(
             seconds=seconds,
             settings=PRESETS[preset] if preset else None,
             wait_s=wait,
+            rehearsal_s=rehearse,
             dry=dry_run,
             one_period_late=late,
         )
@@ -97,7 +103,13 @@ def run_policy(
             Progress(console=console, transient=True) as bar,
         ):
             task = bar.add_task(opened.describe(), total=1.0)
-            result = record_policy(opened, policy, settings, progress=lambda done, _: bar.update(task, completed=done))
+            hand_name = opened.describe()
+            result = record_policy(
+                opened,
+                policy,
+                settings,
+                progress=lambda done, doing: bar.update(task, completed=done, description=f"{hand_name}: {doing}"),
+            )
         if record:
             write_recording(result.recording, record)
     except (NoHandError, PolicyFileError, AeroError, ValueError, OSError) as error:

@@ -12,13 +12,16 @@ from aero.policy.file import save
 from aero.policy.limits import Ending
 from aero.policy.loop import actions_on
 from aero.policy.running import RunSettings
+from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from hil.cli import main
+from hil.correction import correction
 from hil.mcap_file import read_recording
 from hil.policy_run import record_policy
 from hil.target import open_target
 from hil.trial import run_trial
 from hil.units import load_unit
+from model.cube_plant import CubePlant
 
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
 
@@ -89,12 +92,41 @@ def test_a_run_that_the_guard_ended_has_not_kept_the_cube():
     assert not trial.kept
 
 
+def test_a_cube_that_is_taken_away_ends_a_run_that_was_rehearsed(monkeypatch):
+    plants = []
+
+    class Watched(CubePlant):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            plants.append(self)
+
+    seen = []
+
+    def take_away(step):
+        seen.append(step)
+        if len(seen) == 90:
+            plants[0].place_cube((1.0, 0.0, 0.0))
+
+    monkeypatch.setattr("hil.trial.CubePlant", Watched)
+    unit, steady = load_unit("reference"), find_policy("steady")
+    settings = RunSettings(seconds=10.0, rehearsal_s=5.0, correction=tuple(correction(unit, steady.settings)))
+    trial = run_trial(steady, unit, settings=settings, on_step=take_away)
+    assert trial.run.ending is Ending.LOST
+    assert 90 < trial.run.steps <= 90 + 50
+
+
 def test_run_policy_prints_and_records(path, tmp_path):
     arguments = ["run-policy", str(path), "--seconds", "1", "--record", str(tmp_path / "run.mcap")]
     result = CliRunner().invoke(main, arguments, catch_exceptions=False)
     assert result.exit_code == 0, result.output
     assert "the time was over" in result.output
     assert read_recording(tmp_path / "run.mcap").header.experiment == "policy"
+
+
+def test_run_policy_without_an_object_says_that_it_is_lost(path):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "6", "--rehearse", "4"])
+    assert result.exit_code == 1
+    assert "draw as little as" in result.output
 
 
 def test_run_policy_says_how_the_preset_differs_from_the_training(path):

@@ -266,3 +266,51 @@ def test_whoever_places_the_object_is_told_when_the_policy_begins():
         on_step=steps.append,
     )
     assert told == [steps[0].t] == [pytest.approx(0.7)]
+
+
+def rehearsed(total_a, seconds=6.0):
+    """Run with a rehearsal of 40 periods; the currents' sum is `total_a` of the clock's time."""
+
+    class Draws(FakeHand):
+        def read_currents(self):
+            return np.full(7, total_a(self.clock.t) / 7)
+
+    clock, steps, waited = StepClock(), [], []
+    hand = Draws(clock)
+    settings = replace(SHORT, seconds=seconds, rehearsal_s=2.0, limits=Limits(grip_window_s=0.5))
+    result = run_policy(
+        policy(), hand, clock, MAP, settings=settings, on_wait=lambda: waited.append(clock.t), on_step=steps.append
+    )
+    return result, hand, steps, waited
+
+
+def test_a_hand_that_draws_no_more_than_in_its_rehearsal_has_lost_the_object():
+    result, hand, steps, waited = rehearsed(lambda t: 4.0 if t < 2.5 else 5.0 if t < 5.0 else 4.2)
+    assert waited == [pytest.approx(0.5 + 1.95 + 0.5)]
+    assert result.ending is Ending.LOST
+    assert 5.0 < steps[-1].t < 5.5
+    np.testing.assert_array_equal(hand.written[-1][1], FakeHand(StepClock()).codes)
+
+
+def test_a_hand_that_draws_more_than_in_its_rehearsal_goes_on_and_the_rehearsal_is_not_counted():
+    result, _, steps, _ = rehearsed(lambda t: 4.0 if t < 2.5 else 5.0)
+    assert (result.ending, result.steps, len(steps)) == (Ending.TIME, 120, 120)
+    assert steps[0].t == pytest.approx(0.5 + 1.95 + 0.5 + 0.2)
+
+
+def test_without_a_rehearsal_a_lost_object_goes_unnoticed():
+    assert run()[0].ending is Ending.TIME
+
+
+def test_a_rehearsal_that_breaks_off_ends_the_run():
+    result, hand, _ = run(replace(SHORT, rehearsal_s=4.0), change=silent)
+    assert result.ending is Ending.READINGS
+    np.testing.assert_array_equal(hand.written[-1][1], FakeHand(StepClock()).codes)
+
+
+def test_a_script_has_no_rehearsal():
+    clock = StepClock()
+    with pytest.raises(ValueError, match="rehearsal"):
+        run_policy(
+            policy(), FakeHand(clock), clock, MAP, settings=replace(SHORT, rehearsal_s=4.0), script=np.zeros((3, 7))
+        )

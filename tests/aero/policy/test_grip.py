@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.policy.grip import Grip, drawn
+from aero.policy.limits import Limits
+from aero.policy.running import RunSettings
+
+sums = st.lists(st.floats(0.0, 10.0), min_size=1, max_size=60)
+periods = st.integers(1, 10)
+
+
+def currents(total):
+    return total / 7 * np.array([1, -1, 1, -1, 1, -1, 1])
+
+
+def verdicts(totals, least, window):
+    grip = Grip(least, window)
+    return [grip.lost(currents(total)) for total in totals]
+
+
+@given(sums, periods)
+def test_it_is_lost_when_a_whole_window_after_the_settling_draws_too_little(totals, window):
+    for i, lost in enumerate(verdicts(totals, 5.0, window)):
+        seen = totals[window : i + 1][-window:]
+        assert lost == (len(seen) == window and np.mean([drawn(currents(total)) for total in seen]) < 5.0)
+
+
+@given(sums, periods)
+def test_a_hand_that_draws_enough_never_loses(totals, window):
+    assert not any(verdicts([5.0 + total for total in totals], 4.99, window))
+
+
+def test_a_missing_reading_never_says_that_it_is_lost():
+    assert not any(verdicts([0.0] * 5 + [np.nan] + [0.0] * 3, 5.0, 4))
+    assert verdicts([0.0] * 5 + [np.nan] + [0.0] * 4, 5.0, 4)[-1]
+
+
+def test_the_sign_of_a_current_does_not_matter():
+    assert drawn(currents(3.5)) == pytest.approx(3.5)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [({"rehearsal_s": 1.0}, r"4\.0 s or longer"), ({"rehearsal_s": 6.0, "dry": True}, "nothing to rehearse")],
+)
+def test_a_rehearsal_that_tells_nothing_is_refused(settings, message):
+    with pytest.raises(ValueError, match=message):
+        RunSettings(**settings)
+
+
+def test_no_window_is_refused():
+    with pytest.raises(ValueError, match="positive"):
+        Limits(grip_window_s=0.0)
