@@ -165,11 +165,12 @@ class _Attempt:
         ):
             starts = prepare_starts(recipe.task, batch, rng)
             advance = native(batch) if self._backend == "native" else over_mjx(model, draws)
-            self._optimise(stage, steps, CubeEnvironment(self._task, advance, starts, self._backend))
+            task = replace(self._task, rewarded=stage.rewards(recipe.environments))
+            self._optimise(stage, steps, CubeEnvironment(task, advance, starts, self._backend))
 
     def _batch(self, stage: Stage, routed: list[mujoco.MjModel], rng: np.random.Generator) -> Batch:
         """Return the routed hands, the last of them replaced by the stage's share of built ones."""
-        built = int(stage.built * len(routed))
+        built = stage.built_hands(len(routed))
         if not built:
             return Simulator(routed, self._threads)
         settings, threads = self._recipe.task.settings, self._threads

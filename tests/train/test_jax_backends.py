@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -24,6 +25,7 @@ from train.scene import build_scene  # noqa: E402
 from train.simulator import Simulator, positions  # noqa: E402
 from train.task.episode import Task, begin, command, finish  # noqa: E402
 from train.task.grasp import PAPER_RESET, draw_starts  # noqa: E402
+from train.task.reward import RewardSettings, Weights, side_by_side  # noqa: E402
 from train.task.signals import SENSOR_COUNT  # noqa: E402
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)
@@ -196,6 +198,18 @@ def test_the_environment_restarts_by_itself_and_keeps_the_books(environment):
         np.testing.assert_allclose(shown, 0.0 if k % 6 == 0 else 0.1, atol=1e-6)
     assert {name: value.shape for name, value in state.obs.items()} == {"state": (4, 14), "privileged_state": (4, 81)}
     assert np.isfinite(np.asarray(state.obs["privileged_state"])).all()
+
+
+def test_each_environment_can_be_rewarded_by_its_own(environment):
+    dear, free = RewardSettings(Weights(action_rate=-7.0)), RewardSettings(Weights(action_rate=0.0))
+    task = replace(environment._task, rewarded=side_by_side(dear, 1, free, 4))
+    both = CubeEnvironment(
+        task, environment._advance, (environment._start_states, environment._start_sensors), "native"
+    )
+    state = both.reset(jax.random.split(jax.random.PRNGKey(0), 4))
+    state = both.step(state, jnp.full((4, 7), 0.1))
+    rotation = 0.05 * np.asarray(state.metrics["rotation"])
+    np.testing.assert_allclose(state.reward, rotation - 0.05 * np.array([7 * 0.07, 0, 0, 0]), atol=1e-6)
 
 
 def test_a_state_that_is_not_finite_counts_as_a_fall_and_restarts(environment):

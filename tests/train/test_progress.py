@@ -1,6 +1,7 @@
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from checkpoints import POINT
 
@@ -15,7 +16,7 @@ from train.progress import (
     write_standing,
 )
 from train.recipe import FAST, PAPER, RECIPES, STEADY, Goal, Stage, on_gpu
-from train.task.reward import PAPER_REWARD
+from train.task.reward import PAPER_REWARD, RewardSettings, Weights
 
 
 def test_a_curve_comes_back_as_it_went_and_is_drawn(tmp_path):
@@ -46,7 +47,7 @@ def test_the_gpu_recipe_is_the_papers():
 
 def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_neither():
     assert set(RECIPES) == {"steady", "fast", "paper"}
-    assert all(stage.built >= 0.5 and stage.actuation.counts for stage in STEADY.stages)
+    assert all(stage.built > 0 and stage.actuation.counts for stage in STEADY.stages)
     assert STEADY.task_in(STEADY.stages[-1]).actuation.delay_s[1] >= 0.03
     assert FAST.stages[0].actuation.counts
     assert not any(stage.built for stage in FAST.stages)
@@ -66,6 +67,26 @@ def test_on_gpus_every_hand_is_routed_and_behind_servos_where_it_was_built():
     assert not any(stage.built for stage in on_gpu(STEADY).stages)
     assert all(stage.actuation == SERVOS for stage in on_gpu(STEADY).stages)
     assert [stage.actuation for stage in on_gpu(FAST).stages] == [stage.actuation for stage in FAST.stages]
+
+
+def test_on_gpus_hands_get_the_reward_of_routed_ones():
+    for large, stage in zip(on_gpu(STEADY).stages, STEADY.stages, strict=True):
+        assert large.rewards(8192) == (stage.routed_rewarded or stage.rewarded)
+
+
+def test_a_stage_can_reward_its_routed_hands_otherwise_than_its_built_ones():
+    routed = RewardSettings(Weights(airborne=-3.0), rotation_cap_rad_s=2.0)
+    stage = Stage(1000, PAPER_REWARD, routed_rewarded=routed, built=0.3)
+    rewards = stage.rewards(10)
+    np.testing.assert_array_equal(rewards.weights.airborne, [-3.0] * 7 + [0.0] * 3)
+    np.testing.assert_array_equal(rewards.rotation_cap_rad_s, [2.0] * 7 + [np.inf] * 3)
+    assert (stage.built_hands(10), replace(stage, routed_rewarded=None).rewards(10)) == (3, PAPER_REWARD)
+    assert STEADY.stages[-1].routed_rewarded.weights.airborne < STEADY.stages[-1].rewarded.weights.airborne < 0
+
+
+def test_a_stage_has_its_own_length_of_episodes():
+    assert STEADY.task_in(STEADY.stages[0]).episode_steps == 500
+    assert STEADY.task_in(STEADY.stages[-1]).episode_steps == STEADY.stages[-1].episode_steps < 500
 
 
 def test_a_stage_without_routed_hands_is_refused():

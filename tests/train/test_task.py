@@ -11,7 +11,16 @@ from aero.policy.task import targets
 from model.routed import COMMAND_RANGE
 from train.task import grasp
 from train.task.episode import Task
-from train.task.reward import FALL_HEIGHT, PAPER_REWARD, Weights, fallen, reward, terms
+from train.task.reward import (
+    FALL_HEIGHT,
+    PAPER_REWARD,
+    RewardSettings,
+    Weights,
+    fallen,
+    reward,
+    side_by_side,
+    terms,
+)
 from train.task.signals import CRITIC_SIZE, SENSOR_COUNT, critic_state, unpack
 
 seeds = st.integers(0, 2**32 - 1)
@@ -113,6 +122,31 @@ def test_every_cost_is_zero_at_rest_and_positive_otherwise(seed):
     assert all(values[name] > 0 for name in ("cube_speed", "pose", "effort", "energy"))
     still = all_terms(np.zeros((5, SENSOR_COUNT)), grasp.NOMINAL_JOINTS)
     assert all(still[name] == 0 for name in ("cube_speed", "pose", "effort", "energy"))
+
+
+def test_a_fast_cube_costs_more_than_a_slow_one_for_the_same_way():
+    sensors = np.zeros((2, 5, SENSOR_COUNT))
+    column = int(unpack(np.arange(SENSOR_COUNT)).cube_linear_velocity[0])
+    sensors[0, :, column] = 0.1
+    sensors[1, :1, column] = 0.5
+    np.testing.assert_allclose(all_terms(sensors, np.zeros((2, 23)))["cube_speed"], [0.01, 0.05])
+
+
+weights = st.builds(Weights, *(st.floats(-10.0, 10.0),) * 3, airborne=st.floats(-10.0, 10.0))
+rewards = st.builds(RewardSettings, weights, st.floats(-5.0, 5.0))
+
+
+@given(rewards, rewards, st.integers(0, 5), seeds)
+def test_side_by_side_each_environment_gets_its_own_reward(first, second, count, seed):
+    rng = np.random.default_rng(seed)
+    sensors, joints = rng.normal(size=(5, 5, SENSOR_COUNT)), rng.normal(size=(5, 23))
+
+    def rewarded(settings):
+        values = all_terms(sensors, joints, cap=settings.rotation_cap_rad_s)
+        return reward(values, settings.weights, 0.05)
+
+    expected = np.concatenate([rewarded(first)[:count], rewarded(second)[count:]])
+    np.testing.assert_allclose(rewarded(side_by_side(first, count, second, 5)), expected)
 
 
 def test_letting_go_of_the_cube_is_counted_by_the_physics_step():

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from math import inf
+from typing import Any
+
+import numpy as np
 
 from aero.channels import Joint
 from aero.policy.task import Array, namespace
@@ -16,7 +19,7 @@ FALL_HEIGHT = -0.05
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the reward's terms; the defaults are the paper's."""
+    """Weights of the reward's terms, each a number or one for every environment; the defaults are the paper's."""
 
     rotation: float = 1.0
     """Of the cube's angular velocity about the vertical, mean over the control period, s/rad."""
@@ -25,7 +28,7 @@ class Weights:
     action_rate: float = -1.0
     """Of the squared change of the action."""
     cube_speed: float = 0.0
-    """Of the cube's linear speed, s/m."""
+    """Of the cube's squared linear speed, mean over the control period, s²/m²."""
     airborne: float = 0.0
     """Of the share of the control period's physics steps in which nothing touches the cube; not a term of the
     paper's."""
@@ -44,10 +47,23 @@ class RewardSettings:
     weights: Weights = Weights()
     """Of the terms."""
     rotation_cap_rad_s: float = inf
-    """Rotation faster than this earns no more; the paper has no cap."""
+    """Rotation faster than this earns no more, a number or one for every environment; the paper has no cap."""
 
 
 PAPER_REWARD = RewardSettings()
+
+
+def side_by_side(first: RewardSettings, count: int, second: RewardSettings, total: int) -> RewardSettings:
+    """Return settings of `total` environments: the first `count` are rewarded by `first`, the others by `second`."""
+
+    def each(one: float, other: float) -> Any:
+        return np.where(np.arange(total) < count, one, other)
+
+    weights = {
+        field.name: each(getattr(first.weights, field.name), getattr(second.weights, field.name))
+        for field in fields(Weights)
+    }
+    return RewardSettings(Weights(**weights), each(first.rotation_cap_rad_s, second.rotation_cap_rad_s))
 
 
 def fallen(cube_height: Array) -> Array:
@@ -63,7 +79,7 @@ def terms(
     action: Array,
     last_action: Array,
     period_s: float,
-    rotation_cap_rad_s: float,
+    rotation_cap_rad_s: Array,
 ) -> dict[str, Array]:
     """Return every term before weighting, each with the leading axes of `joints`.
 
@@ -74,19 +90,18 @@ def terms(
         action: the period's action, (..., 7).
         last_action: the one before, (..., 7).
         period_s: length of the period, s.
-        rotation_cap_rad_s: rotation that is rewarded at most, rad/s.
+        rotation_cap_rad_s: rotation that is rewarded at most, rad/s, a number or (...,).
 
     The rotation is the mean over the period: sampled once a period, a policy learns to burst at the sampling.
     """
     xp = namespace(joints)
-    speed = xp.sqrt(xp.sum(period.cube_linear_velocity[..., -1, :] ** 2, axis=-1))
     travel_speed = (period.lengths[..., -1, :] - last_lengths) / period_s
     forces = period.forces[..., -1, :]
     return {
         "rotation": xp.minimum(xp.mean(period.cube_angular_velocity[..., 2], axis=-1), rotation_cap_rad_s),
         "fall": xp.where(fallen(period.cube_position[..., -1, 2]), 1.0, 0.0),
         "action_rate": xp.sum((action - last_action) ** 2, axis=-1),
-        "cube_speed": speed,
+        "cube_speed": xp.mean(xp.sum(period.cube_linear_velocity**2, axis=-1), axis=-1),
         "airborne": xp.mean(xp.where(period.cube_contacts[..., 0] > 0, 0.0, 1.0), axis=-1),
         "pose": xp.sum((joints[..., : len(Joint)] - NOMINAL_JOINTS) ** 2, axis=-1),
         "effort": xp.sum(forces**2, axis=-1),
