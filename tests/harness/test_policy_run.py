@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from policies import policy
 from aero.policy.file import save
 from aero.policy.limits import Ending
 from aero.policy.loop import actions_on
+from aero.policy.network import Layer
 from aero.policy.running import RunSettings
 from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
@@ -123,8 +125,11 @@ def test_run_policy_prints_and_records(path, tmp_path):
     assert read_recording(tmp_path / "run.mcap").header.experiment == "policy"
 
 
-def test_run_policy_without_an_object_says_that_it_is_lost(path):
-    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "6", "--rehearse", "4"])
+def test_run_policy_without_an_object_says_that_it_is_lost(tmp_path):
+    *hidden, last = policy().network.layers
+    still = replace(policy().network, layers=(*hidden, Layer(0 * last.kernel, 0 * last.bias)))
+    save(replace(policy(), network=still), tmp_path / "still.npz")
+    result = CliRunner().invoke(main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "6", "--rehearse", "4"])
     assert result.exit_code == 1
     assert "draw as little as" in result.output
 
