@@ -2,7 +2,7 @@
 
 import json
 import pickle
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 
 import numpy as np
@@ -25,7 +25,7 @@ from train.scene import build_scene  # noqa: E402
 from train.simulator import Simulator, positions  # noqa: E402
 from train.task.episode import Task, begin, command, finish  # noqa: E402
 from train.task.grasp import PAPER_RESET, draw_starts  # noqa: E402
-from train.task.reward import RewardSettings, Weights, side_by_side  # noqa: E402
+from train.task.reward import RewardSettings, Weights, reward, side_by_side  # noqa: E402
 from train.task.signals import SENSOR_COUNT  # noqa: E402
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)
@@ -164,13 +164,22 @@ def test_an_episode_is_the_same_in_a_trace_and_in_numpy():
     single = jax.tree.map(lambda array: np.asarray(array, np.float32), arguments)
     count = np.zeros(14)
     count[:7] = actuation.COUNT[[0, 1, 2, 3, 5, 6, 4]] + 1e-6  # rounding may tip a reading over to the next count
-    controls, observation, critic, reward, lost = jax.jit(graph)(*single)
+    controls, observation, critic, rewarded, lost = jax.jit(graph)(*single)
     expected = graph(*arguments)
     np.testing.assert_allclose(controls, expected[0], atol=1e-6)
     assert (np.abs(observation - expected[1]) <= count + 1e-6).all()
     np.testing.assert_allclose(critic[:, 14:], expected[2][:, 14:], rtol=1e-6, atol=1e-6)
-    np.testing.assert_allclose(reward, expected[3], rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(rewarded, expected[3], rtol=1e-5, atol=1e-5)
     np.testing.assert_array_equal(lost, expected[4])
+
+
+def test_prices_shrink_alike_in_a_trace_and_in_numpy():
+    rng = np.random.default_rng(0)
+    values = {field.name: rng.uniform(size=9) for field in fields(Weights)}
+    bounded, free = RewardSettings(Weights(airborne=-100.0), affordable=0.5), RewardSettings(Weights(airborne=-1.0))
+    settings = side_by_side(bounded, 5, free, 9)
+    traced = jax.jit(lambda values: reward(values, settings, 0.05))(values)
+    np.testing.assert_allclose(traced, reward(values, settings, 0.05), rtol=1e-5, atol=1e-7)
 
 
 @pytest.fixture(scope="module")

@@ -75,11 +75,12 @@ def test_on_gpus_hands_get_the_reward_of_routed_ones():
 
 
 def test_a_stage_can_reward_its_routed_hands_otherwise_than_its_built_ones():
-    routed = RewardSettings(Weights(airborne=-3.0), rotation_cap_rad_s=2.0)
+    routed = RewardSettings(Weights(airborne=-3.0), rotation_cap_rad_s=2.0, affordable=0.5)
     stage = Stage(1000, PAPER_REWARD, routed_rewarded=routed, built=0.3)
     rewards = stage.rewards(10)
     np.testing.assert_array_equal(rewards.weights.airborne, [-3.0] * 7 + [0.0] * 3)
     np.testing.assert_array_equal(rewards.rotation_cap_rad_s, [2.0] * 7 + [np.inf] * 3)
+    np.testing.assert_array_equal(rewards.affordable, [0.5] * 7 + [np.inf] * 3)
     assert (stage.built_hands(10), replace(stage, routed_rewarded=None).rewards(10)) == (3, PAPER_REWARD)
     assert STEADY.stages[-1].routed_rewarded.weights.airborne < STEADY.stages[-1].rewarded.weights.airborne < 0
 

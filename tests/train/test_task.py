@@ -1,4 +1,4 @@
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -87,7 +87,7 @@ def some_terms(rotation=(0.0,) * 5, height=0.0, action=0.0, cap=np.inf):
 
 @given(st.lists(st.floats(-10, 10), min_size=5, max_size=5))
 def test_the_rewarded_rotation_is_the_mean_over_the_period(rotation):
-    value = reward(some_terms(rotation), PAPER_REWARD.weights, 0.05)
+    value = reward(some_terms(rotation), PAPER_REWARD, 0.05)
     np.testing.assert_allclose(value, np.mean(rotation) * 0.05, atol=1e-12)
 
 
@@ -96,8 +96,8 @@ def test_a_burst_at_the_last_substep_earns_a_fifth():
 
 
 def test_falling_costs_five_and_changing_every_action_by_one_costs_seven_twentieths():
-    assert reward(some_terms(height=-0.051), PAPER_REWARD.weights, 0.05) == pytest.approx(-5.0)
-    assert reward(some_terms(action=1.0), PAPER_REWARD.weights, 0.05) == pytest.approx(-0.35)
+    assert reward(some_terms(height=-0.051), PAPER_REWARD, 0.05) == pytest.approx(-5.0)
+    assert reward(some_terms(action=1.0), PAPER_REWARD, 0.05) == pytest.approx(-0.35)
 
 
 def test_a_cap_limits_what_fast_rotation_earns():
@@ -143,10 +143,45 @@ def test_side_by_side_each_environment_gets_its_own_reward(first, second, count,
 
     def rewarded(settings):
         values = all_terms(sensors, joints, cap=settings.rotation_cap_rad_s)
-        return reward(values, settings.weights, 0.05)
+        return reward(values, settings, 0.05)
 
     expected = np.concatenate([rewarded(first)[:count], rewarded(second)[count:]])
     np.testing.assert_allclose(rewarded(side_by_side(first, count, second, 5)), expected)
+
+
+def paid(hands, rewarded):
+    """Return the rewards, a second, of hands given as (rotation, squared change of the action, airborne share)."""
+    values = dict.fromkeys((field.name for field in fields(Weights)), np.zeros(len(hands)))
+    rotation, action_rate, airborne = np.array(hands).T
+    return reward({**values, "rotation": rotation, "action_rate": action_rate, "airborne": airborne}, rewarded, 1.0)
+
+
+hands = st.lists(st.tuples(st.floats(-2.0, 5.0), st.floats(0.0, 3.0), st.floats(0.0, 1.0)), min_size=1, max_size=20)
+shares = st.floats(0.0, 1.0)
+dear = st.builds(Weights, airborne=st.floats(-500.0, 0.0), action_rate=st.floats(-1.0, 0.0))
+
+
+@given(hands, shares, dear)
+def test_bouncing_never_costs_more_of_what_turning_brings_in_than_is_affordable(hands, share, weights):
+    total = paid(hands, RewardSettings(weights, affordable=share)).sum()
+    in_full = paid(hands, RewardSettings(weights)).sum()
+    income = paid(hands, RewardSettings(replace(weights, airborne=0.0))).sum()
+    np.testing.assert_allclose(total, max(in_full, min(income, (1.0 - share) * income)), atol=1e-6)
+
+
+@given(hands, hands, shares, dear)
+def test_what_one_group_can_afford_is_nothing_to_the_other(first, second, share, weights):
+    bounded, free = RewardSettings(weights, affordable=share), RewardSettings(weights)
+    both = side_by_side(bounded, len(first), free, len(first) + len(second))
+    expected = np.concatenate([paid(first, bounded), paid(second, free)])
+    np.testing.assert_allclose(paid(first + second, both), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("broken", [(np.nan, 0.0, 0.5), (1.0, 0.0, np.inf)])
+def test_a_broken_hand_does_not_reach_what_the_others_pay(broken):
+    rewarded = RewardSettings(Weights(airborne=-100.0), affordable=0.5)
+    sound = [(1.0, 0.1, 0.1), (0.5, 0.0, 0.0)]
+    np.testing.assert_allclose(paid([*sound, broken], rewarded)[:2], paid(sound, rewarded))
 
 
 def test_letting_go_of_the_cube_is_counted_by_the_physics_step():
@@ -154,7 +189,7 @@ def test_letting_go_of_the_cube_is_counted_by_the_physics_step():
     sensors[:, -1] = (0, 0, 1, 3, 2)
     values = all_terms(sensors, np.zeros(23))
     assert values["airborne"] == pytest.approx(0.4)
-    dearer = reward(values, Weights(airborne=-2.0), 0.05) - reward(values, Weights(), 0.05)
+    dearer = reward(values, RewardSettings(Weights(airborne=-2.0)), 0.05) - reward(values, PAPER_REWARD, 0.05)
     assert dearer == pytest.approx(-0.04)
 
 

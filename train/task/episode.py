@@ -145,7 +145,7 @@ def finish(
     return episode, Outcome(
         observation=observation,
         critic=critic_state(observation, positions, velocities, last),
-        reward=reward(values, task.rewarded.weights, task.settings.period_s),
+        reward=reward(values, task.rewarded, task.settings.period_s),
         lost=fallen(last.cube_position[..., 2]),
         terms=values,
     )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from math import inf
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aero.channels import Joint
 from aero.policy.task import Array, namespace
@@ -16,27 +16,33 @@ from train.task.signals import Signals
 FALL_HEIGHT = -0.05
 """Height of the cube's centre below which it is lost, world frame, m."""
 
+Each = float | NDArray[np.float64]
+"""A number for all environments, or one for each, (batch,)."""
+
+PRICES = ("cube_speed", "airborne")
+"""Terms that price how the cube moves, which a hand that does not turn it never pays."""
+
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the reward's terms, each a number or one for every environment; the defaults are the paper's."""
+    """Weights of the reward's terms; the defaults are the paper's."""
 
-    rotation: float = 1.0
+    rotation: Each = 1.0
     """Of the cube's angular velocity about the vertical, mean over the control period, s/rad."""
-    fall: float = -100.0
+    fall: Each = -100.0
     """Of losing the cube."""
-    action_rate: float = -1.0
+    action_rate: Each = -1.0
     """Of the squared change of the action."""
-    cube_speed: float = 0.0
+    cube_speed: Each = 0.0
     """Of the cube's squared linear speed, mean over the control period, s²/m²."""
-    airborne: float = 0.0
+    airborne: Each = 0.0
     """Of the share of the control period's physics steps in which nothing touches the cube; not a term of the
     paper's."""
-    pose: float = 0.0
+    pose: Each = 0.0
     """Of the squared distance of the joints from the nominal grasp, 1/rad²."""
-    effort: float = 0.0
+    effort: Each = 0.0
     """Of the squared actuator forces, 1/N²."""
-    energy: float = 0.0
+    energy: Each = 0.0
     """Of the power that the actuators exchange with the hand, absolute, 1/W."""
 
 
@@ -46,8 +52,10 @@ class RewardSettings:
 
     weights: Weights = Weights()
     """Of the terms."""
-    rotation_cap_rad_s: float = inf
-    """Rotation faster than this earns no more, a number or one for every environment; the paper has no cap."""
+    rotation_cap_rad_s: Each = inf
+    """Rotation faster than this earns no more; the paper has no cap."""
+    affordable: Each = inf
+    """Share of what turning brings in that the prices on the cube's motion take at most, see `reward`."""
 
 
 PAPER_REWARD = RewardSettings()
@@ -56,14 +64,18 @@ PAPER_REWARD = RewardSettings()
 def side_by_side(first: RewardSettings, count: int, second: RewardSettings, total: int) -> RewardSettings:
     """Return settings of `total` environments: the first `count` are rewarded by `first`, the others by `second`."""
 
-    def each(one: float, other: float) -> Any:
+    def each(one: Each, other: Each) -> NDArray[np.float64]:
         return np.where(np.arange(total) < count, one, other)
 
     weights = {
         field.name: each(getattr(first.weights, field.name), getattr(second.weights, field.name))
         for field in fields(Weights)
     }
-    return RewardSettings(Weights(**weights), each(first.rotation_cap_rad_s, second.rotation_cap_rad_s))
+    return RewardSettings(
+        Weights(**weights),
+        each(first.rotation_cap_rad_s, second.rotation_cap_rad_s),
+        each(first.affordable, second.affordable),
+    )
 
 
 def fallen(cube_height: Array) -> Array:
@@ -109,7 +121,28 @@ def terms(
     }
 
 
-def reward(values: dict[str, Array], weights: Weights, period_s: float) -> Array:
-    """Return the weighted sum of the terms times the control period."""
-    total = sum(getattr(weights, field.name) * values[field.name] for field in fields(Weights))
-    return total * period_s
+def reward(values: dict[str, Array], rewarded: RewardSettings, period_s: float) -> Array:
+    """Return the weighted sum of the terms times the control period, (...) or (batch,).
+
+    Environments with an affordable share are a group: where their prices would take more than that share of what
+    turning brings in (what rotation earns, less what changing the action costs), mean against mean, all of the group's
+    prices shrink to it. However dear bouncing is, a gait that turns the cube then earns more than holding it still.
+    """
+    weighted = {field.name: getattr(rewarded.weights, field.name) * values[field.name] for field in fields(Weights)}
+    prices = sum(weighted.pop(name) for name in PRICES)
+    income = weighted["rotation"] + weighted["action_rate"]
+    return (sum(weighted.values()) + prices * _shrunk(prices, income, rewarded.affordable)) * period_s
+
+
+def _shrunk(prices: Array, income: Array, affordable: Each) -> Array:
+    """Return the factor, 0 to 1, by which each environment's prices, which are negative, are to shrink."""
+    xp = namespace(prices)
+    group = np.isfinite(affordable)
+    if not group.any():
+        return 1.0
+    share = np.where(group, affordable, 0.0)
+    # The state of a broken simulation is not finite, and must not reach the others.
+    sound = xp.isfinite(prices) & xp.isfinite(income)
+    allowed = xp.sum(xp.where(sound, share * income, 0.0))
+    paid = xp.sum(xp.where(sound & group, -prices, 0.0))
+    return xp.where(group, xp.clip(allowed / xp.maximum(paid, 1e-9), 0.0, 1.0), 1.0)
