@@ -176,10 +176,12 @@ def test_an_episode_is_the_same_in_a_trace_and_in_numpy():
 def test_prices_shrink_alike_in_a_trace_and_in_numpy():
     rng = np.random.default_rng(0)
     values = {field.name: rng.uniform(size=9) for field in fields(Weights)}
-    bounded, free = RewardSettings(Weights(airborne=-100.0), affordable=0.5), RewardSettings(Weights(airborne=-1.0))
+    dear = Weights(action_rate=-0.1, airborne=-100.0)
+    bounded, free = RewardSettings(dear, affordable=0.5), RewardSettings(Weights(airborne=-1.0))
     settings = side_by_side(bounded, 5, free, 9)
     traced = jax.jit(lambda values: reward(values, settings, 0.05))(values)
     np.testing.assert_allclose(traced, reward(values, settings, 0.05), rtol=1e-5, atol=1e-7)
+    assert (traced[:5] > reward(values, replace(bounded, affordable=np.inf), 0.05)[:5]).all()
 
 
 @pytest.fixture(scope="module")

@@ -85,6 +85,13 @@ def test_a_stage_can_reward_its_routed_hands_otherwise_than_its_built_ones():
     assert STEADY.stages[-1].routed_rewarded.weights.airborne < STEADY.stages[-1].rewarded.weights.airborne < 0
 
 
+def test_the_last_stages_of_steady_let_turning_pay_and_reach_the_ideal_simulator():
+    last = [stage for stage in STEADY.stages if stage.routed_rewarded]
+    assert last == list(STEADY.stages[-len(last) :])
+    assert all(0.0 < stage.routed_rewarded.affordable < 1.0 for stage in last)
+    assert all(stage.actuation.delay_s[0] == 0.0 and not stage.actuation.slewed for stage in last)
+
+
 def test_a_stage_has_its_own_length_of_episodes():
     assert STEADY.task_in(STEADY.stages[0]).episode_steps == 500
     assert STEADY.task_in(STEADY.stages[-1]).episode_steps == STEADY.stages[-1].episode_steps < 500

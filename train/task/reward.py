@@ -145,4 +145,5 @@ def _shrunk(prices: Array, income: Array, affordable: Each) -> Array:
     sound = xp.isfinite(prices) & xp.isfinite(income)
     allowed = xp.sum(xp.where(sound, share * income, 0.0))
     paid = xp.sum(xp.where(sound & group, -prices, 0.0))
-    return xp.where(group, xp.clip(allowed / xp.maximum(paid, 1e-9), 0.0, 1.0), 1.0)
+    nothing = 1e-9  # hands that pay nothing must not divide by it
+    return xp.where(group, xp.clip(allowed / xp.maximum(paid, nothing), 0.0, 1.0), 1.0)
