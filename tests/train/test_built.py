@@ -55,6 +55,13 @@ def test_a_state_begins_as_the_routed_hands(built, starts):
     assert (velocities(states) == 0).all()
 
 
+def test_a_scene_has_only_geoms_that_something_can_touch(built):
+    for model in built.models:
+        touches = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        paired = np.isin(np.arange(model.ngeom), [model.pair_geom1, model.pair_geom2])
+        assert (touches | paired).all()
+
+
 def test_a_hand_starts_with_every_cable_just_taut(built, starts):
     for state, model in zip(built.at(starts), built.models, strict=True):
         data = mujoco.MjData(model)
