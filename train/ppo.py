@@ -23,7 +23,7 @@ from train.environment import CubeEnvironment, prepare_starts
 from train.evaluation.rollouts import Episodes, run
 from train.physics import native, over_mjx
 from train.progress import PARAMETERS, Checkpoint, Standing, append, read_standing, write_standing
-from train.recipe import Recipe, Stage
+from train.recipe import Goal, Recipe, Stage
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
 
@@ -99,6 +99,30 @@ def train(
     return load(folder / f"{recipe.name}.npz")
 
 
+def judged(
+    episodes: Episodes, routed: int, goal: Goal, *, attempt: int, steps: int, elapsed_s: float, steps_per_s: float
+) -> Checkpoint:
+    """Return the point of the curve for `episodes`, the first `routed` of which were on routed hands.
+
+    Bouncing is theirs alone: built hands bounce several times as much, and would drown what the goal asks for.
+    """
+    figures = episodes.summary()
+    rate, survival = figures["rate_rad_s"], figures["survival"]
+    airborne = episodes.first(routed).summary()["airborne"]
+    return Checkpoint(
+        attempt=attempt,
+        steps=steps,
+        elapsed_s=elapsed_s,
+        steps_per_s=steps_per_s,
+        rotation_rad=figures["rotation_median_rad"],
+        rate_rad_s=rate,
+        survival=survival,
+        airborne=airborne,
+        overspeed=figures["overspeed"],
+        score=goal.score(rate, survival, airborne),
+    )
+
+
 def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing:
     if not resume:
         if (folder / PARAMETERS).exists():
@@ -153,6 +177,7 @@ class _Attempt:
         """Train for `steps` on hands that are drawn for this stage."""
         recipe = self._recipe
         self._before, self._task = self.standing.steps, recipe.task_in(stage)
+        self._routed = EVALUATED - stage.built_hands(EVALUATED)
         rng = np.random.default_rng((self._seed, self.standing.stage))
         model = build_scene(recipe.task.settings.torque_limit).compile()
         paper = randomise.table(model, recipe.tip_friction)
@@ -223,14 +248,23 @@ class _Attempt:
         """Measure, write and judge the policy after `steps` of this stage; Brax calls this."""
         if self._before and not steps:
             return  # measured already, at the end of what came before
+        recipe = self._recipe
         now, done = time.monotonic(), self._before + steps
         speed = (done - self._last_steps) / (now - self._last_time)
-        policy = export.policy(self._recipe.name, self._task, parameters, self._provenance(done))
+        policy = export.policy(recipe.name, self._task, parameters, self._provenance(done))
         episodes = run(policy, self._task, self._measured, EPISODE_S, seed=self._seed)
-        point = self._point(episodes, done, speed)
+        point = judged(
+            episodes,
+            self._routed,
+            recipe.goal,
+            attempt=self.standing.attempt,
+            steps=done,
+            elapsed_s=time.monotonic() - self._started,
+            steps_per_s=speed,
+        )
         best = self.standing.best_score
         if best is None or point.score > best:
-            save(policy, self._folder / f"{self._recipe.name}.npz")
+            save(policy, self._folder / f"{recipe.name}.npz")
             best = point.score
         self.standing = replace(self.standing, steps=done, elapsed_s=point.elapsed_s, best_score=best)
         export.save_parameters(parameters, self._folder / PARAMETERS)
@@ -241,23 +275,8 @@ class _Attempt:
         self._last_time, self._last_steps = time.monotonic(), done
         if time.monotonic() >= self._deadline:
             raise _TimeOverError
-        if done >= self._recipe.stuck.steps and self._best_rate < self._recipe.stuck.rate_rad_s:
+        if done >= recipe.stuck.steps and self._best_rate < recipe.stuck.rate_rad_s:
             raise _StuckError
-
-    def _point(self, episodes: Episodes, steps: int, speed: float) -> Checkpoint:
-        figures = episodes.summary()
-        return Checkpoint(
-            attempt=self.standing.attempt,
-            steps=steps,
-            elapsed_s=time.monotonic() - self._started,
-            steps_per_s=speed,
-            rotation_rad=figures["rotation_median_rad"],
-            rate_rad_s=figures["rate_rad_s"],
-            survival=figures["survival"],
-            airborne=figures["airborne"],
-            overspeed=figures["overspeed"],
-            score=self._recipe.goal.score(figures["rate_rad_s"], figures["survival"], figures["airborne"]),
-        )
 
     def _provenance(self, steps: int) -> dict[str, Any]:
         return {

@@ -35,7 +35,7 @@ class Checkpoint:
     survival: float
     """Share of episodes that kept the cube."""
     airborne: float
-    """Share of steps without contact."""
+    """Share of steps without contact, on the routed hands."""
     overspeed: float
     """Share of commands that the servo cannot follow."""
     score: float

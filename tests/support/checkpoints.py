@@ -1,5 +1,8 @@
-"""A checkpoint as a training run writes it."""
+"""A checkpoint as a training run writes it, and what it measures one by."""
 
+import numpy as np
+
+from train.evaluation.rollouts import Episodes
 from train.progress import Checkpoint
 
 POINT = Checkpoint(
@@ -14,3 +17,14 @@ POINT = Checkpoint(
     overspeed=0.0,
     score=0.5,
 )
+
+EPISODES = Episodes(
+    kept=np.array([True, False]),
+    alive_s=np.array([10.0, 5.0]),
+    rotation_rad=np.array([10.0, 10.0]),
+    airborne=np.array([0.0, 0.3]),
+    action_change=np.array([0.1, 0.3]),
+    travel_per_s=np.full((2, 7), 0.01),
+    overspeed=np.zeros(2),
+)
+"""Two episodes; the second loses its cube, which bounces."""

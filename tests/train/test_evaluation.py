@@ -2,13 +2,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from checkpoints import EPISODES
 from policies import policy
 
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PAPER_DEPLOYMENT
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture
-from train.evaluation.rollouts import Episodes, log, run, task_of
+from train.evaluation.rollouts import log, run, task_of
 from train.scene import build_scene
 from train.simulator import Simulator
 
@@ -75,20 +76,14 @@ def test_every_condition_is_measured_by_name(batch):
 
 
 def test_the_summary_is_of_the_episodes():
-    episodes = Episodes(
-        kept=np.array([True, False]),
-        alive_s=np.array([10.0, 5.0]),
-        rotation_rad=np.array([10.0, 10.0]),
-        airborne=np.array([0.0, 0.3]),
-        action_change=np.array([0.1, 0.3]),
-        travel_per_s=np.full((2, 7), 0.01),
-        overspeed=np.zeros(2),
-    )
-    summary = episodes.summary()
+    summary = EPISODES.summary()
     assert summary["survival"] == 0.5
     assert summary["rate_rad_s"] == pytest.approx(1.5)
     assert summary["airborne"] == pytest.approx(0.1)
     assert summary["finger_travel_m_s"] == pytest.approx(0.01)
+    first = EPISODES.first(1).summary()
+    assert (first["episodes"], first["survival"], first["airborne"]) == (1.0, 1.0, 0.0)
+    assert first["rate_rad_s"] == pytest.approx(1.0)
 
 
 def test_pictures_are_drawn(tmp_path, batch):

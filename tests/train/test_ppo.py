@@ -7,15 +7,16 @@ import pytest
 
 pytest.importorskip("brax.training.agents.ppo", reason="needs the extra `train`")
 
-from checkpoints import POINT
+from checkpoints import EPISODES, POINT
 from click.testing import CliRunner
 from policies import policy
 
 from aero.policy.file import load
 from hil.cli import main
 from train import ppo
+from train.ppo import judged
 from train.progress import Checkpoint, read, read_standing
-from train.recipe import STEADY, Stuck
+from train.recipe import STEADY, Goal, Stuck
 
 TINY = replace(
     STEADY,
@@ -56,6 +57,15 @@ def test_the_command_refuses_a_folder_that_holds_a_run(tmp_path):
     result = CliRunner().invoke(main, ["train", "--backend", "native", "--out", str(tmp_path)])
     assert result.exit_code == 2
     assert "resume" in result.output
+
+
+@pytest.mark.parametrize(("routed", "airborne"), [(1, 0.0), (2, 0.1)])
+def test_a_checkpoint_is_judged_by_the_bouncing_on_routed_hands_and_by_the_rate_on_all(routed, airborne):
+    goal = Goal(survival=0.0, airborne=0.05, airborne_price=2.0)
+    point = judged(EPISODES, routed, goal, attempt=0, steps=10, elapsed_s=1.0, steps_per_s=10.0)
+    assert (point.rate_rad_s, point.survival) == (pytest.approx(1.5), 0.5)
+    assert point.airborne == pytest.approx(airborne)
+    assert point.score == pytest.approx(1.5 - 2.0 * max(0.0, airborne - 0.05))
 
 
 @pytest.mark.slow

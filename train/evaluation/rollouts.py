@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +47,10 @@ class Episodes:
     def rate_rad_s(self) -> Floats:
         """Mean angular velocity of each episode, rad/s."""
         return self.rotation_rad / self.alive_s
+
+    def first(self, count: int) -> Episodes:
+        """Return the first `count` of them."""
+        return Episodes(*(getattr(self, field.name)[:count] for field in fields(self)))
 
     def summary(self) -> dict[str, float]:
         """Return the figures of the whole set, SI units."""
