@@ -233,7 +233,7 @@ STEADY = Recipe(
     stuck=Stuck(steps=1_200_000, rate_rad_s=0.4),
 )
 """For the hand: the gait is found on the built hands where it is easy, led from springs to springs, and at the end
-settled on all of them and on the paper's hands, where it learns not to throw the cube (docs/training.md)."""
+settled on all of them and on the paper's hands, where it learns not to throw the cube (docs/recipes.md)."""
 
 RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 
