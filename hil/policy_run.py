@@ -1,7 +1,8 @@
 """The experiment "policy": a policy runs on a target, and everything that happened is recorded.
 
 Series of the recording, all sampled once a control period: `codes` as read, `hand` the same in the simulator's
-lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`.
+lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`. Those of a rehearsal go before
+under the same names behind `rehearsal_`.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings, Step
-from hil.recorder import Progress, Recorder, silent
+from hil.recorder import REHEARSAL, Progress, Recorder, silent
 from hil.recording import Recording
 from hil.target import Target
+
+EMPTY = "rehearsal, leave the hand empty"
 
 
 class PolicyRun(NamedTuple):
@@ -49,10 +52,10 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
         target.begin()
         if target.guard is not None and policy.settings.torque_limit is not None:
             target.guard.limit_torques(policy.settings.torque_limit)
-    recorder, lateness = Recorder(target), []
-    periods = max(1, round(settings.seconds / (settings.settings or policy.settings).period_s))
+    recorder, lateness, rehearsed = Recorder(target), [], []
+    period_s = (settings.settings or policy.settings).period_s
 
-    def take(step: Step) -> None:
+    def keep(step: Step, prefix: str = "") -> None:
         rows: dict[str, NDArray[Any]] = {
             "codes": step.codes,
             "hand": step.lengths,
@@ -63,18 +66,27 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
         }
         for name, row in rows.items():
             if np.isfinite(row).all():
-                recorder.add(name, step.t, row)
+                recorder.add(prefix + name, step.t, row)
+
+    def rehearse(step: Step) -> None:
+        keep(step, REHEARSAL)
+        rehearsed.append(step.t)
+        progress(min(1.0, len(rehearsed) * period_s / settings.rehearsal_s), EMPTY)
+
+    def take(step: Step) -> None:
+        keep(step)
         lateness.append(step.late_s)
-        progress(len(lateness) / periods, policy.name)
+        progress(min(1.0, len(lateness) * period_s / settings.seconds), policy.name)
 
     recorder.note(f"policy {policy.name!r} {'reads only' if settings.dry else 'runs'}")
-    progress(0.0, "rehearsal, leave the hand empty" if settings.rehearsal_s else "going to the grasp")
+    progress(0.0, EMPTY if settings.rehearsal_s else "going to the grasp")
     run = run_policy(
         policy,
         target.hand,
         target.clock,
         target.map,
         settings=settings,
+        on_rehearsal=rehearse,
         on_wait=lambda: progress(0.0, "put the object in"),
         on_ready=lambda: recorder.note("the policy begins"),
         on_step=take,

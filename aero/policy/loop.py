@@ -32,6 +32,7 @@ def run_policy(
     *,
     settings: RunSettings | None = None,
     script: Floats | None = None,
+    on_rehearsal: Callable[[Step], None] = lambda _: None,
     on_wait: Callable[[], None] = lambda: None,
     on_ready: Callable[[], None] = lambda: None,
     on_step: Callable[[Step], None] = lambda _: None,
@@ -45,6 +46,7 @@ def run_policy(
         actuation_map: for the hand's firmware.
         settings: how; None for the defaults.
         script: actions (periods, 7) to play open loop in place of the policy's; its length bounds the time too.
+        on_rehearsal: told about every control period of the rehearsal.
         on_wait: told when the hand is in the nominal grasp and the object can be put in.
         on_ready: told when the hand has waited in the nominal grasp and the policy is about to begin.
         on_step: told about every control period after the rehearsal, before the next one begins.
@@ -61,7 +63,7 @@ def run_policy(
     session.command = home
     try:
         session.grasp()
-        ending = session.rehearse()
+        ending = session.rehearse(on_rehearsal)
         if ending is Ending.TIME:
             on_wait()
             session.wait()
@@ -130,12 +132,17 @@ class _Session:
         """Stay where the hand is."""
         self._clock.sleep_until(self._clock.now() + self._settings.wait_s)
 
-    def rehearse(self) -> Ending:
+    def rehearse(self, on_step: Callable[[Step], None]) -> Ending:
         """Let the policy act on the empty hand, if asked for, and learn from its currents when the object is lost."""
         if not self._settings.rehearsal_s:
             return Ending.TIME
         sums: list[float] = []
-        ending = self.loop(self._settings.rehearsal_s, lambda step: sums.append(drawn(step.currents_a)))
+
+        def learn(step: Step) -> None:
+            sums.append(drawn(step.currents_a))
+            on_step(step)
+
+        ending = self.loop(self._settings.rehearsal_s, learn)
         window = round(self._settings.limits.grip_window_s / self._task.period_s)
         if ending is Ending.TIME:
             self.grasp()

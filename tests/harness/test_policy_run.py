@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from policies import policy
 
 from aero.policy.file import save
-from aero.policy.limits import Ending
+from aero.policy.limits import Ending, Limits
 from aero.policy.loop import actions_on
 from aero.policy.network import Layer
 from aero.policy.running import RunSettings
@@ -46,6 +46,21 @@ def test_a_policy_runs_through_every_byte_and_its_recording_replays():
     np.testing.assert_allclose(np.diff(recording["hand"].times), 0.05)
     assert len(recording.wire) > 3 * 20
     assert [event.text for event in recording.events][-1] == Ending.TIME.value
+
+
+def test_a_rehearsal_is_recorded_and_replays_too():
+    settings = replace(SHORT, rehearsal_s=1.0, limits=Limits(grip_window_s=0.5))
+    told = []
+    with open_target("emulated") as target:
+        run = record_policy(target, policy(), settings, progress=lambda *said: told.append(said))
+        recording = run.recording
+    before, after = recording["rehearsal_hand"], recording["hand"]
+    assert (len(before.times), before.columns, before.units) == (20, after.columns, after.units)
+    assert before.times[-1] < after.times[0]
+    for prefix in ("rehearsal_", ""):
+        actions = actions_on(policy(), recording[f"{prefix}hand"].values)
+        np.testing.assert_array_equal(actions, recording[f"{prefix}action"].values)
+    assert (0.5, "rehearsal, leave the hand empty") in told
 
 
 def test_two_runs_are_the_same_to_the_bit():

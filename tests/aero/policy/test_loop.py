@@ -292,6 +292,22 @@ def test_a_hand_that_draws_no_more_than_in_its_rehearsal_has_lost_the_object():
     np.testing.assert_array_equal(hand.written[-1][1], FakeHand(StepClock()).codes)
 
 
+def test_a_rehearsal_is_told_apart_from_what_follows():
+    clock, rehearsal, steps = StepClock(), [], []
+    settings = replace(SHORT, rehearsal_s=2.0, limits=Limits(grip_window_s=0.5))
+    run_policy(
+        policy(),
+        FakeHand(clock),
+        clock,
+        MAP,
+        settings=settings,
+        on_rehearsal=rehearsal.append,
+        on_step=steps.append,
+    )
+    assert (len(rehearsal), len(steps)) == (40, 20)
+    assert rehearsal[-1].t < steps[0].t
+
+
 def test_a_hand_that_draws_more_than_in_its_rehearsal_goes_on_and_the_rehearsal_is_not_counted():
     result, _, steps, _ = rehearsed(lambda t: 4.0 if t < 2.5 else 5.0)
     assert (result.ending, result.steps, len(steps)) == (Ending.TIME, 120, 120)
