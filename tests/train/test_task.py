@@ -9,8 +9,9 @@ from aero.channels import JOINT_BOX_RAD, Channel
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, Settings
 from aero.policy.task import targets
 from model.routed import COMMAND_RANGE
+from train.actuation import DRAWS
 from train.task import grasp
-from train.task.episode import Task
+from train.task.episode import SETTLING_S, Task, begin, command, finish
 from train.task.reward import (
     FALL_HEIGHT,
     PAPER_REWARD,
@@ -149,11 +150,13 @@ def test_side_by_side_each_environment_gets_its_own_reward(first, second, count,
     np.testing.assert_allclose(rewarded(side_by_side(first, count, second, 5)), expected)
 
 
-def paid(hands, rewarded):
+def paid(hands, rewarded, settled=True):
     """Return the rewards, a second, of hands given as (rotation, squared change of the action, airborne share)."""
     values = dict.fromkeys((field.name for field in fields(Weights)), np.zeros(len(hands)))
     rotation, action_rate, airborne = np.array(hands).T
-    return reward({**values, "rotation": rotation, "action_rate": action_rate, "airborne": airborne}, rewarded, 1.0)
+    return reward(
+        {**values, "rotation": rotation, "action_rate": action_rate, "airborne": airborne}, rewarded, 1.0, settled
+    )
 
 
 hands = st.lists(st.tuples(st.floats(-2.0, 5.0), st.floats(0.0, 3.0), st.floats(0.0, 1.0)), min_size=1, max_size=20)
@@ -175,6 +178,38 @@ def test_what_one_group_can_afford_is_nothing_to_the_other(first, second, share,
     both = side_by_side(bounded, len(first), free, len(first) + len(second))
     expected = np.concatenate([paid(first, bounded), paid(second, free)])
     np.testing.assert_allclose(paid(first + second, both), expected, atol=1e-9)
+
+
+@given(hands, shares, dear)
+def test_a_cube_that_still_drops_into_the_hand_costs_nothing_and_takes_nothing_of_what_is_affordable(
+    hands, share, weights
+):
+    rewarded = RewardSettings(weights, affordable=share)
+    settled = np.arange(len(hands)) % 2 == 0
+    without = [
+        (rotation, change, 0.0 if drops else airborne)
+        for (rotation, change, airborne), drops in zip(hands, ~settled, strict=True)
+    ]
+    np.testing.assert_allclose(paid(hands, rewarded, settled), paid(without, rewarded), atol=1e-9)
+
+
+def test_prices_are_charged_from_the_settling_on():
+    task = Task(rewarded=RewardSettings(Weights(airborne=-2.0)))
+    at_rest = np.zeros(SENSOR_COUNT)
+    episode, rewards = begin(task, at_rest, np.zeros(DRAWS)), []
+    for _ in range(15):
+        episode, _ = command(task, episode, np.zeros(7))
+        episode, outcome = finish(
+            task,
+            episode,
+            np.tile(at_rest, (task.substeps, 1)),
+            positions=np.zeros(23),
+            velocities=np.zeros(22),
+            noise=np.zeros(7),
+        )
+        rewards.append(float(outcome.reward))
+    settling = round(SETTLING_S / task.settings.period_s)
+    np.testing.assert_allclose(rewards, [0.0] * settling + [-2.0 * 0.05] * (15 - settling))
 
 
 @pytest.mark.parametrize("broken", [(np.nan, 0.0, 0.5), (1.0, 0.0, np.inf)])

@@ -16,12 +16,9 @@ from train import actuation
 from train.actuation import SPEED_LIMIT
 from train.scene import build_scene
 from train.simulator import Batch, Floats, Simulator, positions, velocities
-from train.task.episode import Episode, Outcome, Task, begin, command, finish, observed
+from train.task.episode import SETTLING_S, Episode, Outcome, Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
 from train.task.signals import unpack
-
-SETTLING_S = 0.5
-"""Time in which a drawn cube drops into the hand and may be without contact, s."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +155,7 @@ class _Tally:
         self._travel += alive[:, None] * travel
         self._overspeed += alive * (travel > SPEED_LIMIT * period_s).mean(axis=-1)
         self._steps += alive
-        settled = alive & (self._steps * period_s > SETTLING_S)
+        settled = alive & (episode.periods * period_s > SETTLING_S)
         self._airborne += settled * outcome.terms["airborne"]
         self._observed += settled
         self._alive = alive & ~outcome.lost

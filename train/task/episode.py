@@ -19,6 +19,8 @@ from train.task.reward import PAPER_REWARD, RewardSettings, fallen, reward, term
 from train.task.signals import Signals, critic_state, unpack
 
 PHYSICS_STEP_S = 0.010
+SETTLING_S = 0.5
+"""Time in which a drawn cube drops into the hand: without contact for a quarter of it, whatever the policy does."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,8 @@ class Episode(NamedTuple):
     servo: ServoState
     lengths: Array
     """Simulated channel values at the end of the last period, (..., 7)."""
+    periods: Array
+    """Control periods that have passed, (...)."""
 
 
 class Outcome(NamedTuple):
@@ -91,6 +95,7 @@ def begin(task: Task, sensors: Array, uniform: Array) -> Episode:
         parameters=actuation.parameters(task.actuation, uniform),
         servo=actuation.at_rest(0 * lengths + np.array(task.settings.nominal)),
         lengths=lengths,
+        periods=0 * lengths[..., 0],
     )
 
 
@@ -140,12 +145,13 @@ def finish(
         rotation_cap_rad_s=task.rewarded.rotation_cap_rad_s,
     )
     last = Signals(*(part[..., -1, :] for part in period))
-    episode = episode._replace(lengths=last.lengths)
+    episode = episode._replace(lengths=last.lengths, periods=episode.periods + 1)
+    settled = episode.periods * task.settings.period_s > SETTLING_S
     observation = observed(task, episode, noise)
     return episode, Outcome(
         observation=observation,
         critic=critic_state(observation, positions, velocities, last),
-        reward=reward(values, task.rewarded, task.settings.period_s),
+        reward=reward(values, task.rewarded, task.settings.period_s, settled),
         lost=fallen(last.cube_position[..., 2]),
         terms=values,
     )

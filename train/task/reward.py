@@ -121,15 +121,19 @@ def terms(
     }
 
 
-def reward(values: dict[str, Array], rewarded: RewardSettings, period_s: float) -> Array:
+def reward(values: dict[str, Array], rewarded: RewardSettings, period_s: float, settled: Array | bool = True) -> Array:
     """Return the weighted sum of the terms times the control period, (...) or (batch,).
+
+    Prices on the cube's motion count where it has `settled`, bool (...): how it drops into the hand is none of the
+    policy's doing, and would take most of what is affordable.
 
     Environments with an affordable share are a group: where their prices would take more than that share of what
     turning brings in (what rotation earns, less what changing the action costs), mean against mean, all of the group's
     prices shrink to it. However dear bouncing is, a gait that turns the cube then earns more than holding it still.
     """
     weighted = {field.name: getattr(rewarded.weights, field.name) * values[field.name] for field in fields(Weights)}
-    prices = sum(weighted.pop(name) for name in PRICES)
+    xp = namespace(values["rotation"])
+    prices = xp.where(settled, sum(weighted.pop(name) for name in PRICES), 0.0)
     income = weighted["rotation"] + weighted["action_rate"]
     return (sum(weighted.values()) + prices * _shrunk(prices, income, rewarded.affordable)) * period_s
 
