@@ -158,12 +158,12 @@ STEADIED = RewardSettings(Weights(fall=-200.0, action_rate=-0.5, airborne=-20.0)
 """For the end on built hands: half the paper's price on changing the action, and one on letting the cube bounce."""
 
 
-def _gentle(fall: float, airborne: float) -> RewardSettings:
+def _gentle(fall: float) -> RewardSettings:
     """Return what is rewarded in the last stages on routed hands, where gaits that throw the cube are easily found.
 
     Bouncing and the cube's speed are as dear as turning can bear, and bursts earn nothing.
     """
-    weights = Weights(fall=fall, action_rate=-0.3, airborne=airborne, cube_speed=-60.0)
+    weights = Weights(fall=fall, action_rate=-0.3, airborne=-200.0, cube_speed=-20.0)
     return RewardSettings(weights, rotation_cap_rad_s=1.0, affordable=0.9)
 
 
@@ -202,14 +202,14 @@ def _built(steps: int, rewarded: RewardSettings, towards_recorded: tuple[float, 
     )
 
 
-def _last(steps: int, rewarded: RewardSettings, *, fall: float, airborne: float) -> Stage:
+def _last(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
     """Return a stage on built hands of all springs and on the paper's; short episodes, for starts lose most cubes.
 
     Commands come without delay too and in steps of any size, as in the ideal simulator.
     """
     return replace(
         _built(steps, rewarded, HANDS.towards_recorded, 0.3),
-        routed_rewarded=_gentle(fall, airborne),
+        routed_rewarded=_gentle(fall),
         actuation=replace(BUS, delay_s=(0.0, BUS.delay_s[1]), slewed=False),
         rows=(),
         episode_steps=200,
@@ -224,9 +224,9 @@ STEADY = Recipe(
         _built(800_000, SMOOTH, (0.3, 0.8), 0.9),
         _built(800_000, SMOOTH, (0.5, 1.0), 0.9),
         _built(800_000, SMOOTH, (0.7, 1.1), 0.9),
-        _last(1_000_000, SURE, fall=-200.0, airborne=-300.0),
-        replace(_last(800_000, STEADIED, fall=-200.0, airborne=-300.0), entropy_cost=1e-3),
-        replace(_last(2_000_000, STEADIED, fall=-500.0, airborne=-600.0), entropy_cost=1e-3, episode_steps=100),
+        _last(1_000_000, SURE, fall=-200.0),
+        replace(_last(800_000, STEADIED, fall=-200.0), entropy_cost=1e-3),
+        replace(_last(1_400_000, STEADIED, fall=-500.0), entropy_cost=1e-3, episode_steps=100),
     ),
     tip_friction=TIP_FRICTION,
     goal=Goal(survival=0.98, airborne=0.002, survival_price=20.0, airborne_price=200.0),
