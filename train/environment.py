@@ -93,12 +93,11 @@ class CubeEnvironment(Env):
         fall_reward = self._task.rewarded.weights.fall * self._task.settings.period_s
         reward = jnp.where(broken, fall_reward, outcome.reward)
 
-        steps = jnp.where(state.done > 0, 0.0, state.info["steps"]) + 1
-        over = lost | (steps >= self._task.episode_steps)
+        over = lost | (episode.periods >= self._task.episode_steps)
         ended_now = over.astype(jnp.float32)
         metrics = {name: jnp.where(broken, 0.0, outcome.terms[name]) for name in state.metrics}
         info = {
-            "steps": steps,
+            "steps": episode.periods,
             "truncation": jnp.where(lost, 0.0, ended_now),
             "episode_done": ended_now,
             "episode_metrics": _accumulate(state, {**metrics, "sum_reward": reward, "length": jnp.ones_like(reward)}),
