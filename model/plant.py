@@ -72,7 +72,7 @@ class BuiltHandPlant:
     def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
         self.parameters = parameters or BuiltHandParameters()
         spec = self._spec(hand)
-        spec.compiler.discardvisual = True  # geoms that nothing touches cost a sixth of a step
+        spec.compiler.discardvisual = True  # geoms that nothing touches cost a seventh of a step
         self._model = spec.compile()
         self._data = mujoco.MjData(self._model)
         self._warnings = self._data.warning.number

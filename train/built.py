@@ -48,7 +48,7 @@ def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> 
     """Return a built right hand with the cube and its servos' inner loops.
 
     Its sensors are those of `train.task.signals` and then the tensions of the cables. Geoms that nothing
-    touches, such as the routed hand's pulleys, are left out: they would cost a tenth of a step.
+    touches, such as the routed hand's pulleys, are left out: they would cost a fifth of a step.
 
     Args:
         parameters: of the hand.
