@@ -35,8 +35,6 @@ OnCheckpoint = Callable[[Checkpoint], None]
 
 EPISODE_S = 15.0
 """Length of the episodes that a checkpoint is measured over, as the paper's figures."""
-EVALUATED = 100
-"""Episodes that a checkpoint is measured over."""
 
 
 class _StuckError(Exception):
@@ -176,21 +174,21 @@ class _Attempt:
     def _learn(self, stage: Stage, steps: int) -> None:
         """Train for `steps` on hands that are drawn for this stage."""
         recipe = self._recipe
-        self._before, self._task = self.standing.steps, recipe.task_in(stage)
-        self._routed = EVALUATED - stage.built_hands(EVALUATED)
+        self._before, self._task = self.standing.steps, recipe.task_in(stage, stage.measured)
+        self._routed = stage.measured - stage.built_hands(stage.measured)
         rng = np.random.default_rng((self._seed, self.standing.stage))
         model = build_scene(recipe.task.settings.torque_limit).compile()
         paper = randomise.table(model, recipe.tip_friction)
         draws = randomise.draw(model, rng, recipe.environments // self._devices, (*paper, *stage.rows))
-        measured = randomise.draw(model, rng, EVALUATED, stage.rows)
-        hands = randomise.models(model, measured) if stage.rows else [model] * EVALUATED
+        measured = randomise.draw(model, rng, stage.measured, stage.rows)
+        hands = randomise.models(model, measured) if stage.rows else [model] * stage.measured
         with (
             self._batch(stage, randomise.models(model, draws), rng) as batch,
             self._batch(stage, hands, rng) as self._measured,
         ):
             starts = prepare_starts(recipe.task, batch, rng)
             advance = native(batch) if self._backend == "native" else over_mjx(model, draws)
-            task = replace(self._task, rewarded=stage.rewards(recipe.environments))
+            task = recipe.task_in(stage, recipe.environments)
             self._optimise(stage, steps, CubeEnvironment(task, advance, starts, self._backend))
 
     def _batch(self, stage: Stage, routed: list[mujoco.MjModel], rng: np.random.Generator) -> Batch:

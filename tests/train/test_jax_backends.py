@@ -29,7 +29,7 @@ from train.task.reward import RewardSettings, Weights, reward, side_by_side  # n
 from train.task.signals import SENSOR_COUNT  # noqa: E402
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)
-HAND_TASK = Task(actuation=actuation.SERVOS)
+HAND_TASK = Task(actuation=actuation.SERVOS, rewarded=RewardSettings(Weights(pushed=-1.0)))
 
 
 def brax_parameters(seed=0):
@@ -151,6 +151,7 @@ def test_an_episode_is_the_same_in_a_trace_and_in_numpy():
     rng = np.random.default_rng(0)
     batch = 8
     start, sensors = rng.normal(size=(batch, SENSOR_COUNT)) * 0.01, rng.normal(size=(batch, 5, SENSOR_COUNT)) * 0.01
+    sensors[:, :, 6] += np.arange(batch)[:, None] % 2 * 2.0  # every other thumb is pushed away
     uniform, action = rng.uniform(size=(batch, actuation.DRAWS)), rng.uniform(-1, 1, (batch, 7))
     q, v, noise = rng.normal(size=(batch, 23)), rng.normal(size=(batch, 22)), rng.uniform(-1, 1, (batch, 7))
 

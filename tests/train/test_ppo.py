@@ -25,7 +25,7 @@ TINY = replace(
     unroll=5,
     epochs=1,
     hidden=(16,),
-    stages=(replace(STEADY.stages[1], steps=80), replace(STEADY.stages[2], steps=80)),
+    stages=tuple(replace(stage, steps=80, measured=2) for stage in STEADY.stages[1:3]),
     checkpoint_steps=80,
 )
 
@@ -33,7 +33,6 @@ TINY = replace(
 @pytest.fixture(autouse=True)
 def short_episodes(monkeypatch):
     monkeypatch.setattr(ppo, "EPISODE_S", 0.5)
-    monkeypatch.setattr(ppo, "EVALUATED", 2)
 
 
 def test_the_command_asks_for_the_recipe_and_says_every_checkpoint(monkeypatch, tmp_path):

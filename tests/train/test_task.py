@@ -14,6 +14,7 @@ from train.task import grasp
 from train.task.episode import SETTLING_S, Task, begin, command, finish
 from train.task.reward import (
     FALL_HEIGHT,
+    HELD_RAD,
     PAPER_REWARD,
     RewardSettings,
     Weights,
@@ -74,6 +75,7 @@ def all_terms(sensors, joints, action=0.0, cap=np.inf):
         last_lengths=np.zeros(7),
         action=np.full(7, action),
         last_action=np.zeros(7),
+        sent=np.zeros(7),
         period_s=0.05,
         rotation_cap_rad_s=cap,
     )
@@ -122,7 +124,7 @@ def test_every_cost_is_zero_at_rest_and_positive_otherwise(seed):
     values = all_terms(rng.normal(size=(5, SENSOR_COUNT)), rng.normal(size=23))
     assert all(values[name] > 0 for name in ("cube_speed", "pose", "effort", "energy"))
     still = all_terms(np.zeros((5, SENSOR_COUNT)), grasp.NOMINAL_JOINTS)
-    assert all(still[name] == 0 for name in ("cube_speed", "pose", "effort", "energy"))
+    assert all(still[name] == 0 for name in ("cube_speed", "pushed", "pose", "effort", "energy"))
 
 
 def test_a_fast_cube_costs_more_than_a_slow_one_for_the_same_way():
@@ -193,23 +195,47 @@ def test_a_cube_that_still_drops_into_the_hand_costs_nothing_and_takes_nothing_o
     np.testing.assert_allclose(paid(hands, rewarded, settled), paid(without, rewarded), atol=1e-9)
 
 
-def test_prices_are_charged_from_the_settling_on():
-    task = Task(rewarded=RewardSettings(Weights(airborne=-2.0)))
-    at_rest = np.zeros(SENSOR_COUNT)
-    episode, rewards = begin(task, at_rest, np.zeros(DRAWS)), []
-    for _ in range(15):
-        episode, _ = command(task, episode, np.zeros(7))
+def outcomes(task, rows, actions=None):
+    """Return what periods give, each with all its sensors at one of `rows` (periods, 43); action zero when left out."""
+    episode, found = begin(task, np.zeros(SENSOR_COUNT), np.zeros(DRAWS)), []
+    for row, action in zip(rows, np.zeros((len(rows), 7)) if actions is None else actions, strict=True):
+        episode, _ = command(task, episode, action)
         episode, outcome = finish(
             task,
             episode,
-            np.tile(at_rest, (task.substeps, 1)),
+            np.tile(row, (task.substeps, 1)),
             positions=np.zeros(23),
             velocities=np.zeros(22),
             noise=np.zeros(7),
         )
-        rewards.append(float(outcome.reward))
+        found.append(outcome)
+    return found
+
+
+def test_prices_are_charged_from_the_settling_on():
+    task = Task(rewarded=RewardSettings(Weights(airborne=-2.0)))
+    rewards = [float(outcome.reward) for outcome in outcomes(task, np.zeros((15, SENSOR_COUNT)))]
     settling = round(SETTLING_S / task.settings.period_s)
     np.testing.assert_allclose(rewards, [0.0] * settling + [-2.0 * 0.05] * (15 - settling))
+
+
+@given(st.integers(0, 6), st.floats(-1.0, 1.0))
+def test_only_the_thumbs_abduction_pushed_beyond_what_it_was_sent_pays(channel, by):
+    sensors = np.zeros((5, SENSOR_COUNT))
+    sensors[:, int(unpack(np.arange(SENSOR_COUNT)).lengths[channel])] = by
+    pays = channel == Channel.THUMB_ABDUCTION and by > HELD_RAD
+    assert all_terms(sensors, np.zeros(23))["pushed"] == pytest.approx(by - HELD_RAD if pays else 0.0)
+
+
+def test_a_thumb_that_is_on_its_way_to_a_lower_target_is_not_pushed():
+    task = Task(rewarded=RewardSettings(Weights(action_rate=0.0, pushed=-1.0)))
+    sensors = np.zeros(SENSOR_COUNT)
+    abduction = int(unpack(np.arange(SENSOR_COUNT)).lengths[Channel.THUMB_ABDUCTION])
+    high, low = np.zeros(7), np.eye(7)[Channel.THUMB_ABDUCTION] * -1.0
+    sensors[abduction] = PAPER_TRAINING.nominal[Channel.THUMB_ABDUCTION]
+    rewards = [outcome.reward for outcome in outcomes(task, np.tile(sensors, (3, 1)), [high, low, low])]
+    beyond = PAPER_TRAINING.scale[Channel.THUMB_ABDUCTION] - HELD_RAD
+    np.testing.assert_allclose(rewards, [0.0, 0.0, -beyond * task.settings.period_s])
 
 
 @pytest.mark.parametrize("broken", [(np.nan, 0.0, 0.5), (1.0, 0.0, np.inf)])

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from aero.policy.settings import PAPER_TRAINING, Settings
-from aero.policy.task import ActionMemory, Array, ShownAction, observe, targets
+from aero.policy.task import ActionMemory, Array, ShownAction, namespace, observe, targets
 from train import actuation
 from train.actuation import IDEAL, ActuationRanges, Parameters, ServoState
 from train.task.grasp import PAPER_RESET, ResetRanges
@@ -134,24 +134,27 @@ def finish(
         velocities: generalised velocities at its end, (..., 22).
         noise: draws from [-1, 1], (..., 7).
     """
-    period = unpack(sensors)
+    period, period_s = unpack(sensors), task.settings.period_s
+    nominal, scale = np.array(task.settings.nominal), np.array(task.settings.scale)
+    sent = [targets(action, nominal, scale) for action in episode.memory]
+    last = Signals(*(part[..., -1, :] for part in period))
     values = terms(
         period,
         positions,
         last_lengths=episode.lengths,
         action=episode.memory.last,
         last_action=episode.memory.before_last,
-        period_s=task.settings.period_s,
+        sent=namespace(sensors).maximum(*sent),
+        period_s=period_s,
         rotation_cap_rad_s=task.rewarded.rotation_cap_rad_s,
     )
-    last = Signals(*(part[..., -1, :] for part in period))
     episode = episode._replace(lengths=last.lengths, periods=episode.periods + 1)
-    settled = episode.periods * task.settings.period_s > SETTLING_S
+    settled = episode.periods * period_s > SETTLING_S
     observation = observed(task, episode, noise)
     return episode, Outcome(
         observation=observation,
         critic=critic_state(observation, positions, velocities, last),
-        reward=reward(values, task.rewarded, task.settings.period_s, settled),
+        reward=reward(values, task.rewarded, period_s, settled),
         lost=fallen(last.cube_position[..., 2]),
         terms=values,
     )

@@ -8,13 +8,16 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import Joint
+from aero.channels import Channel, Joint
 from aero.policy.task import Array, namespace
 from train.task.grasp import NOMINAL_JOINTS
 from train.task.signals import Signals
 
 FALL_HEIGHT = -0.05
 """Height of the cube's centre below which it is lost, world frame, m."""
+
+HELD_RAD = 0.1
+"""How far the thumb's abduction may stand beyond what it was sent in the last two periods and still hold, rad."""
 
 Each = float | NDArray[np.float64]
 """A number for all environments, or one for each, (batch,)."""
@@ -38,6 +41,8 @@ class Weights:
     airborne: Each = 0.0
     """Of the share of the control period's physics steps in which nothing touches the cube; not a term of the
     paper's."""
+    pushed: Each = 0.0
+    """Of how far the thumb's abduction is pushed away beyond `HELD_RAD`, 1/rad; not a term of the paper's."""
     pose: Each = 0.0
     """Of the squared distance of the joints from the nominal grasp, 1/rad²."""
     effort: Each = 0.0
@@ -90,6 +95,7 @@ def terms(
     last_lengths: Array,
     action: Array,
     last_action: Array,
+    sent: Array,
     period_s: float,
     rotation_cap_rad_s: Array,
 ) -> dict[str, Array]:
@@ -101,6 +107,7 @@ def terms(
         last_lengths: channel values at the end of the period before, (..., 7).
         action: the period's action, (..., 7).
         last_action: the one before, (..., 7).
+        sent: the higher of what the two ask for, (..., 7); a thumb that is still on its way is not pushed.
         period_s: length of the period, s.
         rotation_cap_rad_s: rotation that is rewarded at most, rad/s, a number or (...,).
 
@@ -109,12 +116,14 @@ def terms(
     xp = namespace(joints)
     travel_speed = (period.lengths[..., -1, :] - last_lengths) / period_s
     forces = period.forces[..., -1, :]
+    away = (period.lengths[..., -1, :] - sent)[..., Channel.THUMB_ABDUCTION]
     return {
         "rotation": xp.minimum(xp.mean(period.cube_angular_velocity[..., 2], axis=-1), rotation_cap_rad_s),
         "fall": xp.where(fallen(period.cube_position[..., -1, 2]), 1.0, 0.0),
         "action_rate": xp.sum((action - last_action) ** 2, axis=-1),
         "cube_speed": xp.mean(xp.sum(period.cube_linear_velocity**2, axis=-1), axis=-1),
         "airborne": xp.mean(xp.where(period.cube_contacts[..., 0] > 0, 0.0, 1.0), axis=-1),
+        "pushed": xp.maximum(away - HELD_RAD, 0.0),
         "pose": xp.sum((joints[..., : len(Joint)] - NOMINAL_JOINTS) ** 2, axis=-1),
         "effort": xp.sum(forces**2, axis=-1),
         "energy": xp.sum(xp.abs(forces * travel_speed), axis=-1),
