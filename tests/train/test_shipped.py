@@ -75,7 +75,7 @@ MISTAKES = {
 }
 
 
-@pytest.mark.parametrize(("name", "at_least"), [("steady", 0.25), ("fast", 1.5)])
+@pytest.mark.parametrize(("name", "at_least"), [("steady", 0.5), ("fast", 1.5)])
 def test_a_shipped_policy_turns_the_cube(name, at_least, shipped):
     assert rate(shipped[name]) > at_least
 
@@ -85,7 +85,7 @@ def test_steady_turns_the_cube_on_the_hand_it_is_made_for():
     settings = RunSettings(seconds=SECONDS, correction=tuple(correction(unit, policy.settings).tolist()))
     trial = run_trial(policy, unit, settings=settings)
     assert trial.kept
-    assert trial.rate_rad_s > 1.0
+    assert trial.rate_rad_s > 1.3
 
 
 def test_steady_does_not_throw_the_cube(shipped):
