@@ -85,7 +85,7 @@ def test_steady_turns_the_cube_on_the_hand_it_is_made_for():
     settings = RunSettings(seconds=SECONDS, correction=tuple(correction(unit, policy.settings).tolist()))
     trial = run_trial(policy, unit, settings=settings)
     assert trial.kept
-    assert trial.rate_rad_s > 1.3
+    assert trial.rate_rad_s > 1.0
 
 
 def test_steady_does_not_throw_the_cube(shipped):
