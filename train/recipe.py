@@ -160,7 +160,7 @@ SURE = RewardSettings(Weights(fall=-200.0, action_rate=-0.3, pushed=-5.0))
 gives way, which the guard ends."""
 
 STEADIED = RewardSettings(Weights(fall=-200.0, action_rate=-0.5, airborne=-20.0, pushed=-5.0))
-"""For the end on built hands: half the paper's price on changing the action, and one on letting the cube bounce."""
+"""For the end on built hands: besides, half the paper's price on changing the action, and one on bouncing."""
 
 
 def _gentle(fall: float) -> RewardSettings:

@@ -17,7 +17,8 @@ FALL_HEIGHT = -0.05
 """Height of the cube's centre below which it is lost, world frame, m."""
 
 HELD_RAD = 0.1
-"""How far the thumb's abduction may stand beyond what it was sent in the last two periods and still hold, rad."""
+"""How far the thumb's abduction may stand beyond what it was sent in the last two periods and still hold, rad; less
+than half of what the guard allows (0.26, 15 % of its window)."""
 
 Each = float | NDArray[np.float64]
 """A number for all environments, or one for each, (batch,)."""
