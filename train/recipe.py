@@ -212,7 +212,7 @@ def _last(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
     """Return a stage on built hands of all springs and on the paper's; short episodes, for starts lose most cubes.
 
     Commands come without delay too and in steps of any size, as in the ideal simulator. The built hands' cables are
-    corrected half as well as before: with few built hands left, a gait learns to lean on them.
+    corrected half as well as before: with few built hands left, a gait comes to lean on the correction.
     """
     return replace(
         _built(steps, rewarded, HANDS.towards_recorded, 0.3),
