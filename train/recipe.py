@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from aero.policy.settings import PAPER_TRAINING
 from train.actuation import BUS, IDEAL, SERVOS, ActuationRanges
-from train.hands import HANDS, HandRanges
+from train.hands import HANDS, HandRanges, Range
 from train.randomise import PAPER_TIP_FRICTION, SERVO_ROWS, Row
 from train.task.episode import Task
 from train.task.reward import PAPER_REWARD, RewardSettings, Weights, side_by_side
@@ -196,14 +196,22 @@ FAST = Recipe(
 and raced without them."""
 
 
-def _built(steps: int, rewarded: RewardSettings, towards_recorded: tuple[float, float], share: float) -> Stage:
+LESS_CORRECTED = replace(HANDS, correction_error_m=2 * HANDS.correction_error_m)
+"""For the last stages: with few built hands left, a gait comes to lean on their correction."""
+
+
+def _springs(towards_recorded: Range) -> HandRanges:
+    return replace(HANDS, towards_recorded=towards_recorded)
+
+
+def _built(steps: int, rewarded: RewardSettings, hands: HandRanges, share: float) -> Stage:
     return Stage(
         steps,
         rewarded,
         actuation=BUS,
         rows=SERVO_ROWS,
         built=share,
-        hands=replace(HANDS, towards_recorded=towards_recorded),
+        hands=hands,
         measured=50,
     )
 
@@ -211,12 +219,10 @@ def _built(steps: int, rewarded: RewardSettings, towards_recorded: tuple[float, 
 def _last(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
     """Return a stage on built hands of all springs and on the paper's; short episodes, for starts lose most cubes.
 
-    Commands come without delay too and in steps of any size, as in the ideal simulator. The built hands' cables are
-    corrected half as well as before: with few built hands left, a gait comes to lean on the correction.
+    Commands come without delay too and in steps of any size, as in the ideal simulator.
     """
     return replace(
-        _built(steps, rewarded, HANDS.towards_recorded, 0.3),
-        hands=replace(HANDS, correction_error_m=0.001),
+        _built(steps, rewarded, LESS_CORRECTED, 0.3),
         routed_rewarded=_gentle(fall),
         actuation=replace(BUS, delay_s=(0.0, BUS.delay_s[1]), slewed=False),
         rows=(),
@@ -233,10 +239,10 @@ STEADY = Recipe(
     "steady",
     Task(settings=HALF_TORQUE),
     (
-        _built(1_200_000, BOLDEST, (0.0, 0.5), 0.75),
-        _built(800_000, SMOOTH, (0.3, 0.8), 0.9),
-        _built(800_000, SMOOTH, (0.5, 1.0), 0.9),
-        _built(800_000, SMOOTH, (0.7, 1.1), 0.9),
+        _built(1_200_000, BOLDEST, _springs((0.0, 0.5)), 0.75),
+        _built(800_000, SMOOTH, _springs((0.3, 0.8)), 0.9),
+        _built(800_000, SMOOTH, _springs((0.5, 1.0)), 0.9),
+        _built(800_000, SMOOTH, _springs((0.7, 1.1)), 0.9),
         _last(1_000_000, SURE, fall=-200.0),
         _settled(800_000, STEADIED, fall=-200.0),
         replace(_settled(1_200_000, STEADIED, fall=-500.0), episode_steps=100),

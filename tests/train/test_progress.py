@@ -97,6 +97,11 @@ def test_at_the_end_of_steady_a_thumb_that_gives_way_costs_built_hands():
     np.testing.assert_array_equal(weights.pushed < 0, [False] * 7 + [True] * 3)
 
 
+def test_built_hands_are_corrected_less_well_once_they_are_few():
+    error = {stage.built: stage.hands.correction_error_m for stage in STEADY.stages}
+    assert error[min(error)] > max(error[share] for share in error if share > min(error))
+
+
 def test_the_checkpoint_that_is_kept_is_measured_on_the_most_hands():
     assert STEADY.stages[-1].measured > max(stage.measured for stage in STEADY.stages[:-1])
 
