@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -25,7 +26,7 @@ from train.physics import native, over_mjx
 from train.progress import PARAMETERS, Checkpoint, Standing, append, read_standing, write_standing
 from train.recipe import Goal, Recipe, Stage
 from train.scene import build_scene
-from train.simulator import Batch, Simulator
+from train.simulator import Simulator
 
 # A callback into MuJoCo would wait for the thread that it blocks. Holds only if set before JAX makes its CPU client.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
@@ -98,15 +99,22 @@ def train(
 
 
 def judged(
-    episodes: Episodes, routed: int, goal: Goal, *, attempt: int, steps: int, elapsed_s: float, steps_per_s: float
+    routed: Episodes,
+    built: Episodes | None,
+    goal: Goal,
+    *,
+    attempt: int,
+    steps: int,
+    elapsed_s: float,
+    steps_per_s: float,
 ) -> Checkpoint:
-    """Return the point of the curve for `episodes`, the first `routed` of which were on routed hands.
+    """Return the point of the curve for episodes on routed hands and, where a stage has them, on built ones.
 
-    Bouncing is theirs alone: built hands bounce several times as much, and would drown what the goal asks for.
+    Bouncing is the routed hands' alone: built hands bounce several times as much, and would drown what the goal asks.
     """
-    figures = episodes.summary()
-    rate, survival = figures["rate_rad_s"], figures["survival"]
-    airborne = episodes.first(routed).summary()["airborne"]
+    figures = (routed.and_then(built) if built else routed).summary()
+    rate, airborne = figures["rate_rad_s"], routed.summary()["airborne"]
+    built_survival = built.summary()["survival"] if built else 1.0
     return Checkpoint(
         attempt=attempt,
         steps=steps,
@@ -114,10 +122,10 @@ def judged(
         steps_per_s=steps_per_s,
         rotation_rad=figures["rotation_median_rad"],
         rate_rad_s=rate,
-        survival=survival,
+        survival=figures["survival"],
         airborne=airborne,
         overspeed=figures["overspeed"],
-        score=goal.score(rate, survival, airborne),
+        score=goal.score(rate, routed.summary()["survival"], built_survival, airborne),
     )
 
 
@@ -174,34 +182,35 @@ class _Attempt:
     def _learn(self, stage: Stage, steps: int) -> None:
         """Train for `steps` on hands that are drawn for this stage."""
         recipe = self._recipe
-        self._before, self._task = self.standing.steps, recipe.task_in(stage, stage.measured)
-        self._routed = stage.measured - stage.built_hands(stage.measured)
+        self._before, self._stage = self.standing.steps, stage
+        self._task = replace(recipe.task, actuation=stage.actuation)
         rng = np.random.default_rng((self._seed, self.standing.stage))
         model = build_scene(recipe.task.settings.torque_limit).compile()
         paper = randomise.table(model, recipe.tip_friction)
         draws = randomise.draw(model, rng, recipe.environments // self._devices, (*paper, *stage.rows))
         measured = randomise.draw(model, rng, stage.measured, stage.rows)
         hands = randomise.models(model, measured) if stage.rows else [model] * stage.measured
-        with (
-            self._batch(stage, randomise.models(model, draws), rng) as batch,
-            self._batch(stage, hands, rng) as self._measured,
-        ):
+        with ExitStack() as stack:
+            routed, built = self._batches(stage, randomise.models(model, draws), rng, stack)
+            self._measured = self._batches(stage, hands, rng, stack)
+            batch = MixedSimulator(routed, built) if built else routed
             starts = prepare_starts(recipe.task, batch, rng)
             advance = native(batch) if self._backend == "native" else over_mjx(model, draws)
             task = recipe.task_in(stage, recipe.environments)
             self._optimise(stage, steps, CubeEnvironment(task, advance, starts, self._backend))
 
-    def _batch(self, stage: Stage, routed: list[mujoco.MjModel], rng: np.random.Generator) -> Batch:
-        """Return the routed hands, the last of them replaced by the stage's share of built ones."""
-        built = stage.built_hands(len(routed))
+    def _batches(
+        self, stage: Stage, models: list[mujoco.MjModel], rng: np.random.Generator, stack: ExitStack
+    ) -> tuple[Simulator, BuiltSimulator | None]:
+        """Return the routed hands, and the stage's share of built ones, which take the place of the last."""
+        built = stage.built_hands(len(models))
+        routed = stack.enter_context(Simulator(models[: len(models) - built], self._threads))
         if not built:
-            return Simulator(routed, self._threads)
+            return routed, None
         settings, threads = self._recipe.task.settings, self._threads
         hands = draw_scenes(stage.hands, rng, built, settings.torque_limit)
         corrected = corrections(hands, settings, rng, error_m=stage.hands.correction_error_m, threads=threads)
-        return MixedSimulator(
-            Simulator(routed[: len(routed) - built], threads), BuiltSimulator(hands, corrected, threads)
-        )
+        return routed, stack.enter_context(BuiltSimulator(hands, corrected, threads))
 
     def _optimise(self, stage: Stage, steps: int, environment: CubeEnvironment) -> None:
         recipe = self._recipe
@@ -250,10 +259,8 @@ class _Attempt:
         now, done = time.monotonic(), self._before + steps
         speed = (done - self._last_steps) / (now - self._last_time)
         policy = export.policy(recipe.name, self._task, parameters, self._provenance(done))
-        episodes = run(policy, self._task, self._measured, EPISODE_S, seed=self._seed)
         point = judged(
-            episodes,
-            self._routed,
+            *self._measure(policy),
             recipe.goal,
             attempt=self.standing.attempt,
             steps=done,
@@ -275,6 +282,15 @@ class _Attempt:
             raise _TimeOverError
         if done >= recipe.stuck.steps and self._best_rate < recipe.stuck.rate_rad_s:
             raise _StuckError
+
+    def _measure(self, policy: Policy) -> tuple[Episodes, Episodes | None]:
+        """Run an episode on each routed and each built hand that the stage's checkpoints are measured on."""
+        task, routed_actuation = self._task, self._stage.routed_measured or self._stage.actuation
+        routed, built = self._measured
+        return (
+            run(policy, replace(task, actuation=routed_actuation), routed, EPISODE_S, seed=self._seed),
+            run(policy, task, built, EPISODE_S, seed=self._seed) if built else None,
+        )
 
     def _provenance(self, steps: int) -> dict[str, Any]:
         return {

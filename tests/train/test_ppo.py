@@ -58,13 +58,27 @@ def test_the_command_refuses_a_folder_that_holds_a_run(tmp_path):
     assert "resume" in result.output
 
 
-@pytest.mark.parametrize(("routed", "airborne"), [(1, 0.0), (2, 0.1)])
-def test_a_checkpoint_is_judged_by_the_bouncing_on_routed_hands_and_by_the_rate_on_all(routed, airborne):
-    goal = Goal(survival=0.0, airborne=0.05, airborne_price=2.0)
-    point = judged(EPISODES, routed, goal, attempt=0, steps=10, elapsed_s=1.0, steps_per_s=10.0)
-    assert (point.rate_rad_s, point.survival) == (pytest.approx(1.5), 0.5)
+CALM = replace(EPISODES, kept=np.array([True, True]), rotation_rad=np.array([5.0, 2.5]), airborne=np.zeros(2))
+"""On other hands the same policy keeps both cubes, turns them at a third of the rate and never throws one."""
+
+
+@pytest.mark.parametrize(
+    ("hands", "rate", "survival", "airborne", "lost"),
+    [
+        ((EPISODES, None), 1.5, 0.5, 0.1, 0.4),
+        ((EPISODES, CALM), 1.0, 0.75, 0.1, 0.4),
+        ((CALM, EPISODES), 1.0, 0.75, 0.0, 0.3),
+        ((CALM, CALM), 0.5, 1.0, 0.0, 0.0),
+    ],
+)
+def test_a_checkpoint_is_judged_by_the_rate_on_all_hands_the_cubes_of_each_kind_and_the_routed_ones_bouncing(
+    hands, rate, survival, airborne, lost
+):
+    goal = Goal(survival=0.9, built_survival=0.8, survival_price=3.0, airborne=0.05, airborne_price=2.0)
+    point = judged(*hands, goal, attempt=0, steps=10, elapsed_s=1.0, steps_per_s=10.0)
+    assert (point.rate_rad_s, point.survival) == (pytest.approx(rate), survival)
     assert point.airborne == pytest.approx(airborne)
-    assert point.score == pytest.approx(1.5 - 2.0 * max(0.0, airborne - 0.05))
+    assert point.score == pytest.approx(rate - 3.0 * lost - 2.0 * max(0.0, airborne - 0.05))
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from checkpoints import POINT
 
-from train.actuation import SERVOS
+from train.actuation import IDEAL, SERVOS
 from train.hands import HANDS
 from train.progress import (
     PICTURE,
@@ -92,6 +92,10 @@ def test_the_last_stages_of_steady_let_turning_pay_and_reach_the_ideal_simulator
     assert all(stage.actuation.delay_s[0] == 0.0 and not stage.actuation.slewed for stage in last)
 
 
+def test_what_is_measured_at_the_end_of_steady_is_the_ideal_simulator():
+    assert {stage.routed_measured for stage in STEADY.stages if stage.routed_rewarded} == {IDEAL}
+
+
 def test_at_the_end_of_steady_a_thumb_that_gives_way_costs_built_hands():
     weights = STEADY.task_in(STEADY.stages[-1], 10).rewarded.weights
     np.testing.assert_array_equal(weights.pushed < 0, [False] * 7 + [True] * 3)
@@ -122,10 +126,11 @@ def test_a_recipe_that_does_not_divide_is_refused():
 
 
 def test_the_score_is_the_rate_less_what_falls_short_of_the_goal():
-    goal = Goal(survival=0.95, airborne=0.002)
-    assert goal.score(1.0, 0.98, 0.001) == 1.0
-    assert goal.score(1.0, 0.85, 0.001) == pytest.approx(0.5)
-    assert goal.score(1.0, 0.98, 0.012) == pytest.approx(0.5)
+    goal = Goal(survival=0.95, built_survival=0.9, airborne=0.002)
+    assert goal.score(1.0, 0.98, 0.95, 0.001) == 1.0
+    assert goal.score(1.0, 0.85, 0.95, 0.001) == pytest.approx(0.5)
+    assert goal.score(1.0, 0.98, 0.80, 0.001) == pytest.approx(0.5)
+    assert goal.score(1.0, 0.98, 0.95, 0.012) == pytest.approx(0.5)
 
 
 def test_a_short_run_still_has_checkpoints():

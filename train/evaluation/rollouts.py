@@ -45,9 +45,10 @@ class Episodes:
         """Mean angular velocity of each episode, rad/s."""
         return self.rotation_rad / self.alive_s
 
-    def first(self, count: int) -> Episodes:
-        """Return the first `count` of them."""
-        return Episodes(*(getattr(self, field.name)[:count] for field in fields(self)))
+    def and_then(self, others: Episodes) -> Episodes:
+        """Return these and then the `others`."""
+        both = (np.concatenate([getattr(self, field.name), getattr(others, field.name)]) for field in fields(self))
+        return Episodes(*both)
 
     def summary(self) -> dict[str, float]:
         """Return the figures of the whole set, SI units."""
