@@ -24,9 +24,11 @@ SHAFTS = len(Channel)
 TIME_RESOLUTION = 1e-9
 """Spans shorter than this are not integrated, s; a microsecond is the finest thing on the servo bus."""
 
-
 UNBOUNDED = 1e6
 """What stands for no bound on a torque, N m."""
+# A number, because NumPy compares an array with an enumeration element by element, a hundred times slower.
+TENDON_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+"""The kind of constraint that a taut cable is."""
 
 
 class DriveLike(Protocol):
@@ -199,7 +201,7 @@ class BuiltHandPlant:
     def _tensions(self) -> NDArray[np.float64]:
         """Return the tensions of the cables, (6,) float, N, as last solved for, in the order of `CABLES`."""
         data = self._data
-        pulling = data.efc_type == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON
+        pulling = data.efc_type == TENDON_LIMIT
         forces = np.zeros(self._model.ntendon)
         forces[data.efc_id[pulling]] = data.efc_force[pulling]
         tensions: NDArray[np.float64] = forces[self._cables]
