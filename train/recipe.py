@@ -167,12 +167,12 @@ STEADIED = RewardSettings(Weights(fall=-200.0, action_rate=-0.5, airborne=-20.0,
 """For the end on built hands: besides, half the paper's price on changing the action, and one on bouncing."""
 
 
-def _gentle(fall: float) -> RewardSettings:
+def _gentle(fall: float, airborne: float = -200.0) -> RewardSettings:
     """Return what is rewarded in the last stages on routed hands, where gaits that throw the cube are easily found.
 
     Bouncing and the cube's speed are as dear as turning can bear, and bursts earn nothing.
     """
-    weights = Weights(fall=fall, action_rate=-0.3, airborne=-200.0, cube_speed=-20.0)
+    weights = Weights(fall=fall, action_rate=-0.3, airborne=airborne, cube_speed=-20.0)
     return RewardSettings(weights, rotation_cap_rad_s=1.0, affordable=0.9)
 
 
@@ -252,7 +252,13 @@ STEADY = Recipe(
         _last(1_000_000, SURE, fall=-200.0),
         _settled(800_000, STEADIED, fall=-200.0),
         replace(_settled(1_200_000, STEADIED, fall=-500.0), episode_steps=100),
-        replace(_settled(800_000, STEADIED, fall=-500.0), episode_steps=100, learning_rate=1e-4, measured=300),
+        replace(
+            _settled(800_000, STEADIED, fall=-500.0),
+            routed_rewarded=_gentle(-500.0, airborne=-400.0),
+            episode_steps=100,
+            learning_rate=1e-4,
+            measured=300,
+        ),
     ),
     tip_friction=TIP_FRICTION,
     goal=Goal(survival=0.99, airborne=0.0015, survival_price=20.0, airborne_price=200.0),
