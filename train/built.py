@@ -187,17 +187,12 @@ class BuiltSimulator(Batch):
 
 
 class MixedSimulator(Batch):
-    """Two batches as one: routed hands first, then built ones."""
+    """Two batches as one: routed hands first, then built ones; whoever made them closes them."""
 
     def __init__(self, routed: Batch, built: BuiltSimulator) -> None:
         super().__init__(routed.models + built.models)
         self._routed, self._built = routed, built
         self.state_size = built.state_size
-
-    def close(self) -> None:
-        """Stop the threads of both."""
-        self._routed.close()
-        self._built.close()
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
         """Step every scene, see `Batch`."""
