@@ -139,7 +139,8 @@ def reward(values: dict[str, Array], rewarded: RewardSettings, period_s: float, 
 
     Environments with an affordable share are a group: where their prices would take more than that share of what
     turning brings in (what rotation earns, less what changing the action costs), mean against mean, all of the group's
-    prices shrink to it. However dear bouncing is, a gait that turns the cube then earns more than holding it still.
+    prices shrink to it. However dear bouncing is, a gait that turns the cube then earns more than holding it still, but
+    for the risk of losing it.
     """
     weighted = {field.name: getattr(rewarded.weights, field.name) * values[field.name] for field in fields(Weights)}
     xp = namespace(values["rotation"])
