@@ -14,9 +14,13 @@ from policies import policy
 from aero.policy.file import load
 from hil.cli import main
 from train import ppo
+from train.actuation import IDEAL
+from train.built import BuiltSimulator
+from train.evaluation.rollouts import run
 from train.ppo import judged
 from train.progress import Checkpoint, read, read_standing
 from train.recipe import STEADY, Goal, Stuck
+from train.simulator import Simulator
 
 TINY = replace(
     STEADY,
@@ -115,6 +119,21 @@ def test_a_run_that_does_not_get_going_is_begun_again_with_another_seed(tmp_path
         ppo.train(hopeless, "native", 0, tmp_path, threads=1, on_checkpoint=enough)
     assert [(point.attempt, point.steps) for point in told] == [(0, 0), (0, 80), (1, 0), (1, 80), (2, 0)]
     assert told[0].score != told[2].score
+
+
+@pytest.mark.slow
+def test_each_kind_of_hand_is_measured_as_the_stage_says(monkeypatch, tmp_path):
+    seen = []
+
+    def spy(policy, task, batch, seconds, seed):
+        seen.append((type(batch), task.actuation))
+        return run(policy, task, batch, seconds, seed)
+
+    monkeypatch.setattr(ppo, "run", spy)
+    stage = replace(TINY.stages[0], routed_measured=IDEAL)
+    ppo.train(replace(TINY, stages=(stage,)), "native", 0, tmp_path, minutes=1e-3, threads=1)
+    assert seen == [(Simulator, IDEAL), (BuiltSimulator, stage.actuation)]
+    assert stage.actuation != IDEAL
 
 
 @pytest.mark.slow
