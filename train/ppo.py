@@ -113,8 +113,7 @@ def judged(
     Bouncing is the routed hands' alone: built hands bounce several times as much, and would drown what the goal asks.
     """
     figures = (routed.and_then(built) if built else routed).summary()
-    rate, airborne = figures["rate_rad_s"], routed.summary()["airborne"]
-    built_survival = built.summary()["survival"] if built else 1.0
+    rate, on_routed = figures["rate_rad_s"], routed.summary()
     return Checkpoint(
         attempt=attempt,
         steps=steps,
@@ -123,9 +122,14 @@ def judged(
         rotation_rad=figures["rotation_median_rad"],
         rate_rad_s=rate,
         survival=figures["survival"],
-        airborne=airborne,
+        airborne=on_routed["airborne"],
         overspeed=figures["overspeed"],
-        score=goal.score(rate, routed.summary()["survival"], built_survival, airborne),
+        score=goal.score(
+            rate,
+            survival=on_routed["survival"],
+            built_survival=built.summary()["survival"] if built else 1.0,
+            airborne=on_routed["airborne"],
+        ),
     )
 
 

@@ -127,10 +127,10 @@ def test_a_recipe_that_does_not_divide_is_refused():
 
 def test_the_score_is_the_rate_less_what_falls_short_of_the_goal():
     goal = Goal(survival=0.95, built_survival=0.9, airborne=0.002)
-    assert goal.score(1.0, 0.98, 0.95, 0.001) == 1.0
-    assert goal.score(1.0, 0.85, 0.95, 0.001) == pytest.approx(0.5)
-    assert goal.score(1.0, 0.98, 0.80, 0.001) == pytest.approx(0.5)
-    assert goal.score(1.0, 0.98, 0.95, 0.012) == pytest.approx(0.5)
+    good = {"survival": 0.98, "built_survival": 0.95, "airborne": 0.001}
+    assert goal.score(1.0, **good) == 1.0
+    for worse in ({"survival": 0.85}, {"built_survival": 0.80}, {"airborne": 0.012}):
+        assert goal.score(1.0, **{**good, **worse}) == pytest.approx(0.5)
 
 
 def test_a_short_run_still_has_checkpoints():
