@@ -83,7 +83,7 @@ class Goal:
     airborne_price: float = 50.0
     """Of the whole share."""
 
-    def score(self, rate_rad_s: float, survival: float, built_survival: float, airborne: float) -> float:
+    def score(self, rate_rad_s: float, *, survival: float, built_survival: float, airborne: float) -> float:
         """Return what checkpoints are chosen by: the rate, less what falling short costs."""
         lost = max(0.0, self.survival - survival) + max(0.0, self.built_survival - built_survival)
         return rate_rad_s - self.survival_price * lost - self.airborne_price * max(0.0, airborne - self.airborne)
@@ -167,13 +167,13 @@ STEADIED = RewardSettings(Weights(fall=-200.0, action_rate=-0.5, airborne=-20.0,
 """For the end on built hands: besides, half the paper's price on changing the action, and one on bouncing."""
 
 
-def _gentle(fall: float, airborne: float = -200.0) -> RewardSettings:
+def _gentle(fall: float, airborne: float = -200.0, affordable: float = 0.9) -> RewardSettings:
     """Return what is rewarded in the last stages on routed hands, where gaits that throw the cube are easily found.
 
     Bouncing and the cube's speed are as dear as turning can bear, and bursts earn nothing.
     """
     weights = Weights(fall=fall, action_rate=-0.3, airborne=airborne, cube_speed=-20.0)
-    return RewardSettings(weights, rotation_cap_rad_s=1.0, affordable=0.9)
+    return RewardSettings(weights, rotation_cap_rad_s=1.0, affordable=affordable)
 
 
 HALF_TORQUE = replace(PAPER_TRAINING, noise=(0.002, 0.002, 0.002, 0.002, 0.02, 0.002, 0.002), torque_limit=0.5)
@@ -237,8 +237,8 @@ def _last(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
 
 
 def _settled(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
-    """Return a last stage that explores little."""
-    return replace(_last(steps, rewarded, fall=fall), entropy_cost=1e-3)
+    """Return a last stage that explores little, and leaves turning the routed hands more, for the risk of a fall."""
+    return replace(_last(steps, rewarded, fall=fall), routed_rewarded=_gentle(fall, affordable=0.6), entropy_cost=1e-3)
 
 
 STEADY = Recipe(
@@ -253,7 +253,7 @@ STEADY = Recipe(
         _settled(800_000, STEADIED, fall=-200.0),
         replace(_settled(1_200_000, STEADIED, fall=-500.0), episode_steps=100),
         replace(
-            _settled(800_000, STEADIED, fall=-500.0),
+            _settled(1_200_000, STEADIED, fall=-500.0),
             routed_rewarded=_gentle(-500.0, airborne=-400.0),
             episode_steps=100,
             learning_rate=1e-4,
@@ -261,7 +261,7 @@ STEADY = Recipe(
         ),
     ),
     tip_friction=TIP_FRICTION,
-    goal=Goal(survival=0.99, airborne=0.0015, survival_price=20.0, airborne_price=200.0),
+    goal=Goal(survival=0.99, airborne=0.0015, survival_price=20.0, airborne_price=400.0),
     stuck=Stuck(steps=1_200_000, rate_rad_s=0.4),
 )
 """For the hand: the gait is found on the built hands where it is easy, led from springs to springs, and at the end
