@@ -170,7 +170,8 @@ STEADIED = RewardSettings(Weights(fall=-200.0, action_rate=-0.5, airborne=-20.0,
 def _gentle(fall: float, airborne: float = -200.0, affordable: float = 0.9) -> RewardSettings:
     """Return what is rewarded in the last stages on routed hands, where gaits that throw the cube are easily found.
 
-    Bouncing and the cube's speed are as dear as turning can bear, and bursts earn nothing.
+    Bouncing and the cube's speed are as dear as turning can bear, and bursts earn nothing. Where little is explored,
+    prices are to leave turning more, for the risk of a fall (docs/recipes.md).
     """
     weights = Weights(fall=fall, action_rate=-0.3, airborne=airborne, cube_speed=-20.0)
     return RewardSettings(weights, rotation_cap_rad_s=1.0, affordable=affordable)
@@ -220,7 +221,7 @@ def _built(steps: int, rewarded: RewardSettings, hands: HandRanges, share: float
     )
 
 
-def _last(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
+def _last(steps: int, rewarded: RewardSettings, *, routed: RewardSettings) -> Stage:
     """Return a stage on built hands of all springs and on the paper's; short episodes, for starts lose most cubes.
 
     Commands come without delay too and in steps of any size, as in the ideal simulator, in which the routed hands are
@@ -228,7 +229,7 @@ def _last(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
     """
     return replace(
         _built(steps, rewarded, LESS_CORRECTED, 0.3),
-        routed_rewarded=_gentle(fall),
+        routed_rewarded=routed,
         actuation=replace(BUS, delay_s=(0.0, BUS.delay_s[1]), slewed=False),
         rows=(),
         routed_measured=IDEAL,
@@ -236,9 +237,9 @@ def _last(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
     )
 
 
-def _settled(steps: int, rewarded: RewardSettings, *, fall: float) -> Stage:
-    """Return a last stage that explores little, and leaves turning the routed hands more, for the risk of a fall."""
-    return replace(_last(steps, rewarded, fall=fall), routed_rewarded=_gentle(fall, affordable=0.6), entropy_cost=1e-3)
+def _settled(steps: int, rewarded: RewardSettings, *, routed: RewardSettings) -> Stage:
+    """Return a last stage that explores little."""
+    return replace(_last(steps, rewarded, routed=routed), entropy_cost=1e-3)
 
 
 STEADY = Recipe(
@@ -249,12 +250,11 @@ STEADY = Recipe(
         _built(800_000, SMOOTH, _springs((0.3, 0.8)), 0.9),
         _built(800_000, SMOOTH, _springs((0.5, 1.0)), 0.9),
         _built(800_000, SMOOTH, _springs((0.7, 1.1)), 0.9),
-        _last(1_000_000, SURE, fall=-200.0),
-        _settled(800_000, STEADIED, fall=-200.0),
-        replace(_settled(1_200_000, STEADIED, fall=-500.0), episode_steps=100),
+        _last(1_000_000, SURE, routed=_gentle(-200.0)),
+        _settled(800_000, STEADIED, routed=_gentle(-200.0, affordable=0.6)),
+        replace(_settled(1_200_000, STEADIED, routed=_gentle(-500.0, affordable=0.6)), episode_steps=100),
         replace(
-            _settled(1_200_000, STEADIED, fall=-500.0),
-            routed_rewarded=_gentle(-500.0, airborne=-400.0),
+            _settled(1_200_000, STEADIED, routed=_gentle(-500.0, airborne=-400.0)),
             episode_steps=100,
             learning_rate=1e-4,
             measured=300,
