@@ -16,7 +16,7 @@ class Ending(Enum):
     STOPPED = "the guard stopped the hand"
     READINGS = "too many readings in a row were missing"
     OVERRUN = "the loop fell too far behind its period"
-    LOST = "the motors draw as little as without the object"
+    LOST = "the thumb draws as little as without the object"
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Limits:
     """Time by which the loop may miss a period's start, s."""
     shaft_speed_rad_s: float = 12.9
     """Fastest commanded change of a shaft; the servo's own no-load speed, 740 °/s."""
-    grip_a: float = 0.3
-    """By how much the sum of the currents with the object must exceed that of the rehearsal without it, A."""
+    grip_a: float = 0.15
+    """By how much more the base of the thumb must draw with the object than in the rehearsal without it, A."""
     grip_window_s: float = 2.0
     """Time over which both are averaged, s; as long again is left out at the beginning."""
 

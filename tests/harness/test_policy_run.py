@@ -146,7 +146,7 @@ def test_run_policy_without_an_object_says_that_it_is_lost(tmp_path):
     save(replace(policy(), network=still), tmp_path / "still.npz")
     result = CliRunner().invoke(main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "6", "--rehearse", "4"])
     assert result.exit_code == 1
-    assert "draw as little as" in result.output
+    assert "draws as little as" in result.output
 
 
 def test_run_policy_says_how_the_preset_differs_from_the_training(path):

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aero.channels import Channel
 from aero.policy.grip import Grip, drawn
 from aero.policy.limits import Limits
 from aero.policy.running import RunSettings
@@ -11,8 +12,14 @@ sums = st.lists(st.floats(0.0, 10.0), min_size=1, max_size=60)
 periods = st.integers(1, 10)
 
 
-def currents(total):
-    return total / 7 * np.array([1, -1, 1, -1, 1, -1, 1])
+BASE = [Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION]
+
+
+def currents(total, others=1.0):
+    """Return currents of which the base of the thumb draws `total`."""
+    values = np.full(7, others)
+    values[BASE] = total * np.array([0.25, -0.75])
+    return values
 
 
 def verdicts(totals, least, window):
@@ -37,8 +44,13 @@ def test_a_missing_reading_never_says_that_it_is_lost():
     assert verdicts([0.0] * 5 + [np.nan] + [0.0] * 4, 5.0, 4)[-1]
 
 
-def test_the_sign_of_a_current_does_not_matter():
-    assert drawn(currents(3.5)) == pytest.approx(3.5)
+@given(st.floats(0.0, 10.0), st.floats(-10.0, 10.0))
+def test_only_the_base_of_the_thumb_counts_and_not_the_sign_of_what_they_draw(total, others):
+    assert drawn(currents(total, others)) == pytest.approx(total)
+
+
+def test_a_reading_that_is_missing_elsewhere_does_not_matter():
+    assert drawn(currents(2.0, others=np.nan)) == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize(

@@ -268,12 +268,12 @@ def test_whoever_places_the_object_is_told_when_the_policy_begins():
     assert told == [steps[0].t] == [pytest.approx(0.7)]
 
 
-def rehearsed(total_a, seconds=6.0):
-    """Run with a rehearsal of 40 periods; the currents' sum is `total_a` of the clock's time."""
+def rehearsed(thumb_a, seconds=6.0):
+    """Run with a rehearsal of 40 periods; what the base of the thumb draws is `thumb_a` of the clock's time."""
 
     class Draws(FakeHand):
         def read_currents(self):
-            return np.full(7, total_a(self.clock.t) / 7)
+            return np.full(7, thumb_a(self.clock.t) / 2)
 
     clock, steps, waited = StepClock(), [], []
     hand = Draws(clock)
@@ -285,7 +285,7 @@ def rehearsed(total_a, seconds=6.0):
 
 
 def test_a_hand_that_draws_no_more_than_in_its_rehearsal_has_lost_the_object():
-    result, hand, steps, waited = rehearsed(lambda t: 4.0 if t < 2.5 else 5.0 if t < 5.0 else 4.2)
+    result, hand, steps, waited = rehearsed(lambda t: 1.0 if t < 2.5 else 1.5 if t < 5.0 else 1.1)
     assert waited == [pytest.approx(0.5 + 1.95 + 0.5)]
     assert result.ending is Ending.LOST
     assert 5.0 < steps[-1].t < 5.5
@@ -309,7 +309,7 @@ def test_a_rehearsal_is_told_apart_from_what_follows():
 
 
 def test_a_hand_that_draws_more_than_in_its_rehearsal_goes_on_and_the_rehearsal_is_not_counted():
-    result, _, steps, _ = rehearsed(lambda t: 4.0 if t < 2.5 else 5.0)
+    result, _, steps, _ = rehearsed(lambda t: 1.0 if t < 2.5 else 1.2)
     assert (result.ending, result.steps, len(steps)) == (Ending.TIME, 120, 120)
     assert steps[0].t == pytest.approx(0.5 + 1.95 + 0.5 + 0.2)
 
