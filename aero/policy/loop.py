@@ -136,17 +136,17 @@ class _Session:
         """Let the policy act on the empty hand, if asked for, and learn from its currents when the object is lost."""
         if not self._settings.rehearsal_s:
             return Ending.TIME
-        sums: list[float] = []
+        draws: list[float] = []
 
         def learn(step: Step) -> None:
-            sums.append(drawn(step.currents_a))
+            draws.append(drawn(step.currents_a))
             on_step(step)
 
         ending = self.loop(self._settings.rehearsal_s, learn)
         window = round(self._settings.limits.grip_window_s / self._task.period_s)
         if ending is Ending.TIME:
             self.grasp()
-            self._grip = Grip(float(np.nanmean(sums[window:])) + self._settings.limits.grip_a, window)
+            self._grip = Grip(float(np.nanmean(draws[window:])) + self._settings.limits.grip_a, window)
             self._tally = _NOTHING_YET
         return ending
 
