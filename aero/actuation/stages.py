@@ -69,16 +69,7 @@ def compact_from_travel(coefficients: Coefficients, travel: Array) -> Array:
 def thumb_joints_from_lengths(coefficients: Coefficients, lengths: Array) -> Array:
     """Estimate the thumb's flexion angles (..., 3), CMC, MCP and IP, rad, from lengths (..., 7); eq. (thumbfit)."""
     lengths = as_floats(lengths, _CHANNELS, "lengths")
-    xp = namespace(lengths)
-    abduction = lengths[..., Channel.THUMB_ABDUCTION]
-    cmc_cable, flexor_cable = lengths[..., Channel.THUMB_CMC_FLEXION], lengths[..., Channel.THUMB_FLEXOR]
-    return xp.stack(
-        [
-            per_abduction * abduction + per_cmc_cable * cmc_cable + per_flexor_cable * flexor_cable + constant
-            for per_abduction, per_cmc_cable, per_flexor_cable, constant in coefficients.thumb_regression
-        ],
-        axis=-1,
-    )
+    return namespace(lengths).stack(_thumb_flexion(coefficients, *_thumb_columns(lengths)), axis=-1)
 
 
 def travel_from_lengths(coefficients: Coefficients, lengths: Array) -> Array:
@@ -90,10 +81,8 @@ def travel_from_lengths(coefficients: Coefficients, lengths: Array) -> Array:
     xp = namespace(lengths)
     longest = xp.asarray([longest for _, longest in coefficients.finger_lengths], dtype=lengths.dtype)
     fingers = (longest - lengths[..., _FINGERS]) * xp.asarray(_finger_gain(coefficients), dtype=lengths.dtype)
-    flexion = thumb_joints_from_lengths(coefficients, lengths)
-    thumb = _thumb_travel(
-        coefficients, lengths[..., Channel.THUMB_ABDUCTION], flexion[..., 0], flexion[..., 1], flexion[..., 2]
-    )
+    abduction, *cables = _thumb_columns(lengths)
+    thumb = _thumb_travel(coefficients, abduction, *_thumb_flexion(coefficients, abduction, *cables))
     return xp.concat([fingers, thumb], axis=-1)
 
 
@@ -144,10 +133,27 @@ def excursion_rad(coefficients: Coefficients) -> Array:
     return angles_from_travel(coefficients, travel).T
 
 
-def _thumb_travel(coefficients: Coefficients, abduction: Array, *flexion: Array) -> Array:
+def _thumb_columns(values: Array) -> tuple[Array, Array, Array]:
+    """Return the thumb's channels of values (..., 7), copied: reading one in place costs as much as reading all."""
+    xp = namespace(values)
+    abduction, cmc, flexor = (
+        xp.asarray(values[..., channel], copy=True)
+        for channel in (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
+    )
+    return abduction, cmc, flexor
+
+
+def _thumb_flexion(coefficients: Coefficients, abduction: Array, cmc_cable: Array, flexor_cable: Array) -> list[Array]:
+    return [
+        per_abduction * abduction + per_cmc_cable * cmc_cable + per_flexor_cable * flexor_cable + constant
+        for per_abduction, per_cmc_cable, per_flexor_cable, constant in coefficients.thumb_regression
+    ]
+
+
+def _thumb_travel(coefficients: Coefficients, abduction: Array, cmc: Array, mcp: Array, ip: Array) -> Array:
     cables = [
-        sum(radius * joint for radius, joint in zip(row, (abduction, *flexion), strict=True))
-        for row in coefficients.thumb_winding
+        per_abduction * abduction + per_cmc * cmc + per_mcp * mcp + per_ip * ip
+        for per_abduction, per_cmc, per_mcp, per_ip in coefficients.thumb_winding
     ]
     return namespace(abduction).stack([abduction, *cables], axis=-1)
 
