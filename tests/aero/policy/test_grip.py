@@ -10,8 +10,6 @@ from aero.policy.running import RunSettings
 
 sums = st.lists(st.floats(0.0, 10.0), min_size=1, max_size=60)
 periods = st.integers(1, 10)
-
-
 BASE = [Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION]
 
 
@@ -45,7 +43,7 @@ def test_a_missing_reading_never_says_that_it_is_lost():
 
 
 @given(st.floats(0.0, 10.0), st.floats(-10.0, 10.0))
-def test_only_the_base_of_the_thumb_counts_and_not_the_sign_of_what_they_draw(total, others):
+def test_only_the_base_of_the_thumb_counts_and_not_the_sign_of_what_it_draws(total, others):
     assert drawn(currents(total, others)) == pytest.approx(total)
 
 
