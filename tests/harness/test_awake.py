@@ -1,0 +1,92 @@
+"""The cores of a virtual machine are kept from sleeping, by processes that end with whoever asked for them."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from hil import awake
+
+VIRTUAL = "processor\t: 0\nmodel name\t: any\nflags\t\t: fpu sse2 hypervisor lahf_lm\n"
+BARE = "processor\t: 0\nmodel name\t: hypervisor\nflags\t\t: fpu sse2 nohypervisor lahf_lm\n"
+PATIENCE_S = 60.0
+
+needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc here")
+
+
+def children(parent):
+    """Return the processes that `parent` has started."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended meanwhile
+            continue
+        if int(fields[1]) == parent and fields[0] != "Z":
+            found.append(int(stat.parent.name))
+    return found
+
+
+def turning(parent):
+    """Return the cores on which a process of lowest priority turns, two levels below `parent`."""
+    below = [process for keeper in children(parent) for process in children(keeper)]
+    idle = [process for process in below if os.sched_getscheduler(process) == os.SCHED_IDLE]
+    return sorted(core for process in idle for core in os.sched_getaffinity(process))
+
+
+@pytest.fixture
+def virtual(tmp_path, monkeypatch):
+    cpuinfo = tmp_path / "cpuinfo"
+    cpuinfo.write_text(VIRTUAL)
+    monkeypatch.setattr(awake, "CPUINFO", cpuinfo)
+    return cpuinfo
+
+
+def test_a_virtual_machine_is_told_by_its_flags():
+    assert awake.is_virtual(VIRTUAL)
+    assert not awake.is_virtual(BARE)
+    assert not awake.is_virtual("")
+
+
+@needs_proc
+def test_every_core_has_something_to_do_until_the_end(virtual):
+    mine, cores = os.getpid(), sorted(os.sched_getaffinity(0))
+    before = children(mine)
+    until = time.monotonic() + PATIENCE_S
+    with awake.cores_awake():
+        while turning(mine) != cores:
+            assert time.monotonic() < until, turning(mine)
+    assert children(mine) == before
+    assert turning(mine) == []
+
+
+@needs_proc
+def test_real_cores_are_left_alone(virtual):
+    virtual.write_text(BARE)
+    before = children(os.getpid())
+    with awake.cores_awake():
+        assert children(os.getpid()) == before
+
+
+def test_no_cpuinfo_means_real_cores(virtual):
+    virtual.unlink()
+    with awake.cores_awake():
+        pass
+
+
+@needs_proc
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
+def test_nothing_turns_on_for_a_parent_that_is_gone(virtual, number):
+    program = (
+        "import pathlib, sys, signal; from hil import awake; awake.CPUINFO = pathlib.Path(sys.argv[1])\n"
+        "with awake.cores_awake(): print('ready', flush=True); signal.pause()"
+    )
+    command = [sys.executable, "-c", program, str(virtual)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as parent:
+        assert parent.stdout.readline() == "ready\n"
+        parent.send_signal(number)
+        parent.communicate(timeout=PATIENCE_S)  # the end of the output: all that inherited it have ended
