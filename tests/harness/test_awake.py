@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hil import awake
+from hil import awake, open_target
 
 VIRTUAL = "processor\t: 0\nmodel name\t: any\nflags\t\t: fpu sse2 hypervisor lahf_lm\n"
 BARE = "processor\t: 0\nmodel name\t: hypervisor\nflags\t\t: fpu sse2 nohypervisor lahf_lm\n"
@@ -38,6 +38,13 @@ def turning(parent):
     return sorted(core for process in apart for core in os.sched_getaffinity(process))
 
 
+def every_core_turns():
+    """Wait until each core has such a process below this one."""
+    cores, until = sorted(os.sched_getaffinity(0)), time.monotonic() + PATIENCE_S
+    while turning(os.getpid()) != cores:
+        assert time.monotonic() < until, turning(os.getpid())
+
+
 @pytest.fixture
 def virtual(tmp_path, monkeypatch):
     cpuinfo = tmp_path / "cpuinfo"
@@ -54,13 +61,16 @@ def test_a_virtual_machine_is_told_by_its_flags():
 
 @needs_proc
 def test_every_core_has_something_to_do_until_the_end(virtual):
-    mine, cores = os.getpid(), sorted(os.sched_getaffinity(0))
-    before = children(mine)
-    until = time.monotonic() + PATIENCE_S
+    before = children(os.getpid())
     with awake.cores_awake():
-        while turning(mine) != cores:
-            assert time.monotonic() < until, turning(mine)
-    assert set(children(mine)) <= set(before)
+        every_core_turns()
+    assert set(children(os.getpid())) <= set(before)
+
+
+@needs_proc
+def test_a_hand_on_a_pseudo_terminal_keeps_them_awake(virtual):
+    with open_target("pty"):
+        every_core_turns()
 
 
 @needs_proc
