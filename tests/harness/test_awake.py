@@ -18,31 +18,37 @@ PATIENCE_S = 20.0
 needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc here")
 
 
-def children(parent):
-    """Return the processes that `parent` has started."""
-    found = []
+def processes():
+    """Return parent and session of every process that has not ended."""
+    found = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
-            fields = stat.read_text().rpartition(")")[2].split()
+            state, parent, _, session, *_ = stat.read_text().rpartition(")")[2].split()
         except OSError:  # it has ended meanwhile
             continue
-        if int(fields[1]) == parent and fields[0] != "Z":
-            found.append(int(stat.parent.name))
+        if state != "Z":
+            found[int(stat.parent.name)] = (int(parent), int(session))
     return found
 
 
-def turning(parent):
-    """Return the cores on which a process turns, two levels below `parent` and in another session."""
-    below = [process for keeper in children(parent) for process in children(keeper)]
-    apart = [process for process in below if os.getsid(process) != os.getsid(parent)]
+def children():
+    """Return the processes that this one has started."""
+    return {process for process, (parent, _) in processes().items() if parent == os.getpid()}
+
+
+def turning():
+    """Return the cores on which a process turns, two levels below this one and in another session."""
+    mine, everything = children(), processes()
+    below = [process for process, (parent, _) in everything.items() if parent in mine]
+    apart = [process for process in below if everything[process][1] != os.getsid(0)]
     return sorted(core for process in apart for core in os.sched_getaffinity(process))
 
 
 def every_core_turns():
     """Wait until each core has such a process below this one."""
     cores, until = sorted(os.sched_getaffinity(0)), time.monotonic() + PATIENCE_S
-    while turning(os.getpid()) != cores:
-        assert time.monotonic() < until, turning(os.getpid())
+    while turning() != cores:
+        assert time.monotonic() < until, turning()
 
 
 @pytest.fixture
@@ -61,10 +67,10 @@ def test_a_virtual_machine_is_told_by_its_flags():
 
 @needs_proc
 def test_every_core_has_something_to_do_until_the_end(virtual):
-    before = children(os.getpid())
+    before = children()
     with awake.cores_awake():
         every_core_turns()
-    assert set(children(os.getpid())) <= set(before)
+    assert children() <= before
 
 
 @needs_proc
@@ -76,9 +82,9 @@ def test_a_hand_on_a_pseudo_terminal_keeps_them_awake(virtual):
 @needs_proc
 def test_real_cores_are_left_alone(virtual):
     virtual.write_text(BARE)
-    before = children(os.getpid())
+    before = children()
     with awake.cores_awake():
-        assert set(children(os.getpid())) <= set(before)
+        assert children() <= before
 
 
 def test_no_cpuinfo_means_real_cores(virtual):
