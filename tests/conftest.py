@@ -1,6 +1,7 @@
-"""Hypothesis profiles: `dev` by default, `HYPOTHESIS_PROFILE=ci|nightly` for more examples."""
+"""Hypothesis profiles (`dev` by default, `HYPOTHESIS_PROFILE=ci|nightly` for more examples), and Ctrl-C."""
 
 import os
+import signal
 
 from hypothesis import HealthCheck, settings
 
@@ -12,3 +13,7 @@ settings.register_profile(
 settings.register_profile("ci", settings.get_profile("dev"), max_examples=60, derandomize=True)
 settings.register_profile("nightly", settings.get_profile("dev"), max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dev"))
+
+# A shell starts what it runs in the background with Ctrl-C ignored, and so would programs be that tests interrupt.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)

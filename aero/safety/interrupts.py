@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -26,17 +26,20 @@ def uninterrupted() -> Iterator[None]:
 
 @contextmanager
 def unwinding() -> Iterator[None]:
-    """Let a terminated program, or one whose terminal was closed, run its `finally` blocks, as Ctrl-C does."""
+    """Let a terminated program, or one whose terminal was closed, run its `finally` blocks, as Ctrl-C does.
+
+    A signal that the program was told to ignore, as `nohup` does with a closed terminal's, stays ignored.
+    """
 
     def leave(number: int, _frame: FrameType | None) -> None:
         raise SystemExit(128 + number)
 
-    with _handled(_UNWINDING, leave):
+    with _handled([number for number in _UNWINDING if signal.getsignal(number) is not signal.SIG_IGN], leave):
         yield
 
 
 @contextmanager
-def _handled(numbers: tuple[signal.Signals, ...], handler: signal._HANDLER) -> Iterator[None]:
+def _handled(numbers: Iterable[signal.Signals], handler: signal._HANDLER) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -102,6 +102,9 @@ def test_nothing_turns_on_for_a_parent_that_is_gone(virtual, number):
     )
     command = [sys.executable, "-c", program, str(virtual)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as parent:
-        assert parent.stdout.readline() == "ready\n"
-        parent.send_signal(number)
-        parent.communicate(timeout=PATIENCE_S)  # the end of the output: all that inherited it have ended
+        try:
+            assert parent.stdout.readline() == "ready\n"
+            parent.send_signal(number)
+            parent.communicate(timeout=PATIENCE_S)  # the end of the output: all that inherited it have ended
+        finally:
+            parent.kill()

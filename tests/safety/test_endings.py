@@ -126,6 +126,17 @@ def test_termination_unwinds_and_the_old_handler_comes_back():
     assert signal.getsignal(signal.SIGTERM) == before
 
 
+def test_a_signal_that_the_program_was_told_to_ignore_stays_ignored():
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        with unwinding():
+            signal.raise_signal(signal.SIGTERM)
+            with uninterrupted():
+                signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 def test_threads_other_than_the_main_one_have_no_signals_to_hold_back():
     ran = []
 
