@@ -1,7 +1,7 @@
 """Experiments, metrics, limits and reports over whatever stands right of the driver.
 
-`open_target` and what belongs to it are imported when they are first asked for: the pytest plugin and the command line
-live below this package, and neither should load a physics engine to print its help.
+The public names are imported when they are first asked for: the pytest plugin and the command line live below this
+package, and neither should load a physics engine to print its help.
 """
 
 from __future__ import annotations
@@ -10,13 +10,27 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hil.target import MissingCapabilityError, NoHandError, Target, open_target
+    from hil.targets.opening import open_target
+    from hil.targets.target import MissingCapabilityError, NoHandError, Target
+
+_HOMES = {
+    "MissingCapabilityError": "hil.targets.target",
+    "NoHandError": "hil.targets.target",
+    "Target": "hil.targets.target",
+    "open_target": "hil.targets.opening",
+}
+"""Public name to the module that defines it."""
 
 __all__ = ["MissingCapabilityError", "NoHandError", "Target", "open_target"]
 
 
 def __getattr__(name: str) -> object:
-    """Import one of the public names from `hil.target`."""
-    if name in __all__:
-        return getattr(import_module("hil.target"), name)
+    """Import a public name from its home."""
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'hil' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """List the public names, imported or not."""
+    return sorted({*globals(), *_HOMES})

@@ -14,7 +14,7 @@ import pytest
 
 if TYPE_CHECKING:
     from aero import AeroHand
-    from hil.target import Target
+    from hil.targets.target import Target
 
 IN_SOFTWARE = ("emulated", "pty")
 """Targets that need no hardware, and that any number of test processes may open at once."""
@@ -89,7 +89,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     config = session.config
     if config.getoption("collectonly") or not any("target" in getattr(i, "fixturenames", ()) for i in session.items):
         return
-    from hil.target import NoHandError  # noqa: PLC0415 - loads a physics engine
+    from hil.targets.target import NoHandError  # noqa: PLC0415 - loads a physics engine
 
     opened = ExitStack()
     try:
@@ -161,7 +161,7 @@ def _reason_to_skip(item: pytest.Item, target: Target) -> str | None:
 
 def _properties(target: Target) -> dict[str, str]:
     """Return what a JUnit report should say about the hand under test."""
-    from hil.recording import source_commit  # noqa: PLC0415 - loads NumPy
+    from hil.recordings.provenance import source_commit  # noqa: PLC0415 - loads NumPy
 
     return {
         "target": target.name,
@@ -177,7 +177,7 @@ def _properties(target: Target) -> dict[str, str]:
 
 def _opener(config: pytest.Config) -> AbstractContextManager[Target]:
     """Return the target's context manager, not yet entered."""
-    from hil.target import open_target  # noqa: PLC0415 - loads a physics engine
+    from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
 
     option = config.getoption
     try:

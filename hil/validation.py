@@ -1,89 +1,28 @@
-"""The main job: run experiments on a target, judge them, and write down everything."""
+"""The main job: run experiments on a target and judge them."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
-import math
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
-from hil.baseline import load, regressions
-from hil.experiments import DEFAULT, EXPERIMENTS, GATES, Experiment, Measured
-from hil.experiments.staircase import STAIRCASE
-from hil.findings import Finding, failed
-from hil.limits import Limit, compare, load_limits
-from hil.mcap_file import write_recording
-from hil.metrics import staircase_metrics
-from hil.plots import validation_figure
-from hil.recorder import Progress, Recorder, silent
-from hil.recording import Recording
-from hil.report import render_report
-from hil.target import PHYSICAL, Target
-from hil.units import DEFAULT_LIMITS, load_unit
+from hil.experiments import DEFAULT, EXPERIMENTS, GATES, Experiment
+from hil.judging.baseline import load, regressions
+from hil.judging.findings import Finding, failed
+from hil.judging.judged_run import Result, Validation
+from hil.judging.limits import Limit, compare, load_limits
+from hil.recordings.recorder import Progress, Recorder, silent
+from hil.recordings.recording import Recording
+from hil.targets.target import PHYSICAL, Target
+from model.units import DEFAULT_LIMITS, load_unit
 
 SESSION = "session"
 """Name in the header of the recording that holds every byte since the hand was opened."""
 STOP_SHARE = 0.97
 """Part of a window from which on a channel may meet its stop."""
-PUBLISHED = (
-    "unit",
-    "excursion_model",
-    "excursion_hand",
-    "tracking_rms",
-    "rise_model_ms",
-    "rise_hand_ms",
-    "overshoot_hand_percent",
-    "settled_samples",
-    "matched_steps",
-)
-"""Fields of a channel in `metrics.json`; others script against them."""
-
-
-@dataclass(frozen=True)
-class Result:
-    """One experiment that ran to its end."""
-
-    recording: Recording
-    measured: Measured
-    findings: tuple[Finding, ...]
-
-
-@dataclass(frozen=True)
-class Validation:
-    """A judged run of experiments."""
-
-    results: Mapping[str, Result]
-    """By experiment, in the order in which they ran."""
-    stopped: Finding | None
-    """What kept the rest from running, None when all ran."""
-    wall_seconds: float
-    """Time from the start to the verdict, s."""
-    regressions: tuple[Finding, ...] = ()
-    """Comparison with the hand's own baseline, when there is one."""
-    session: Recording | None = None
-    """Every byte since the hand was opened, for an exact replay; None when judged from files."""
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """Every finding, and the reason for stopping if there is one."""
-        found = tuple(finding for result in self.results.values() for finding in result.findings) + self.regressions
-        return found if self.stopped is None else (self.stopped, *found)
-
-    @property
-    def passed(self) -> bool:
-        """Whether every check passed."""
-        return not failed(self.findings)
-
-    @property
-    def hand_seconds(self) -> float:
-        """Hand time of all recordings, s."""
-        return sum(float(result.recording["codes"].times[-1]) for result in self.results.values())
 
 
 def validate(
@@ -151,57 +90,6 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     return Validation(results, None, time.perf_counter() - start)
 
 
-def write_results(validation: Validation, out: Path) -> None:
-    """Write the report, every recording, and `metrics.json` when there was a staircase, into a folder.
-
-    Raises:
-        OSError: the folder cannot be written.
-    """
-    out.mkdir(parents=True, exist_ok=True)
-    for name, result in validation.results.items():
-        write_recording(result.recording, out / f"{name}.mcap")
-    if validation.session is not None:
-        write_recording(validation.session, out / "session.mcap")
-    (out / "checks.json").write_text(json.dumps(checks_json(validation), indent=2) + "\n", encoding="utf-8")
-    if STAIRCASE.name in validation.results:
-        (out / "metrics.json").write_text(json.dumps(metrics_json(validation), indent=2) + "\n", encoding="utf-8")
-        validation_figure(validation.results[STAIRCASE.name].recording).savefig(out / "validation.svg")
-    (out / "report.html").write_text(render_report(validation), encoding="utf-8")
-
-
-def metrics_json(validation: Validation) -> dict[str, object]:
-    """Return the content of `metrics.json`, all about the staircase; a number that could not be measured is null."""
-    recording = validation.results[STAIRCASE.name].recording
-    header = recording.header
-    return {
-        "target": header.target,
-        "firmware": header.firmware,
-        "hand": header.hand,
-        "seed": header.seed,
-        "hand_seconds": float(recording["hand"].times[-1]),
-        "wall_seconds": validation.wall_seconds,
-        "channels": {
-            channel.label: {name: _jsonable(getattr(row, name)) for name in PUBLISHED}
-            for channel, row in staircase_metrics(recording).items()
-        },
-    }
-
-
-def checks_json(validation: Validation) -> dict[str, object]:
-    """Return the content of `checks.json`: what every experiment measured, and every finding."""
-    return {
-        "passed": validation.passed,
-        "measured": {
-            name: {
-                subject: {metric: _jsonable(value) for metric, value in row.items()}
-                for subject, row in result.measured.items()
-            }
-            for name, result in validation.results.items()
-        },
-        "findings": [dataclasses.asdict(finding) for finding in validation.findings],
-    }
-
-
 def _judged(experiment: Experiment, target: Target, limits: tuple[Limit, ...], progress: Progress) -> Result:
     if any(experiment.furthest):
         target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
@@ -234,7 +122,3 @@ def _kept_back(name: str) -> Finding:
         meaning=f"The checks of {name} failed, so nothing that moves the hand was run.",
         remedy=f"Mend what {name} found, then validate again.",
     )
-
-
-def _jsonable(value: float | str) -> float | str | None:
-    return None if isinstance(value, float) and math.isnan(value) else value

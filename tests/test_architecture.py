@@ -15,7 +15,7 @@ PACKAGES = ("aero", "firmware_emulator", "model", "hil", "train")
 MAY_IMPORT = {
     "aero": set(),
     "firmware_emulator": set(),
-    "model": {"aero"},
+    "model": {"aero", "firmware_emulator"},
     "hil": {"aero", "firmware_emulator", "model"},
     "train": {"aero", "model"},
 }

@@ -1,7 +1,7 @@
 """Training's built hands are corrected before a policy meets them, as a hand is before it runs one.
 
 The loop on a hand commands every cable longer or shorter by what its joints lack at the nominal grasp
-(`hil.correction`). Here the same is found for a whole batch at once, in the physics of training.
+(`model.units.cable_correction`). Here the same is found for a whole batch at once, in the physics of training.
 """
 
 from __future__ import annotations

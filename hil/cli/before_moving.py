@@ -9,7 +9,7 @@ from rich.table import Table
 
 from aero.channels import Channel
 from aero.safety import Thresholds
-from hil.target import Target
+from hil.targets.target import Target
 
 
 def before_moving(target: Target, furthest: Sequence[float]) -> Table:

@@ -12,12 +12,12 @@ from rich.table import Table
 
 from aero.channels import Channel
 from hil.cli.options import FIRMWARE
-from hil.sysid.calibration import Calibration, calibrate, held_out_rms
-from hil.sysid.plots import trace_svg
-from hil.sysid.search import pooled_rms
-from hil.sysid.trace import load_trace
-from hil.sysid.unit_file import unit_toml
-from hil.units import load_unit
+from hil.system_identification.calibration import Calibration, calibrate, held_out_rms
+from hil.system_identification.search import pooled_rms
+from hil.system_identification.trace import load_trace
+from hil.system_identification.trace_plots import trace_svg
+from hil.system_identification.unit_file import unit_toml
+from model.units import load_unit
 
 
 @click.command("calibrate")

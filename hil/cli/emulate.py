@@ -11,8 +11,8 @@ import click
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.options import emulation
-from hil.emulated import build_emulated
-from hil.units import load_unit
+from hil.targets.emulated_hand import build_emulated
+from model.units import load_unit
 
 
 @click.command()

@@ -11,8 +11,9 @@ from rich.progress import Progress
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from hil.cli.options import target
-from hil.endurance import drift, run_endurance
-from hil.target import NoHandError, open_target
+from hil.experiments.endurance import drift, run_endurance
+from hil.targets.opening import open_target
+from hil.targets.target import NoHandError
 
 
 @click.command()

@@ -23,12 +23,12 @@ from aero.policy.running import RunSettings, Step
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
 from firmware_emulator.firmware.profiles import PROFILES
-from hil.attribution import ChannelGap, attribute
-from hil.correction import correction
-from hil.target import DEFAULT_FIRMWARE
-from hil.trial import Trial, run_trial
-from hil.units import Unit, load_unit
-from hil.units.plausible import plausible_unit
+from hil.policies.cube_trial import Trial, run_trial
+from hil.policies.transmission_gap import ChannelGap, attribute
+from hil.targets.target import DEFAULT_FIRMWARE
+from model.units import Unit, load_unit
+from model.units.cable_correction import correction
+from model.units.plausible import plausible_unit
 from train.actuation import BUS
 from train.built import BuiltSimulator, draw_scenes
 from train.correction import corrections

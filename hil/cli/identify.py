@@ -9,10 +9,10 @@ import click
 from rich.console import Console
 from rich.table import Table
 
-from hil.identification.figure import draw_thumb_figure
-from hil.identification.files import coefficient_toml, report, table
-from hil.identification.identify import identify
-from hil.identification.radii import flexor_radius, two_pose_radii
+from hil.map_identification.figure import draw_thumb_figure
+from hil.map_identification.files import coefficient_toml, report, table
+from hil.map_identification.identify import identify
+from hil.map_identification.radii import flexor_radius, two_pose_radii
 from model import RoutedHand
 from model.geometry import Side
 

@@ -14,10 +14,11 @@ from aero.channels import Channel
 from aero.safety import SafetyStopError
 from hil.cli.before_moving import before_moving
 from hil.cli.options import target
-from hil.mcap_file import write_recording
-from hil.sysid.excitation import MOTIONS, REACH, excitation
-from hil.sysid.record import record
-from hil.target import NoHandError, open_target
+from hil.recordings.mcap_file import write_recording
+from hil.system_identification.excitation import MOTIONS, REACH, excitation
+from hil.system_identification.play_excitation import record
+from hil.targets.opening import open_target
+from hil.targets.target import NoHandError
 
 LABELS = tuple(channel.label for channel in Channel)
 

@@ -13,15 +13,16 @@ from rich.console import Console
 from rich.table import Table
 
 from aero.channels import Channel
-from hil import baseline as baselines
 from hil.cli.options import target
-from hil.diff import diff as difference
-from hil.mcap_file import read_recording, write_recording
-from hil.recording import Recording
-from hil.replay import compare_replies
-from hil.replay import replay as run_replay
-from hil.report import render_report
-from hil.target import NoHandError, open_target
+from hil.judging import baseline as baselines
+from hil.judging.recording_diff import diff as difference
+from hil.recordings.mcap_file import read_recording, write_recording
+from hil.recordings.recording import Recording
+from hil.recordings.wire_replay import compare_replies
+from hil.recordings.wire_replay import replay as run_replay
+from hil.report.page import render_report
+from hil.targets.opening import open_target
+from hil.targets.target import NoHandError
 from hil.validation import judge_recordings
 
 File = click.Path(exists=True, dir_okay=False, path_type=Path)

@@ -21,11 +21,12 @@ from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import SafetyStopError, Thresholds
 from hil.cli.options import target
-from hil.correction import correction
-from hil.mcap_file import write_recording
-from hil.policy_run import PolicyRun, record_policy
-from hil.target import NoHandError, open_target
-from hil.units import load_unit
+from hil.policies.policy_run import PolicyRun, record_policy
+from hil.recordings.mcap_file import write_recording
+from hil.targets.opening import open_target
+from hil.targets.target import NoHandError
+from model.units import load_unit
+from model.units.cable_correction import correction
 
 
 @click.command("run-policy")

@@ -18,11 +18,13 @@ from aero.safety import SafetyStopError
 from hil.cli.before_moving import before_moving
 from hil.cli.options import target
 from hil.experiments import DEFAULT, EXPERIMENTS
-from hil.findings import failed
-from hil.metrics import staircase_metrics
-from hil.report import table
-from hil.target import NoHandError, open_target
-from hil.validation import Validation, write_results
+from hil.experiments.staircase.tracking import staircase_metrics
+from hil.judging.findings import failed
+from hil.judging.judged_run import Validation
+from hil.report.page import table
+from hil.report.results import write_results
+from hil.targets.opening import open_target
+from hil.targets.target import NoHandError
 from hil.validation import validate as run_validation
 
 SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}

@@ -1,6 +1,6 @@
 """Channel audit: each command moves its own encoder, the right way, by the right amount, and no other.
 
-The expected signs come from the mechanism (`hil.mechanism`) and never from the map under test. Leaves `codes`,
+The expected signs come from the mechanism (`closing_current`) and never from the map under test. Leaves `codes`,
 `command_codes`, `currents` and `temperatures`.
 """
 
@@ -10,13 +10,13 @@ import numpy as np
 
 from aero.actuation.fingerprint import fits_span
 from aero.channels import Channel
-from hil.experiments.base import FULL, Driver, Experiment, Measured, map_of, one_closed
-from hil.mechanism import closing_current
-from hil.metrics import at_times
-from hil.recorder import Progress
-from hil.recording import Recording
-from hil.steps import find_steps
-from hil.target import Target
+from hil.experiments.closing_current import closing_current
+from hil.experiments.command_steps import find_steps
+from hil.experiments.experiment import FULL, Driver, Experiment, Measured, map_of, one_closed
+from hil.experiments.signals import at_times
+from hil.recordings.recorder import Progress
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
 
 NUDGE = 0.2
 HALF_S = 0.6

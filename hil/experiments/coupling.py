@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.base import FULL, Driver, Experiment, Measured, last_before
-from hil.recorder import Progress
-from hil.recording import Recording
-from hil.steps import find_steps
-from hil.target import Target
+from hil.experiments.command_steps import find_steps
+from hil.experiments.experiment import FULL, Driver, Experiment, Measured, last_before
+from hil.recordings.recorder import Progress
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
 
 ABDUCTIONS = (0.0, 0.5, 1.0)
 HOLD_S = 0.7

@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.base import FULL, Driver, Experiment, Measured, last_before, map_of, one_closed
-from hil.mechanism import closing_current
-from hil.metrics import display_unit
-from hil.recorder import LENGTH_UNITS, Progress
-from hil.recording import Recording
-from hil.steps import find_steps
-from hil.target import Target
+from hil.experiments.closing_current import closing_current
+from hil.experiments.command_steps import find_steps
+from hil.experiments.experiment import FULL, Driver, Experiment, Measured, last_before, map_of, one_closed
+from hil.experiments.signals import display_unit
+from hil.recordings.recorder import LENGTH_UNITS, Progress
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
 
 HOLD_S = 0.9
 """Time at either end, s: a finger of firmware `pre` needs 0.7 s for its range."""

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.base import FULL, Driver, Experiment, Measured
-from hil.mechanism import closing_current
-from hil.recorder import Progress
-from hil.recording import Recording
-from hil.target import Target
+from hil.experiments.closing_current import closing_current
+from hil.experiments.experiment import FULL, Driver, Experiment, Measured
+from hil.recordings.recorder import Progress
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
 
 POSTURE = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
 """Parts of each channel's window: a loose grasp in which no digit meets another."""

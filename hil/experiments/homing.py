@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import CABLES, Channel
-from hil.experiments.base import Driver, Experiment, Measured, last_before, map_of, one_closed
-from hil.recorder import Progress
-from hil.recording import Recording
-from hil.steps import find_steps
-from hil.target import Target
+from hil.experiments.command_steps import find_steps
+from hil.experiments.experiment import Driver, Experiment, Measured, last_before, map_of, one_closed
+from hil.recordings.recorder import Progress
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
 
 HOMINGS = 3
 HOLD_S = 0.9

@@ -8,11 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.base import Experiment, Measured
-from hil.identity import identify
-from hil.recorder import Progress, Recorder
-from hil.recording import Header, Recording, WireRecord
-from hil.target import Target
+from hil.experiments.experiment import Experiment, Measured
+from hil.recordings.recorder import Progress, Recorder
+from hil.recordings.recording import Header, Recording
+from hil.targets.boot_text import identify
+from hil.targets.target import Target
+from hil.targets.wire_log import WireRecord
 
 READINGS = 30
 PERIOD_S = 0.025

@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.base import FULL, Experiment, Measured
+from hil.experiments.command_steps import find_steps
+from hil.experiments.experiment import FULL, Experiment, Measured
 from hil.experiments.presence import round_trips
-from hil.recorder import Progress, Recorder
-from hil.recording import Recording
-from hil.steps import find_steps
-from hil.target import Target
+from hil.recordings.recorder import Progress, Recorder
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
 
 NUDGES = 6
 NUDGE = 0.15

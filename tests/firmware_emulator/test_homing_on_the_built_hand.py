@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from hil.units import load_unit, shipped_units
 from model import BuiltHandPlant
+from model.units import load_unit, shipped_units
 from tests.firmware_emulator.conftest import frame
 
 

@@ -6,9 +6,8 @@ import pytest
 from build_errors import BUILD_ERRORS, BuildError, spoiled
 
 from hil.experiments import EXPERIMENTS
-from hil.experiments import staircase as staircase_module
-from hil.experiments.staircase import Staircase, run_staircase
-from hil.findings import failed
+from hil.experiments.staircase.stimulus import Staircase, run_staircase
+from hil.judging.findings import failed
 from hil.validation import validate
 from model import RoutedHand
 
@@ -34,7 +33,7 @@ def short_staircase(monkeypatch):
     def run(target, progress):
         return run_staircase(target, RoutedHand(target.side), Staircase(levels=6, hold_s=0.44), progress=progress)
 
-    monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(staircase_module.STAIRCASE, run=run))
+    monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(EXPERIMENTS["staircase"], run=run))
 
 
 def test_all_mistakes_have_a_check():

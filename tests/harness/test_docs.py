@@ -7,7 +7,7 @@ import pytest
 
 from hil.cli import COMMANDS
 from hil.experiments import EXPERIMENTS
-from hil.limits import load_limits
+from hil.judging.limits import load_limits
 
 ROOT = Path(__file__).parents[2]
 MEASURED = {"staircase": {"rise_model_ms"}, "excursion": {"stop_current", "fist_travel"}}

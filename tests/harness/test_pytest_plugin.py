@@ -2,7 +2,7 @@
 
 import pytest
 
-import hil.target  # noqa: F401 - loaded before pytester's snapshot, because NumPy can be loaded only once
+import hil.targets.target  # noqa: F401 - loaded before pytester's snapshot, because NumPy can be loaded only once
 
 pytest_plugins = ["pytester"]
 

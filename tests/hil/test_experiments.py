@@ -7,9 +7,9 @@ import pytest
 
 from aero.channels import Channel
 from hil.experiments import DEFAULT
-from hil.experiments.staircase import Staircase, run_staircase
-from hil.findings import failed
-from hil.metrics import staircase_metrics
+from hil.experiments.staircase.stimulus import Staircase, run_staircase
+from hil.experiments.staircase.tracking import staircase_metrics
+from hil.judging.findings import failed
 from hil.validation import validate
 from model import RoutedHand
 

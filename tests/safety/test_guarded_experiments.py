@@ -5,7 +5,7 @@ from guarded_hands import close, guarded, torque_limits, wait
 
 from aero import Channel
 from aero.safety import Thresholds
-from hil.safety.driving import usual_settings
+from hil.targets.guarding import usual_settings
 from hil.validation import validate
 
 

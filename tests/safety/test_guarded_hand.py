@@ -11,7 +11,7 @@ from aero.channels import WIRE_ORDER
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import SafetyStopError, Settings, Thresholds
 from hil import open_target
-from hil.safety.driving import usual_settings
+from hil.targets.guarding import usual_settings
 
 LIMP = Thresholds().limp_torque
 

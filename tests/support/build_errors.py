@@ -11,9 +11,9 @@ from aero.actuation import ActuationMap
 from aero.channels import Channel, Joint
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
-from hil.emulated import build_emulated
-from hil.target import Request, in_process
-from hil.units import Unit, load_unit
+from hil.targets.emulated_hand import build_emulated
+from hil.targets.opening import Request, in_process
+from model.units import Unit, load_unit
 
 
 class Rewired:

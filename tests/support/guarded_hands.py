@@ -9,9 +9,9 @@ from aero.actuation import ActuationMap
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from firmware_emulator.links.in_process import InProcessLink
-from hil.emulated import build_emulated
-from hil.target import Request, in_process
-from hil.units import load_unit
+from hil.targets.emulated_hand import build_emulated
+from hil.targets.opening import Request, in_process
+from model.units import load_unit
 
 
 class Tampered:

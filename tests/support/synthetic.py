@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from aero.channels import Channel
-from hil.recording import Header, Recording, Series
+from hil.recordings.recording import Header, Recording, Series
 
 LABELS = tuple(channel.label for channel in Channel)
 UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)

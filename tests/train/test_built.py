@@ -15,10 +15,10 @@ from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
-from hil.safety.driving import guard
-from hil.units import load_unit
+from hil.targets.guarding import guard
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
+from model.units import load_unit
 from train.actuation import DRAWS, STALL_TORQUE_N_M, ActuationRanges
 from train.built import EXTRA, SERVO_DAMPING, SERVO_STIFFNESS, BuiltSimulator, MixedSimulator, build_scene, draw_scenes
 from train.hands import HANDS, TIMESTEP_S, draw_hand

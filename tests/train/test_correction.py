@@ -7,9 +7,9 @@ import pytest
 
 from aero.channels import CABLES, Channel
 from aero.policy.settings import PAPER_TRAINING
-from hil.correction import correction
-from hil.units import load_unit
-from hil.units.plausible import plausible_unit
+from model.units import load_unit
+from model.units.cable_correction import correction
+from model.units.plausible import plausible_unit
 from train.built import BuiltSimulator, build_scene, draw_scenes
 from train.correction import IDEAL, corrections
 from train.hands import HANDS, TIMESTEP_S

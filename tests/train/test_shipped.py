@@ -11,9 +11,9 @@ from aero.policy.network import Layer, Network
 from aero.policy.running import RunSettings
 from aero.policy.shipped import find_policy
 from aero.policy.task import ShownAction
-from hil.correction import correction
-from hil.trial import run_trial
-from hil.units import load_unit
+from hil.policies.cube_trial import run_trial
+from model.units import load_unit
+from model.units.cable_correction import correction
 from train.evaluation.rollouts import Episodes, log, run, task_of
 from train.scene import build_scene
 from train.simulator import Simulator

@@ -1,0 +1,1 @@
+"""The paper's dynamic validation: simulator and hand on one staircase, and every number that is read off it."""

@@ -1,0 +1,143 @@
+"""The paper's dynamic validation: one command stream drives the simulator and the hand through every channel's range.
+
+The stream is data (`Staircase.commands`), the experiment a function from a target and a simulator to a recording.
+The paper publishes neither the number of levels nor their timing; 20 levels up and down reproduce its simulated rise
+times, and 0.48 s leave settled samples (0.4 s after a change) on every level.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from hil.experiments.experiment import Experiment, Measured
+from hil.experiments.side_by_side import follow
+from hil.experiments.simulated_hand import MODEL_STEP_S, Simulator
+from hil.experiments.staircase.cable_loads import loads
+from hil.experiments.staircase.reachable_range import calibrated_range, reachable
+from hil.experiments.staircase.tracking import ChannelMetrics, staircase_metrics
+from hil.recordings.recorder import Progress, silent
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
+from model import RoutedHand
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Staircase:
+    """The command stream: each channel in turn climbs to its closed end in equal levels and back."""
+
+    levels: int = 20
+    """Levels from open to closed."""
+    hold_s: float = 0.48
+    """Time at each level, a multiple of the sample period."""
+    sample_period_s: float = 0.02
+    """Time from one encoder reading and command to the next, a multiple of `MODEL_STEP_S`."""
+    lead_s: float = 0.96
+    """Time at the open hand before the first level, for everything to come to rest."""
+
+    def __post_init__(self) -> None:
+        for name in ("hold_s", "lead_s"):
+            if not _is_multiple(getattr(self, name), self.sample_period_s):
+                raise ValueError(f"{name} must be a multiple of the sample period, {self.sample_period_s} s")
+        if not _is_multiple(self.sample_period_s, MODEL_STEP_S):
+            raise ValueError(f"the sample period must be a multiple of the simulator's step, {MODEL_STEP_S} s")
+        if self.levels < 1:
+            raise ValueError(f"a staircase has at least one level, not {self.levels}")
+
+    @property
+    def duration_s(self) -> float:
+        """Hand time from the first command to the last sample, s."""
+        return self.lead_s + len(Channel) * 2 * self.levels * self.hold_s
+
+    def commands(self, open_lengths: Floats, closed_lengths: Floats) -> tuple[Floats, Floats]:
+        """Return the stream.
+
+        Args:
+            open_lengths: (7,) float, m and rad; where every channel waits while another is swept.
+            closed_lengths: (7,) float, the far end of each channel's sweep.
+
+        Returns:
+            Times (n,) in s from zero, and commanded lengths (n, 7).
+        """
+        up = np.arange(1, self.levels + 1) / self.levels
+        sweep = np.repeat(np.append(up, up[-2::-1]), round(self.hold_s / self.sample_period_s))
+        sweep = np.append(sweep, np.zeros(round(self.hold_s / self.sample_period_s)))
+        lead = round(self.lead_s / self.sample_period_s)
+        fractions = np.vstack([np.zeros((lead, len(Channel))), np.kron(np.eye(len(Channel)), sweep[:, None])])
+        times = self.sample_period_s * np.arange(len(fractions), dtype=float)
+        return times, open_lengths + fractions * (closed_lengths - open_lengths)
+
+
+def run_staircase(
+    target: Target,
+    simulator: Simulator,
+    plan: Staircase | None = None,
+    *,
+    progress: Progress = silent,
+) -> Recording:
+    """Drive simulator and hand through the staircase.
+
+    At every sample the encoders are read first and the command is sent after, as a policy does.
+
+    Args:
+        target: the hand; it moves through its whole range.
+        simulator: the routed hand of the same side.
+        plan: the stream; the default takes 135 s of hand time.
+        progress: called once a sample.
+
+    Returns:
+        The recording that `follow` leaves.
+    """
+    plan = plan or Staircase()
+    opened, closed = reachable(target.map, calibrated_range(simulator))
+    _, commands = plan.commands(opened, closed)
+
+    def doing(i: int) -> str:
+        moved = np.flatnonzero(commands[i] != opened)
+        return Channel(moved[0]).label if moved.size else "open hand"
+
+    return follow(
+        target,
+        simulator,
+        commands,
+        period_s=plan.sample_period_s,
+        name="staircase",
+        parameters=dataclasses.asdict(plan),
+        doing=doing,
+        progress=progress,
+    )
+
+
+def run(target: Target, progress: Progress) -> Recording:
+    """Run the default staircase beside the routed hand of the target's side."""
+    return run_staircase(target, RoutedHand(target.side), progress=progress)
+
+
+def measure(recording: Recording) -> Measured:
+    """Return each channel's row of the validation table, and each cable's take-up, spring load and friction."""
+    found = {channel.label: _numbers(row) for channel, row in staircase_metrics(recording).items()}
+    ranges = np.ptp(recording["command"].values, axis=0) * 1e3
+    for channel in Channel:
+        row = found[channel.label]
+        row["settled_percent"] = 100.0 * row["settled_samples"] / len(recording["hand"].times)
+        row["worst_percent"] = 100.0 * abs(row["worst_residual"]) / float(ranges[channel])
+    for channel, load in loads(recording).items():
+        found[channel.label] |= {"take_up": load.take_up_mm, "spring": load.spring, "friction": load.friction}
+    return found
+
+
+def _numbers(row: ChannelMetrics) -> dict[str, float]:
+    return {name: float(value) for name, value in dataclasses.asdict(row).items() if name != "unit"}
+
+
+def _is_multiple(value: float, unit: float) -> bool:
+    return abs(value / unit - round(value / unit)) < 1e-9
+
+
+STAIRCASE = Experiment("staircase", "Simulator and hand on one command stream", run, measure, (1.0,) * 7)

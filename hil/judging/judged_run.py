@@ -1,0 +1,51 @@
+"""A judged run of experiments: what was recorded, what was measured, and what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hil.experiments import Measured
+from hil.judging.findings import Finding, failed
+from hil.recordings.recording import Recording
+
+
+@dataclass(frozen=True)
+class Result:
+    """One experiment that ran to its end."""
+
+    recording: Recording
+    measured: Measured
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True)
+class Validation:
+    """A judged run of experiments."""
+
+    results: Mapping[str, Result]
+    """By experiment, in the order in which they ran."""
+    stopped: Finding | None
+    """What kept the rest from running, None when all ran."""
+    wall_seconds: float
+    """Time from the start to the verdict, s."""
+    regressions: tuple[Finding, ...] = ()
+    """Comparison with the hand's own baseline, when there is one."""
+    session: Recording | None = None
+    """Every byte since the hand was opened, for an exact replay; None when judged from files."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Every finding, and the reason for stopping if there is one."""
+        found = tuple(finding for result in self.results.values() for finding in result.findings) + self.regressions
+        return found if self.stopped is None else (self.stopped, *found)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check passed."""
+        return not failed(self.findings)
+
+    @property
+    def hand_seconds(self) -> float:
+        """Hand time of all recordings, s."""
+        return sum(float(result.recording["codes"].times[-1]) for result in self.results.values())

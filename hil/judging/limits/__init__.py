@@ -1,0 +1,132 @@
+"""Limits as data, and the one function that compares measured numbers with them.
+
+One TOML file in this folder for each kind of hand. A limit bounds one metric of one experiment on one or more
+subjects (a channel, or `hand`) and says where the bound comes from, what it usually means when it is broken, and what
+to do about it.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from importlib import resources
+from typing import Any
+
+from aero.channels import Channel
+from hil.judging.findings import Finding
+
+SUBJECTS = (*(channel.label for channel in Channel), "hand")
+REQUIRED = ("experiment", "metric", "subjects", "unit", "source", "meaning", "remedy")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A bound on one metric."""
+
+    experiment: str
+    metric: str
+    subjects: tuple[str, ...]
+    unit: str
+    source: str
+    """Where the bound comes from."""
+    meaning: str
+    """What it usually means when the bound is broken."""
+    remedy: str
+    """What to do then."""
+    at_least: float = -math.inf
+    at_most: float = math.inf
+    firmware: tuple[str, ...] = ()
+    """Firmware versions it holds for; empty for all."""
+
+    @property
+    def text(self) -> str:
+        """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""
+        if math.isinf(self.at_least):
+            return f"at most {self.at_most:g} {self.unit}"
+        if math.isinf(self.at_most):
+            return f"at least {self.at_least:g} {self.unit}"
+        return f"{self.at_least:g} to {self.at_most:g} {self.unit}"
+
+    def judge(self, subject: str, value: float) -> Finding:
+        """Compare one value with the bound; a value that could not be measured (NaN) fails."""
+        return Finding(
+            check=self.metric,
+            subject=subject,
+            passed=self.at_least <= value <= self.at_most,
+            measured="not measurable" if math.isnan(value) else f"{value:.4g} {self.unit}",
+            expected=self.text,
+            source=self.source,
+            meaning=self.meaning,
+            remedy=self.remedy,
+        )
+
+
+def kinds() -> tuple[str, ...]:
+    """Return the kinds of hand for which there are limits."""
+    files = (entry.name for entry in resources.files(__name__).iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
+
+
+def load_limits(kind: str, firmware: str) -> tuple[Limit, ...]:
+    """Return the limits for one kind of hand and one firmware.
+
+    A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject.
+
+    Raises:
+        ValueError: there is no such kind, or its file has a mistake; the message says which.
+    """
+    if kind not in kinds():
+        raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
+    table = tomllib.loads(resources.files(__name__).joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
+    if unknown := sorted(table.keys() - {"extends", "limit"}):
+        raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit")
+    limits = (parse_limit(entry) for entry in table["limit"])
+    own = tuple(limit for limit in limits if not limit.firmware or firmware in limit.firmware)
+    return own + (without(load_limits(table["extends"], firmware), own) if "extends" in table else ())
+
+
+def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, ...]:
+    """Return `limits` less every subject for which `own` has a limit on the same metric."""
+    taken = {(limit.experiment, limit.metric, subject) for limit in own for subject in limit.subjects}
+    left = []
+    for limit in limits:
+        subjects = tuple(s for s in limit.subjects if (limit.experiment, limit.metric, s) not in taken)
+        if subjects:
+            left.append(replace(limit, subjects=subjects))
+    return tuple(left)
+
+
+def compare(
+    experiment: str, measured: Mapping[str, Mapping[str, float]], limits: tuple[Limit, ...]
+) -> tuple[Finding, ...]:
+    """Compare what one experiment measured, by subject and metric, with the limits for that experiment.
+
+    Raises:
+        KeyError: a limit is set on something the experiment did not measure.
+    """
+    return tuple(
+        limit.judge(subject, float(measured[subject][limit.metric]))
+        for limit in limits
+        if limit.experiment == experiment
+        for subject in limit.subjects
+    )
+
+
+def parse_limit(table: Mapping[str, Any]) -> Limit:
+    """Make a limit of one table of a limits file.
+
+    Raises:
+        ValueError: a key is unknown or missing, or the bound is none.
+    """
+    unknown, missing = table.keys() - {field.name for field in fields(Limit)}, set(REQUIRED) - table.keys()
+    if unknown or missing:
+        raise ValueError(f"limit {dict(table)}: unknown keys {sorted(unknown)}, missing keys {sorted(missing)}")
+    if not table["subjects"] or any(subject not in SUBJECTS for subject in table["subjects"]):
+        raise ValueError(f"limit on {table['metric']}: subjects are some of {', '.join(SUBJECTS)}")
+    sequences = {"subjects": tuple(table["subjects"]), "firmware": tuple(table.get("firmware", ()))}
+    limit = Limit(**{**table, **sequences})
+    if not limit.at_least < limit.at_most or (math.isinf(limit.at_least) and math.isinf(limit.at_most)):
+        raise ValueError(f"limit on {limit.metric}: give at_least, at_most, or both with at_least the lower")
+    return limit

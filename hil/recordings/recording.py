@@ -1,0 +1,140 @@
+"""What an experiment leaves behind: a header, time series with units, the bytes on the wire, and events.
+
+A recording is immutable and complete: every metric, plot and report of this project is computed from one and from
+nothing else. `hil.recordings.mcap_file` writes it to disk and reads it back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hil.targets.wire_log import WireRecord
+from model.geometry import Side
+
+Severity = Literal["info", "warning", "error"]
+
+
+@dataclass(frozen=True)
+class Header:
+    """Which hand was measured, with what, and by which state of this project."""
+
+    experiment: str
+    """Name of the experiment, for example `staircase`."""
+    target: str
+    """What `--hil` was: `emulated`, `pty`, a path or a pyserial URL."""
+    hand: Side
+    """`right` or `left`."""
+    firmware: str
+    """Firmware version the map and the limits were chosen for."""
+    map: str
+    """Coefficients of the actuation map in use."""
+    window: str
+    """Calibration state of the command window that the map is for."""
+    unit: str
+    """Unit file of an emulated hand; `physical` for a hand on a port."""
+    seed: int
+    """Seed of the emulated hand's noise; without meaning on a port."""
+    parameters: Mapping[str, float | str] = field(default_factory=dict)
+    """Parameters of the experiment, units in the names."""
+    safety: Mapping[str, float] = field(default_factory=dict)
+    """Thresholds of `aero.safety` by name; empty when the hand was not guarded."""
+    versions: Mapping[str, str] = field(default_factory=dict)
+    """Versions of Python, of this project and of what it computes with."""
+    commit: str = ""
+    """Git commit of this project's source, `+changes` when the tree was not clean; empty outside a checkout."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """One or more quantities sampled together.
+
+    Raises:
+        ValueError: shapes do not agree, a value is not finite, or times run backwards.
+    """
+
+    columns: tuple[str, ...]
+    """Names, in file and plot; the seven channel labels for most series."""
+    units: tuple[str, ...]
+    """One unit a column."""
+    times: NDArray[np.float64]
+    """(n,) float, s since the start of the recording, never decreasing."""
+    values: NDArray[np.float64]
+    """(n, k) float, one row a sample."""
+
+    @classmethod
+    def of(cls, columns: Iterable[str], units: Iterable[str], times: ArrayLike, values: ArrayLike) -> Self:
+        """Build a series from anything array-like."""
+        return cls(tuple(columns), tuple(units), np.asarray(times, float), np.asarray(values, float))
+
+    def __post_init__(self) -> None:
+        k = len(self.columns)
+        if len(self.units) != k or self.times.ndim != 1 or self.values.shape != (len(self.times), k):
+            raise ValueError(
+                f"a series of {k} columns needs {k} units, times (n,) and values (n, {k}); got {len(self.units)} "
+                f"units, times {self.times.shape} and values {self.values.shape}"
+            )
+        if not (np.isfinite(self.times).all() and np.isfinite(self.values).all()):
+            raise ValueError("a series holds finite numbers only; leave a sample out where there is none")
+        if np.any(np.diff(self.times, prepend=0.0) < 0):
+            raise ValueError("the times of a series start at zero or later and never decrease")
+        self.times.flags.writeable = False
+        self.values.flags.writeable = False
+
+    def __eq__(self, other: object) -> bool:
+        """Compare names, units and every sample to the bit."""
+        if not isinstance(other, Series):
+            return NotImplemented
+        return (
+            (self.columns, self.units) == (other.columns, other.units)
+            and np.array_equal(self.times, other.times)
+            and np.array_equal(self.values, other.values)
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # arrays have no hash
+
+    def column(self, name: str) -> NDArray[np.float64]:
+        """Return one column, (n,) float.
+
+        Raises:
+            KeyError: there is no such column; the message lists those there are.
+        """
+        if name not in self.columns:
+            raise KeyError(f"no column {name!r}; there are {', '.join(self.columns)}")
+        return self.values[:, self.columns.index(name)]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something worth a line: a phase that began, a warning, an abort."""
+
+    t: float
+    """s since the start of the recording."""
+    severity: Severity
+    text: str
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One run of one experiment."""
+
+    header: Header
+    series: Mapping[str, Series]
+    """By name; an experiment's docstring says which it leaves."""
+    wire: tuple[WireRecord, ...] = ()
+    events: tuple[Event, ...] = ()
+
+    def __getitem__(self, name: str) -> Series:
+        """Return one series.
+
+        Raises:
+            KeyError: there is no such series; the message lists those there are.
+        """
+        if name not in self.series:
+            known = ", ".join(self.series) or "none"
+            raise KeyError(f"this recording of {self.header.experiment!r} has no series {name!r}; it has {known}")
+        return self.series[name]

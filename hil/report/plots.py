@@ -1,0 +1,201 @@
+"""The validation figure as the paper draws it, panel by panel.
+
+Staircase grey and dashed, simulator red, hand blue with markers, so that the traces can be told apart without colour;
+the residual of settled samples, in per cent of the channel's range, stands on the right-hand axis.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from hil.experiments.command_steps import find_steps
+from hil.experiments.signals import display_unit
+from hil.experiments.staircase.settled import residuals
+from hil.recordings.recording import Recording
+
+MARGIN_S = 2.0
+"""Time shown on either side of a channel's own sweep; the paper shows five."""
+COMMAND, MODEL, HAND, RESIDUAL = "#777777", "#c0392b", "#1f4e9c", "#2b2b2b"
+RESOLVED = (Channel.INDEX, Channel.THUMB_CMC_FLEXION)
+"""Channels of which one step is drawn resolved: a finger and a thumb channel."""
+THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
+LINE_STYLES = ("-", "--", "-.", ":")
+CHANNEL_COLOURS = ("#1f4e9c", "#c0392b", "#2e7d32", "#8e5a00", "#6a3d9a", "#00838f", "#444444")
+STYLE: Any = {  # matplotlib types the keys as one literal each
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.linewidth": 0.8,
+    "lines.linewidth": 1.1,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "aero-hil",
+    "path.simplify_threshold": 0.5,
+}
+
+Draw = Callable[[Axes], None]
+
+
+def title(channel: Channel) -> str:
+    """Return a channel's name as people read it, for example `Thumb CMC flexion`."""
+    return channel.label.replace("_", " ").capitalize().replace("cmc", "CMC")
+
+
+def draw_sweep(axes: Axes, recording: Recording, channel: Channel) -> None:
+    """Draw one channel over its own sweep: command, simulator, hand, and the settled residual on the right."""
+    command, hand, model = (recording[name] for name in ("command", "hand", "model"))
+    unit, scale = display_unit(command.units[channel])
+    own = [step for step in find_steps(command.times, command.values) if step.channel == channel]
+    start, end = own[0].start - MARGIN_S, own[-1].end + MARGIN_S
+
+    def window(times: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return (times >= start) & (times <= end)
+
+    inside = window(command.times)
+    axes.plot(
+        command.times[inside], scale * command.values[inside, channel], "--", color=COMMAND, drawstyle="steps-post"
+    )
+    for series, style, colour in ((model, "-", MODEL), (hand, "-.", HAND)):
+        inside = window(series.times)
+        axes.plot(series.times[inside], scale * series.values[inside, channel], style, color=colour)
+    axes.set_title(title(channel), loc="left", fontsize=10)
+    axes.set_xlabel("time, s")
+    axes.set_ylabel(f"length, {unit}" if unit == "mm" else f"angle, {unit}")
+
+    residual, settled = residuals(recording)
+    percent = 100 * residual[:, channel] / np.ptp(command.values[:, channel])
+    inside = window(hand.times) & settled[:, channel]
+    right = axes.twinx()
+    right.plot(hand.times[inside], percent[inside], ".", color=RESIDUAL, markersize=1.5)
+    bound = max(2.0, 1.1 * float(np.abs(percent[inside]).max(initial=0.0)))
+    right.set_ylim(-bound, 7 * bound)  # the residual keeps to the lowest quarter of the panel
+    right.set_yticks([-bound, 0.0, bound], [f"{-bound:.1f}", "0", f"{bound:.1f}"])
+    right.set_ylabel("residual, % of range")
+    right.spines["top"].set_visible(False)
+
+
+def draw_step(axes: Axes, recording: Recording, channel: Channel) -> None:
+    """Draw one resolved closing step from the middle of a channel's sweep."""
+    command, hand, model = (recording[name] for name in ("command", "hand", "model"))
+    unit, scale = display_unit(command.units[channel])
+    own = [step for step in find_steps(command.times, command.values) if step.channel == channel]
+    step = own[len(own) // 4]
+    span = (step.start - 0.06, step.end)
+    for series, style, colour, marker in (
+        (command, "--", COMMAND, ""),
+        (model, "-", MODEL, "."),
+        (hand, "-.", HAND, "o"),
+    ):
+        inside = (series.times >= span[0]) & (series.times < span[1])
+        axes.plot(
+            1e3 * (series.times[inside] - step.start),
+            scale * series.values[inside, channel],
+            style,
+            color=colour,
+            marker=marker,
+            markersize=4,
+            drawstyle="steps-post" if series is command else "default",
+        )
+    axes.set_title(f"One step, {title(channel).lower().replace('cmc', 'CMC')}", loc="left", fontsize=10)
+    axes.set_xlabel("time since the command, ms")
+    axes.set_ylabel(f"length, {unit}" if unit == "mm" else f"angle, {unit}")
+
+
+def panels(recording: Recording) -> dict[str, Draw]:
+    """Return the figure's panels by name, in order: seven sweeps, then the resolved steps."""
+
+    def sweep(channel: Channel) -> Draw:
+        return lambda axes: draw_sweep(axes, recording, channel)
+
+    def step(channel: Channel) -> Draw:
+        return lambda axes: draw_step(axes, recording, channel)
+
+    found = {channel.label: sweep(channel) for channel in Channel}
+    return found | {f"step_{channel.label}": step(channel) for channel in RESOLVED}
+
+
+def draw_series(axes: Axes, recording: Recording, name: str, unit: str) -> None:
+    """Draw all seven channels of one series against time, told apart by line style and marker as well as colour."""
+    series = recording[name]
+    for i, channel in enumerate(Channel):
+        axes.plot(
+            series.times,
+            series.values[:, channel],
+            LINE_STYLES[i % len(LINE_STYLES)],
+            color=CHANNEL_COLOURS[i],
+            label=title(channel),
+            drawstyle="steps-post",
+        )
+    axes.set_xlabel("time, s")
+    axes.set_ylabel(unit)
+    axes.legend(fontsize=7, ncols=2, framealpha=0.8)
+
+
+def draw_thumb(axes: Axes, recording: Recording) -> None:
+    """Draw the thumb's three encoders over the coupling sweep."""
+    codes = recording["codes"]
+    for channel, style in zip(THUMB, LINE_STYLES, strict=False):
+        axes.plot(codes.times, 100.0 * codes.values[:, channel] / 65535, style, color=CHANNEL_COLOURS[channel])
+    axes.set_title("Thumb coupling: CMC flexion closed at three abductions", loc="left", fontsize=10)
+    axes.legend([title(channel) for channel in THUMB], fontsize=7)
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("encoder, % of window")
+
+
+def figures_of(experiment: str, recording: Recording) -> dict[str, Draw]:
+    """Return the panels that belong in the report of an experiment, none when it has no figure."""
+    if experiment == "staircase":
+        return panels(recording)
+    if experiment == "coupling":
+        return {"thumb": lambda axes: draw_thumb(axes, recording)}
+    if experiment in ("excursion", "holding"):
+        return {
+            f"{experiment}_currents": lambda axes: _titled(axes, recording, "currents", "A", f"Currents, {experiment}"),
+            f"{experiment}_temperatures": lambda axes: _titled(
+                axes, recording, "temperatures", "°C", f"Temperatures, {experiment}"
+            ),
+        }
+    return {}
+
+
+def _titled(axes: Axes, recording: Recording, name: str, unit: str, text: str) -> None:
+    draw_series(axes, recording, name, unit)
+    axes.set_title(text, loc="left", fontsize=10)
+
+
+def as_svg(draw: Draw, *, width_inches: float = 4.6, height_inches: float = 2.9) -> str:
+    """Draw one panel and return it as an SVG element, text kept as text; the same input gives the same output."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width_inches, height_inches), layout="constrained")
+        draw(figure.add_subplot())
+        out = io.StringIO()
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    text = out.getvalue()
+    return text[text.index("<svg") :]
+
+
+def validation_figure(recording: Recording) -> Figure:
+    """Return all panels in one figure, for saving as PNG, SVG or PDF."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(13.5, 9), layout="constrained")
+        for axes, draw in zip(figure.subplots(3, 3).flat, panels(recording).values(), strict=True):
+            draw(axes)
+        figure.legend(
+            handles=[
+                Line2D([], [], color=COMMAND, linestyle="--", label="command"),
+                Line2D([], [], color=MODEL, label="simulator"),
+                Line2D([], [], color=HAND, linestyle="-.", label="hand"),
+                Line2D([], [], color=RESIDUAL, linestyle="", marker=".", label="settled residual"),
+            ],
+            loc="outside lower center",
+            ncols=4,
+        )
+    return figure

@@ -1,0 +1,83 @@
+"""The folder of results that a validation leaves: recordings, `checks.json`, `metrics.json`, the figure, the report."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+from hil.experiments.staircase.stimulus import STAIRCASE
+from hil.experiments.staircase.tracking import staircase_metrics
+from hil.judging.judged_run import Validation
+from hil.recordings.mcap_file import write_recording
+from hil.report.page import render_report
+from hil.report.plots import validation_figure
+
+PUBLISHED = (
+    "unit",
+    "excursion_model",
+    "excursion_hand",
+    "tracking_rms",
+    "rise_model_ms",
+    "rise_hand_ms",
+    "overshoot_hand_percent",
+    "settled_samples",
+    "matched_steps",
+)
+"""Fields of a channel in `metrics.json`; others script against them."""
+
+
+def write_results(validation: Validation, out: Path) -> None:
+    """Write the report, every recording, and `metrics.json` when there was a staircase, into a folder.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    for name, result in validation.results.items():
+        write_recording(result.recording, out / f"{name}.mcap")
+    if validation.session is not None:
+        write_recording(validation.session, out / "session.mcap")
+    (out / "checks.json").write_text(json.dumps(checks_json(validation), indent=2) + "\n", encoding="utf-8")
+    if STAIRCASE.name in validation.results:
+        (out / "metrics.json").write_text(json.dumps(metrics_json(validation), indent=2) + "\n", encoding="utf-8")
+        validation_figure(validation.results[STAIRCASE.name].recording).savefig(out / "validation.svg")
+    (out / "report.html").write_text(render_report(validation), encoding="utf-8")
+
+
+def metrics_json(validation: Validation) -> dict[str, object]:
+    """Return the content of `metrics.json`, all about the staircase; a number that could not be measured is null."""
+    recording = validation.results[STAIRCASE.name].recording
+    header = recording.header
+    return {
+        "target": header.target,
+        "firmware": header.firmware,
+        "hand": header.hand,
+        "seed": header.seed,
+        "hand_seconds": float(recording["hand"].times[-1]),
+        "wall_seconds": validation.wall_seconds,
+        "channels": {
+            channel.label: {name: _jsonable(getattr(row, name)) for name in PUBLISHED}
+            for channel, row in staircase_metrics(recording).items()
+        },
+    }
+
+
+def checks_json(validation: Validation) -> dict[str, object]:
+    """Return the content of `checks.json`: what every experiment measured, and every finding."""
+    return {
+        "passed": validation.passed,
+        "measured": {
+            name: {
+                subject: {metric: _jsonable(value) for metric, value in row.items()}
+                for subject, row in result.measured.items()
+            }
+            for name, result in validation.results.items()
+        },
+        "findings": [dataclasses.asdict(finding) for finding in validation.findings],
+    }
+
+
+def _jsonable(value: float | str) -> float | str | None:
+    return None if isinstance(value, float) and math.isnan(value) else value

@@ -1,1 +1,0 @@
-"""Safety around an experiment: which hand is guarded, what a run would move, and what its reader is told."""

@@ -1,0 +1,123 @@
+"""What a hand is asked to do so that calibration can see its dynamics: steps, ramps and chirps, small to large.
+
+Every stream starts and ends with the open hand, moves one channel at a time, and stays inside
+`REACH`, where nothing of a healthy hand touches anything else or an end stop. Streams are data; `play_excitation`
+plays them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+
+Floats = NDArray[np.float64]
+
+PERIOD_S = 0.02
+"""Time from one frame to the next."""
+REST_S = 0.6
+"""Rest before, between and after motions: a step settles within 0.14 s (one physical hand, public logs June-July 2026,
+TTdragoAlex/tetherIA-aero-hand-open 58b518e)."""
+REACH: Mapping[Channel, float] = {
+    Channel.INDEX: 0.85,
+    Channel.MIDDLE: 0.85,
+    Channel.RING: 0.85,
+    Channel.PINKY: 0.85,
+    Channel.THUMB_ABDUCTION: 0.9,
+    Channel.THUMB_CMC_FLEXION: 0.5,
+    Channel.THUMB_FLEXOR: 0.7,
+}
+"""Largest share of the command window: fingers stop at 0.976, flexion at 0.605 without abduction, the flexor at 0.826
+(the same hand)."""
+STEP_SHARES = (0.03, 0.08, 0.2, 0.45, 1.0)
+"""Steps there and back, as shares of the reach, small to large."""
+RAMP_SHARES_PER_S = (0.1, 0.25, 0.5)
+"""Speeds of ramps to the reach and back, in reaches a second."""
+CHIRP_HZ = (0.3, 4.0)
+"""First and last frequency of a chirp."""
+CHIRP_S = 6.0
+CHIRP_SHARES = (0.03, 0.08)
+"""Amplitudes of the chirps about the middle of the reach; the larger one peaks at 0.5 of the window a second."""
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A stream of commands on a fixed period."""
+
+    name: str
+    fractions: Floats
+    """(n, 7) float, shares of the command window, command order, one row every `PERIOD_S`."""
+
+    @property
+    def duration_s(self) -> float:
+        """Hand time, s."""
+        return len(self.fractions) * PERIOD_S
+
+
+def _rest(level: float = 0.0) -> Floats:
+    return np.full(round(REST_S / PERIOD_S), level)
+
+
+def steps() -> Floats:
+    """Return steps there and back, small to large, then a staircase, (n,) float, shares of the reach."""
+    parts = [_rest()]
+    for share in STEP_SHARES:
+        parts += [_rest(share), _rest()]
+    stairs = np.linspace(0.1, 1.0, 10)
+    parts += [_rest(level) for level in (*stairs, *stairs[-2::-1], 0.0)]
+    return np.concatenate(parts)
+
+
+def ramps() -> Floats:
+    """Return ramps to the reach and back, slow to fast, (n,) float, shares of the reach."""
+    parts = [_rest()]
+    for rate in RAMP_SHARES_PER_S:
+        up = np.linspace(0.0, 1.0, round(1.0 / rate / PERIOD_S))
+        parts += [up, _rest(1.0), up[::-1], _rest()]
+    return np.concatenate(parts)
+
+
+def chirps() -> Floats:
+    """Return sines of rising frequency about the middle of the reach, (n,) float, shares of the reach."""
+    t = np.arange(0.0, CHIRP_S, PERIOD_S)
+    first, last = CHIRP_HZ
+    phase = 2.0 * np.pi * first * CHIRP_S / np.log(last / first) * ((last / first) ** (t / CHIRP_S) - 1.0)
+    middle = np.linspace(0.0, 0.5, round(1.0 / PERIOD_S))
+    parts = [_rest(), middle]
+    for share in CHIRP_SHARES:
+        parts += [0.5 + share * np.sin(phase), _rest(0.5)]
+    return np.concatenate([*parts, middle[::-1], _rest()])
+
+
+MOTIONS: Mapping[str, Callable[[], Floats]] = {"steps": steps, "ramps": ramps, "chirps": chirps}
+"""Motions of one channel by name."""
+
+
+def excitation(name: str, *, scale: float = 1.0, channels: tuple[Channel, ...] = tuple(Channel)) -> Excitation:
+    """Return a named motion of each channel in turn, or `all` of them one after the other.
+
+    Args:
+        name: a key of `MOTIONS`, or `all`.
+        scale: share of the reach that is used, above 0 and at most 1.
+        channels: which channels move, in this order.
+
+    Raises:
+        ValueError: no such motion, a scale out of range, or no channel.
+    """
+    if name != "all" and name not in MOTIONS:
+        raise ValueError(f"there is no excitation {name!r}; there are {', '.join(MOTIONS)} and all")
+    if not 0.0 < scale <= 1.0:
+        raise ValueError(f"scale is a share of the safe reach, above 0 and at most 1, not {scale}")
+    if not channels:
+        raise ValueError("an excitation moves at least one channel")
+    motion = np.concatenate([MOTIONS[key]() for key in (MOTIONS if name == "all" else (name,))])
+    rows = []
+    for channel in channels:
+        row = np.zeros((len(motion), len(Channel)))
+        row[:, channel] = scale * REACH[channel] * motion
+        rows.append(row)
+    return Excitation(name, np.concatenate(rows))

@@ -1,0 +1,203 @@
+"""Search for the numbers that predict traces best, and the test on traces that the search has not seen.
+
+Damped Gauss-Newton on any `Model`, alternating with the one thing that no recording tells: where its readings lie on
+the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so
+that a number which the traces do not tell stays where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from hil.system_identification.trace import Trace
+
+Floats = NDArray[np.float64]
+Report = Callable[[str], None]
+Residuals = list[Floats]
+"""Per trace (m, 7), predicted less recorded, counts."""
+
+NOISE_COUNTS = 5.0
+"""How far a good prediction misses a reading, counts rms; weighs the data against `Free.spread`."""
+STEP = 0.3
+"""Step of the finite differences in units of `Free.spread`: large, for counts are whole and friction has corners."""
+LARGEST_STEP = 1.0
+"""Longest step of one number in one iteration in units of `Free.spread`."""
+SHORTENED = (1.0, 0.4, 0.15)
+"""Shares of a step that are tried until one lowers the cost."""
+CONVERGED = 2e-3
+"""Relative gain of an iteration that is not worth another."""
+OUTLIER_COUNTS = 40.0
+"""Residuals count linearly from here on (collisions, late reads), counts."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """One number that is searched for; zero is the start."""
+
+    name: str
+    """What it is; rows of one name are moved together to find their slopes."""
+    indices: tuple[int, ...]
+    """Which entries of a field of that name it moves; empty when the field is one number."""
+    channels: tuple[Channel, ...]
+    """Channels that feel it."""
+    spread: float
+    """Standard deviation that is believed before any data is seen."""
+    additive: bool = False
+    """Whether a field of a unit gains this number; else it is multiplied by its exponential."""
+
+
+class Model(Protocol):
+    """Something with free numbers that predicts traces."""
+
+    @property
+    def traces(self) -> tuple[Trace, ...]:
+        """What is predicted."""
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        """The numbers searched for."""
+
+    @property
+    def phases_s(self) -> tuple[float, ...]:
+        """Where on the telemetry grid a recording may lie, s."""
+
+    def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
+        """Return predicted less recorded counts of each trace, for free numbers (p,) and a phase a trace."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found."""
+
+    x: Floats
+    """(p,) the free numbers."""
+    phases_s: tuple[float, ...]
+    """Where each recording lies on the telemetry grid."""
+    residuals: Residuals
+    """With these numbers and phases."""
+    slopes: list[Floats]
+    """Per trace (m, 7, p), change of the residuals with the free numbers."""
+
+
+def search(model: Model, *, iterations: int = 8, report: Report = lambda _line: None) -> Found:
+    """Return the free numbers that predict the traces of a model best, and the slopes there."""
+    n, spread = len(model.traces), spreads(model)
+    x: Floats = np.zeros(len(model.free))
+    phases = _best_phases(model, x)
+    residuals = model.residuals([x] * n, phases)
+    for iteration in range(iterations):
+        report(f"iteration {iteration}: {pooled_rms(residuals):.2f} counts")
+        step = gauss_newton_step(residuals, find_slopes(model, x, phases, residuals), x, spread)
+        step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
+        before = best = _objective(residuals, x, spread)
+        for share in SHORTENED:
+            tried = x + share * step
+            missed = model.residuals([tried] * n, phases)
+            best = _objective(missed, tried, spread)
+            if best < before:
+                x, residuals = tried, missed
+                break
+        if before - best < CONVERGED * before:
+            settled, phases = phases, _best_phases(model, x)
+            if phases == settled:
+                break
+            residuals = model.residuals([x] * n, phases)
+    phases = _best_phases(model, x)
+    residuals = model.residuals([x] * n, phases)
+    report(f"found: {pooled_rms(residuals):.2f} counts")
+    return Found(x, phases, residuals, find_slopes(model, x, phases, residuals))
+
+
+def leave_one_out(model: Model, found: Found) -> list[Residuals]:
+    """Predict each trace with numbers found on all others, at every phase: lists by phase, then by trace.
+
+    The numbers without one trace are a Gauss-Newton step from those found with all, which is where a search without
+    it would end but for the curvature; the held-out trace is then predicted in full.
+    """
+    spread = spreads(model)
+    without = []
+    for k in range(len(model.traces)):
+        kept = [i for i in range(len(model.traces)) if i != k]
+        step = gauss_newton_step([found.residuals[i] for i in kept], [found.slopes[i] for i in kept], found.x, spread)
+        without.append(found.x + np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread))
+    return [model.residuals(without, [phase] * len(without)) for phase in model.phases_s]
+
+
+def find_slopes(model: Model, x: Floats, phases_s: Sequence[float], residuals: Residuals) -> list[Floats]:
+    """Return the slopes of the residuals at `x` by one-sided differences, one prediction for each slope group."""
+    free, n = model.free, len(model.traces)
+    slopes = [np.zeros((*r.shape, len(free))) for r in residuals]
+    for group in slope_groups(free):
+        moved = x.copy()
+        for row in group:
+            moved[row] += STEP * free[row].spread
+        there = model.residuals([moved] * n, phases_s)
+        for row in group:
+            channels = list(free[row].channels)
+            for slope, after, before in zip(slopes, there, residuals, strict=True):
+                slope[:, channels, row] = (after - before)[:, channels] / (STEP * free[row].spread)
+    return slopes
+
+
+def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
+    """Return sets of rows of one name that no channel feels two of: one prediction gives the slopes of a whole set."""
+    groups: list[list[int]] = []
+    for row, number in enumerate(free):
+        for group in groups:
+            felt = {channel for other in group for channel in free[other].channels}
+            if free[group[0]].name == number.name and not felt & set(number.channels):
+                group.append(row)
+                break
+        else:
+            groups.append([row])
+    return tuple(map(tuple, groups))
+
+
+def gauss_newton_step(residuals: Residuals, slopes: Sequence[Floats], x: Floats, spread: Floats) -> Floats:
+    """Return the step, (p,), that minimises the weighted squares of the residuals and of `x` over `spread`."""
+    normal: NDArray[np.floating] = np.diag(1.0 / np.square(spread))
+    gradient: NDArray[np.floating] = x / np.square(spread)
+    for residual, slope in zip(residuals, slopes, strict=True):
+        flat = slope.reshape(-1, len(x))
+        weighted = flat * (_weights(residual).reshape(-1, 1) / NOISE_COUNTS**2)
+        normal = normal + weighted.T @ flat
+        gradient = gradient + weighted.T @ residual.ravel()
+    step: Floats = -np.linalg.solve(normal, gradient)
+    return step
+
+
+def spreads(model: Model) -> Floats:
+    """Return the spreads of a model's free numbers, (p,)."""
+    return np.array([number.spread for number in model.free])
+
+
+def pooled_rms(residuals: Iterable[Floats]) -> float:
+    """Return the rms over all readings and channels, counts."""
+    return float(np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2)))
+
+
+def _best_phases(model: Model, x: Floats) -> tuple[float, ...]:
+    n = len(model.traces)
+    costs = [[_cost(r) for r in model.residuals([x] * n, [phase] * n)] for phase in model.phases_s]
+    return tuple(model.phases_s[best] for best in np.argmin(costs, axis=0).tolist())
+
+
+def _weights(residual: Floats) -> Floats:
+    weights: Floats = np.minimum(1.0, OUTLIER_COUNTS / np.maximum(np.abs(residual), 1e-9))
+    return weights
+
+
+def _cost(residual: Floats) -> float:
+    """Huber's loss: squares up to `OUTLIER_COUNTS`, then straight on."""
+    size = np.abs(residual)
+    return float(np.sum(np.where(size < OUTLIER_COUNTS, size**2, OUTLIER_COUNTS * (2 * size - OUTLIER_COUNTS))))
+
+
+def _objective(residuals: Residuals, x: Floats, spread: Floats) -> float:
+    return sum(map(_cost, residuals)) / NOISE_COUNTS**2 + float(np.sum((x / spread) ** 2))

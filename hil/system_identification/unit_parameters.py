@@ -1,0 +1,114 @@
+"""A unit as a model: its numbers that calibration may change, and replays through the whole chain as prediction."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aero.channels import CABLES, FINGERS, Channel, Joint
+from hil.system_identification.search import Floats, Free, Residuals
+from hil.system_identification.trace import Trace
+from hil.system_identification.trace_replay import replay
+from model.units import Unit
+
+ALL = tuple(Channel)
+THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
+SPRUNG: tuple[tuple[Channel, tuple[int, ...]], ...] = (
+    *((finger, (3 * finger,)) for finger in FINGERS),
+    *((finger, (3 * finger + 1, 3 * finger + 2)) for finger in FINGERS),
+    (Channel.THUMB_CMC_FLEXION, (Joint.THUMB_CMC,)),
+    (Channel.THUMB_FLEXOR, (Joint.THUMB_MCP, Joint.THUMB_IP)),
+)
+"""Joints whose springs load a cable; the knuckle closes first, so its springs show in another part of the stroke."""
+PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
+"""Where a recording may lie on the board's 10 ms telemetry grid, s."""
+
+
+def _each(name: str, spread: float, channels: tuple[Channel, ...] = ALL) -> tuple[Free, ...]:
+    return tuple(Free(name, (channel,), (channel,), spread) for channel in channels)
+
+
+def _springs(name: str, spread: float) -> tuple[Free, ...]:
+    return tuple(Free(name, joints, (channel,), spread) for channel, joints in SPRUNG)
+
+
+FREE: tuple[Free, ...] = (
+    Free("servos.goal_delay_s", (), ALL, 0.15),
+    Free("servos.duty_per_count", (), ALL, 0.15),
+    Free("servos.duty_per_count_per_s", (), ALL, 0.4),
+    Free("servos.no_load_speed_counts", (), ALL, 0.03),
+    Free("hand.rotor_inertia", ALL, ALL, 0.3),
+    Free("hand.cable_friction", CABLES, CABLES, 0.5),
+    *_each("hand.spool_friction", 0.7),
+    *_springs("hand.spring_open", 0.4),
+    *_springs("hand.spring_rise", 0.6),
+    *(Free("hand.cable_take_up", (channel,), (channel,), 1e-3, additive=True) for channel in CABLES),
+    Free("hand.closed_stop", tuple(range(12)), FINGERS, 0.01),
+    Free("hand.abduction_winding", (0,), THUMB, 0.3),
+    Free("hand.abduction_winding", (1,), THUMB, 0.3),
+)
+"""Numbers of a unit by `section.field`: logarithms of factors, or SI units that are added. `hand.spring_rise` is what
+the springs gain from the open to the closed hand."""
+
+
+@dataclass(frozen=True)
+class UnitModel:
+    """A unit whose free numbers are looked for in traces of a right hand."""
+
+    start: Unit
+    """Where the search starts."""
+    traces: tuple[Trace, ...]
+    firmware: str = "0.2.0"
+    """What the recorded hand ran."""
+    pool: Executor | None = None
+    """Where replays run; in this process when None."""
+    free: tuple[Free, ...] = FREE
+    phases_s: tuple[float, ...] = PHASES_S
+
+    def unit(self, x: Floats) -> Unit:
+        """Return the unit that free numbers (p,) stand for."""
+        return apply(self.start, self.free, x)
+
+    def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
+        """Return predicted less recorded counts, by replays through every byte."""
+        units = [self.unit(numbers) for numbers in x]
+        each = self.pool.map if self.pool else map
+        return list(each(_misses, self.traces, units, [self.firmware] * len(units), phases_s))
+
+
+def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
+    """Return a unit whose numbers are those of `unit` moved by `x`, (len(free),) float, as `FREE` says."""
+    tables = {"servos": dataclasses.asdict(unit.servos), "hand": _with_rise(dataclasses.asdict(unit.hand))}
+    for number, value in zip(free, x.tolist(), strict=True):
+        section, field = number.name.split(".")
+        table = tables[section]
+        gain, factor = (value, 1.0) if number.additive else (0.0, math.exp(value))
+        if number.indices:
+            table[field] = tuple(
+                gain + factor * entry if i in number.indices else entry for i, entry in enumerate(table[field])
+            )
+        else:
+            table[field] = gain + factor * table[field]
+    servos = dataclasses.replace(unit.servos, **tables["servos"])
+    # The plant needs the back-EMF that belongs to the servo's no-load speed.
+    hand = _without_rise(tables["hand"]) | {"back_emf": servos.back_emf}
+    return dataclasses.replace(unit, servos=servos, hand=dataclasses.replace(unit.hand, **hand))
+
+
+def _with_rise(hand: dict[str, Any]) -> dict[str, Any]:
+    return hand | {"spring_rise": tuple(np.subtract(hand["spring_closed"], hand["spring_open"]).tolist())}
+
+
+def _without_rise(hand: dict[str, Any]) -> dict[str, Any]:
+    kept = {field: value for field, value in hand.items() if field != "spring_rise"}
+    return kept | {"spring_closed": tuple(np.add(hand["spring_open"], hand["spring_rise"]).tolist())}
+
+
+def _misses(trace: Trace, unit: Unit, firmware: str, phase_s: float) -> Floats:
+    return replay(trace, unit, firmware=firmware, phase_s=phase_s, currents=False).counts - trace.counts

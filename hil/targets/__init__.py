@@ -1,0 +1,1 @@
+"""Targets: what a test or an experiment runs against, opened by the value that `--hil` takes."""

@@ -1,0 +1,145 @@
+"""Opening a target: an emulated hand in this process, one on a pseudo-terminal, or a physical one on a port."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from aero import AeroHand
+from aero.actuation import ActuationMap
+from aero.clock import Clock, WallClock
+from aero.errors import AeroError
+from aero.safety import GuardedHand, Thresholds
+from aero.serial_transport import SerialTransport
+from aero.transport import Transport
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
+from hil.targets.busy_cores import cores_awake
+from hil.targets.emulated_hand import build_emulated
+from hil.targets.guarding import drive, ready_for_the_worst
+from hil.targets.pty_process import serve_in_process
+from hil.targets.target import DEFAULT_FIRMWARE, PHYSICAL, NoHandError, Target
+from hil.targets.wire_log import WireLog
+from model import BuiltHandPlant
+from model.geometry import Side
+from model.units import DEFAULT_LIMITS, Unit, load_unit
+
+
+def open_target(
+    target: str = "emulated",
+    *,
+    firmware: str | None = None,
+    hand: Side = "right",
+    unit: str = "reference",
+    seed: int = 0,
+    guarded: bool | None = None,
+    thresholds: Thresholds | None = None,
+) -> AbstractContextManager[Target]:
+    """Open a hand; use it in a `with` statement.
+
+    A guarded hand starts gently, is watched while it moves, and is opened and left weak when the statement ends, with
+    or without an error; see `aero.safety.GuardedHand`.
+
+    Args:
+        target: `emulated` (this process, virtual time), `pty` (own process, real time), or the path or pyserial URL of
+            a physical hand's port.
+        firmware: version that is emulated, or that the physical hand runs (no board can report its own); 0.2.0 when
+            not given.
+        hand: side.
+        unit: shipped name or `.toml` path of the emulated hand; a physical hand has none.
+        seed: of the emulated hand's noise.
+        guarded: whether the hand is guarded; a physical one is unless this is False.
+        thresholds: when a guarded hand is stopped; the defaults when None.
+
+    Raises:
+        ValueError: an unknown firmware, side or unit.
+        NoHandError: nothing answers at the port, on entering the context.
+    """
+    kinds: dict[str, Opener] = {"emulated": _emulated, "pty": _pty}
+    version = firmware or DEFAULT_FIRMWARE
+    codec = ActuationMap.for_firmware(version, hand=hand)
+    guard = (thresholds or Thresholds()) if (target not in kinds if guarded is None else guarded) else None
+    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed, guard))
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was asked of `open_target`, checked."""
+
+    name: str
+    map: ActuationMap
+    firmware: str
+    side: Side
+    unit: Unit
+    seed: int
+    thresholds: Thresholds | None = None
+    """Of the guard; None without one."""
+
+    def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
+        """Return the target, with `more` in place of what was asked."""
+        watched = hand.clock if isinstance(hand, GuardedHand) else clock
+        asked = {"unit": self.unit.name, "limits": self.unit.limits, "capabilities": {}} | more
+        return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
+
+
+Opener = Callable[[Request], AbstractContextManager[Target]]
+
+
+@contextmanager
+def _emulated(request: Request) -> Iterator[Target]:
+    electronics, plant = build_emulated(request.unit, firmware=request.firmware, hand=request.side, seed=request.seed)
+    with in_process(request, electronics, plant, InProcessLink(electronics)) as target:
+        yield target
+
+
+@contextmanager
+def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlant, link: Transport) -> Iterator[Target]:
+    """Make a target of an emulated hand in this process and the link to it."""
+    clock = electronics.clock
+    wire = WireLog(link, clock)
+    with drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
+        yield request.granted(hand, clock, wire, capabilities={"ground_truth": plant, "electronics": electronics})
+
+
+@contextmanager
+def _pty(request: Request) -> Iterator[Target]:
+    served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
+    with cores_awake(), served as path, _serial(request, path) as (hand, clock, wire):
+        yield request.granted(hand, clock, wire)
+
+
+@contextmanager
+def _physical(request: Request) -> Iterator[Target]:
+    with _serial(request, request.name) as (hand, clock, wire):
+        yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS)
+
+
+@contextmanager
+def _serial(request: Request, port: str) -> Iterator[tuple[AeroHand, Clock, WireLog]]:
+    try:
+        transport = SerialTransport.open(port)
+    except (ConnectionError, ValueError) as error:
+        raise NoHandError(
+            f"no hand at {port!r}: {error} Give the hand's port (Linux: /dev/ttyACM0 or a path below "
+            "/dev/serial/by-id), a pyserial URL, or `emulated` or `pty` for a hand without hardware."
+        ) from error
+    clock = WallClock()
+    wire = WireLog(transport, clock)
+    with (
+        ready_for_the_worst(port, request.thresholds, request.firmware) as on_first_motion,
+        drive(
+            wire,
+            clock,
+            request.map,
+            request.firmware,
+            thresholds=request.thresholds,
+            on_first_motion=on_first_motion,
+        ) as hand,
+    ):
+        try:
+            hand.read_codes()
+        except (AeroError, ConnectionError) as error:
+            raise NoHandError(f"no hand answers at {port!r}: {error}") from error
+        yield hand, clock, wire

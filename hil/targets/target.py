@@ -1,0 +1,89 @@
+"""A target: one hand, real or emulated, as a test or an experiment sees it.
+
+An experiment sees a `Target` and never asks which kind it is. What only an emulated hand can do is a capability that
+is asked for by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from aero import AeroHand
+from aero.actuation import ActuationMap
+from aero.channels import Channel
+from aero.clock import Clock, WallClock
+from aero.safety import GuardedHand, WatchedClock
+from hil.targets.wire_log import WireLog
+from model.geometry import Side
+
+DEFAULT_FIRMWARE = "0.2.0"
+PHYSICAL = "physical"
+"""Unit name of a hand that is none of ours."""
+
+
+class NoHandError(Exception):
+    """No hand answers at the target; the message names it and says what to try."""
+
+
+class MissingCapabilityError(Exception):
+    """The target cannot do what was asked for; the message says which could."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """One hand, ready to be commanded, and everything an experiment may know about it."""
+
+    name: str
+    """What `--hil` was."""
+    hand: AeroHand
+    clock: Clock
+    map: ActuationMap
+    firmware: str
+    side: Side
+    unit: str
+    """Unit file of an emulated hand, `physical` for one on a port."""
+    limits: str
+    """Kind of hand whose limits it is judged by."""
+    seed: int
+    wire: WireLog
+    """Everything that crossed the link since it was opened."""
+    capabilities: Mapping[str, Any]
+    """`ground_truth`: the plant (joint angles, cable tensions, slack); `electronics`: the emulated hand."""
+
+    @property
+    def real_time(self) -> bool:
+        """Whether a second of hand time costs a second."""
+        return isinstance(self.clock.bare if isinstance(self.clock, WatchedClock) else self.clock, WallClock)
+
+    @property
+    def guard(self) -> GuardedHand | None:
+        """The hand, when it is guarded."""
+        return self.hand if isinstance(self.hand, GuardedHand) else None
+
+    def begin(self, *, stops: Iterable[Channel] = ()) -> None:
+        """Let a guarded hand be checked and opened before the clock of an experiment starts; others need nothing.
+
+        Args:
+            stops: channels that the experiment drives into their stops, and that are weakened for it.
+
+        Raises:
+            SafetyStopError: it must not be moved, or did not open.
+        """
+        if self.guard is not None:
+            self.guard.expect_stops(stops)
+
+    def capability(self, name: str) -> Any:
+        """Return what stands behind a capability.
+
+        Raises:
+            MissingCapabilityError: this target does not have it.
+        """
+        if name not in self.capabilities:
+            raise MissingCapabilityError(f"{self.name} has no {name}; run with --hil=emulated for it")
+        return self.capabilities[name]
+
+    def describe(self) -> str:
+        """Say in one line what this is."""
+        return f"{self.side} hand on {self.name}, firmware {self.firmware}, unit {self.unit}, seed {self.seed}"

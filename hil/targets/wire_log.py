@@ -1,0 +1,69 @@
+"""A transport that keeps what crosses it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from aero.clock import Clock
+from aero.transport import Transport
+
+Direction = Literal["to_hand", "from_hand"]
+
+
+@dataclass(frozen=True)
+class WireRecord:
+    """Bytes that crossed the host link at one time."""
+
+    t: float
+    """s since the start of the recording."""
+    direction: Direction
+    data: bytes
+
+
+class WireLog:
+    """Pass everything on to a transport and log each write and each read that brought bytes, with its time.
+
+    The same log for every kind of target: bytes are logged where the driver hands them over or gets them, at the
+    time of the driver's clock. Bytes that the driver discards unread are not seen.
+    """
+
+    def __init__(self, transport: Transport, clock: Clock) -> None:
+        self._transport = transport
+        self._clock = clock
+        self.opened = clock.now()
+        """Time at which the tap was put on, s on the clock."""
+        self._records: list[tuple[float, Direction, bytes]] = []
+
+    @property
+    def name(self) -> str:
+        """Name of the transport behind."""
+        return self._transport.name
+
+    def write(self, data: bytes) -> None:
+        """Log and send all of `data`."""
+        self._records.append((self._clock.now(), "to_hand", bytes(data)))
+        self._transport.write(data)
+
+    def read(self, size: int, timeout: float) -> bytes:
+        """Read as the transport does, and log what came."""
+        data = self._transport.read(size, timeout)
+        if data:
+            self._records.append((self._clock.now(), "from_hand", data))
+        return data
+
+    def discard_input(self) -> None:
+        """Drop every byte received and not yet read."""
+        self._transport.discard_input()
+
+    def close(self) -> None:
+        """Close the transport behind; the log stays."""
+        self._transport.close()
+
+    def mark(self) -> int:
+        """Return a position in the log, for `since`."""
+        return len(self._records)
+
+    def since(self, mark: int, start: float) -> tuple[WireRecord, ...]:
+        """Return what was logged after `mark`, with times relative to `start` (s on the clock)."""
+        return tuple(WireRecord(t - start, direction, data) for t, direction, data in self._records[mark:])

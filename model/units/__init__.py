@@ -1,0 +1,71 @@
+"""Units: one TOML file for each individual hand that can stand behind the emulated electronics.
+
+`[hand]` fills `model.BuiltHandParameters`, `[servos]` fills `firmware_emulator.ServoParameters`; what a file leaves
+out keeps its default, but for the motors' back-EMF, which follows from the servos. `limits` names the limits the unit
+is judged by, `description` says which hand it is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+
+from firmware_emulator.servo.parameters import ServoParameters
+from model import BuiltHandParameters
+from model.units.fill import fill
+
+DEFAULT_LIMITS = "aero_hand_open"
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One individual hand."""
+
+    name: str = ""
+    """Name of the shipped file, or path of the user's."""
+    description: str = ""
+    """Which hand it is, and where its numbers come from."""
+    limits: str = DEFAULT_LIMITS
+    """Kind of hand whose limits it is judged by."""
+    hand: BuiltHandParameters = field(default_factory=BuiltHandParameters)
+    """Mechanics: everything behind the servos' shafts."""
+    servos: ServoParameters = field(default_factory=ServoParameters)
+    """The seven servos, all alike."""
+
+
+def shipped_units() -> tuple[str, ...]:
+    """Return the names of the units that come with the project."""
+    files = (entry.name for entry in resources.files(__name__).iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
+
+
+def load_unit(name: str) -> Unit:
+    """Return a unit by the name of a shipped file or the path of another (anything that ends in `.toml`).
+
+    Raises:
+        ValueError: there is no such unit, or its file has a mistake; the message names the key.
+    """
+    if name.endswith(".toml"):
+        try:
+            text = Path(name).read_text(encoding="utf-8")
+        except OSError as error:
+            raise ValueError(f"cannot read the unit file {name}: {error.strerror}") from error
+    elif name in shipped_units():
+        text = resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
+    else:
+        raise ValueError(f"there is no unit {name!r}; shipped are {', '.join(shipped_units())}, or give a .toml file")
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"unit {name} is no TOML: {error}") from error
+    if "name" in table:
+        raise ValueError(f"unit {name}: a unit is named by its file, remove the key 'name'")
+    unit = fill(Unit, table, f"unit {name}")
+    if "back_emf" in table.get("hand", {}):
+        raise ValueError(
+            f"unit {name}: hand.back_emf follows from servos.stall_torque and no_load_speed_counts, remove it"
+        )
+    return dataclasses.replace(unit, name=name, hand=dataclasses.replace(unit.hand, back_emf=unit.servos.back_emf))

@@ -1,0 +1,75 @@
+"""Plausible units: hands that somebody could build from the same parts, for tests that must hold on all of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.units import Unit, load_unit
+
+
+@dataclass(frozen=True)
+class Range:
+    """How far one number of a unit may lie from the reference unit's, and why."""
+
+    field: str
+    """`section.field`; each entry of a list is drawn on its own."""
+    factor: float
+    """Drawn log-uniformly between 1/factor and factor."""
+    reason: str
+
+
+RANGES = (
+    Range("servos.stall_torque", 1.1, "vendor's tolerance of 10 % on torque"),
+    Range("servos.duty_per_count", 1.05, "the same firmware in every servo; what is left is the supply"),
+    Range("servos.no_load_speed_counts", 1.1, "vendor's tolerance of 10 % on speed"),
+    Range("servos.goal_delay_s", 1.1, "servo loop period against bus cycle"),
+    Range("hand.rotor_inertia", 1.15, "grease and gear train; motors are alike"),
+    Range("hand.spool_friction", 2.0, "run-in of gears; the seven channels of one hand differ by as much"),
+    Range("hand.cable_friction", 1.3, "routing and wear of the sheaths"),
+    Range("hand.joint_friction", 2.0, "printed joints, with and without bushings"),
+    Range("hand.joint_damping", 2.0, "silicone skin"),
+    Range("hand.closed_stop", 1.01, "printed stops; the four fingers of one hand agree within 0.3 %"),
+    Range("hand.winding_scale", 1.02, "one winding layer more or less of 0.2 mm on a 9 mm spool"),
+    Range("hand.cable_compliance", 1.5, "new against stretched cable"),
+    Range("hand.supply_ratio", 1.1, "bench supply against battery"),
+)
+"""Drawn by factors."""
+TAKE_UP_M = (0.0, 7.6e-3)
+"""Cable to wind in before a finger moves, m: tight, to the 48.5° of spool that one owner measured on an index."""
+FINGER_SPRING_FACTOR = 1.3
+"""Springs of a finger, open and closed together: the fingers of one hand differ by as much."""
+
+
+def plausible_unit(seed: int) -> Unit:
+    """Return a unit drawn around the reference unit; the same seed gives the same unit."""
+    draw = np.random.default_rng(seed)
+    unit = load_unit("reference")
+    tables = {"servos": dataclasses.asdict(unit.servos), "hand": dataclasses.asdict(unit.hand)}
+    for span in RANGES:
+        section, field = span.field.split(".")
+        value, width = tables[section][field], math.log(span.factor)
+        factors = np.exp(draw.uniform(-width, width, np.shape(value)))
+        drawn = np.multiply(value, factors)
+        tables[section][field] = tuple(drawn.tolist()) if isinstance(value, tuple) else float(drawn)
+    hand = tables["hand"]
+    loads = np.ones(16)
+    width = math.log(FINGER_SPRING_FACTOR)
+    loads[:12] = np.repeat(np.exp(draw.uniform(-width, width, 4)), 3)
+    for field in ("spring_open", "spring_closed"):
+        hand[field] = tuple(np.multiply(hand[field], loads).tolist())
+    take_up = np.array(hand["cable_take_up"])
+    take_up[:4] = draw.uniform(*TAKE_UP_M, 4)
+    hand["cable_take_up"] = tuple(take_up.tolist())
+    servos = dataclasses.replace(unit.servos, **tables["servos"])
+    hand["back_emf"] = servos.back_emf
+    return dataclasses.replace(
+        unit,
+        name=f"plausible {seed}",
+        description=f"Drawn around the reference unit with seed {seed}",
+        hand=dataclasses.replace(unit.hand, **hand),
+        servos=servos,
+    )

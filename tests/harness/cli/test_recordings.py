@@ -1,0 +1,176 @@
+"""What one does with recordings: replay, judge again, compare, keep as a baseline."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from synthetic import replaced
+
+from hil import open_target
+from hil.cli import main
+from hil.judging.baseline import TOLERANCES, load, regressions, store
+from hil.judging.findings import failed
+from hil.judging.recording_diff import diff
+from hil.recordings.mcap_file import read_recording, write_recording
+from hil.recordings.wire_replay import compare_replies, replay, replies
+from hil.report.results import write_results
+from hil.validation import judge_recordings, validate
+
+NAMES = ("presence", "audit", "holding")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """A folder as `aero-hil validate` leaves it."""
+    out = tmp_path_factory.mktemp("results")
+    with open_target(seed=3) as target:
+        write_results(validate(target, NAMES), out)
+    return out
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def test_the_same_seed_answers_a_replay_with_the_same_bytes(results):
+    result = invoke("replay", results / "session.mcap", "--seed", 3)
+    assert result.exit_code == 0, result.output
+    same, total = result.output.split(" requests")[0].split(" of ")
+    assert int(same) == int(total) > 1000
+    assert "index 0, middle 0" in result.output
+
+
+def test_another_seed_answers_with_other_noise_but_the_same_positions(results):
+    recorded = read_recording(results / "session.mcap")
+    with open_target(seed=4) as target:
+        comparison = compare_replies(recorded, replay(recorded, target))
+    assert comparison.identical < comparison.requests
+    assert np.all(comparison.position_rms < 100)
+
+
+def test_a_different_hand_shows_in_the_replay(results):
+    recorded = read_recording(results / "session.mcap")
+    with open_target(seed=3, firmware="pre") as target:
+        comparison = compare_replies(recorded, replay(recorded, target))
+    assert comparison.position_rms.max() > 500
+
+
+def test_a_replay_is_compared_with_its_own_recording_only(results):
+    with pytest.raises(ValueError, match="different requests"):
+        compare_replies(read_recording(results / "audit.mcap"), read_recording(results / "holding.mcap"))
+
+
+def test_a_recording_without_bytes_cannot_be_replayed(results, tmp_path):
+    audit = read_recording(results / "audit.mcap")
+    write_recording(dataclasses.replace(audit, wire=()), tmp_path / "empty.mcap")
+    result = invoke("replay", tmp_path / "empty.mcap")
+    assert result.exit_code == 2
+    assert "nothing to replay" in result.output
+
+
+def test_judging_a_recording_again_gives_the_same_verdict(results, tmp_path):
+    checks = json.loads((results / "checks.json").read_text())
+    again = judge_recordings([read_recording(results / f"{name}.mcap") for name in NAMES])
+    assert [finding["measured"] for finding in checks["findings"]] == [finding.measured for finding in again.findings]
+    result = invoke("report", results / "audit.mcap", results / "holding.mcap", "--out", tmp_path / "r.html")
+    assert result.exit_code == 0, result.output
+    assert "Within limits" in (tmp_path / "r.html").read_text()
+
+
+def test_a_spoiled_recording_is_judged_out_of_limits(results, tmp_path):
+    audit = read_recording(results / "audit.mcap")
+    codes = audit["codes"].values.copy()
+    codes[:, 2] = 0
+    write_recording(replaced(audit, "codes", codes), tmp_path / "dead.mcap")
+    result = invoke("report", tmp_path / "dead.mcap", "--out", tmp_path / "r.html")
+    assert result.exit_code == 1
+    assert "ring: followed is 0 % of a nudge" in (tmp_path / "r.html").read_text()
+
+
+def test_a_difference_names_the_channel_that_differs(results, tmp_path):
+    audit = read_recording(results / "audit.mcap")
+    codes = audit["codes"].values.copy()
+    codes[:, 3] *= 0.9
+    changed = replaced(audit, "codes", codes)
+    found = diff(audit, changed)
+    assert [channel.label for channel, row in found.items() if row.rms > 0] == ["pinky"]
+    assert found[3].worst < 0
+    write_recording(changed, tmp_path / "changed.mcap")
+    result = invoke("diff", results / "audit.mcap", tmp_path / "changed.mcap")
+    assert result.exit_code == 0, result.output
+    assert "pinky: followed" in result.output
+
+
+def test_two_experiments_have_no_difference(results):
+    result = invoke("diff", results / "audit.mcap", results / "holding.mcap")
+    assert result.exit_code == 2
+    assert "audit and holding" in result.output
+
+
+def test_a_baseline_is_kept_and_not_overwritten(results, tmp_path):
+    assert invoke("baseline", results, tmp_path / "mine").exit_code == 0
+    assert (tmp_path / "mine" / "holding.mcap").is_file()
+    again = invoke("baseline", results, tmp_path / "mine")
+    assert again.exit_code == 2
+    assert "exists already" in again.output
+
+
+def test_a_folder_without_figures_is_no_baseline(tmp_path):
+    assert "no checks.json" in invoke("baseline", tmp_path, tmp_path / "mine").output
+    with pytest.raises(ValueError, match="no baseline"):
+        load(tmp_path)
+
+
+def test_the_same_hand_has_not_become_worse(results, tmp_path):
+    store(results, tmp_path / "mine")
+    with open_target(seed=8) as target:
+        result = validate(target, NAMES, baseline=tmp_path / "mine")
+    assert len(result.regressions) == 7 + 7
+    assert failed(result.regressions) == ()
+
+
+@pytest.mark.parametrize("tolerance", TOLERANCES, ids=lambda tolerance: tolerance.metric)
+def test_each_tolerance_passes_what_it_allows_and_no_more(tolerance):
+    allowed = max(tolerance.absolute, tolerance.relative * 2.0)
+    before = {tolerance.experiment: {"ring": {tolerance.metric: 2.0}}}
+    for growth, passed in ((0.99, True), (1.01, False)):
+        now = {tolerance.experiment: {"ring": {tolerance.metric: 2.0 + growth * allowed}}}
+        (finding,) = regressions(before, now, "mine")
+        assert finding.passed is passed
+        assert "mine" in finding.remedy
+
+
+def test_a_dry_run_moves_nothing(monkeypatch, tmp_path):
+    result = invoke("validate", "--dry-run", "--only", "audit", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "temperature_c 65" in result.output
+    assert "20" in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_replies_are_collected_up_to_the_next_request(results):
+    found = replies(read_recording(results / "presence.mcap").wire)
+    assert all(len(reply) == 16 and reply[0] == request[0] for request, reply in found)
+
+
+def test_bytes_are_not_replayed_beneath_a_guard(results):
+    with open_target(guarded=True) as target, pytest.raises(ValueError, match="is guarded"):
+        replay(read_recording(results / "session.mcap"), target)
+
+
+def test_everything_that_validate_wrote_is_judged_again_in_a_folder_that_is_made(results, tmp_path):
+    out = tmp_path / "new" / "report.html"
+    result = invoke("report", *sorted(results.glob("*.mcap")), "--out", out)
+    assert result.exit_code == 0, result.output
+    assert out.exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"junk\n", b"\x89MCAP0\r\n"])
+def test_a_file_that_is_no_recording_is_bad_usage(tmp_path, content):
+    path = tmp_path / "junk.mcap"
+    path.write_bytes(content)
+    result = invoke("report", path)
+    assert result.exit_code == 2
+    assert "junk.mcap" in result.output

@@ -1,0 +1,169 @@
+"""The commands others script against: their exit codes, their files and what they print."""
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from aero import AeroHand, Channel
+from hil import validation
+from hil.cli import main
+from hil.experiments import EXPERIMENTS
+from hil.experiments.staircase.stimulus import STAIRCASE, Staircase, run_staircase
+from hil.experiments.staircase.tracking import staircase_metrics
+from hil.judging.limits import load_limits
+from hil.recordings.mcap_file import read_recording
+from model import RoutedHand
+
+CHANNEL_KEYS = {
+    "unit",
+    "excursion_model",
+    "excursion_hand",
+    "tracking_rms",
+    "rise_model_ms",
+    "rise_hand_ms",
+    "overshoot_hand_percent",
+    "settled_samples",
+    "matched_steps",
+}
+
+
+SHORT = Staircase(levels=3)
+
+
+def run_short(monkeypatch, *arguments):
+    """`aero-hil validate` on presence and a staircase of three levels."""
+
+    def run(target, progress):
+        return run_staircase(target, RoutedHand(target.side), SHORT, progress=progress)
+
+    def tracking_limits(kind, firmware):
+        """The others are made for twenty levels."""
+        return tuple(limit for limit in load_limits(kind, firmware) if limit.metric == "tracking_rms")
+
+    monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(STAIRCASE, run=run))
+    monkeypatch.setattr(validation, "load_limits", tracking_limits)
+    selected = ["--only", "presence", "--only", "staircase"]
+    return CliRunner().invoke(main, ["validate", *selected, *arguments], catch_exceptions=False)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """One run for all tests that look at what it leaves."""
+    out = tmp_path_factory.mktemp("validate")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        return run_short(monkeypatch, "--seed", "7", "--out", str(out)), out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("firmware", ["pre", "0.1.5", "0.2.0"])
+@pytest.mark.parametrize("hand", ["right", "left"])
+def test_the_emulated_hand_is_within_limits(tmp_path, firmware, hand):
+    arguments = ["validate", "--firmware", firmware, "--hand", hand, "--out", str(tmp_path)]
+    result = CliRunner().invoke(main, arguments, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    assert metrics["hand_seconds"] == pytest.approx(135.34)
+
+
+def test_a_table_and_the_verdict_are_printed(results):
+    result, out = results
+    assert result.exit_code == 0, result.output
+    assert "paper" in result.output
+    assert "within limits" in result.output
+    assert "presence" in result.output
+    assert str(out / "report.html") in result.output.replace("\n", "")
+
+
+def test_metrics_json_has_the_published_shape(results):
+    _, out = results
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert {name: metrics[name] for name in ("target", "firmware", "hand", "seed")} == {
+        "target": "emulated",
+        "firmware": "0.2.0",
+        "hand": "right",
+        "seed": 7,
+    }
+    assert metrics["hand_seconds"] == pytest.approx(SHORT.duration_s - 0.02)
+    assert 0 < metrics["wall_seconds"] < 60
+    assert list(metrics["channels"]) == [channel.label for channel in Channel]
+    for label, channel in metrics["channels"].items():
+        assert set(channel) == CHANNEL_KEYS
+        assert channel["unit"] == ("mrad" if label == "thumb_abduction" else "mm")
+
+
+def test_the_recording_gives_the_same_metrics_again(results):
+    _, out = results
+    metrics = json.loads((out / "metrics.json").read_text())["channels"]
+    for channel, row in staircase_metrics(read_recording(out / "staircase.mcap")).items():
+        assert {name: getattr(row, name) for name in CHANNEL_KEYS} == metrics[channel.label]
+
+
+def test_every_measurement_and_finding_is_in_checks_json(results):
+    _, out = results
+    checks = json.loads((out / "checks.json").read_text())
+    assert checks["passed"] is True
+    assert set(checks["measured"]) == {"presence", "staircase"}
+    assert checks["measured"]["presence"]["hand"]["lost_replies"] == 0.0
+    assert {finding["check"] for finding in checks["findings"]} == {"tracking_rms"}
+
+
+def test_the_report_is_one_page_with_the_verdict(results):
+    _, out = results
+    assert "Within limits" in (out / "report.html").read_text()
+
+
+def test_out_of_limits_is_exit_1(tmp_path):
+    unit = tmp_path / "hot.toml"
+    unit.write_text("[servos]\nstart_temperature_c = 67.0\n")
+    arguments = ["validate", "--only", "presence", "--unit", str(unit), "--out", str(tmp_path)]
+    result = CliRunner().invoke(main, arguments, catch_exceptions=False)
+    assert result.exit_code == 1, result.output
+    assert "ring: temperature is 6" in " ".join(result.output.split())
+    assert "Out of limits" in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--hil", "/dev/ttyNoSuchHand"], "/dev/ttyNoSuchHand"),
+        (["--firmware", "9.9"], "9.9"),
+        (["--unit", "golden"], "golden"),
+        (["--hand", "third"], "third"),
+    ],
+)
+def test_bad_usage_and_a_missing_hand_are_exit_2(tmp_path, arguments, message):
+    result = CliRunner().invoke(main, ["validate", "--out", str(tmp_path / "out"), *arguments])
+    assert result.exit_code == 2
+    assert message in result.output
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_emulate_serves_until_it_is_interrupted(tmp_path, number):
+    link = tmp_path / "hand"
+    command = [sys.executable, "-m", "hil.cli", "emulate", "--link", str(link), "--seed", "2"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
+        try:
+            assert child.stdout.readline() == f"ready {link}\n"
+            with AeroHand.open(str(link)) as hand:
+                assert hand.read_codes().shape == (7,)
+            os.kill(child.pid, number)
+            out, err = child.communicate(timeout=20)
+        finally:
+            child.kill()
+    assert (child.returncode, out, err) == (0, "", "")
+    assert not link.is_symlink()
+
+
+def test_emulate_does_not_take_a_link_that_is_in_use(tmp_path):
+    (tmp_path / "hand").write_text("something else")
+    result = CliRunner().invoke(main, ["emulate", "--link", str(tmp_path / "hand")])
+    assert result.exit_code == 2
+    assert "exists" in result.output
+    assert (tmp_path / "hand").read_text() == "something else"

@@ -1,0 +1,67 @@
+"""The parts of the tracking error are found where they were put."""
+
+import numpy as np
+import pytest
+from synthetic import RANGES, replaced, staircase
+
+from aero.channels import Channel
+from hil.experiments.staircase.residual_sources import attribute
+
+RING = Channel.RING
+
+
+@pytest.fixture(scope="module")
+def perfect():
+    return staircase(tau=0.03, hand_tau=0.03)
+
+
+def windows(recording, channel):
+    """Rows of a channel's way up, its way down and the rest."""
+    moved = np.flatnonzero(recording["command"].values[:, channel])
+    top = moved[np.argmax(recording["command"].values[moved, channel])]
+    rows = np.arange(len(recording["hand"].times))
+    end = moved[-1] + 48
+    turn = top + 48
+    return (rows >= moved[0]) & (rows < turn), (rows >= turn) & (rows <= end), (rows < moved[0]) | (rows > end)
+
+
+@pytest.mark.parametrize(("part", "index"), [("closing", 0), ("opening", 1), ("others", 2)])
+def test_an_offset_in_one_part_of_the_run_is_attributed_to_it(perfect, part, index):
+    hand = perfect["hand"].values.copy()
+    hand[windows(perfect, RING)[index], RING] += 0.01 * RANGES[RING]
+    recording = replaced(perfect, "hand", hand)
+    found = attribute(recording)
+    assert found[RING].share[part] > 0.9
+    assert part == "others" or found[RING].rms[part] == pytest.approx(1e3 * 0.01 * RANGES[RING], rel=0.1)
+    assert sum(found[RING].share.values()) == pytest.approx(1.0)
+    assert found[Channel.INDEX].share["closing"] == pytest.approx(0.0, abs=0.01) or found[Channel.INDEX].rms[
+        "closing"
+    ] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_blocked_top_is_called_stopped(perfect):
+    hand = perfect["hand"].values.copy()
+    hand[:, RING] = np.minimum(hand[:, RING], 0.6 * RANGES[RING])
+    attribution = attribute(replaced(perfect, "hand", hand))[RING]
+    assert attribution.share["stopped"] > 0.5
+
+
+def test_the_words_name_the_sweep_that_couples(perfect):
+    hand = perfect["hand"].values.copy()
+    hand[:, Channel.THUMB_FLEXOR] += 0.05 * hand[:, Channel.THUMB_CMC_FLEXION]
+    recording = replaced(perfect, "hand", hand)
+    where = attribute(recording)[Channel.THUMB_FLEXOR].where
+    assert where == "100% while others are swept (most: thumb_cmc_flexion)"
+
+
+@pytest.mark.parametrize(("series", "source"), [("hand", "hand"), ("model", "simulator"), ("goal", "map")])
+def test_a_constant_error_is_attributed_to_its_source(perfect, series, source):
+    error = 0.02 * RANGES[RING]
+    changed = perfect[series].values.copy()
+    changed[:, RING] += error
+    recording = replaced(perfect, series, changed)
+    if series == "goal":
+        recording = replaced(recording, "hand", perfect["hand"].values + error * (np.arange(7) == RING))
+    found = attribute(recording)[RING].source
+    assert found[source] == pytest.approx(1e3 * error, rel=0.01)
+    assert all(found[other] < 0.05 * found[source] for other in found if other != source)

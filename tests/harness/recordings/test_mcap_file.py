@@ -1,0 +1,117 @@
+"""A recording survives the way to disk and back, and opens with the public reader."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from mcap.reader import make_reader
+from mcap.writer import Writer
+
+from hil.recordings.mcap_file import read_recording, write_recording
+from hil.recordings.recording import Event, Header, Recording, Series
+from hil.targets.wire_log import WireRecord
+
+HEADER = Header("staircase", "emulated", "right", "0.2.0", "paper", "homed", "reference", 3, {"levels": 20.0})
+FINITE = st.floats(-1e9, 1e9)
+TIMES = st.floats(0, 1e6)
+
+
+@st.composite
+def series(draw):
+    rows, columns = draw(st.integers(0, 5)), draw(st.integers(1, 7))
+    times = np.sort(draw(hnp.arrays(float, rows, elements=TIMES)))
+    names = tuple(f"c{i}" for i in range(columns))
+    return Series.of(names, ["mm"] * columns, times, draw(hnp.arrays(float, (rows, columns), elements=FINITE)))
+
+
+wire = st.builds(WireRecord, TIMES, st.sampled_from(["to_hand", "from_hand"]), st.binary(min_size=1, max_size=16))
+events = st.builds(Event, TIMES, st.sampled_from(["info", "warning", "error"]), st.text(max_size=10))
+
+
+def in_time(strategy):
+    return st.lists(strategy, max_size=5).map(lambda items: tuple(sorted(items, key=lambda item: item.t)))
+
+
+@given(st.dictionaries(st.sampled_from(["command", "hand", "model"]), series()), in_time(wire), in_time(events))
+def test_what_is_written_is_read(tmp_path_factory, series, wire, events):
+    path = tmp_path_factory.mktemp("mcap") / "run.mcap"
+    recording = Recording(HEADER, series, wire, events)
+    write_recording(recording, path)
+    assert read_recording(path) == recording
+
+
+def test_bytes_of_one_instant_keep_their_order(tmp_path):
+    wire = tuple(WireRecord(1.0, d, bytes([i])) for i, d in enumerate(("from_hand", "to_hand", "from_hand")))
+    write_recording(Recording(HEADER, {}, wire), tmp_path / "run.mcap")
+    assert read_recording(tmp_path / "run.mcap").wire == wire
+
+
+def test_the_public_reader_finds_named_numbers_with_units(tmp_path):
+    command = Series.of(["index", "thumb_abduction"], ["m", "rad"], [0.5], [[0.09, 0.75]])
+    write_recording(Recording(HEADER, {"command": command}, events=(Event(0.25, "warning", "warm"),)), tmp_path / "r")
+    with (tmp_path / "r").open("rb") as stream:
+        messages = {c.topic: (s, c, m) for s, c, m in make_reader(stream).iter_messages()}
+    schema, channel, message = messages["/command"]
+    assert (schema.encoding, channel.message_encoding, message.log_time) == ("jsonschema", "json", 500_000_000)
+    assert json.loads(message.data) == {"t": 0.5, "index": 0.09, "thumb_abduction": 0.75}
+    assert json.loads(schema.data)["properties"]["index"] == {"type": "number", "unit": "m"}
+    log_schema, _, log = messages["/events"]
+    assert log_schema.name == "foxglove.Log"
+    assert json.loads(log.data)["timestamp"] == {"sec": 0, "nsec": 250_000_000}
+
+
+def test_a_file_that_is_no_recording_is_refused(tmp_path):
+    (tmp_path / "text").write_text("not an MCAP file")
+    with pytest.raises(ValueError, match="not a readable MCAP"):
+        read_recording(tmp_path / "text")
+    with (tmp_path / "other").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        writer.finish()
+    with pytest.raises(ValueError, match="recorded by something else"):
+        read_recording(tmp_path / "other")
+
+
+def test_a_truncated_recording_is_refused(tmp_path):
+    path = tmp_path / "run"
+    write_recording(Recording(HEADER, {}, (WireRecord(0.0, "to_hand", b"x"),)), path)
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(ValueError, match="interrupted"):
+        read_recording(path)
+
+
+def test_another_format_is_refused(tmp_path):
+    path = tmp_path / "run"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        writer.add_metadata("aero-hil", {"format": "99", "header": "{}"})
+        writer.finish()
+    with pytest.raises(ValueError, match="format 99"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "message"),
+    [
+        ([0.0], [[1.0, 2.0]], "values \\(n, 1\\)"),
+        ([0.0], [[np.nan]], "finite"),
+        ([np.inf], [[1.0]], "finite"),
+        ([1.0, 0.0], [[1.0], [1.0]], "never decrease"),
+        ([-1.0], [[1.0]], "start at zero"),
+    ],
+)
+def test_a_malformed_series_is_refused(times, values, message):
+    with pytest.raises(ValueError, match=message):
+        Series.of(["index"], ["m"], times, values)
+
+
+def test_a_wrong_name_lists_the_right_ones():
+    command = Series.of(["index"], ["m"], [0.0], [[0.1]])
+    with pytest.raises(KeyError, match="no column 'thumb'; there are index"):
+        command.column("thumb")
+    with pytest.raises(KeyError, match="no series 'hand'; it has command"):
+        Recording(HEADER, {"command": command})["hand"]

@@ -1,0 +1,88 @@
+"""The reference unit against what one physical hand measured.
+
+Public logs June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e; the runs themselves are not part of this
+project, so their scores stand in docs/calibration.md.
+"""
+
+import numpy as np
+import pytest
+
+from aero.channels import FINGERS, Channel
+from firmware_emulator.servo.electrical import static_current, temperature_after
+from hil.targets.opening import open_target
+from model.units import load_unit
+
+UNIT = load_unit("reference")
+SPANS = np.array([3278, 3278, 3278, 3278, 1138, 1183, 2980])
+
+
+@pytest.fixture
+def target():
+    with open_target("emulated") as opened:
+        opened.clock.sleep_until(opened.clock.now() + 0.5)
+        yield opened
+
+
+def at(channel, share):
+    codes = np.zeros(7, int)
+    codes[channel] = round(share * 65535)
+    return codes
+
+
+def counts(target):
+    return np.rint(target.hand.read_codes() * SPANS / 65535)
+
+
+@pytest.mark.parametrize(("error", "milliamperes"), [(6, 30), (10, 30), (20, 37), (30, 43), (46, 50)])
+def test_static_current_against_error(error, milliamperes):
+    servo = UNIT.servos
+    effort = error * servo.stall_torque * servo.duty_per_count
+    assert 6.5 * static_current(effort, servo) / error == pytest.approx(milliamperes, rel=0.1)
+
+
+@pytest.mark.parametrize(("amperes", "rate"), [(0.225, 0.04), (0.4, 0.08), (0.65, 0.115), (1.0, 0.125)])
+def test_heating(amperes, rate):
+    servo = UNIT.servos
+    rise = temperature_after(servo.rest_temperature_c, amperes**2, 20.0, servo) - servo.rest_temperature_c
+    assert rate / 1.5 < rise / 20.0 < rate * 1.5
+
+
+def test_idle_currents_at_the_open_hand(target):
+    assert np.all(np.abs(target.hand.read_currents()) <= 0.5)
+
+
+def test_a_held_load_pulls_with_the_sign_of_the_register(target):
+    for channel in (Channel.INDEX, Channel.THUMB_FLEXOR):
+        target.hand.command_codes(at(channel, 0.5))
+        target.clock.sleep_until(target.clock.now() + 1.0)
+        # Positive pulls toward lower counts, which closes every channel of a right hand but the flexor.
+        assert np.sign(target.hand.read_currents()[channel]) == (-1 if channel is Channel.THUMB_FLEXOR else 1)
+
+
+@pytest.mark.parametrize("finger", FINGERS)
+def test_fingers_stop_where_the_recorded_ones_do(target, finger):
+    for share in np.arange(0.1, 1.01, 0.1):
+        target.hand.command_codes(at(finger, share))
+        target.clock.sleep_until(target.clock.now() + 0.2)
+    target.clock.sleep_until(target.clock.now() + 0.5)
+    assert 0.970 <= counts(target)[finger] / SPANS[finger] <= 0.985
+    current = np.abs(target.hand.read_currents()[finger])
+    assert current <= 700 * 6.5e-3
+
+
+@pytest.mark.parametrize("finger", FINGERS)
+def test_a_step_of_200_counts_takes_the_recorded_time(target, finger):
+    """60-70 % done at 56 ms, 86-93 % at 85-90 ms, and 10 % more either way for the phase of the telemetry."""
+    clock = target.clock
+    target.hand.command_codes(at(finger, 0.2))
+    clock.sleep_until(clock.now() + 0.6)
+    for wait, low, high in ((0.056, 0.50, 0.80), (0.088, 0.80, 0.97)):
+        before, start = counts(target)[finger], clock.now()
+        target.hand.command_codes(at(finger, 0.2 + 200 / SPANS[finger]))
+        clock.sleep_until(start + wait)
+        done = (counts(target)[finger] - before) / 200.0
+        assert low <= done <= high
+        target.hand.command_codes(at(finger, 0.1))
+        clock.sleep_until(clock.now() + 0.5)
+        target.hand.command_codes(at(finger, 0.2))
+        clock.sleep_until(clock.now() + 0.5)

@@ -1,0 +1,114 @@
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aero.channels import Channel
+from hil.system_identification.search import (
+    NOISE_COUNTS,
+    Free,
+    find_slopes,
+    gauss_newton_step,
+    leave_one_out,
+    pooled_rms,
+    search,
+    slope_groups,
+    spreads,
+)
+
+ALL = tuple(Channel)
+TRUTH = np.array([0.7, -0.4, *np.linspace(-0.5, 0.5, 7)])
+FREE = (
+    Free("gain", (), ALL, 0.6),
+    Free("bend", (), ALL, 0.2),
+    *(Free("offset", (c,), (c,), 0.6) for c in Channel),
+)
+
+
+@dataclass(frozen=True)
+class Toy:
+    """Traces are noise-free curves of known numbers, on a grid with a known phase."""
+
+    lengths: tuple[int, ...] = (30, 40, 20, 25)
+    free: tuple[Free, ...] = FREE
+    phases_s: tuple[float, ...] = (0.0, 0.005)
+
+    @property
+    def traces(self):
+        return self.lengths
+
+    def residuals(self, x, phases_s):
+        return [
+            self.curve(k, xk, p) - self.curve(k, TRUTH, 0.005)
+            for k, (xk, p) in enumerate(zip(x, phases_s, strict=True))
+        ]
+
+    def curve(self, k, x, phase):
+        t = np.linspace(0.0, 1.0 + k, self.lengths[k])[:, None]
+        return 40.0 * x[0] * np.sin(t + 200 * phase) + 30.0 * np.exp(x[1] * t) + 50.0 * x[None, 2:]
+
+
+def test_search_finds_the_numbers_and_the_phase():
+    found = search(Toy(), iterations=20)
+    assert found.x == pytest.approx(TRUTH, abs=0.1)
+    assert found.phases_s == (0.005,) * 4
+    assert pooled_rms(found.residuals) < 2.0
+
+
+def test_search_reports_its_way():
+    lines = []
+    search(Toy(), iterations=2, report=lines.append)
+    assert lines[0].startswith("iteration 0")
+    assert lines[-1].startswith("found")
+
+
+def test_leaving_one_out_predicts_it_from_the_others():
+    toy = Toy()
+    found = search(toy, iterations=20)
+    by_phase = leave_one_out(toy, found)
+    assert pooled_rms(by_phase[1]) < 2.0 < pooled_rms(by_phase[0])
+
+
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.sets(st.sampled_from(ALL), min_size=1)), min_size=1, max_size=12))
+def test_every_number_is_in_one_group_in_which_no_channel_feels_two(rows):
+    free = tuple(Free(name, (), tuple(channels), 1.0) for name, channels in rows)
+    groups = slope_groups(free)
+    assert sorted(row for group in groups for row in group) == list(range(len(free)))
+    for group in groups:
+        felt = [channel for row in group for channel in free[row].channels]
+        assert len(felt) == len(set(felt))
+        assert len({free[row].name for row in group}) == 1
+
+
+def test_slopes_reach_only_the_channels_that_feel_a_number():
+    toy = Toy()
+    x = TRUTH.copy()
+    slopes = find_slopes(toy, x, (0.005,) * 4, toy.residuals([x] * 4, (0.005,) * 4))
+    assert np.all(slopes[0][:, 1:, 2] == 0.0)
+    assert slopes[0][:, 0, 2] == pytest.approx(50.0)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5))
+@settings(max_examples=30)
+def test_step_solves_the_ridge_problem(seed, numbers):
+    draw = np.random.default_rng(seed)
+    slope, residual = draw.normal(size=(20, 7, numbers)), draw.normal(size=(20, 7))
+    x, spread = draw.normal(size=numbers), draw.uniform(0.5, 2.0, numbers)
+    step = gauss_newton_step([residual], [slope], x, spread)
+    rows = np.vstack([slope.reshape(-1, numbers) / NOISE_COUNTS, np.diag(1.0 / spread)])
+    wanted = np.concatenate([residual.ravel() / NOISE_COUNTS, x / spread])
+    assert step == pytest.approx(-np.linalg.lstsq(rows, wanted, rcond=None)[0], abs=1e-9)
+
+
+def test_an_outlier_pulls_less_than_its_square():
+    slope = np.ones((1, 7, 1))
+    residual = np.zeros((1, 7))
+    residual[0, 0] = 400.0
+    step = gauss_newton_step([residual], [slope], np.zeros(1), np.array([1e6]))
+    assert abs(step[0]) < 400.0 / 7 / 5
+
+
+def test_spreads_are_those_of_the_numbers():
+    assert spreads(Toy()).tolist() == [0.6, 0.2] + [0.6] * 7

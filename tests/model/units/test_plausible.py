@@ -1,0 +1,43 @@
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aero import AeroHand
+from firmware_emulator.links.in_process import InProcessLink
+from hil.targets.emulated_hand import build_emulated
+from model.units import load_unit
+from model.units.plausible import RANGES, plausible_unit
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+@given(seeds)
+@settings(deadline=None)
+def test_stays_in_its_ranges(seed):
+    unit, reference = plausible_unit(seed), load_unit("reference")
+    for span in RANGES:
+        section, field = span.field.split(".")
+        drawn, origin = (np.array(getattr(getattr(u, section), field)) for u in (unit, reference))
+        assert np.all(drawn <= origin * span.factor * (1 + 1e-12))
+        assert np.all(drawn >= origin / span.factor * (1 - 1e-12))
+
+
+def test_same_seed_same_unit():
+    assert plausible_unit(7) == plausible_unit(7) != plausible_unit(8)
+
+
+@given(seeds, st.lists(st.lists(st.integers(0, 65535), min_size=7, max_size=7), min_size=1, max_size=3))
+@settings(max_examples=8, deadline=None)
+def test_every_plausible_hand_obeys_any_commands_and_opens(seed, commands):
+    electronics, plant = build_emulated(plausible_unit(seed), firmware="0.2.0", hand="right", seed=seed)
+    clock = electronics.clock
+    with AeroHand(InProcessLink(electronics), clock) as hand:
+        for codes in commands:
+            hand.command_codes(codes)
+            clock.sleep_until(clock.now() + 0.3)
+        assert np.isfinite(plant.joint_angles()).all()
+        assert np.all(plant.cable_tensions() >= 0.0)
+        assert np.all(np.abs(hand.read_currents()) <= 700 * 6.5e-3)
+        hand.command_codes([0] * 7)
+        clock.sleep_until(clock.now() + 1.5)
+        assert np.all(hand.read_codes() < 0.06 * 65535)

@@ -1,0 +1,118 @@
+"""A unit file fills exactly the parameters it names and nothing is let through unread."""
+
+from dataclasses import dataclass, fields
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.judging.limits import kinds
+from model.units import load_unit, shipped_units
+from model.units.fill import fill
+
+
+@dataclass(frozen=True)
+class Inner:
+    depth_m: float = 1.0
+
+
+@dataclass(frozen=True)
+class Toy:
+    slack_m: float = 0.5
+    turns: int = 3
+    stretchy: bool = True
+    radii_m: tuple[float, float] = (1.0, 2.0)
+    inner: Inner = Inner()
+
+
+@given(st.floats(-9, 9), st.integers(), st.booleans(), st.lists(st.floats(-9, 9), min_size=2, max_size=2))
+def test_every_key_lands_in_its_field(slack, turns, stretchy, radii):
+    table = {"slack_m": slack, "turns": turns, "stretchy": stretchy, "radii_m": radii, "inner": {"depth_m": slack}}
+    assert fill(Toy, table, "toy") == Toy(slack, turns, stretchy, tuple(radii), Inner(slack))
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Toy)])
+def test_what_is_left_out_keeps_its_default(name):
+    table = {"slack_m": 2, "turns": 4, "stretchy": False, "radii_m": [3, 4], "inner": {"depth_m": 5}}
+    del table[name]
+    assert getattr(fill(Toy, table, "toy"), name) == getattr(Toy(), name)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"slak_m": 1.0}, "toy: unknown slak_m; known are slack_m, turns"),
+        ({"slack_m": "1"}, "toy.slack_m: a value like 0.5"),
+        ({"slack_m": True}, "toy.slack_m: a value like 0.5"),
+        ({"slack_m": float("nan")}, "toy.slack_m: must be finite"),
+        ({"turns": 1.5}, "toy.turns: must be a whole number"),
+        ({"stretchy": 1}, "toy.stretchy: a value like True"),
+        ({"radii_m": [1.0]}, "toy.radii_m: needs 2 values, has 1"),
+        ({"radii_m": [1.0, "x"]}, "toy.radii_m\\[1\\]: a value like"),
+        ({"radii_m": 1.0}, "toy.radii_m: a value like"),
+        ({"inner": {"width_m": 1.0}}, "toy.inner: unknown width_m"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_name(table, message):
+    with pytest.raises(ValueError, match=message):
+        fill(Toy, table, "toy")
+
+
+@pytest.mark.parametrize("name", shipped_units())
+def test_the_shipped_units_load(name):
+    unit = load_unit(name)
+    assert unit.name == name
+    assert unit.description
+    assert unit.limits in kinds()
+
+
+def test_the_units_the_documents_name_are_shipped():
+    assert {"ideal", "paper", "reference"} <= set(shipped_units())
+
+
+def test_a_users_file_is_read_by_path(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('description = "mine"\n[servos]\nstall_torque = 0.5\n')
+    unit = load_unit(str(path))
+    assert (unit.name, unit.servos.stall_torque) == (str(path), 0.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[servos]\nstall_torq = 0.5", "unknown stall_torq"),
+        ("colour = 'red'", "unknown colour"),
+        ("name = 'x'", "named by its file"),
+        ("= 3", "no TOML"),
+    ],
+)
+def test_a_mistake_in_a_users_file_is_named(tmp_path, text, message):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        load_unit(str(path))
+
+
+def test_an_unknown_unit_lists_the_shipped(tmp_path):
+    with pytest.raises(ValueError, match=r"shipped are .*reference"):
+        load_unit("golden")
+    with pytest.raises(ValueError, match="No such file"):
+        load_unit(str(tmp_path / "none.toml"))
+
+
+def test_back_emf_has_one_home(tmp_path):
+    path = tmp_path / "hand.toml"
+    path.write_text("[servos]\nno_load_speed_counts = 9000.0\n", encoding="utf-8")
+    unit = load_unit(str(path))
+    assert unit.hand.back_emf == unit.servos.back_emf != load_unit("ideal").hand.back_emf
+    path.write_text("[hand]\nback_emf = 0.05\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="follows from"):
+        load_unit(str(path))
+
+
+@pytest.mark.parametrize("text", ["hand = 3", "[servos]\nno_load_speed_counts = 0.0"])
+def test_a_unit_that_cannot_be_says_so(tmp_path, text):
+    path = tmp_path / "hand.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"hand\.toml|no-load speed"):
+        load_unit(str(path))
