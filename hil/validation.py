@@ -9,7 +9,7 @@ from pathlib import Path
 from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
-from hil.experiments import DEFAULT, EXPERIMENTS, GATES, Experiment
+from hil.experiments import DEFAULT, EXPERIMENTS, Experiment
 from hil.judging.baseline import load, regressions
 from hil.judging.findings import Finding, failed
 from hil.judging.judged_run import Result, Validation
@@ -54,7 +54,7 @@ def validate(
         except (AeroError, SafetyStopError, ConnectionError) as error:
             stopped = _broken_off(name, error)
             break
-        if name in GATES and failed(results[name].findings) and name != names[-1]:
+        if EXPERIMENTS[name].gate and failed(results[name].findings) and name != names[-1]:
             stopped = _kept_back(name)
             break
     measured = {name: result.measured for name, result in results.items()}
@@ -84,8 +84,9 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
         if header.experiment not in EXPERIMENTS:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
         kind = DEFAULT_LIMITS if header.unit == PHYSICAL else load_unit(header.unit).limits
-        measured = EXPERIMENTS[header.experiment].measure(recording)
-        findings = compare(header.experiment, measured, load_limits(kind, header.firmware))
+        experiment = EXPERIMENTS[header.experiment]
+        measured = experiment.measure(recording)
+        findings = compare(experiment, measured, load_limits(kind, header.firmware))
         results[header.experiment] = Result(recording, measured, findings)
     return Validation(results, None, time.perf_counter() - start)
 
@@ -95,7 +96,7 @@ def _judged(experiment: Experiment, target: Target, limits: tuple[Limit, ...], p
         target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
     recording = experiment.run(target, progress)
     measured = experiment.measure(recording)
-    return Result(recording, measured, compare(experiment.name, measured, limits))
+    return Result(recording, measured, compare(experiment, measured, limits))
 
 
 def _broken_off(name: str, error: Exception) -> Finding:

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from aero.protocol import MAX_CODE
+
 Array = Any
 """An array of floats or integers: NumPy's, JAX's (also while tracing), or another that follows the array API."""
 
@@ -43,9 +45,9 @@ def as_codes(values: Array, width: int, what: str) -> Array:
     array = values if hasattr(values, "__array_namespace__") else np.asarray(values)
     _of_width(array, width, what)
     if not namespace(array).isdtype(array.dtype, "integral"):
-        raise ValueError(f"{what}: expected integers in 0..65535, got {array.dtype}")
-    if isinstance(array, np.ndarray) and array.size and not (array.min() >= 0 and array.max() <= 65535):
-        raise ValueError(f"{what}: expected 0..65535, got {array.min()}..{array.max()}")
+        raise ValueError(f"{what}: expected integers in 0..{MAX_CODE}, got {array.dtype}")
+    if isinstance(array, np.ndarray) and array.size and not (array.min() >= 0 and array.max() <= MAX_CODE):
+        raise ValueError(f"{what}: expected 0..{MAX_CODE}, got {array.min()}..{array.max()}")
     return array
 
 

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation.window import COUNTS_PER_TURN, CommandWindow
 from aero.channels import Channel
 from aero.errors import WindowMismatchError
-
-_MAX_CODE = 65535
+from aero.protocol import MAX_CODE
 
 
 def fits_span(readings: ArrayLike, span_counts: ArrayLike) -> NDArray[np.bool_]:
@@ -23,8 +22,8 @@ def fits_span(readings: ArrayLike, span_counts: ArrayLike) -> NDArray[np.bool_]:
     A reading fits a wrong span by chance with a probability of `span_counts` / 65535, 2 to 5 %.
     """
     codes, span = np.asarray(readings, np.int64), np.asarray(span_counts, np.int64)
-    counts = -(-codes * span // _MAX_CODE)
-    fits: NDArray[np.bool_] = counts * _MAX_CODE // span == codes
+    counts = -(-codes * span // MAX_CODE)
+    fits: NDArray[np.bool_] = counts * MAX_CODE // span == codes
     return fits
 
 

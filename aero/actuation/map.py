@@ -16,8 +16,7 @@ from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.actuation.window import UNSHIFTED, CommandWindow
 from aero.channels import Channel
 from aero.errors import WindowMismatchError
-
-_MAX_CODE = 65535
+from aero.protocol import MAX_CODE
 
 
 class SaturatedCodes(NamedTuple):
@@ -152,7 +151,7 @@ class ActuationMap:
         if isinstance(rounded, np.ndarray) and not np.isfinite(rounded).all():
             raise ValueError(f"shaft angles must be finite, got {np.asarray(angles)}")
         xp = namespace(rounded)
-        return SaturatedCodes(xp.astype(xp.clip(rounded, 0, _MAX_CODE), xp.uint16), ~inside)
+        return SaturatedCodes(xp.astype(xp.clip(rounded, 0, MAX_CODE), xp.uint16), ~inside)
 
     def angles_from_codes(self, codes: Array) -> Array:
         """Return shaft angles (..., 7) of codes (..., 7); eq. (inversechain).
@@ -163,7 +162,7 @@ class ActuationMap:
         codes = as_codes(codes, len(Channel), "codes")
         xp = namespace(codes)
         low, high = self._window_like(xp, None)
-        return low + xp.astype(codes, low.dtype) * ((high - low) / _MAX_CODE)
+        return low + xp.astype(codes, low.dtype) * ((high - low) / MAX_CODE)
 
     def codes_from_lengths(self, lengths: Array) -> Array:
         """Return codes for simulator lengths (..., 7); the way of a policy's command. Raises as `codes_from_angles`."""
@@ -189,8 +188,8 @@ class ActuationMap:
         angles = as_floats(angles, len(Channel), "shaft angles")
         xp = namespace(angles)
         low, high = self._window_like(xp, angles.dtype)
-        rounded = xp.round((angles - low) * (_MAX_CODE / (high - low)))
-        return rounded, (rounded >= 0) & (rounded <= _MAX_CODE)
+        rounded = xp.round((angles - low) * (MAX_CODE / (high - low)))
+        return rounded, (rounded >= 0) & (rounded <= MAX_CODE)
 
     def _window_like(self, xp: Array, dtype: Array) -> tuple[Array, Array]:
         low, high = self.window_rad.T

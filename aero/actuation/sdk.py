@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation import stages
 from aero.actuation.coefficients import load_coefficients
 from aero.channels import JOINT_BOX_RAD
+from aero.protocol import MAX_CODE
 
 SDK_LIMITS_DEG = np.array(
     [
@@ -43,5 +44,5 @@ def sdk_codes_from_angles(angles_deg: ArrayLike) -> NDArray[np.uint16]:
     """Return the codes (..., 7), uint16, that the SDK sends for shaft angles (..., 7) in degrees; clamps as it does."""
     low, high = SDK_LIMITS_DEG.T
     angles = np.clip(np.asarray(angles_deg, np.float64), low, high)
-    codes: NDArray[np.uint16] = ((angles - low) / (high - low) * 65535).astype(np.uint16)
+    codes: NDArray[np.uint16] = ((angles - low) / (high - low) * MAX_CODE).astype(np.uint16)
     return codes

@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
+from aero.protocol import MAX_CODE
 
 COUNTS_PER_TURN = 4096
 """Servo counts in one turn of an output shaft."""
 
-_MAX_CODE = 65535
 
 Counts = tuple[int, ...]
 
@@ -122,7 +122,7 @@ class CommandWindow:
     def counts_from_codes(self, codes: ArrayLike) -> NDArray[np.int64]:
         """Return the servo counts (..., 7) that the board sends servos to for codes (..., 7) in 0..65535."""
         extend, grasp = np.array(self.extend_counts), np.array(self.grasp_counts)
-        steps = np.asarray(codes, np.int64) * np.abs(grasp - extend) // _MAX_CODE
+        steps = np.asarray(codes, np.int64) * np.abs(grasp - extend) // MAX_CODE
         counts: NDArray[np.int64] = extend + np.sign(grasp - extend) * steps
         return counts
 
@@ -130,7 +130,7 @@ class CommandWindow:
         """Return the codes (..., 7) that the board reports for encoder counts (..., 7), 0 and 65535 beyond the ends."""
         extend, grasp = np.array(self.extend_counts), np.array(self.grasp_counts)
         into = np.sign(grasp - extend) * (np.rint(counts).astype(np.int64) - extend)
-        codes: NDArray[np.int64] = np.clip(into * _MAX_CODE // np.abs(grasp - extend), 0, _MAX_CODE)
+        codes: NDArray[np.int64] = np.clip(into * MAX_CODE // np.abs(grasp - extend), 0, MAX_CODE)
         return codes
 
     def _closing_sign(self) -> NDArray[np.int64]:

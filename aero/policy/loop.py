@@ -21,6 +21,7 @@ from aero.policy.grip import Grip, drawn
 from aero.policy.limits import Ending, slewed
 from aero.policy.running import Floats, Hand, Run, RunSettings, Step
 from aero.policy.task import CHANNELS, ActionMemory, observe, targets
+from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 
 
@@ -109,7 +110,7 @@ class _Session:
         self._task = settings.settings or policy.settings
         self._correction = np.array(settings.correction)
         window = actuation_map.window_rad
-        codes_per_rad = 65535 / (window[:, 1] - window[:, 0])
+        codes_per_rad = MAX_CODE / (window[:, 1] - window[:, 0])
         self._most = settings.limits.shaft_speed_rad_s * self._task.period_s * codes_per_rad
         self.command = np.zeros(CHANNELS)
         self._blind = 0

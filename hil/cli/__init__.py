@@ -8,10 +8,10 @@ import click
 
 COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
-    "report": "hil.cli.recordings:report",
-    "replay": "hil.cli.recordings:replay",
-    "diff": "hil.cli.recordings:diff",
-    "baseline": "hil.cli.recordings:baseline",
+    "report": "hil.cli.report:report",
+    "replay": "hil.cli.replay:replay",
+    "diff": "hil.cli.diff:diff",
+    "baseline": "hil.cli.baseline:baseline",
     "endurance": "hil.cli.endurance:endurance",
     "emulate": "hil.cli.emulate:emulate",
     "map": "hil.cli.map:map_command",

@@ -1,23 +1,24 @@
-"""The experiments, in the order in which a hand goes through them: what needs least of it comes first."""
+"""The experiments: each file or folder here that defines `EXPERIMENT` is one, `shared` holds what they share.
 
-from hil.experiments.audit import AUDIT
-from hil.experiments.coupling import COUPLING
-from hil.experiments.excursion import EXCURSION
-from hil.experiments.experiment import Experiment, Measured
-from hil.experiments.holding import HOLDING
-from hil.experiments.homing import HOMING
-from hil.experiments.open_loop_replay import REPLAY
-from hil.experiments.presence import PRESENCE
-from hil.experiments.response import RESPONSE
-from hil.experiments.staircase.stimulus import STAIRCASE
+A new experiment is a new file; nothing else has to know it. Its limits stand in `hil/judging/limits`.
+"""
+
+from importlib import import_module
+from pkgutil import iter_modules
+
+from hil.experiments.shared.experiment import Experiment, Measured, Metric
+
+
+def _found() -> list[Experiment]:
+    modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
+    return [module.EXPERIMENT for module in modules if hasattr(module, "EXPERIMENT")]
+
 
 EXPERIMENTS: dict[str, Experiment] = {
-    experiment.name: experiment
-    for experiment in (PRESENCE, AUDIT, EXCURSION, RESPONSE, COUPLING, HOLDING, STAIRCASE, REPLAY, HOMING)
+    experiment.name: experiment for experiment in sorted(_found(), key=lambda experiment: experiment.rank)
 }
-DEFAULT = tuple(name for name in EXPERIMENTS if name != "homing")
+"""By name, in the order in which a hand goes through them."""
+DEFAULT = tuple(name for name, experiment in EXPERIMENTS.items() if experiment.by_default)
 """Run unless others are asked for."""
-GATES = ("presence",)
-"""When one of these fails, nothing that moves the hand is run."""
 
-__all__ = ["DEFAULT", "EXPERIMENTS", "GATES", "Experiment", "Measured"]
+__all__ = ["DEFAULT", "EXPERIMENTS", "Experiment", "Measured", "Metric"]

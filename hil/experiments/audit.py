@@ -10,10 +10,12 @@ import numpy as np
 
 from aero.actuation.fingerprint import fits_span
 from aero.channels import Channel
-from hil.experiments.closing_current import closing_current
-from hil.experiments.command_steps import find_steps
-from hil.experiments.experiment import FULL, Driver, Experiment, Measured, map_of, one_closed
-from hil.experiments.signals import at_times
+from aero.protocol import MAX_CODE
+from hil.experiments.shared import subjects
+from hil.experiments.shared.closing_current import closing_current
+from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.experiment import Driver, Experiment, Measured, Metric, map_of, one_closed
+from hil.experiments.shared.signals import at_times
 from hil.recordings.recorder import Progress
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -42,13 +44,13 @@ def measure(recording: Recording) -> Measured:
     closing = [step for step in find_steps(commands.times, commands.values) if step.after > step.before]
     for step in closing:
         start, nudged = _row(codes.times, step.start), _row(codes.times, step.end)
-        moved = (codes.values[nudged] - codes.values[start]) / (NUDGE * FULL) * 100.0
+        moved = (codes.values[nudged] - codes.values[start]) / (NUDGE * MAX_CODE) * 100.0
         others = np.delete(moved, step.channel)
         back = codes.values[_row(codes.times, step.end + HALF_S), step.channel]
         found[Channel(step.channel).label] = {
             "followed": float(moved[step.channel]),
             "others_moved": float(np.abs(others).max()),
-            "came_back": 100.0 - float(back - codes.values[start, step.channel]) / (NUDGE * FULL) * 100.0,
+            "came_back": 100.0 - float(back - codes.values[start, step.channel]) / (NUDGE * MAX_CODE) * 100.0,
             "pull": float(pull[nudged, step.channel] - pull[start, step.channel]),
             "quantum_fits": 100.0 * float(fits_span(codes.values[:, step.channel], spans[step.channel]).mean()),
         }
@@ -60,4 +62,51 @@ def _row(times: np.ndarray[tuple[int], np.dtype[np.float64]], t: float) -> int:
     return int(np.searchsorted(times, t)) - 1
 
 
-AUDIT = Experiment("audit", "Each command moves its own encoder, the right way", run, measure, (NUDGE,) * 7)
+METRICS = (
+    Metric(
+        "followed",
+        "% of a nudge",
+        subjects.CHANNELS,
+        (
+            "The channel does not go where it is told: blocked at once, reversed (a linkage or horn mounted "
+            "the wrong way round turns against its stop), or another servo answers for it."
+        ),
+        (
+            "Watch which digit moves when this channel alone is nudged, and which way. The wrong digit: "
+            "exchange the servos' IDs. Against its stop: remount the horn."
+        ),
+    ),
+    Metric(
+        "others_moved",
+        "% of a nudge",
+        subjects.CHANNELS,
+        "Another encoder moves along: two servos share an ID, or the channel order is mixed up.",
+        (
+            "Compare the order in use with the driver's: index, middle, ring, pinky, thumb abduction, CMC "
+            "flexion, flexor."
+        ),
+    ),
+    Metric(
+        "came_back",
+        "% of a nudge",
+        subjects.CHANNELS,
+        "The channel does not open again.",
+        "Look for friction in the digit and for a return spring that has come off.",
+    ),
+    Metric(
+        "quantum_fits",
+        "% of readings",
+        subjects.CHANNELS,
+        (
+            "The command window is not the firmware's: the servo is trimmed, or firmware 0.2.0 restarted "
+            "without homing and forgot half of its thumb shift."
+        ),
+        "Home the hand, which drops trims and restores the window.",
+    ),
+    Metric("pull", "A", subjects.CHANNELS, "Change of the closing current with the nudge."),
+)
+"""What is measured, and what it means when it is off."""
+
+EXPERIMENT = Experiment(
+    "audit", "Each command moves its own encoder, the right way", run, measure, (NUDGE,) * 7, METRICS, rank=20
+)

@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.command_steps import find_steps
-from hil.experiments.experiment import FULL, Driver, Experiment, Measured, last_before
+from aero.protocol import MAX_CODE
+from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.experiment import Driver, Experiment, Measured, Metric, last_before
 from hil.recordings.recorder import Progress
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -26,7 +27,7 @@ def run(target: Target, progress: Progress) -> Recording:
     for abduction in ABDUCTIONS:
         for flexion in (0.0, 1.0, 0.0):
             codes = opened.copy()
-            codes[Channel.THUMB_ABDUCTION], codes[Channel.THUMB_CMC_FLEXION] = abduction * FULL, flexion * FULL
+            codes[Channel.THUMB_ABDUCTION], codes[Channel.THUMB_CMC_FLEXION] = abduction * MAX_CODE, flexion * MAX_CODE
             driver.hold(codes, HOLD_S, f"abduction {abduction:.0%}")
     driver.hold(opened, HOLD_S, "open hand")
     return driver.recorder.finish("coupling", {"hold_s": HOLD_S})
@@ -40,9 +41,9 @@ def measure(recording: Recording) -> Measured:
         for step in find_steps(commands.times, commands.values)
         if step.channel == Channel.THUMB_CMC_FLEXION and step.after > step.before
     ]
-    rows = np.array([last_before(codes.times, codes.values, step.end) for step in closing]) * 100.0 / FULL
+    rows = np.array([last_before(codes.times, codes.values, step.end) for step in closing]) * 100.0 / MAX_CODE
     stops = rows[:, Channel.THUMB_CMC_FLEXION]
-    before = np.array([last_before(codes.times, codes.values, step.start) for step in closing]) * 100.0 / FULL
+    before = np.array([last_before(codes.times, codes.values, step.start) for step in closing]) * 100.0 / MAX_CODE
     dragged = np.abs(rows - before)[:, Channel.THUMB_FLEXOR]
     return {
         Channel.THUMB_CMC_FLEXION.label: {
@@ -55,6 +56,35 @@ def measure(recording: Recording) -> Measured:
     }
 
 
-COUPLING = Experiment(
-    "coupling", "What the thumb's channels do to each other", run, measure, (0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
+METRICS = (
+    Metric(
+        "stop_shift",
+        "% of the window",
+        ("thumb_cmc_flexion",),
+        (
+            "Abduction does not move the flexion stop: the CMC cable is off its abduction pulley, or the "
+            "thumb does not abduct."
+        ),
+        "Look along the CMC cable where it crosses the abduction axis.",
+    ),
+    Metric(
+        "stop_without_abduction",
+        "% of the window",
+        ("thumb_cmc_flexion",),
+        "Where CMC flexion stops without abduction.",
+    ),
+    Metric("stop_half_abducted", "% of the window", ("thumb_cmc_flexion",), "The same, half abducted."),
+    Metric("stop_abducted", "% of the window", ("thumb_cmc_flexion",), "The same, fully abducted."),
+    Metric("dragged_by_cmc", "% of the window", ("thumb_flexor",), "How far the flexor moves when CMC flexion closes."),
+)
+"""What is measured, and what it means when it is off."""
+
+EXPERIMENT = Experiment(
+    "coupling",
+    "What the thumb's channels do to each other",
+    run,
+    measure,
+    (0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0),
+    METRICS,
+    rank=50,
 )

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.experiments.closing_current import closing_current
-from hil.experiments.experiment import FULL, SAMPLE_S, Measured
+from aero.protocol import MAX_CODE
+from hil.experiments.shared.closing_current import closing_current
+from hil.experiments.shared.experiment import SAMPLE_S, Measured
 from hil.recordings.recorder import Progress, silent
 from hil.targets.target import Target
 
@@ -98,7 +99,7 @@ def drift(cycles: list[Cycle]) -> Measured:
 
 
 def _cycle(target: Target) -> Cycle:
-    closed, current = _half(target, FULL)
+    closed, current = _half(target, MAX_CODE)
     opened, _ = _half(target, 0)
     return Cycle(closed, opened, current, target.hand.read_temperatures().tolist())
 
@@ -110,5 +111,5 @@ def _half(target: Target, code: int) -> tuple[list[float], list[float]]:
     for i in range(round(HALF_S / SAMPLE_S)):
         target.clock.sleep_until(start + i * SAMPLE_S)
         target.hand.command_codes(codes)
-    reached = target.hand.read_codes().astype(float) * 100.0 / FULL
+    reached = target.hand.read_codes().astype(float) * 100.0 / MAX_CODE
     return reached.tolist(), closing_current(target.hand.read_currents(), target.side).tolist()

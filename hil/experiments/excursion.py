@@ -9,10 +9,20 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.closing_current import closing_current
-from hil.experiments.command_steps import find_steps
-from hil.experiments.experiment import FULL, Driver, Experiment, Measured, last_before, map_of, one_closed
-from hil.experiments.signals import display_unit
+from aero.protocol import MAX_CODE
+from hil.experiments.shared import subjects
+from hil.experiments.shared.closing_current import closing_current
+from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.experiment import (
+    Driver,
+    Experiment,
+    Measured,
+    Metric,
+    last_before,
+    map_of,
+    one_closed,
+)
+from hil.experiments.shared.signals import display_unit
 from hil.recordings.recorder import LENGTH_UNITS, Progress
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -29,7 +39,7 @@ def run(target: Target, progress: Progress) -> Recording:
     for channel in Channel:
         driver.hold(one_closed(channel, 1.0), HOLD_S, channel.label)
         driver.hold(opened, HOLD_S, channel.label)
-    driver.hold(np.full(len(Channel), FULL), HOLD_S, "fist")
+    driver.hold(np.full(len(Channel), MAX_CODE), HOLD_S, "fist")
     driver.hold(opened, HOLD_S, "open hand")
     return driver.recorder.finish("excursion", {"hold_s": HOLD_S})
 
@@ -49,7 +59,7 @@ def measure(recording: Recording) -> Measured:
         closed = last_before(codes.times, codes.values, step.end).astype(int)
         _, scale = display_unit(LENGTH_UNITS[step.channel])
         found[Channel(step.channel).label] = {
-            "closed_percent": 100.0 * float(closed[step.channel]) / FULL,
+            "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
             "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
             "stop_current": float(last_before(currents.times, pull, step.end)[step.channel]),
             "fist_travel": scale * float(travel[1, step.channel] - travel[0, step.channel]),
@@ -62,4 +72,64 @@ def _at(recording: Recording, t: float) -> np.ndarray[tuple[int], np.dtype[np.in
     return last_before(codes.times, codes.values, t).astype(np.int64)
 
 
-EXCURSION = Experiment("excursion", "How far each channel goes, and what stops it", run, measure, (1.0,) * 7)
+METRICS = (
+    Metric(
+        "closed_percent",
+        "% of the window",
+        subjects.FINGERS,
+        (
+            "Too little: the finger is blocked, or its cables are swapped with another channel's. Too much: "
+            "it never met its end stop, so its cable is slack or pulls nothing."
+        ),
+        "Watch the finger close. Compare with its neighbours.",
+    ),
+    Metric(
+        "closed_percent",
+        "% of the window",
+        ("thumb_cmc_flexion",),
+        (
+            "CMC flexion stops in the wrong place. At 100 %: nothing stops it, as when its cable and the "
+            "flexor's are swapped."
+        ),
+        (
+            "Watch the thumb while this channel alone closes: it must swing over the palm, not curl. If it "
+            "curls, swap the two cables back."
+        ),
+    ),
+    Metric(
+        "closed_percent",
+        "% of the window",
+        ("thumb_flexor",),
+        (
+            "The flexor stops in the wrong place. At about a third: it drives CMC flexion, so the two cables "
+            "are swapped."
+        ),
+        (
+            "Watch the thumb while this channel alone closes: it must curl, not swing over the palm. If it "
+            "swings, swap the two cables back."
+        ),
+    ),
+    Metric(
+        "closed_angle",
+        "deg",
+        ("thumb_abduction",),
+        (
+            "The abduction meets its stop where another command window would put it: the map is for the wrong"
+            " firmware window, or the linkage is mounted off its spline."
+        ),
+        (
+            "Home the hand, or power-cycle it. Then check which firmware is on the board: 0.2.0 shifts this "
+            "window by 9.93 degrees when it homes. Name the calibration that the hand has if it must not be "
+            "homed."
+        ),
+    ),
+    Metric("stop_current", "A", subjects.CHANNELS, "Current that holds the channel where it stops, positive closes."),
+    Metric("fist_travel", "length", subjects.CHANNELS, "Travel from the open hand to a fist of all channels."),
+    Metric("closed_percent", "% of the window", ("thumb_abduction",), "Where the abduction stops; judged as an angle."),
+    Metric("closed_angle", "deg", subjects.CABLES, "Shaft angle where the channel stops."),
+)
+"""What is measured, and what it means when it is off."""
+
+EXPERIMENT = Experiment(
+    "excursion", "How far each channel goes, and what stops it", run, measure, (1.0,) * 7, METRICS, rank=30
+)

@@ -8,8 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.closing_current import closing_current
-from hil.experiments.experiment import FULL, Driver, Experiment, Measured
+from aero.protocol import MAX_CODE
+from hil.experiments.shared import subjects
+from hil.experiments.shared.closing_current import closing_current
+from hil.experiments.shared.experiment import Driver, Experiment, Measured, Metric
 from hil.recordings.recorder import Progress
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -24,7 +26,7 @@ def run(target: Target, progress: Progress) -> Recording:
     driver = Driver(target, progress, 2 * OPEN_S + HOLD_S)
     opened = np.zeros(len(Channel))
     driver.hold(opened, OPEN_S, "open hand")
-    driver.hold(FULL * np.array(POSTURE), HOLD_S, "holding")
+    driver.hold(MAX_CODE * np.array(POSTURE), HOLD_S, "holding")
     driver.hold(opened, OPEN_S, "open hand")
     return driver.recorder.finish("holding", {"open_s": OPEN_S, "hold_s": HOLD_S})
 
@@ -38,11 +40,39 @@ def measure(recording: Recording) -> Measured:
     return {
         channel.label: {
             "holding_current": float(np.median(pull[held, channel])),
-            "creep_percent": 100.0 * float(np.ptp(codes.values[still, channel])) / FULL,
+            "creep_percent": 100.0 * float(np.ptp(codes.values[still, channel])) / MAX_CODE,
             "warming": float(temperatures.values[-1, channel] - temperatures.values[0, channel]),
         }
         for channel in Channel
     }
 
 
-HOLDING = Experiment("holding", "Currents and heating while the hand holds still", run, measure, POSTURE)
+METRICS = (
+    Metric(
+        "creep_percent",
+        "% of the window",
+        subjects.CHANNELS,
+        "The channel does not hold still under its own spring.",
+        "Look for a servo that overheats, a supply that sags, or a cable that slips on its spool.",
+    ),
+    Metric(
+        "holding_current",
+        "A",
+        subjects.FINGERS,
+        "Too little: nothing pulls back. Too much: friction or a blocked digit.",
+        "Compare with the staircase's spring load and friction of the same channel.",
+    ),
+    Metric(
+        "warming",
+        "degC",
+        subjects.CHANNELS,
+        "The servo heats faster than its current explains.",
+        "Check that its case is not enclosed; compare the currents with the neighbours'.",
+    ),
+    Metric("holding_current", "A", subjects.THUMB, "Median current that holds the grasp, positive closes."),
+)
+"""What is measured, and what it means when it is off."""
+
+EXPERIMENT = Experiment(
+    "holding", "Currents and heating while the hand holds still", run, measure, POSTURE, METRICS, rank=60
+)

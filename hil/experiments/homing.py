@@ -9,30 +9,32 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import CABLES, Channel
-from hil.experiments.command_steps import find_steps
-from hil.experiments.experiment import Driver, Experiment, Measured, last_before, map_of, one_closed
+from hil.experiments.shared import subjects
+from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.experiment import Driver, Experiment, Measured, Metric, last_before, map_of, one_closed
 from hil.recordings.recorder import Progress
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
 HOMINGS = 3
 HOLD_S = 0.9
-REPEATS = "homed in "
 
 
 def run(target: Target, progress: Progress) -> Recording:
     """Home a few times and close each cable channel after each homing."""
     driver = Driver(target, progress, HOMINGS * HOLD_S * 2 * len(CABLES))
     opened = np.zeros(len(Channel))
+    seconds: list[float] = []
     for i in range(HOMINGS):
         start = target.clock.now()
         target.hand.home()
         driver.resume()
-        driver.recorder.note(f"{REPEATS}{target.clock.now() - start:.2f} s")
+        seconds.append(target.clock.now() - start)
+        driver.recorder.note(f"homed in {seconds[-1]:.2f} s")
         for channel in CABLES:
             driver.hold(one_closed(channel, 1.0), HOLD_S, f"homing {i + 1}, {channel.label}")
             driver.hold(opened, HOLD_S, f"homing {i + 1}, {channel.label}")
-    return driver.recorder.finish("homing", {"homings": HOMINGS})
+    return driver.recorder.finish("homing", {"homings": HOMINGS, "slowest_s": max(seconds)})
 
 
 def measure(recording: Recording) -> Measured:
@@ -49,12 +51,43 @@ def measure(recording: Recording) -> Measured:
         closed = np.array([last_before(codes.times, codes.values, step.start) for step in openings]).astype(int)
         travel = codec.travel_from_angles(codec.angles_from_codes(closed))[:, channel]
         found[channel.label] = {"homing_spread": 1e3 * float(np.ptp(travel))}
-    times = [
-        float(event.text.removeprefix(REPEATS).removesuffix(" s"))
-        for event in recording.events
-        if event.text.startswith(REPEATS)
-    ]
-    return found | {"hand": {"homing_time": max(times)}}
+    return found | {"hand": {"homing_time": float(recording.header.parameters["slowest_s"])}}
 
 
-HOMING = Experiment("homing", "How long homing takes, and how well it repeats", run, measure, (1.0,) * 7)
+METRICS = (
+    Metric(
+        "homing_spread",
+        "mm",
+        subjects.CABLES,
+        "Homing finds another zero each time: something gives way at the stop, or the search ended early.",
+        (
+            "Watch a homing: each digit must be free until it is fully closed. A digit that meets another "
+            "stops the search."
+        ),
+    ),
+    Metric(
+        "homing_time",
+        "s",
+        subjects.HAND,
+        (
+            "Homing takes another time than this firmware's: another version is on the board, or a search "
+            "timed out because its channel never met a stop."
+        ),
+        (
+            "About 4 s mean firmware 0.1.3 or later, 20-60 s mean 0.1.2 or before. Otherwise watch which "
+            "digit does not close, and look for its cable."
+        ),
+    ),
+)
+"""What is measured, and what it means when it is off."""
+
+EXPERIMENT = Experiment(
+    "homing",
+    "How long homing takes, and how well it repeats",
+    run,
+    measure,
+    (1.0,) * 7,
+    METRICS,
+    rank=90,
+    by_default=False,
+)

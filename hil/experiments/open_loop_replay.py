@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.experiments.experiment import Experiment, Measured
-from hil.experiments.side_by_side import follow
-from hil.experiments.signals import at_times, display_unit, rms
+from aero.policy.settings import PAPER_TRAINING
+from hil.experiments.shared import subjects
+from hil.experiments.shared.experiment import Experiment, Measured, Metric
+from hil.experiments.shared.side_by_side import follow
+from hil.experiments.shared.signals import at_times, display_unit, rms
 from hil.recordings.recorder import Progress
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -21,14 +23,9 @@ from model import RoutedHand
 
 Floats = NDArray[np.float64]
 
-CONTROL_S = 0.05
-"""Control period of the policy, s."""
 DURATION_S = 8.0
 SETTLE_S = 1.0
 """Time at the nominal pose before the actions begin, s."""
-NOMINAL = (0.09, 0.09, 0.09, 0.09, 0.75, 0.035, 0.1)
-SCALE = (0.02, 0.02, 0.02, 0.02, 0.7, 0.003, 0.012)
-"""Length of an action of zero, and what an action of one adds; paper, section "Observation and action"."""
 RATES_HZ = (0.6, 0.7, 0.5, 0.8, 0.5, 0.65, 0.55)
 AMPLITUDE = 0.4
 """One gait-like oscillation a channel, all different, and slow enough for a firmware with a motion profile."""
@@ -38,14 +35,14 @@ LONGEST_DELAY_S = 0.2
 def run(target: Target, progress: Progress) -> Recording:
     """Send the action sequence to the routed hand and to the target."""
     actions = _actions()
-    commands = np.array(NOMINAL) + np.array(SCALE) * actions
+    commands = np.array(PAPER_TRAINING.nominal) + np.array(PAPER_TRAINING.scale) * actions
     return follow(
         target,
         RoutedHand(target.side),
         commands,
-        period_s=CONTROL_S,
+        period_s=PAPER_TRAINING.period_s,
         name="replay",
-        parameters={"control_s": CONTROL_S, "amplitude": AMPLITUDE},
+        parameters={"control_s": PAPER_TRAINING.period_s, "amplitude": AMPLITUDE},
         doing=lambda _: "replaying",
         progress=progress,
     )
@@ -77,10 +74,28 @@ def measure(recording: Recording) -> Measured:
 
 def _actions() -> Floats:
     """Return the action sequence, (n, 7) in -1..1, zero until `SETTLE_S`."""
-    t = CONTROL_S * np.arange(round((SETTLE_S + DURATION_S) / CONTROL_S))
+    t = PAPER_TRAINING.period_s * np.arange(round((SETTLE_S + DURATION_S) / PAPER_TRAINING.period_s))
     phase = 2.0 * np.pi * np.maximum(t - SETTLE_S, 0.0)[:, None] * np.array(RATES_HZ)
     actions: Floats = AMPLITUDE * np.sin(phase)
     return actions
 
 
-REPLAY = Experiment("replay", "One action sequence, open loop, on both", run, measure, (1.0,) * 7)
+METRICS = (
+    Metric(
+        "replay_shape",
+        "mm",
+        subjects.FINGERS,
+        ("The transmission itself departs from the simulator in motion, so a policy would meet it in closed loop too."),
+        (
+            "Look at the staircase of this channel first; a good staircase with a bad replay points to speed,"
+            " friction or supply."
+        ),
+    ),
+    Metric("replay_rms", "length", subjects.CHANNELS, "Hand less simulator at the same time."),
+    Metric("replay_delay", "ms", subjects.CHANNELS, "Delay at which the two agree best."),
+    Metric("replay_offset", "length", subjects.CHANNELS, "Mean difference at that delay."),
+    Metric("replay_shape", "length", subjects.THUMB, "Hand less simulator at that delay, apart from the mean."),
+)
+"""What is measured, and what it means when it is off."""
+
+EXPERIMENT = Experiment("replay", "One action sequence, open loop, on both", run, measure, (1.0,) * 7, METRICS, rank=80)

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.experiment import Experiment, Measured
+from hil.experiments.shared import subjects
+from hil.experiments.shared.experiment import Experiment, Measured, Metric
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Header, Recording
 from hil.targets.boot_text import identify
@@ -80,4 +81,67 @@ def round_trips(wire: tuple[WireRecord, ...]) -> tuple[int, list[float]]:
     return requests, trips
 
 
-PRESENCE = Experiment("presence", "A hand answers, completely and freshly", run, measure, (0.0,) * 7)
+METRICS = (
+    Metric(
+        "lost_replies",
+        "%",
+        subjects.HAND,
+        "Replies get lost on the way: a lossy cable or hub, or another program on the port.",
+        "Use a short data cable without a hub, and close everything else that opens the port.",
+    ),
+    Metric(
+        "distinct_readings",
+        "of 30 readings",
+        subjects.HAND,
+        (
+            "Telemetry stands still: the board no longer reaches all seven servos. One that has the wrong ID,"
+            " or a loose bus connector, is enough."
+        ),
+        (
+            "Look at the boot text for a servo that does not answer. Check the bus cables, then scan the "
+            "servos' IDs: they must be 0 to 6."
+        ),
+    ),
+    Metric(
+        "round_trip",
+        "ms",
+        subjects.HAND,
+        "Readings take long.",
+        "Connect without a hub or a network in between; look for another program that loads the machine.",
+    ),
+    Metric(
+        "temperature",
+        "degC",
+        subjects.CHANNELS,
+        "A hot servo, or (at zero) a sensor that is not read.",
+        (
+            "Let it cool with the power off and find what it pushes against at rest: a trim, a wrong zero, or"
+            " a digit that is held."
+        ),
+    ),
+    Metric(
+        "idle_current",
+        "A",
+        subjects.CHANNELS,
+        "The servo pushes against something although the hand is open and at rest.",
+        (
+            "Home the hand. With firmware 0.2.0, 0.25-0.29 A remain on CMC flexion whatever is commanded: its"
+            " window begins 9.93 degrees beyond the open end."
+        ),
+    ),
+    Metric(
+        "boot_contradictions",
+        "contradictions",
+        subjects.HAND,
+        (
+            "The boot text is of another firmware or hand than was named, or a servo did not answer; the "
+            "report's events say which."
+        ),
+        ("Name the firmware and side that are really there, or look for the servo: its bus connector, then its ID."),
+    ),
+)
+"""What is measured, and what it means when it is off."""
+
+EXPERIMENT = Experiment(
+    "presence", "A hand answers, completely and freshly", run, measure, (0.0,) * 7, METRICS, rank=10, gate=True
+)

@@ -8,9 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.command_steps import find_steps
-from hil.experiments.experiment import FULL, Experiment, Measured
+from aero.protocol import MAX_CODE
 from hil.experiments.presence import round_trips
+from hil.experiments.shared import subjects
+from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.experiment import Experiment, Measured, Metric
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -84,7 +86,7 @@ def measure(recording: Recording) -> Measured:
 
 def _command(target: Target, recorder: Recorder, fraction: float, fingers: range | tuple[Channel, ...]) -> None:
     codes = np.zeros(len(Channel), np.uint16)
-    codes[list(fingers)] = round(fraction * FULL)
+    codes[list(fingers)] = round(fraction * MAX_CODE)
     if not recorder.has("command_codes"):
         recorder.add("command_codes", target.clock.now(), np.zeros(len(Channel), np.uint16))
     recorder.add("command_codes", target.clock.now(), codes)
@@ -99,14 +101,45 @@ def _read(target: Target, recorder: Recorder) -> np.ndarray[tuple[int], np.dtype
 
 
 def _arrived(codes: np.ndarray[tuple[int], np.dtype[np.uint16]], *, closing: bool) -> bool:
-    fingers = codes[:4] / FULL
+    fingers = codes[:4] / MAX_CODE
     return bool(np.all(fingers >= CLOSED) if closing else np.all(fingers <= OPENED))
 
 
-RESPONSE = Experiment(
+METRICS = (
+    Metric(
+        "command_to_motion",
+        "ms",
+        subjects.HAND,
+        (
+            "The hand starts late, or, below the range, moves before it can: then its encoder is noisy or "
+            "something else moves it."
+        ),
+        "Look for what else runs on the machine and for a hub or a network between it and the hand.",
+    ),
+    Metric(
+        "telemetry_period",
+        "ms",
+        subjects.HAND,
+        ("Readings are refreshed at another rate than the firmware's: another version, or a bus that loses cycles."),
+        "Check the firmware on the board, then the servo bus for a servo that answers only sometimes.",
+    ),
+    Metric(
+        "open_close_rate",
+        "Hz",
+        subjects.HAND,
+        "The hand opens and closes slowly, or does not get there.",
+        "Slow closing: supply or a speed limit. Slow opening: return springs and friction.",
+    ),
+    Metric("round_trip", "ms", subjects.HAND, "Median time from a request to its complete reply."),
+)
+"""What is measured, and what it means when it is off."""
+
+EXPERIMENT = Experiment(
     "response",
     "Delays, and how fast the hand opens and closes",
     run,
     measure,
     (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
+    METRICS,
+    rank=40,
 )

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil.experiments.experiment import Measured
+from hil.experiments.shared.experiment import Measured
 from hil.judging.findings import Finding
 
 

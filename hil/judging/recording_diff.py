@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from aero.protocol import MAX_CODE
 from hil.experiments import EXPERIMENTS
-from hil.experiments.signals import at_times
+from hil.experiments.shared.signals import at_times
 from hil.recordings.recording import Recording
 
 
@@ -39,7 +40,7 @@ def diff(first: Recording, second: Recording) -> dict[Channel, ChannelDiff]:
     experiment = EXPERIMENTS[first.header.experiment]
     one, other = experiment.measure(first), experiment.measure(second)
     times = first["codes"].times
-    error = (at_times(second["codes"].times, second["codes"].values, times) - first["codes"].values) * 100.0 / 65535
+    error = (at_times(second["codes"].times, second["codes"].values, times) - first["codes"].values) * 100.0 / MAX_CODE
     return {
         channel: ChannelDiff(
             rms=float(np.sqrt(np.mean(np.square(error[:, channel])))),

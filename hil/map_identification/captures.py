@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.experiments.simulated_hand import Simulator
+from hil.experiments.shared.simulated_hand import Simulator
 
 Floats = NDArray[np.float64]
 

@@ -46,7 +46,7 @@ class ChannelGap:
     """What explains the gap."""
 
 
-def attribute(simulated: Floats, replayed: Floats, closed_loop: Floats) -> tuple[ChannelGap, ...]:
+def channel_gaps(simulated: Floats, replayed: Floats, closed_loop: Floats) -> tuple[ChannelGap, ...]:
     """Compare three traces channel by channel.
 
     Args:

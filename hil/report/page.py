@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aero.channels import Channel
 from hil.experiments import EXPERIMENTS
-from hil.experiments.staircase.residual_sources import attribute
+from hil.experiments.staircase.residual_sources import residual_sources
 from hil.experiments.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.judging.findings import Finding, failed
 from hil.judging.judged_run import Validation
@@ -92,7 +92,7 @@ def _staircase(validation: Validation) -> dict[str, Any] | None:
     if "staircase" not in validation.results:
         return None
     recording = validation.results["staircase"].recording
-    metrics, attributions = staircase_metrics(recording), attribute(recording)
+    metrics, attributions = staircase_metrics(recording), residual_sources(recording)
     return {
         "rows": table(metrics, validation.results["staircase"].findings),
         "causes": [(title(channel), row, attributions[channel]) for channel, row in metrics.items()],

@@ -18,8 +18,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.experiments.command_steps import find_steps
-from hil.experiments.signals import display_unit
+from aero.protocol import MAX_CODE
+from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.signals import display_unit
 from hil.experiments.staircase.settled import residuals
 from hil.recordings.recording import Recording
 
@@ -143,7 +144,7 @@ def draw_thumb(axes: Axes, recording: Recording) -> None:
     """Draw the thumb's three encoders over the coupling sweep."""
     codes = recording["codes"]
     for channel, style in zip(THUMB, LINE_STYLES, strict=False):
-        axes.plot(codes.times, 100.0 * codes.values[:, channel] / 65535, style, color=CHANNEL_COLOURS[channel])
+        axes.plot(codes.times, 100.0 * codes.values[:, channel] / MAX_CODE, style, color=CHANNEL_COLOURS[channel])
     axes.set_title("Thumb coupling: CMC flexion closed at three abductions", loc="left", fontsize=10)
     axes.legend([title(channel) for channel in THUMB], fontsize=7)
     axes.set_xlabel("time, s")

@@ -7,7 +7,7 @@ import json
 import math
 from pathlib import Path
 
-from hil.experiments.staircase.stimulus import STAIRCASE
+from hil.experiments.staircase import EXPERIMENT as STAIRCASE
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.judged_run import Validation
 from hil.recordings.mcap_file import write_recording

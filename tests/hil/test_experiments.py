@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil.experiments import DEFAULT
+from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.stimulus import Staircase, run_staircase
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.findings import failed
@@ -26,6 +26,9 @@ LONG["staircase"].append(pytest.mark.slow)
 def test_within_limits(target, hand, name):
     result = validate(target, [name])
     assert result.stopped is None
+    described = {(subject, metric.name) for metric in EXPERIMENTS[name].metrics for subject in metric.subjects}
+    measured = result.results[name].measured
+    assert described == {(subject, metric) for subject, row in measured.items() for metric in row}
     assert [f"{finding.sentence}. {finding.meaning}" for finding in failed(result.findings)] == []
 
 

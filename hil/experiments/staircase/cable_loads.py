@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES, Channel
-from hil.experiments.closing_current import closing_current
-from hil.experiments.command_steps import find_steps
+from hil.experiments.shared.closing_current import closing_current
+from hil.experiments.shared.command_steps import find_steps
 from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
-from hil.experiments.simulated_hand import Simulator
+from hil.experiments.shared.simulated_hand import Simulator
 
 Floats = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aero.channels import Channel
-from hil.experiments.command_steps import find_steps
-from hil.experiments.signals import display_unit, rms
+from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.signals import display_unit, rms
 from hil.experiments.staircase.settled import residuals
 from hil.recordings.recording import Recording
 
@@ -57,7 +57,7 @@ class Attribution:
         return ", ".join(texts)
 
 
-def attribute(recording: Recording) -> dict[Channel, Attribution]:
+def residual_sources(recording: Recording) -> dict[Channel, Attribution]:
     """Split each channel's settled residual of a staircase recording by what was going on."""
     command, hand = recording["command"], recording["hand"]
     residual, settled = residuals(recording)

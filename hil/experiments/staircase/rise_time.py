@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.experiments.command_steps import CommandStep
+from hil.experiments.shared.command_steps import CommandStep
 
 Floats = NDArray[np.float64]
 

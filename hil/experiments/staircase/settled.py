@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.experiments.signals import at_times
+from hil.experiments.shared.signals import at_times
 from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]

@@ -14,12 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.experiments.experiment import Experiment, Measured
-from hil.experiments.side_by_side import follow
-from hil.experiments.simulated_hand import MODEL_STEP_S, Simulator
-from hil.experiments.staircase.cable_loads import loads
+from hil.experiments.shared.side_by_side import follow
+from hil.experiments.shared.simulated_hand import MODEL_STEP_S, Simulator
 from hil.experiments.staircase.reachable_range import calibrated_range, reachable
-from hil.experiments.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.recordings.recorder import Progress, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -119,25 +116,5 @@ def run(target: Target, progress: Progress) -> Recording:
     return run_staircase(target, RoutedHand(target.side), progress=progress)
 
 
-def measure(recording: Recording) -> Measured:
-    """Return each channel's row of the validation table, and each cable's take-up, spring load and friction."""
-    found = {channel.label: _numbers(row) for channel, row in staircase_metrics(recording).items()}
-    ranges = np.ptp(recording["command"].values, axis=0) * 1e3
-    for channel in Channel:
-        row = found[channel.label]
-        row["settled_percent"] = 100.0 * row["settled_samples"] / len(recording["hand"].times)
-        row["worst_percent"] = 100.0 * abs(row["worst_residual"]) / float(ranges[channel])
-    for channel, load in loads(recording).items():
-        found[channel.label] |= {"take_up": load.take_up_mm, "spring": load.spring, "friction": load.friction}
-    return found
-
-
-def _numbers(row: ChannelMetrics) -> dict[str, float]:
-    return {name: float(value) for name, value in dataclasses.asdict(row).items() if name != "unit"}
-
-
 def _is_multiple(value: float, unit: float) -> bool:
     return abs(value / unit - round(value / unit)) < 1e-9
-
-
-STAIRCASE = Experiment("staircase", "Simulator and hand on one command stream", run, measure, (1.0,) * 7)

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.experiments.command_steps import CommandStep, find_steps
-from hil.experiments.signals import display_unit, rms
+from hil.experiments.shared.command_steps import CommandStep, find_steps
+from hil.experiments.shared.signals import display_unit, rms
 from hil.experiments.staircase.rise_time import Response, respond
 from hil.experiments.staircase.settled import residuals
 from hil.recordings.recording import Recording

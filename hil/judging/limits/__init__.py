@@ -1,8 +1,8 @@
 """Limits as data, and the one function that compares measured numbers with them.
 
 One TOML file in this folder for each kind of hand. A limit bounds one metric of one experiment on one or more
-subjects (a channel, or `hand`) and says where the bound comes from, what it usually means when it is broken, and what
-to do about it.
+subjects (a channel, or `hand`) and says where the bound comes from. What it means when a metric is out of its bounds
+stands with the experiment that measures it.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from dataclasses import dataclass, fields, replace
 from importlib import resources
 from typing import Any
 
-from aero.channels import Channel
+from hil.experiments import Experiment, Measured, Metric
+from hil.experiments.shared.subjects import SUBJECTS
 from hil.judging.findings import Finding
 
-SUBJECTS = (*(channel.label for channel in Channel), "hand")
-REQUIRED = ("experiment", "metric", "subjects", "unit", "source", "meaning", "remedy")
+REQUIRED = ("experiment", "metric", "subjects", "source")
 
 
 @dataclass(frozen=True)
@@ -28,38 +28,32 @@ class Limit:
     experiment: str
     metric: str
     subjects: tuple[str, ...]
-    unit: str
     source: str
     """Where the bound comes from."""
-    meaning: str
-    """What it usually means when the bound is broken."""
-    remedy: str
-    """What to do then."""
     at_least: float = -math.inf
     at_most: float = math.inf
     firmware: tuple[str, ...] = ()
     """Firmware versions it holds for; empty for all."""
 
-    @property
-    def text(self) -> str:
+    def text(self, unit: str) -> str:
         """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""
         if math.isinf(self.at_least):
-            return f"at most {self.at_most:g} {self.unit}"
+            return f"at most {self.at_most:g} {unit}"
         if math.isinf(self.at_most):
-            return f"at least {self.at_least:g} {self.unit}"
-        return f"{self.at_least:g} to {self.at_most:g} {self.unit}"
+            return f"at least {self.at_least:g} {unit}"
+        return f"{self.at_least:g} to {self.at_most:g} {unit}"
 
-    def judge(self, subject: str, value: float) -> Finding:
-        """Compare one value with the bound; a value that could not be measured (NaN) fails."""
+    def judge(self, metric: Metric, subject: str, value: float) -> Finding:
+        """Compare one value of a metric with the bound; a value that could not be measured (NaN) fails."""
         return Finding(
             check=self.metric,
             subject=subject,
             passed=self.at_least <= value <= self.at_most,
-            measured="not measurable" if math.isnan(value) else f"{value:.4g} {self.unit}",
-            expected=self.text,
+            measured="not measurable" if math.isnan(value) else f"{value:.4g} {metric.unit}",
+            expected=self.text(metric.unit),
             source=self.source,
-            meaning=self.meaning,
-            remedy=self.remedy,
+            meaning=metric.meaning,
+            remedy=metric.remedy,
         )
 
 
@@ -98,18 +92,16 @@ def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, .
     return tuple(left)
 
 
-def compare(
-    experiment: str, measured: Mapping[str, Mapping[str, float]], limits: tuple[Limit, ...]
-) -> tuple[Finding, ...]:
+def compare(experiment: Experiment, measured: Measured, limits: tuple[Limit, ...]) -> tuple[Finding, ...]:
     """Compare what one experiment measured, by subject and metric, with the limits for that experiment.
 
     Raises:
         KeyError: a limit is set on something the experiment did not measure.
     """
     return tuple(
-        limit.judge(subject, float(measured[subject][limit.metric]))
+        limit.judge(experiment.metric(limit.metric, subject), subject, float(measured[subject][limit.metric]))
         for limit in limits
-        if limit.experiment == experiment
+        if limit.experiment == experiment.name
         for subject in limit.subjects
     )
 

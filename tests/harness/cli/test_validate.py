@@ -14,7 +14,8 @@ from aero import AeroHand, Channel
 from hil import validation
 from hil.cli import main
 from hil.experiments import EXPERIMENTS
-from hil.experiments.staircase.stimulus import STAIRCASE, Staircase, run_staircase
+from hil.experiments.staircase import EXPERIMENT as STAIRCASE
+from hil.experiments.staircase.stimulus import Staircase, run_staircase
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.limits import load_limits
 from hil.recordings.mcap_file import read_recording

@@ -5,7 +5,7 @@ import pytest
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
-from hil.experiments.staircase.residual_sources import attribute
+from hil.experiments.staircase.residual_sources import residual_sources
 
 RING = Channel.RING
 
@@ -30,7 +30,7 @@ def test_an_offset_in_one_part_of_the_run_is_attributed_to_it(perfect, part, ind
     hand = perfect["hand"].values.copy()
     hand[windows(perfect, RING)[index], RING] += 0.01 * RANGES[RING]
     recording = replaced(perfect, "hand", hand)
-    found = attribute(recording)
+    found = residual_sources(recording)
     assert found[RING].share[part] > 0.9
     assert part == "others" or found[RING].rms[part] == pytest.approx(1e3 * 0.01 * RANGES[RING], rel=0.1)
     assert sum(found[RING].share.values()) == pytest.approx(1.0)
@@ -42,7 +42,7 @@ def test_an_offset_in_one_part_of_the_run_is_attributed_to_it(perfect, part, ind
 def test_a_blocked_top_is_called_stopped(perfect):
     hand = perfect["hand"].values.copy()
     hand[:, RING] = np.minimum(hand[:, RING], 0.6 * RANGES[RING])
-    attribution = attribute(replaced(perfect, "hand", hand))[RING]
+    attribution = residual_sources(replaced(perfect, "hand", hand))[RING]
     assert attribution.share["stopped"] > 0.5
 
 
@@ -50,7 +50,7 @@ def test_the_words_name_the_sweep_that_couples(perfect):
     hand = perfect["hand"].values.copy()
     hand[:, Channel.THUMB_FLEXOR] += 0.05 * hand[:, Channel.THUMB_CMC_FLEXION]
     recording = replaced(perfect, "hand", hand)
-    where = attribute(recording)[Channel.THUMB_FLEXOR].where
+    where = residual_sources(recording)[Channel.THUMB_FLEXOR].where
     assert where == "100% while others are swept (most: thumb_cmc_flexion)"
 
 
@@ -62,6 +62,6 @@ def test_a_constant_error_is_attributed_to_its_source(perfect, series, source):
     recording = replaced(perfect, series, changed)
     if series == "goal":
         recording = replaced(recording, "hand", perfect["hand"].values + error * (np.arange(7) == RING))
-    found = attribute(recording)[RING].source
+    found = residual_sources(recording)[RING].source
     assert found[source] == pytest.approx(1e3 * error, rel=0.01)
     assert all(found[other] < 0.05 * found[source] for other in found if other != source)

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
-from hil.experiments.command_steps import find_steps
-from hil.experiments.signals import at_times
+from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.signals import at_times
 from hil.experiments.staircase.rise_time import respond
 from hil.experiments.staircase.settled import quiet_command, quiet_trace, residuals
 from hil.experiments.staircase.tracking import staircase_metrics

@@ -4,19 +4,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import Channel
-from hil.policies.transmission_gap import attribute
+from hil.policies.transmission_gap import channel_gaps
 
 T = np.arange(200) * 0.05
 GAIT = 0.05 * np.sin(2 * np.pi * 2.0 * T)[:, None] * np.ones(7)
 
 
 def causes(simulated, replayed, closed_loop):
-    return [gap.cause for gap in attribute(simulated, replayed, closed_loop)]
+    return [gap.cause for gap in channel_gaps(simulated, replayed, closed_loop)]
 
 
 @given(st.floats(-0.01, 0.01))
 def test_a_constant_offset_is_no_gap_but_is_reported(offset):
-    gaps = attribute(GAIT, GAIT + offset, GAIT)
+    gaps = channel_gaps(GAIT, GAIT + offset, GAIT)
     assert [gap.cause for gap in gaps] == ["none"] * 7
     np.testing.assert_allclose([gap.offset for gap in gaps], offset, atol=1e-12)
 
@@ -41,7 +41,7 @@ def test_a_gait_that_changes_only_in_closed_loop_is_the_feedbacks(channel, scale
 
 def test_traces_of_different_length_are_refused():
     with pytest.raises(ValueError, match="one length"):
-        attribute(GAIT, GAIT[1:], GAIT)
+        channel_gaps(GAIT, GAIT[1:], GAIT)
 
 
 def test_a_hand_that_hardly_moves_has_no_gap():

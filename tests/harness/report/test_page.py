@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 import pytest
 from synthetic import staircase
 
-from hil.experiments.staircase.stimulus import STAIRCASE
+from hil.experiments.staircase import EXPERIMENT as STAIRCASE
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.findings import Finding
 from hil.judging.judged_run import Result, Validation

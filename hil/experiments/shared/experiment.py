@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
+from aero.protocol import MAX_CODE
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import Target
@@ -20,16 +21,30 @@ Measured = Mapping[str, Mapping[str, float]]
 
 SAMPLE_S = 0.02
 """Time from one encoder reading to the next, s."""
-FULL = 65535
-"""Code of a closed channel."""
 CURRENT_EVERY = 5
 TEMPERATURE_EVERY = 50
 """Samples of the encoders from one reading of the currents or temperatures to the next."""
 
 
 @dataclass(frozen=True)
+class Metric:
+    """One number that an experiment measures; `hil.judging.limits` says how large it may be."""
+
+    name: str
+    """Name in `checks.json` and in the limits."""
+    unit: str
+    """As people read it; `length` stands for mm, and mrad for the abduction."""
+    subjects: tuple[str, ...]
+    """What it is measured on: labels of channels, or `hand`."""
+    meaning: str
+    """What it usually means when it is off; what the number is, when it has no limit."""
+    remedy: str = ""
+    """What to do then; empty when it has no limit."""
+
+
+@dataclass(frozen=True)
 class Experiment:
-    """One experiment: how to run it, and what its recording says."""
+    """One experiment: how to run it, what its recording says, and what that means."""
 
     name: str
     """Name on the command line, in files and in limits."""
@@ -39,6 +54,25 @@ class Experiment:
     measure: Callable[[Recording], Measured]
     furthest: tuple[float, ...]
     """How far it sends each channel at most, part of the window, command order."""
+    metrics: tuple[Metric, ...]
+    """Everything that `measure` returns."""
+    rank: int
+    """Place in the order in which a hand goes through the experiments: what asks least of it comes first."""
+    gate: bool = False
+    """Whether a hand that fails it is not moved."""
+    by_default: bool = True
+    """Whether it runs without being asked for by name."""
+
+    def metric(self, name: str, subject: str) -> Metric:
+        """Return what is known of a number.
+
+        Raises:
+            KeyError: the experiment does not measure it on that subject.
+        """
+        for metric in self.metrics:
+            if metric.name == name and subject in metric.subjects:
+                return metric
+        raise KeyError(f"{self.name} does not measure {name} on {subject}")
 
 
 class Driver:
@@ -79,7 +113,7 @@ class Driver:
 def one_closed(channel: Channel, fraction: float) -> NDArray[np.uint16]:
     """Return codes (7,) of an open hand with one channel closed by a part of its window."""
     codes = np.zeros(len(Channel), np.uint16)
-    codes[channel] = round(fraction * FULL)
+    codes[channel] = round(fraction * MAX_CODE)
     return codes
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.experiments.experiment import CURRENT_EVERY, TEMPERATURE_EVERY
-from hil.experiments.simulated_hand import MODEL_STEP_S, Simulator
+from hil.experiments.shared.experiment import CURRENT_EVERY, TEMPERATURE_EVERY
+from hil.experiments.shared.simulated_hand import MODEL_STEP_S, Simulator
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import Target

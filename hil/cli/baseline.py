@@ -1,0 +1,24 @@
+"""`aero-hil baseline`: a hand's own figures, kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hil.judging import baseline as baselines
+
+
+@click.command()
+@click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+def baseline(*, results: Path, folder: Path) -> None:
+    """Keep the figures of RESULTS, a folder that `validate` wrote, as the baseline FOLDER of one hand.
+
+    Later runs of `aero-hil validate --baseline FOLDER` say what has become worse.
+    """
+    try:
+        baselines.store(results, folder)
+    except OSError as error:
+        raise click.UsageError(str(error)) from error
+    click.echo(f"baseline {folder}; compare with `aero-hil validate --baseline {folder}`")

@@ -1,0 +1,52 @@
+"""How the figures of `aero-hil evaluate` are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rich.console import Console
+from rich.table import Table
+
+from hil.policies.transmission_gap import ChannelGap
+
+COLUMNS = {
+    "survival": ("keeps", "{:.2f}"),
+    "rate_rad_s": ("rad/s", "{:.2f}"),
+    "rotation_median_rad": ("rad", "{:.1f}"),
+    "airborne": ("no contact", "{:.2%}"),
+    "action_change": ("change", "{:.2f}"),
+    "finger_travel_m_s": ("mm/s", "{:.1f}"),
+    "stopped": ("stopped", "{:.2f}"),
+    "mean_current_a": ("mean A", "{:.2f}"),
+    "peak_current_a": ("peak A", "{:.2f}"),
+}
+"""Heading and format of each figure: share that keeps the cube, mean rate, median rotation, steps without contact,
+change of the action from step to step, commanded travel of a finger, share of trials that a limit ended, motor current
+of the channel that draws most, mean and peak."""
+MM = 1e3
+
+
+def print_figures(console: Console, backend: str, rows: Mapping[str, Mapping[str, float]]) -> None:
+    """Print one table for a backend: a row a condition, a column a figure."""
+    shown = {key: column for key, column in COLUMNS.items() if any(key in row for row in rows.values())}
+    table = Table(title=backend, title_justify="left")
+    table.add_column("", no_wrap=True)
+    for title, _ in shown.values():
+        table.add_column(title, justify="right")
+    scale = {"finger_travel_m_s": MM}
+    for name, row in rows.items():
+        table.add_row(name, *(form.format(row[key] * scale.get(key, 1.0)) for key, (_, form) in shown.items()))
+    console.print(table)
+
+
+def print_gaps(console: Console, gaps: tuple[ChannelGap, ...]) -> None:
+    """Print what one episode's actions move in the simulator, replayed on the hand, and in closed loop."""
+    table = Table(title="Motion with one episode's actions, mm or mrad (standard deviation)", title_justify="left")
+    table.add_column("", no_wrap=True)
+    for title in ("sim", "replayed", "rest", "offset", "closed loop"):
+        table.add_column(title, justify="right")
+    table.add_column("gap from", no_wrap=True)
+    for gap in gaps:
+        figures = (gap.simulated, gap.replayed, gap.residual, gap.offset, gap.closed_loop)
+        table.add_row(gap.channel.label, *(f"{MM * figure:.2f}" for figure in figures), gap.cause)
+    console.print(table)

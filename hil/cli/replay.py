@@ -1,0 +1,49 @@
+"""`aero-hil replay`: the bytes of a recording, sent to a hand again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import click
+import numpy as np
+
+from aero.channels import Channel
+from hil.cli.options import target
+from hil.cli.reading import RECORDING, read
+from hil.recordings.mcap_file import write_recording
+from hil.recordings.wire_replay import compare_replies
+from hil.recordings.wire_replay import replay as run_replay
+from hil.targets.opening import open_target
+from hil.targets.target import NoHandError
+
+
+@click.command()
+@click.argument("recording", type=RECORDING)
+@target
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the new recording here.")
+def replay(
+    *,
+    recording: Path,
+    target_name: str,
+    firmware: str,
+    hand: Literal["right", "left"],
+    unit: str,
+    seed: int,
+    out: Path | None,
+) -> None:
+    """Send the bytes of RECORDING to a hand again and compare what comes back."""
+    recorded = read(recording)
+    try:
+        with open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened:
+            replayed = run_replay(recorded, opened)
+        comparison = compare_replies(recorded, replayed)
+        if out is not None:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            write_recording(replayed, out)
+    except (NoHandError, ValueError, OSError) as error:
+        raise click.UsageError(str(error)) from error
+    click.echo(f"{comparison.identical} of {comparison.requests} requests answered with the same bytes")
+    if not np.isnan(comparison.position_rms).all():
+        rms = ", ".join(f"{channel.label} {comparison.position_rms[channel]:.0f}" for channel in Channel)
+        click.echo(f"rms difference of the encoders, of 65535: {rms}")

@@ -1,0 +1,27 @@
+"""`aero-hil report`: recordings judged again."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from hil.cli.reading import RECORDING, read
+from hil.report.page import render_report
+from hil.validation import judge_recordings
+
+
+@click.command()
+@click.argument("recordings", type=RECORDING, nargs=-1, required=True)
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("report.html"), show_default=True)
+def report(*, recordings: tuple[Path, ...], out: Path) -> None:
+    """Judge RECORDINGS again and write the report; exits as `validate` does."""
+    try:
+        judged = judge_recordings([read(path) for path in recordings])
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(render_report(judged), encoding="utf-8")
+    except (ValueError, OSError) as error:
+        raise click.UsageError(str(error)) from error
+    click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
+    sys.exit(0 if judged.passed else 1)

@@ -1,0 +1,122 @@
+"""A policy measured through every byte: on shipped and random hands, on every firmware, corrected and not."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor as Pool
+from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.policy.file import Policy
+from aero.policy.limits import Ending
+from aero.policy.running import RunSettings, Step
+from firmware_emulator.firmware.profiles import PROFILES
+from hil.policies.cube_trial import Trial, run_trial
+from hil.policies.transmission_gap import ChannelGap, channel_gaps
+from hil.recordings.recorder import Progress
+from hil.targets.target import DEFAULT_FIRMWARE
+from model.units import Unit, load_unit
+from model.units.cable_correction import correction
+from model.units.plausible import plausible_unit
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One trial to be made."""
+
+    name: str
+    """Row of the table that it counts for."""
+    unit: Unit
+    firmware: str
+    seed: int
+    settings: RunSettings
+
+
+def cases(policy: Policy, trials: int, units: int, *, seconds: float, seed: int) -> list[Case]:
+    """Return every trial through the bytes; the `units` random hands take turns in one set of trials."""
+    reference, paper = load_unit("reference"), load_unit("paper")
+    hands = [plausible_unit(seed + k) for k in range(units)]
+    bare = RunSettings(seconds=seconds)
+    corrected = {
+        unit.name: replace(bare, correction=tuple(correction(unit, policy.settings)))
+        for unit in (reference, paper, *hands)
+    }
+    turns = max(trials, units) if units else 0
+    rows = [
+        *((unit.name, [unit] * trials, DEFAULT_FIRMWARE, True) for unit in (reference, paper)),
+        (f"random units ({units})", [hands[k % units] for k in range(turns)], DEFAULT_FIRMWARE, True),
+        ("reference, not corrected", [reference] * trials, DEFAULT_FIRMWARE, False),
+        (f"random units ({units}), not corrected", [hands[k % units] for k in range(turns)], DEFAULT_FIRMWARE, False),
+        *(
+            (f"reference, firmware {firmware}", [reference] * trials, firmware, True)
+            for firmware in PROFILES
+            if firmware != DEFAULT_FIRMWARE
+        ),
+        ("paper, firmware pre", [paper] * trials, "pre", True),
+    ]
+    return [
+        Case(name, unit, firmware, seed + k, corrected[unit.name] if known else bare)
+        for name, turn, firmware, known in rows
+        for k, unit in enumerate(turn)
+    ]
+
+
+def through_bytes(policy: Policy, made: list[Case], progress: Progress) -> dict[str, dict[str, float]]:
+    """Run the trials on all cores; return the figures of each row, SI units."""
+    trials: dict[str, list[Trial]] = {}
+    # A fresh interpreter a worker: a copy of this one would share its threads' locks.
+    with Pool(mp_context=get_context("spawn")) as pool:
+        for done, (case, trial) in enumerate(zip(made, pool.map(partial(_trial, policy), made), strict=True), 1):
+            trials.setdefault(case.name, []).append(trial)
+            progress(done / len(made), case.name)
+    return {name: _summary(one) for name, one in trials.items()}
+
+
+def open_loop_gaps(
+    policy: Policy, actions: Floats, lengths: Floats, *, seconds: float, seed: int
+) -> tuple[ChannelGap, ...]:
+    """Replay a simulated episode's actions on the reference hand, and run the policy on it too.
+
+    Args:
+        policy: what acts.
+        actions: of the simulated episode, (steps, 7).
+        lengths: that the simulator reached, (steps, 7), m, abduction rad.
+        seconds: length of the trials.
+        seed: of the hand's noise and of where the cube is put.
+    """
+    unit = load_unit("reference")
+    settings = RunSettings(seconds=seconds, correction=tuple(correction(unit, policy.settings)))
+
+    def trial(script: Floats | None) -> Floats:
+        steps: list[Floats] = []
+
+        def keep(step: Step) -> None:
+            steps.append(step.lengths)
+
+        run_trial(policy, unit, seed=seed, settings=settings, script=script, on_step=keep)
+        return np.array(steps)
+
+    after = trial(actions)[1:]  # a reading shows what the action before it did
+    return channel_gaps(lengths[: len(after)], after, trial(None))
+
+
+def _trial(policy: Policy, case: Case) -> Trial:
+    return run_trial(policy, case.unit, firmware=case.firmware, seed=case.seed, settings=case.settings)
+
+
+def _summary(trials: list[Trial]) -> dict[str, float]:
+    return {
+        "episodes": float(len(trials)),
+        "survival": float(np.mean([one.kept for one in trials])),
+        "rate_rad_s": float(np.mean([one.rate_rad_s for one in trials])),
+        "rotation_median_rad": float(np.median([one.rotation_rad for one in trials])),
+        "finger_travel_m_s": float(np.mean([one.travel_per_s[:4] for one in trials])),
+        "stopped": float(np.mean([one.run.ending is not Ending.TIME for one in trials])),
+        "mean_current_a": float(np.max(np.mean([one.mean_currents_a for one in trials], axis=0))),
+        "peak_current_a": max(one.run.peak_current_a for one in trials),
+    }
