@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections import Counter
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -21,6 +23,18 @@ MAY_IMPORT = {
 }
 ADDITIONALLY = {"hil/cli": {"train"}}
 """What single folders may import besides: the command line, where everything meets, a command's needs at its call."""
+EMULATOR_FOR_MODEL = {"firmware_emulator.plant", "firmware_emulator.servo.parameters"}
+"""What `model` may know of the electronics: the interface behind the servos, and one servo's constants."""
+HIL_LAYERS = (
+    {"targets"},
+    {"recordings"},
+    {"experiments"},
+    {"judging"},
+    {"validation", "report", "policies", "map_identification"},
+    {"system_identification"},
+    {"cli", "pytest_plugin"},
+)
+"""The folders and files of `hil`, lowest first; each may import itself and what lies below."""
 HEAVY = {
     "aero": {"mujoco", "jax", "scipy", "matplotlib", "click", "rich", "pytest"},
     "firmware_emulator": {"mujoco", "jax", "scipy", "matplotlib", "click", "rich", "pytest"},
@@ -37,14 +51,23 @@ def sources(package: str) -> list[Path]:
     return sorted((ROOT / package).rglob("*.py"))
 
 
-def imported_roots(path: Path) -> set[str]:
-    roots = set()
+def module_name(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imported(path: Path) -> set[str]:
+    """Dotted names, of modules or of what is in them."""
+    names = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            roots |= {alias.name.partition(".")[0] for alias in node.names}
+            names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            roots.add(node.module.partition(".")[0])
-    return roots
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+def imported_roots(path: Path) -> set[str]:
+    return {name.partition(".")[0] for name in imported(path)}
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -57,6 +80,49 @@ def test_imports_point_one_way(package: str) -> None:
         if bad:
             offenders[name] = bad
     assert not offenders
+
+
+def test_the_model_knows_no_more_of_the_electronics_than_their_plant_and_their_servo() -> None:
+    offenders = {
+        (module_name(path), name)
+        for path in sources("model")
+        for name in imported(path)
+        if name.startswith("firmware_emulator") and name.rpartition(".")[0] not in EMULATOR_FOR_MODEL
+    }
+    assert not offenders
+
+
+def test_hil_imports_downward() -> None:
+    floor = {name: level for level, names in enumerate(HIL_LAYERS) for name in names}
+    tops = {path.name.removesuffix(".py") for path in (ROOT / "hil").iterdir() if path.suffix in ("", ".py")}
+    assert tops - {"__init__", "__pycache__"} == set(floor)
+    offenders = []
+    for path in sources("hil"):
+        own = module_name(path).split(".")[1:2]
+        for name in imported(path):
+            parts = name.split(".")
+            if not own or parts[0] != "hil" or parts[1] not in floor or parts[1] == own[0]:
+                continue
+            if floor[parts[1]] >= floor[own[0]]:
+                offenders.append((module_name(path), name))
+    assert not offenders
+
+
+def test_no_circle_between_files() -> None:
+    paths = {module_name(path): path for package in PACKAGES for path in sources(package)}
+    needs = {
+        module: {known for name in imported(path) if (known := name if name in paths else name.rpartition(".")[0])}
+        & paths.keys() - {module}
+        for module, path in paths.items()
+    }
+    list(TopologicalSorter(needs).static_order())
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_one_module_name_has_one_meaning(package: str) -> None:
+    """A command's file is named as its command; every other name stands once in a package."""
+    names = [path.stem for path in sources(package) if not path.stem.startswith("__") and path.parent.name != "cli"]
+    assert {name: count for name, count in Counter(names).items() if count > 1} == {}
 
 
 def test_import_aero_costs_numpy_and_pyserial_only() -> None:

@@ -15,9 +15,9 @@ from aero.clock import Clock
 from aero.driver import AeroHand
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
-from aero.safety.errors import SafetyStopError
 from aero.safety.interrupts import uninterrupted
 from aero.safety.opening import OPEN, limit, move_slowly, open_and_relax
+from aero.safety.stop import SafetyStopError
 from aero.safety.thresholds import Settings, Thresholds
 from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock

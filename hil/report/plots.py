@@ -153,18 +153,30 @@ def draw_thumb(axes: Axes, recording: Recording) -> None:
 
 def figures_of(experiment: str, recording: Recording) -> dict[str, Draw]:
     """Return the panels that belong in the report of an experiment, none when it has no figure."""
-    if experiment == "staircase":
-        return panels(recording)
-    if experiment == "coupling":
-        return {"thumb": lambda axes: draw_thumb(axes, recording)}
-    if experiment in ("excursion", "holding"):
-        return {
-            f"{experiment}_currents": lambda axes: _titled(axes, recording, "currents", "A", f"Currents, {experiment}"),
-            f"{experiment}_temperatures": lambda axes: _titled(
-                axes, recording, "temperatures", "°C", f"Temperatures, {experiment}"
-            ),
-        }
-    return {}
+    return FIGURES[experiment](recording) if experiment in FIGURES else {}
+
+
+def thumb_coupling(recording: Recording) -> dict[str, Draw]:
+    """Return the panel of the thumb coupling."""
+    return {"thumb": lambda axes: draw_thumb(axes, recording)}
+
+
+def loads(recording: Recording) -> dict[str, Draw]:
+    """Return the panels of what all channels draw, and of how warm they are."""
+    name = recording.header.experiment
+    return {
+        f"{name}_currents": lambda axes: _titled(axes, recording, "currents", "A", f"Currents, {name}"),
+        f"{name}_temperatures": lambda axes: _titled(axes, recording, "temperatures", "°C", f"Temperatures, {name}"),
+    }
+
+
+FIGURES: dict[str, Callable[[Recording], dict[str, Draw]]] = {
+    "staircase": panels,
+    "coupling": thumb_coupling,
+    "excursion": loads,
+    "holding": loads,
+}
+"""Experiment to its panels in the report."""
 
 
 def _titled(axes: Axes, recording: Recording, name: str, unit: str, text: str) -> None:
