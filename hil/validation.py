@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
-from hil.experiments import DEFAULT, EXPERIMENTS, Experiment
+from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.judging.baseline import load, regressions
 from hil.judging.findings import Finding, failed
 from hil.judging.judged_run import Result, Validation
-from hil.judging.limits import Limit, compare, load_limits
+from hil.judging.limits import compare, load_limits
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import PHYSICAL, Target
@@ -30,41 +31,63 @@ def validate(
     names: Sequence[str] = DEFAULT,
     *,
     baseline: Path | None = None,
+    folder: Path | None = None,
     progress: Progress = silent,
+    on_result: Callable[[Validation], None] = lambda _: None,
 ) -> Validation:
     """Run experiments on a target and judge them by its kind's limits.
+
+    Ctrl-C and a signal that `aero.safety.unwinding` turns into an exit end the run and are noted in what is returned.
 
     Args:
         target: the hand; most experiments move it through its whole range.
         names: experiments to run, keys of `EXPERIMENTS`.
         baseline: folder of the hand's own earlier figures, to compare with.
+        folder: where recordings are written as they are made, NAME.mcap and session.mcap; nowhere when None.
         progress: called with the finished part of the present experiment.
+        on_result: called with everything so far after each experiment.
 
     Returns:
         Results up to the first experiment that could not end, or to a failed gate.
+
+    Raises:
+        OSError: a recording cannot be begun.
+        ValueError: the baseline is none.
     """
     start = time.perf_counter()
     limits = load_limits(target.limits, target.firmware)
     before = load(baseline) if baseline else {}
     results: dict[str, Result] = {}
-    stopped = None
+
+    def so_far(stopped: Finding | None = None) -> Validation:
+        measured = {name: result.measured for name, result in results.items()}
+        compared = regressions(before, measured, str(baseline))
+        return Validation(dict(results), stopped, time.perf_counter() - start, compared)
+
+    def recorder(name: str) -> Recorder:
+        return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")
+
+    session, done = recorder(SESSION), so_far()
+    session.begin(from_opening=True)
     for name in names:
+        experiment, record = EXPERIMENTS[name], recorder(name)
         try:
-            results[name] = _judged(EXPERIMENTS[name], target, limits, progress)
-        except (AeroError, SafetyStopError, ConnectionError) as error:
-            stopped = _broken_off(name, error)
+            if any(experiment.furthest):
+                target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
+            experiment.run(target, record, progress)
+        except (AeroError, SafetyStopError, OSError, KeyboardInterrupt, SystemExit) as error:
+            broken_off = (record.finish(ended=False),) if record.begun else ()
+            done = replace(so_far(_broken_off(name, error)), broken_off=broken_off, ended_by=error)
             break
-        if EXPERIMENTS[name].gate and failed(results[name].findings) and name != names[-1]:
-            stopped = _kept_back(name)
+        recording = record.finish()
+        measured = experiment.measure(recording)
+        results[name] = Result(recording, measured, compare(experiment, measured, limits))
+        done = so_far()
+        on_result(done)
+        if experiment.gate and failed(results[name].findings) and name != names[-1]:
+            done = so_far(_kept_back(name))
             break
-    measured = {name: result.measured for name, result in results.items()}
-    return Validation(
-        results,
-        stopped,
-        time.perf_counter() - start,
-        regressions(before, measured, str(baseline)),
-        Recorder(target, from_opening=True).finish(SESSION, {}),
-    )
+    return replace(done, session=session.finish(ended=done.ended_by is None))
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
@@ -77,38 +100,48 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     """
     start = time.perf_counter()
     results: dict[str, Result] = {}
+    broken_off = tuple(r for r in recordings if not r.header.finished and r.header.experiment != SESSION)
     for recording in recordings:
         header = recording.header
         if header.experiment == SESSION:
             continue
         if header.experiment not in EXPERIMENTS:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
+        if not header.finished:
+            continue
         kind = DEFAULT_LIMITS if header.unit == PHYSICAL else load_unit(header.unit).limits
         experiment = EXPERIMENTS[header.experiment]
         measured = experiment.measure(recording)
         findings = compare(experiment, measured, load_limits(kind, header.firmware))
         results[header.experiment] = Result(recording, measured, findings)
-    return Validation(results, None, time.perf_counter() - start)
+    stopped = _cut_short(broken_off[0].header.experiment) if broken_off else None
+    return Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off)
 
 
-def _judged(experiment: Experiment, target: Target, limits: tuple[Limit, ...], progress: Progress) -> Result:
-    if any(experiment.furthest):
-        target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
-    recording = experiment.run(target, progress)
-    measured = experiment.measure(recording)
-    return Result(recording, measured, compare(experiment, measured, limits))
-
-
-def _broken_off(name: str, error: Exception) -> Finding:
+def _broken_off(name: str, error: BaseException) -> Finding:
+    interrupted = isinstance(error, (KeyboardInterrupt, SystemExit))
     return Finding(
         check=name,
         subject="hand",
         passed=False,
         measured="broken off",
         expected="run to its end",
-        source="the driver",
-        meaning=str(error),
-        remedy="Mend this first; what comes after it was not run.",
+        source="a person or a signal" if interrupted else "the driver",
+        meaning="The program was told to stop." if interrupted else str(error),
+        remedy="Run it again." if interrupted else "Mend this first; what comes after it was not run.",
+    )
+
+
+def _cut_short(name: str) -> Finding:
+    return Finding(
+        check=name,
+        subject="hand",
+        passed=False,
+        measured="broken off",
+        expected="run to its end",
+        source="the recording",
+        meaning="The recording ends before the experiment does.",
+        remedy="Run it again.",
     )
 
 

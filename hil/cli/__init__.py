@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from importlib import import_module
+from typing import Any
 
 import click
+
+from aero.safety import unwinding
+from hil.cli.exits import run
 
 COMMANDS: dict[str, str] = {
     "validate": "hil.cli.validate:validate",
@@ -41,6 +45,11 @@ class LazyGroup(click.Group):
         module, attribute = COMMANDS[cmd_name].split(":")
         command: click.Command = getattr(import_module(module), attribute)
         return command
+
+    def main(self, *arguments: Any, **settings: Any) -> Any:
+        """Run the command line and end the program, with the exit code that its ending asks for."""
+        with unwinding():
+            run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

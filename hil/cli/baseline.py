@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from hil.cli.exits import given
 from hil.judging import baseline as baselines
 
 
@@ -17,8 +18,6 @@ def baseline(*, results: Path, folder: Path) -> None:
 
     Later runs of `aero-hil validate --baseline FOLDER` say what has become worse.
     """
-    try:
+    with given():
         baselines.store(results, folder)
-    except OSError as error:
-        raise click.UsageError(str(error)) from error
     click.echo(f"baseline {folder}; compare with `aero-hil validate --baseline {folder}`")

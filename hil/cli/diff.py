@@ -9,6 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from hil.cli.exits import given
 from hil.cli.reading import RECORDING, read
 from hil.judging.recording_diff import diff as difference
 from hil.recordings.recording import Recording
@@ -20,10 +21,8 @@ from hil.recordings.recording import Recording
 def diff(*, first: Path, second: Path) -> None:
     """Compare two recordings of one experiment, channel by channel."""
     one, other = read(first), read(second)
-    try:
+    with given():
         found = difference(one, other)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
     console = Console()
     console.print(f"first:  {_describe(one)}\nsecond: {_describe(other)}", highlight=False)
     shown = Table("Channel", "rms", "mean", "worst", box=SIMPLE_HEAD, title="Encoders, second less first, % of window")

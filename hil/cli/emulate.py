@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from pathlib import Path
-from typing import Literal
 
 import click
 
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
-from hil.cli.options import emulation
+from hil.cli.exits import given
+from hil.cli.options import ChosenHand, emulation
 from hil.targets.emulated_hand import build_emulated
 from model.units import load_unit
 
@@ -21,16 +22,15 @@ from model.units import load_unit
 @click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
 @click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
+@click.option("--parent", type=int, hidden=True, help="Stop when this process is gone.")
 def emulate(
     *,
-    firmware: str,
-    hand: Literal["right", "left"],
-    unit: str,
-    seed: int,
+    hand: ChosenHand,
     link: Path | None,
     bus_link: Path | None,
     bus_port: str | None,
     state: Path | None,
+    parent: int | None,
 ) -> None:
     """Serve an emulated hand until it is interrupted.
 
@@ -39,18 +39,16 @@ def emulate(
     stopped: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda caught, _frame: stopped.append(caught))
-    try:
+    with given():
         electronics, _ = build_emulated(
-            load_unit(unit),
-            firmware=firmware,
-            hand=hand,
-            seed=seed,
+            load_unit(hand.unit),
+            firmware=hand.firmware,
+            hand=hand.side,
+            seed=hand.seed,
             start="homed" if bus_port is None else "bare",
             nvs=Nvs(state),
         )
         server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
-    except (ValueError, OSError) as error:
-        raise click.UsageError(str(error)) from error
     with server:
         click.echo(f"ready {server.name}")
-        server.run(stop=lambda: bool(stopped))
+        server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))

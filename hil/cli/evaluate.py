@@ -11,12 +11,15 @@ import click
 from rich.console import Console
 from rich.progress import Progress
 
-from aero.policy.file import Policy, PolicyFileError
+from aero.policy.file import Policy
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
 from hil.cli.evaluation_tables import print_figures, print_gaps
+from hil.cli.exits import Ended, Exit, given
+from hil.cli.options import Seconds
 from hil.policies.byte_evaluation import cases, open_loop_gaps, through_bytes
 from hil.policies.transmission_gap import ChannelGap
+from hil.recordings.output import prepared_folder
 from train.evaluation.backends import in_plain_mujoco, on_built_hands, over_mjx
 from train.evaluation.figures import video
 from train.evaluation.rollouts import log, task_of
@@ -34,10 +37,24 @@ WIDTH = 120
     show_default=True,
     help="What to run on: plain MuJoCo, MJX, built hands in process, emulated hands through every byte. Repeatable.",
 )  # fmt: skip
-@click.option("--episodes", type=int, default=100, show_default=True, help="Episodes of each condition in simulation.")
-@click.option("--trials", type=int, default=10, show_default=True, help="Trials of each hand through the bytes.")
-@click.option("--units", type=int, default=5, show_default=True, help="Random hands that share one set of trials.")
-@click.option("--seconds", type=float, default=15.0, show_default=True, help="Length of an episode.")
+@click.option(
+    "--episodes",
+    type=click.IntRange(min=1),
+    default=100,
+    show_default=True,
+    help="Episodes of each condition in simulation.",
+)
+@click.option(
+    "--trials", type=click.IntRange(min=1), default=10, show_default=True, help="Trials of each hand through the bytes."
+)
+@click.option(
+    "--units",
+    type=click.IntRange(min=0),
+    default=5,
+    show_default=True,
+    help="Random hands that share one set of trials.",
+)
+@click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of an episode.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything that is drawn.")
 @click.option("--video", "with_video", is_flag=True, help="Render one episode.")
 @click.option(
@@ -62,11 +79,9 @@ def evaluate(
     servo with a sweep of delays and lags; through the bytes on each shipped unit, on random ones and on each firmware.
     """
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
-    try:
+    with given():
         policy = find_policy(policy_name)
-    except PolicyFileError as error:
-        raise click.UsageError(str(error)) from error
-    out.mkdir(parents=True, exist_ok=True)
+        prepared_folder(out)
     results: dict[str, dict[str, dict[str, float]]] = {}
     gaps: tuple[ChannelGap, ...] = ()
     with Progress(console=console, transient=True) as bar:
@@ -83,7 +98,7 @@ def evaluate(
             try:
                 results["MJX"] = over_mjx(policy, episodes, seconds=seconds, seed=seed)
             except ImportError as error:
-                raise click.UsageError(f"--on mjx needs `pip install aero-hil[train]`: {error}") from error
+                raise Ended(f"--on mjx needs the extra `train`: {error}", Exit.USAGE) from error
         if "built" in backends:
             results["built hands in process"] = on_built_hands(policy, episodes, seconds=seconds, seed=seed)
         if "bytes" in backends:

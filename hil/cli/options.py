@@ -2,39 +2,114 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Any
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import update_wrapper
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from aero.actuation.window import FIRMWARE_CALIBRATIONS
+from hil.cli.exits import given
+
+if TYPE_CHECKING:
+    from aero.safety import Thresholds
+    from hil.targets.target import Target
 
 Command = Callable[..., Any]
 
 FIRMWARE = tuple(FIRMWARE_CALIBRATIONS)
 
 
+@dataclass(frozen=True)
+class ChosenHand:
+    """The hand that the options of a command name."""
+
+    target: str
+    firmware: str
+    side: Literal["right", "left"]
+    unit: str
+    seed: int
+    hand_id: str = ""
+
+    def open(
+        self, *, guarded: bool | None = None, thresholds: Thresholds | None = None
+    ) -> AbstractContextManager[Target]:
+        """Return the hand as a context manager, see `hil.open_target`."""
+        from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
+
+        with given():
+            return open_target(
+                self.target,
+                firmware=self.firmware,
+                hand=self.side,
+                unit=self.unit,
+                seed=self.seed,
+                guarded=guarded,
+                thresholds=thresholds,
+                hand_id=self.hand_id,
+            )
+
+
+class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
+    """A finite time, s, from `least` on, or above zero when `least` is None."""
+
+    name = "seconds"
+
+    def __init__(self, least: float | None = None) -> None:
+        self.least = least
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number, or say what is expected."""
+        try:
+            seconds = float(value)
+        except ValueError:
+            self.fail(f"{value!r} is no number of seconds", param, ctx)
+        if not math.isfinite(seconds) or (seconds <= 0 if self.least is None else seconds < self.least):
+            wanted = "above 0" if self.least is None else f"from {self.least:g} on"
+            self.fail(f"{value} is no time; give a number of seconds {wanted}", param, ctx)
+        return seconds
+
+
 def emulation(command: Command) -> Command:
-    """Add the options that choose an emulated hand: firmware, side, unit and seed."""
+    """Add the options that choose an emulated hand, given to the command as one `hand: ChosenHand`."""
+
+    def with_hand(*, firmware: str, side: Literal["right", "left"], unit: str, seed: int, **others: Any) -> Any:
+        chosen = ChosenHand(
+            others.pop("target_name", "emulated"), firmware, side, unit, seed, others.pop("hand_id", "")
+        )
+        return command(hand=chosen, **others)
+
+    wrapped: Command = update_wrapper(with_hand, command)
     decorators = (
         click.option("--firmware", type=click.Choice(FIRMWARE), default="0.2.0", show_default=True, help="Version."),
-        click.option("--hand", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side."),
+        click.option(
+            "--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side."
+        ),
         click.option("--unit", default="reference", show_default=True, help="Unit of the emulated hand, or a .toml."),
         click.option("--seed", type=int, default=0, show_default=True, help="Seed of the emulated hand's noise."),
     )
     for decorate in reversed(decorators):
-        command = decorate(command)
-    return command
+        wrapped = decorate(wrapped)
+    return wrapped
 
 
 def target(command: Command) -> Command:
-    """Add `--hil` and the options of an emulated hand."""
-    decorate = click.option(
-        "--hil",
-        "target_name",
-        default="emulated",
-        show_default=True,
-        metavar="TARGET",
-        help="`emulated`, `pty`, or the path or pyserial URL of a hand's port.",
+    """Add `--hil` and `--hand-id` to the options of an emulated hand."""
+    decorators = (
+        click.option(
+            "--hil",
+            "target_name",
+            default="emulated",
+            show_default=True,
+            metavar="TARGET",
+            help="`emulated`, `pty`, or the path or pyserial URL of a hand's port.",
+        ),
+        click.option("--hand-id", default="", help="Name of this hand in recordings; its USB serial if not given."),
     )
-    return decorate(emulation(command))
+    command = emulation(command)
+    for decorate in reversed(decorators):
+        command = decorate(command)
+    return command

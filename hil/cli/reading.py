@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from hil.cli.exits import given
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording
 
@@ -16,9 +17,7 @@ def read(path: Path) -> Recording:
     """Read a recording.
 
     Raises:
-        click.UsageError: it is none; the message says why.
+        Ended: it is none; the message says why.
     """
-    try:
+    with given():
         return read_recording(path)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
 
 import click
 import numpy as np
 
 from aero.channels import Channel
-from hil.cli.options import target
+from hil.cli.exits import given
+from hil.cli.options import ChosenHand, target
 from hil.cli.reading import RECORDING, read
 from hil.recordings.mcap_file import write_recording
+from hil.recordings.output import prepared_file
 from hil.recordings.wire_replay import compare_replies
 from hil.recordings.wire_replay import replay as run_replay
-from hil.targets.opening import open_target
-from hil.targets.target import NoHandError
 
 
 @click.command()
@@ -25,24 +24,19 @@ from hil.targets.target import NoHandError
 def replay(
     *,
     recording: Path,
-    target_name: str,
-    firmware: str,
-    hand: Literal["right", "left"],
-    unit: str,
-    seed: int,
+    hand: ChosenHand,
     out: Path | None,
 ) -> None:
     """Send the bytes of RECORDING to a hand again and compare what comes back."""
     recorded = read(recording)
-    try:
-        with open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened:
-            replayed = run_replay(recorded, opened)
-        comparison = compare_replies(recorded, replayed)
+    with given():
         if out is not None:
-            out.parent.mkdir(parents=True, exist_ok=True)
-            write_recording(replayed, out)
-    except (NoHandError, ValueError, OSError) as error:
-        raise click.UsageError(str(error)) from error
+            prepared_file(out)
+    with hand.open() as opened, given():
+        replayed = run_replay(recorded, opened)
+        comparison = compare_replies(recorded, replayed)
+    if out is not None:
+        write_recording(replayed, out)
     click.echo(f"{comparison.identical} of {comparison.requests} requests answered with the same bytes")
     if not np.isnan(comparison.position_rms).all():
         rms = ", ".join(f"{channel.label} {comparison.position_rms[channel]:.0f}" for channel in Channel)

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import click
 
+from hil.cli.exits import given
 from hil.cli.reading import RECORDING, read
+from hil.recordings.output import prepared_file
 from hil.report.page import render_report
 from hil.validation import judge_recordings
 
@@ -17,11 +19,10 @@ from hil.validation import judge_recordings
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("report.html"), show_default=True)
 def report(*, recordings: tuple[Path, ...], out: Path) -> None:
     """Judge RECORDINGS again and write the report; exits as `validate` does."""
-    try:
+    with given():
+        prepared_file(out)
         judged = judge_recordings([read(path) for path in recordings])
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(render_report(judged), encoding="utf-8")
-    except (ValueError, OSError) as error:
-        raise click.UsageError(str(error)) from error
+        page = render_report(judged)
+    out.write_text(page, encoding="utf-8")
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(0 if judged.passed else 1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import click
 import numpy as np
@@ -13,18 +12,17 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from aero.errors import AeroError
-from aero.policy.file import Policy, PolicyFileError
+from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.running import RunSettings
 from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
-from aero.safety import SafetyStopError, Thresholds
-from hil.cli.options import target
+from aero.safety import Thresholds
+from hil.cli.exits import Exit, given
+from hil.cli.options import ChosenHand, Seconds, target
 from hil.policies.policy_run import PolicyRun, record_policy
-from hil.recordings.mcap_file import write_recording
-from hil.targets.opening import open_target
-from hil.targets.target import NoHandError
+from hil.recordings.output import prepared_file
+from hil.recordings.recorder import Recorder
 from model.units import load_unit
 from model.units.cable_correction import correction
 
@@ -32,16 +30,16 @@ from model.units.cable_correction import correction
 @click.command("run-policy")
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @target
-@click.option("--seconds", type=float, default=15.0, show_default=True, help="Time under the policy.")
+@click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Time under the policy.")
 @click.option("--dry-run", is_flag=True, help="Read and act, but write nothing to the hand.")
 @click.option(
     "--settings", "preset", type=click.Choice(list(PRESETS)),
     help="Nominal grasp and scales of the paper's training or deployment, instead of the policy's own.",
 )  # fmt: skip
 @click.option("--late", is_flag=True, help="Write each command a period late, as the official ROS 2 node does.")
-@click.option("--wait", type=float, default=1.5, show_default=True, help="Seconds for placing the object.")
+@click.option("--wait", type=Seconds(least=0.0), default=1.5, show_default=True, help="Seconds for placing the object.")
 @click.option(
-    "--rehearse", metavar="S", type=float, default=0.0,
+    "--rehearse", metavar="S", type=Seconds(least=0.0), default=0.0,
     help="First run the policy for S seconds (6, say) with the hand empty, to know a lost object by the currents.",
 )  # fmt: skip
 @click.option(
@@ -53,11 +51,7 @@ from model.units.cable_correction import correction
 def run_policy(
     *,
     policy_name: str,
-    target_name: str,
-    firmware: str,
-    hand: Literal["right", "left"],
-    unit: str,
-    seed: int,
+    hand: ChosenHand,
     seconds: float,
     dry_run: bool,
     preset: str | None,
@@ -74,10 +68,10 @@ def run_policy(
 
     Every hand is guarded, an emulated one too, and ends open.
 
-    Exits with 0 when the time ran out, 1 when something else ended it, 2 on bad usage or when no hand answers.
+    Exits with 0 when the time ran out and 1 when something else ended it; docs/commands.md has the other codes.
     """
     console = Console()
-    try:
+    with given():
         policy = find_policy(policy_name)
         settings = RunSettings(
             seconds=seconds,
@@ -90,35 +84,32 @@ def run_policy(
         if twin:
             found = correction(load_unit(twin), settings.settings or policy.settings)
             settings = replace(settings, correction=tuple(found.tolist()))
-        _say_settings(console, policy, settings)
-        with (
-            open_target(
-                target_name,
-                firmware=firmware,
-                hand=hand,
-                unit=unit,
-                seed=seed,
-                guarded=True,
-                thresholds=Thresholds(current_a=max_current),
-            ) as opened,
-            Progress(console=console, transient=True) as bar,
-        ):
-            task = bar.add_task(opened.describe(), total=1.0)
-            hand_name = opened.describe()
-            result = record_policy(
-                opened,
-                policy,
-                settings,
-                progress=lambda done, doing: bar.update(task, completed=done, description=f"{hand_name}: {doing}"),
-            )
-        if record:
-            write_recording(result.recording, record)
-    except (NoHandError, PolicyFileError, AeroError, ValueError, OSError) as error:
-        raise click.UsageError(str(error)) from error
-    except SafetyStopError as error:
-        raise click.ClickException(str(error)) from error
+        if record is not None:
+            prepared_file(record)
+        thresholds = Thresholds(current_a=max_current)
+    _say_settings(console, policy, settings)
+    with hand.open(guarded=True, thresholds=thresholds) as opened:
+        recorder = Recorder(opened, "policy", record)
+        name = opened.describe()
+        with Progress(console=console, transient=True) as bar:
+            task = bar.add_task(name, total=1.0)
+            try:
+                result = record_policy(
+                    opened,
+                    recorder,
+                    policy,
+                    settings,
+                    progress=lambda done, doing: bar.update(task, completed=done, description=f"{name}: {doing}"),
+                )
+            except BaseException:
+                if recorder.begun:
+                    recorder.finish(ended=False)
+                    if record:
+                        click.echo(f"recorded until then in {record}", err=True)
+                raise
+        recorder.finish(ended=result.run.ending is Ending.TIME)
     _print(console, result, record)
-    sys.exit(0 if result.run.ending is Ending.TIME else 1)
+    sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
 
 
 def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import NoReturn
 
 import click
 import numpy as np
@@ -14,17 +14,17 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from aero.safety import SafetyStopError
 from hil.cli.before_moving import before_moving
-from hil.cli.options import target
+from hil.cli.exits import Ended, Exit, ending, given
+from hil.cli.options import ChosenHand, target
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.tracking import staircase_metrics
+from hil.judging.baseline import load
 from hil.judging.findings import failed
 from hil.judging.judged_run import Validation
+from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.page import table
-from hil.report.results import write_results
-from hil.targets.opening import open_target
-from hil.targets.target import NoHandError
+from hil.report.results import write_figures, write_results
 from hil.validation import validate as run_validation
 
 SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
@@ -47,50 +47,59 @@ SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb fl
 )
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), default=Path("validation"), show_default=True,
-    help="Folder for the report, the metrics and the recordings.",
+    "--out", type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for the report, the metrics and the recordings; validation/DATE-AND-TIME if not given.",
 )  # fmt: skip
 def validate(
     *,
-    target_name: str,
-    firmware: str,
-    hand: Literal["right", "left"],
-    unit: str,
-    seed: int,
+    hand: ChosenHand,
     names: tuple[str, ...],
     baseline: Path | None,
     dry_run: bool,
-    out: Path,
+    out: Path | None,
 ) -> None:
     """Check a hand: is everything there, does it move as it should, does it agree with the simulator?
 
-    Exits with 0 when everything is within limits, 1 when not, 2 on bad usage or when no hand answers.
+    Recordings are written as they are made; after any ending, the figures of what had ended are there. Exits with 0
+    when everything is within limits and 1 when not; docs/commands.md has the other codes.
     """
     console = Console()
     columns = (TextColumn("{task.description:28}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    try:
-        with (
-            open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened,
-            Progress(*columns, console=console, transient=True) as bar,
-        ):
-            if dry_run or opened.guard is not None:
-                console.print(before_moving(opened, _furthest(names or DEFAULT)))
-            if dry_run:
-                return
-            task = bar.add_task("opening", total=1.0)
-            result = run_validation(
-                opened,
-                names or DEFAULT,
-                baseline=baseline,
-                progress=lambda done, doing: bar.update(task, completed=done, description=doing),
-            )
-        write_results(result, out)
-    except (NoHandError, ValueError, OSError) as error:
-        raise click.UsageError(str(error)) from error
-    except SafetyStopError as error:
-        raise click.ClickException(str(error)) from error
-    _print(console, result, out)
-    sys.exit(0 if result.passed else 1)
+    with given():
+        if baseline is not None:
+            load(baseline)
+        opening = hand.open()
+        folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
+        if folder is not None and (folder / "checks.json").exists():
+            console.print(f"the results in {folder} are replaced", highlight=False, markup=False)
+    with emptied(folder), opening as opened, Progress(*columns, console=console, transient=True) as bar:
+        if dry_run or opened.guard is not None:
+            console.print(before_moving(opened, _furthest(names or DEFAULT)))
+        if folder is None:
+            return
+        task = bar.add_task("opening", total=1.0)
+        result = run_validation(
+            opened,
+            names or DEFAULT,
+            baseline=baseline,
+            folder=folder,
+            progress=lambda done, doing: bar.update(task, completed=done, description=doing),
+            on_result=lambda so_far: write_figures(so_far, folder),
+        )
+    _print(console, result, folder)
+    write_results(result, folder)
+    _end(result, folder)
+
+
+def _end(result: Validation, folder: Path) -> NoReturn:
+    """Leave with the exit code of the run."""
+    if result.ended_by is None:
+        sys.exit(Exit.WITHIN_LIMITS if result.passed else Exit.OUT_OF_LIMITS)
+    if isinstance(result.ended_by, SystemExit):
+        click.echo(f"terminated; what was recorded is in {folder}", err=True)
+        raise result.ended_by
+    code, line = ending(result.ended_by)
+    raise Ended(f"{line}; what was recorded is in {folder}", code)
 
 
 def _furthest(names: tuple[str, ...]) -> Sequence[float]:

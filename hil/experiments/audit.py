@@ -16,7 +16,7 @@ from hil.experiments.shared.closing_current import closing_current
 from hil.experiments.shared.command_steps import find_steps
 from hil.experiments.shared.experiment import Driver, Experiment, Measured, Metric, map_of, one_closed
 from hil.experiments.shared.signals import at_times
-from hil.recordings.recorder import Progress
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
@@ -25,14 +25,14 @@ HALF_S = 0.6
 """Time at the nudge, and at the open hand after it, s."""
 
 
-def run(target: Target, progress: Progress) -> Recording:
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Nudge each channel closed and open again."""
-    driver = Driver(target, progress, HALF_S * (1 + 2 * len(Channel)))
+    recorder.begin({"nudge": NUDGE, "half_s": HALF_S})
+    driver = Driver(target, recorder, progress, HALF_S * (1 + 2 * len(Channel)))
     driver.hold(np.zeros(len(Channel)), HALF_S, "open hand")
     for channel in Channel:
         driver.hold(one_closed(channel, NUDGE), HALF_S, channel.label)
         driver.hold(np.zeros(len(Channel)), HALF_S, channel.label)
-    return driver.recorder.finish("audit", {"nudge": NUDGE, "half_s": HALF_S})
 
 
 def measure(recording: Recording) -> Measured:

@@ -11,7 +11,7 @@ from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.experiments.shared.command_steps import find_steps
 from hil.experiments.shared.experiment import Driver, Experiment, Measured, Metric, last_before
-from hil.recordings.recorder import Progress
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
@@ -19,9 +19,10 @@ ABDUCTIONS = (0.0, 0.5, 1.0)
 HOLD_S = 0.7
 
 
-def run(target: Target, progress: Progress) -> Recording:
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close CMC flexion fully at three abductions."""
-    driver = Driver(target, progress, HOLD_S * (2 + 2 * len(ABDUCTIONS)))
+    recorder.begin({"hold_s": HOLD_S})
+    driver = Driver(target, recorder, progress, HOLD_S * (2 + 2 * len(ABDUCTIONS)))
     opened = np.zeros(len(Channel))
     driver.hold(opened, HOLD_S, "open hand")
     for abduction in ABDUCTIONS:
@@ -30,7 +31,6 @@ def run(target: Target, progress: Progress) -> Recording:
             codes[Channel.THUMB_ABDUCTION], codes[Channel.THUMB_CMC_FLEXION] = abduction * MAX_CODE, flexion * MAX_CODE
             driver.hold(codes, HOLD_S, f"abduction {abduction:.0%}")
     driver.hold(opened, HOLD_S, "open hand")
-    return driver.recorder.finish("coupling", {"hold_s": HOLD_S})
 
 
 def measure(recording: Recording) -> Measured:

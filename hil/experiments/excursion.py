@@ -23,7 +23,7 @@ from hil.experiments.shared.experiment import (
     one_closed,
 )
 from hil.experiments.shared.signals import display_unit
-from hil.recordings.recorder import LENGTH_UNITS, Progress
+from hil.recordings.recorder import LENGTH_UNITS, Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
@@ -31,9 +31,10 @@ HOLD_S = 0.9
 """Time at either end, s: a finger of firmware `pre` needs 0.7 s for its range."""
 
 
-def run(target: Target, progress: Progress) -> Recording:
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close and open each channel alone, then all together."""
-    driver = Driver(target, progress, HOLD_S * (3 + 2 * len(Channel)))
+    recorder.begin({"hold_s": HOLD_S})
+    driver = Driver(target, recorder, progress, HOLD_S * (3 + 2 * len(Channel)))
     opened = np.zeros(len(Channel))
     driver.hold(opened, HOLD_S, "open hand")
     for channel in Channel:
@@ -41,7 +42,6 @@ def run(target: Target, progress: Progress) -> Recording:
         driver.hold(opened, HOLD_S, channel.label)
     driver.hold(np.full(len(Channel), MAX_CODE), HOLD_S, "fist")
     driver.hold(opened, HOLD_S, "open hand")
-    return driver.recorder.finish("excursion", {"hold_s": HOLD_S})
 
 
 def measure(recording: Recording) -> Measured:

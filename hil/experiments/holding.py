@@ -12,7 +12,7 @@ from aero.protocol import MAX_CODE
 from hil.experiments.shared import subjects
 from hil.experiments.shared.closing_current import closing_current
 from hil.experiments.shared.experiment import Driver, Experiment, Measured, Metric
-from hil.recordings.recorder import Progress
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
@@ -21,14 +21,14 @@ POSTURE = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
 OPEN_S, HOLD_S = 1.0, 8.0
 
 
-def run(target: Target, progress: Progress) -> Recording:
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Hold the open hand, a loose grasp, and the open hand again."""
-    driver = Driver(target, progress, 2 * OPEN_S + HOLD_S)
+    recorder.begin({"open_s": OPEN_S, "hold_s": HOLD_S})
+    driver = Driver(target, recorder, progress, 2 * OPEN_S + HOLD_S)
     opened = np.zeros(len(Channel))
     driver.hold(opened, OPEN_S, "open hand")
     driver.hold(MAX_CODE * np.array(POSTURE), HOLD_S, "holding")
     driver.hold(opened, OPEN_S, "open hand")
-    return driver.recorder.finish("holding", {"open_s": OPEN_S, "hold_s": HOLD_S})
 
 
 def measure(recording: Recording) -> Measured:

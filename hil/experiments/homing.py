@@ -12,7 +12,7 @@ from aero.channels import CABLES, Channel
 from hil.experiments.shared import subjects
 from hil.experiments.shared.command_steps import find_steps
 from hil.experiments.shared.experiment import Driver, Experiment, Measured, Metric, last_before, map_of, one_closed
-from hil.recordings.recorder import Progress
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
@@ -20,9 +20,10 @@ HOMINGS = 3
 HOLD_S = 0.9
 
 
-def run(target: Target, progress: Progress) -> Recording:
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Home a few times and close each cable channel after each homing."""
-    driver = Driver(target, progress, HOMINGS * HOLD_S * 2 * len(CABLES))
+    recorder.begin({"homings": HOMINGS})
+    driver = Driver(target, recorder, progress, HOMINGS * HOLD_S * 2 * len(CABLES))
     opened = np.zeros(len(Channel))
     seconds: list[float] = []
     for i in range(HOMINGS):
@@ -30,11 +31,11 @@ def run(target: Target, progress: Progress) -> Recording:
         target.hand.home()
         driver.resume()
         seconds.append(target.clock.now() - start)
-        driver.recorder.note(f"homed in {seconds[-1]:.2f} s")
+        recorder.note(f"homed in {seconds[-1]:.2f} s")
         for channel in CABLES:
             driver.hold(one_closed(channel, 1.0), HOLD_S, f"homing {i + 1}, {channel.label}")
             driver.hold(opened, HOLD_S, f"homing {i + 1}, {channel.label}")
-    return driver.recorder.finish("homing", {"homings": HOMINGS, "slowest_s": max(seconds)})
+    recorder.note_parameters(slowest_s=max(seconds))
 
 
 def measure(recording: Recording) -> Measured:

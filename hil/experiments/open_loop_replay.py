@@ -16,7 +16,7 @@ from hil.experiments.shared import subjects
 from hil.experiments.shared.experiment import Experiment, Measured, Metric
 from hil.experiments.shared.side_by_side import follow
 from hil.experiments.shared.signals import at_times, display_unit, rms
-from hil.recordings.recorder import Progress
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 from model import RoutedHand
@@ -32,16 +32,16 @@ AMPLITUDE = 0.4
 LONGEST_DELAY_S = 0.2
 
 
-def run(target: Target, progress: Progress) -> Recording:
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Send the action sequence to the routed hand and to the target."""
     actions = _actions()
     commands = np.array(PAPER_TRAINING.nominal) + np.array(PAPER_TRAINING.scale) * actions
-    return follow(
+    follow(
         target,
+        recorder,
         RoutedHand(target.side),
         commands,
         period_s=PAPER_TRAINING.period_s,
-        name="replay",
         parameters={"control_s": PAPER_TRAINING.period_s, "amplitude": AMPLITUDE},
         doing=lambda _: "replaying",
         progress=progress,

@@ -22,9 +22,9 @@ FRAME = 16
 """Bytes of a host frame; a request and its reply are one each."""
 
 
-def run(target: Target, progress: Progress) -> Recording:
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Read everything a few dozen times."""
-    recorder = Recorder(target)
+    recorder.begin({"readings": READINGS, "period_s": PERIOD_S})
     for i in range(READINGS):
         target.clock.sleep_until(recorder.start + i * PERIOD_S)
         recorder.add("codes", target.clock.now(), target.hand.read_codes())
@@ -34,7 +34,7 @@ def run(target: Target, progress: Progress) -> Recording:
     text = target.hand.boot_text
     if text:
         recorder.note(f"the board has restarted: {identify(text).describe()}", "warning")
-    return recorder.finish("presence", {"readings": READINGS, "period_s": PERIOD_S, "boot_text": text})
+    recorder.note_parameters(boot_text=text)
 
 
 def measure(recording: Recording) -> Measured:

@@ -36,9 +36,9 @@ CHANNEL = Channel.RING
 """The finger that is watched: any would do."""
 
 
-def run(target: Target, progress: Progress) -> Recording:
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Nudge one finger a few times, then open and close all four as fast as they go."""
-    recorder = Recorder(target)
+    recorder.begin({"nudge": NUDGE, "cycles": CYCLES})
     total = NUDGES + 2 * CYCLES
     for i in range(NUDGES):
         _command(target, recorder, NUDGE if i % 2 == 0 else 0.0, fingers=(CHANNEL,))
@@ -46,7 +46,7 @@ def run(target: Target, progress: Progress) -> Recording:
         while target.clock.now() < until:
             _read(target, recorder)
         progress((i + 1) / total, "command to motion")
-    cycles_from_s = target.clock.now() - recorder.start
+    recorder.note_parameters(cycles_from_s=target.clock.now() - recorder.start)
     for i in range(2 * CYCLES):
         _command(target, recorder, 1.0 if i % 2 == 0 else 0.0, fingers=range(4))
         until = target.clock.now() + CYCLE_LIMIT_S
@@ -55,7 +55,6 @@ def run(target: Target, progress: Progress) -> Recording:
                 recorder.note("the fingers did not arrive", "warning")
                 break
         progress((NUDGES + i + 1) / total, "open and close")
-    return recorder.finish("response", {"nudge": NUDGE, "cycles": CYCLES, "cycles_from_s": cycles_from_s})
 
 
 def measure(recording: Recording) -> Measured:

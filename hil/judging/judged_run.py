@@ -31,6 +31,10 @@ class Validation:
     """Time from the start to the verdict, s."""
     regressions: tuple[Finding, ...] = ()
     """Comparison with the hand's own baseline, when there is one."""
+    broken_off: tuple[Recording, ...] = ()
+    """What experiments that did not end had recorded until then."""
+    ended_by: BaseException | None = None
+    """What ended the run before its time, None when it was not."""
     session: Recording | None = None
     """Every byte since the hand was opened, for an exact replay; None when judged from files."""
 

@@ -18,7 +18,6 @@ from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings, Step
 from hil.recordings.recorder import REHEARSAL, Progress, Recorder, silent
-from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
 EMPTY = "rehearsal, leave the hand empty"
@@ -29,17 +28,18 @@ class PolicyRun(NamedTuple):
 
     run: Run
     """What the loop saw."""
-    recording: Recording
-    """All of it."""
     lateness_s: tuple[float, ...]
     """How much later than its turn each control period began, s."""
 
 
-def record_policy(target: Target, policy: Policy, settings: RunSettings, *, progress: Progress = silent) -> PolicyRun:
+def record_policy(
+    target: Target, recorder: Recorder, policy: Policy, settings: RunSettings, *, progress: Progress = silent
+) -> PolicyRun:
     """Run `policy` on `target`.
 
     Args:
         target: any hand; nothing but its driver, clock and map is used.
+        recorder: begun here.
         policy: what acts.
         settings: how.
         progress: told about every control period.
@@ -52,8 +52,19 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
         target.begin()
         if target.guard is not None and policy.settings.torque_limit is not None:
             target.guard.limit_torques(policy.settings.torque_limit)
-    recorder, lateness, rehearsed = Recorder(target), [], []
+    lateness, rehearsed = [], []
     period_s = (settings.settings or policy.settings).period_s
+
+    parameters: dict[str, float | str] = {
+        "policy": policy.name,
+        "shown_action": policy.shown_action.value,
+        "seconds_s": settings.seconds,
+        "rehearsal_s": settings.rehearsal_s,
+        "dry": float(settings.dry),
+        **({} if policy.settings.torque_limit is None else {"torque_limit": policy.settings.torque_limit}),
+        **{f"correction_{channel.label}": settings.correction[channel] for channel in Channel},
+    }
+    recorder.begin(parameters)
 
     def keep(step: Step, prefix: str = "") -> None:
         rows: dict[str, NDArray[Any]] = {
@@ -93,13 +104,4 @@ def record_policy(target: Target, policy: Policy, settings: RunSettings, *, prog
     )
     text = f"{run.ending.value}: {run.reason}" if run.reason else run.ending.value
     recorder.note(text, "info" if run.ending is Ending.TIME else "error")
-    parameters: dict[str, float | str] = {
-        "policy": policy.name,
-        "shown_action": policy.shown_action.value,
-        "seconds_s": settings.seconds,
-        "rehearsal_s": settings.rehearsal_s,
-        "dry": float(settings.dry),
-        **({} if policy.settings.torque_limit is None else {"torque_limit": policy.settings.torque_limit}),
-        **{f"correction_{channel.label}": settings.correction[channel] for channel in Channel},
-    }
-    return PolicyRun(run, recorder.finish("policy", parameters), tuple(lateness))
+    return PolicyRun(run, tuple(lateness))

@@ -1,8 +1,8 @@
 """Recordings on disk, as MCAP with JSON messages, so that Foxglove and PlotJuggler open them as they are.
 
 One topic a series (`/command`, one number a column), `/wire/to_hand` and `/wire/from_hand` (bytes in hexadecimal),
-`/events` (Foxglove's own log schema). The header is the metadata record `aero-hil`. Times are seconds since the start
-of the recording, in the message to the bit and in MCAP's log time to the nanosecond.
+`/events` (Foxglove's own log schema). The header is the metadata record `aero-hil`, written at the beginning and again
+at the end. A message says its time in seconds since the start of the recording, to the bit; its log time is the date.
 """
 
 from __future__ import annotations
@@ -10,13 +10,18 @@ from __future__ import annotations
 import dataclasses
 import json
 import struct
+from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from mcap.exceptions import EndOfFile, McapError
-from mcap.reader import McapReader, make_reader
+from mcap.records import Channel, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
+from numpy.typing import NDArray
+from zstandard import ZstdError
 
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
 from hil.targets.wire_log import Direction, WireRecord
@@ -27,6 +32,16 @@ SERIES_PREFIX = "aero.series."
 DIRECTIONS: tuple[Direction, ...] = ("to_hand", "from_hand")
 LOG_LEVELS: dict[Severity, int] = {"info": 2, "warning": 3, "error": 4}
 """Levels of the schema `foxglove.Log`."""
+SEVERITIES = {level: severity for severity, level in LOG_LEVELS.items()}
+WIRE_TOPICS = {f"/wire/{direction}": direction for direction in DIRECTIONS}
+CHUNK_BYTES = 16_384
+"""Of data that are compressed together: a quarter of a second of a staircase."""
+BUFFER_BYTES = 4096
+"""Of compressed data that may wait in this program."""
+LARGEST_RECORD = 64 * 2**20
+"""Bytes of a record beyond which a file is damaged; ours have a few kB."""
+DAMAGED = (McapError, ZstdError, struct.error, LookupError, TypeError, AttributeError, ValueError, OSError, MemoryError)
+"""What the reader meets in a file with a flipped bit."""
 
 NUMBER = {"type": "number"}
 WIRE_SCHEMA = {"type": "object", "properties": {"t": NUMBER, "hex": {"type": "string"}}}
@@ -44,109 +59,164 @@ LOG_SCHEMA = {
 }
 
 
+class UnusableFileError(ValueError):
+    """A file that cannot be used as a recording; the message names it and says why."""
+
+
+class RecordingFile:
+    """A recording that is written while it is made: after any ending, what was written can be read.
+
+    Data leave the program in small chunks, so that even a killed program loses less than a second of them.
+    """
+
+    def __init__(self, path: Path, header: Header) -> None:
+        """Create `path`, replacing what is there.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        self._stream = path.open("wb", buffering=BUFFER_BYTES)
+        self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES)
+        self._writer.start(profile="", library="aero-hil")
+        self._experiment = header.experiment
+        self._epoch_ns = round(datetime.fromisoformat(header.started).timestamp() * 1e9) if header.started else 0
+        self._channels: dict[str, int] = {}
+        self._add_header(header)
+        for direction in DIRECTIONS:
+            self._channel(f"/wire/{direction}", "aero.wire", WIRE_SCHEMA)
+        self._channel("/events", "foxglove.Log", LOG_SCHEMA)
+
+    def add_series(self, name: str, columns: tuple[str, ...], units: tuple[str, ...]) -> None:
+        """Make a series known, before its first sample; nothing happens when it is."""
+        properties = {"t": {**NUMBER, "unit": "s"}}
+        properties |= {c: {**NUMBER, "unit": u} for c, u in zip(columns, units, strict=True)}
+        self._channel(f"/{name}", SERIES_PREFIX + name, {"type": "object", "properties": properties})
+
+    def add_sample(
+        self, name: str, columns: tuple[str, ...], units: tuple[str, ...], t: float, row: NDArray[np.float64]
+    ) -> None:
+        """Write one row, (len(columns),), of a series."""
+        self.add_series(name, columns, units)
+        self._add(f"/{name}", t, dict(zip(columns, row.tolist(), strict=True)))
+
+    def add_wire(self, record: WireRecord) -> None:
+        """Write bytes that crossed the link."""
+        self._add(f"/wire/{record.direction}", record.t, {"hex": record.data.hex()})
+
+    def add_event(self, event: Event) -> None:
+        """Write an event."""
+        sec, nsec = divmod(self._nanoseconds(event.t), 10**9)
+        log = {"timestamp": {"sec": sec, "nsec": nsec}, "level": LOG_LEVELS[event.severity], "message": event.text}
+        self._add("/events", event.t, log | {"name": self._experiment, "file": "", "line": 0})
+
+    def finish(self, header: Header) -> None:
+        """Write the final header and what readers need to jump about, and close the file."""
+        self._add_header(header)
+        self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves this one unannotated
+        self._stream.close()
+
+    def _add_header(self, header: Header) -> None:
+        self._writer.add_metadata(METADATA, {"format": FORMAT, "header": json.dumps(dataclasses.asdict(header))})
+
+    def _channel(self, topic: str, schema_name: str, schema: dict[str, Any]) -> None:
+        if topic not in self._channels:
+            schema_id = self._writer.register_schema(schema_name, "jsonschema", json.dumps(schema).encode())
+            self._channels[topic] = self._writer.register_channel(topic, "json", schema_id)
+
+    def _add(self, topic: str, t: float, body: dict[str, Any]) -> None:
+        time = self._nanoseconds(t)
+        self._writer.add_message(self._channels[topic], time, json.dumps({"t": t, **body}).encode(), time)
+
+    def _nanoseconds(self, t: float) -> int:
+        return self._epoch_ns + round(t * 1e9)
+
+
 def write_recording(recording: Recording, path: Path) -> None:
     """Write `recording` to `path`, replacing what is there.
 
     Raises:
         OSError: the file cannot be written.
     """
-    with path.open("wb") as stream:
-        writer = Writer(stream)
-        writer.start(profile="", library="aero-hil")
-        header = dataclasses.asdict(recording.header)
-        writer.add_metadata(METADATA, {"format": FORMAT, "header": json.dumps(header)})
-        for name, series in recording.series.items():
-            _write_series(writer, name, series)
-        wire = {d: _channel(writer, f"/wire/{d}", "aero.wire", WIRE_SCHEMA) for d in DIRECTIONS}
-        for record in recording.wire:
-            _add(writer, wire[record.direction], record.t, {"hex": record.data.hex()})
-        channel = _channel(writer, "/events", "foxglove.Log", LOG_SCHEMA)
-        for event in recording.events:
-            sec, nsec = divmod(_nanoseconds(event.t), 10**9)
-            log = {"timestamp": {"sec": sec, "nsec": nsec}, "level": LOG_LEVELS[event.severity], "message": event.text}
-            _add(writer, channel, event.t, log | {"name": recording.header.experiment, "file": "", "line": 0})
-        writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves this one unannotated
+    file = RecordingFile(path, recording.header)
+    for name, series in recording.series.items():
+        file.add_series(name, series.columns, series.units)
+        for t, row in zip(series.times.tolist(), series.values, strict=True):
+            file.add_sample(name, series.columns, series.units, t, row)
+    for record in recording.wire:
+        file.add_wire(record)
+    for event in recording.events:
+        file.add_event(event)
+    file.finish(recording.header)
 
 
 def read_recording(path: Path) -> Recording:
-    """Read a recording that `write_recording` wrote; nothing is lost on the way.
+    """Read a recording, of a file that was cut short what lies before the cut.
 
     Raises:
         OSError: the file cannot be read.
-        ValueError: it is no MCAP file, or not one of this project's; the message says which.
+        UnusableFileError: it is no MCAP file, not one of this project's, or damaged; the message says which.
     """
     with path.open("rb") as stream:
         try:
-            reader = make_reader(stream)
-            header = _header(reader, path)
-            return _contents(reader, header)
-        except (McapError, struct.error, OSError) as error:
-            raise ValueError(f"{path} is not a readable MCAP file ({error}); was the run interrupted?") from error
+            return _assembled(_records(stream), path)
+        except UnusableFileError:
+            raise
+        except DAMAGED as error:
+            raise UnusableFileError(
+                f"{path} is not a readable MCAP file of a recording: {type(error).__name__} {error}"
+            ) from error
 
 
-def _header(reader: McapReader, path: Path) -> Header:
-    for record in reader.iter_metadata():
-        if record.name == METADATA:
-            if record.metadata["format"] != FORMAT:
-                raise ValueError(
-                    f"{path} has recording format {record.metadata['format']}, this version reads {FORMAT}; "
-                    "use the aero-hil version that wrote it"
-                )
-            return Header(**json.loads(record.metadata["header"]))
-    raise ValueError(f"{path} is an MCAP file without a header of aero-hil; it was recorded by something else")
+def _records(stream: BinaryIO) -> Iterator[McapRecord]:
+    """Return the records in the order of the file, up to its end or its cut."""
+    try:
+        yield from StreamReader(stream, record_size_limit=LARGEST_RECORD).records
+    except (EndOfFile, struct.error):
+        if stream.read(1):
+            raise  # damaged, and not cut by the end of the program that wrote it
 
 
-def _contents(reader: McapReader, header: Header) -> Recording:
-    rows: dict[str, list[dict[str, Any]]] = {}
-    schemas: dict[str, dict[str, Any]] = {}
+def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
+    header: Header | None = None
+    topics: dict[int, str] = {}
+    schemas: dict[int, dict[str, Any]] = {}
+    series: dict[str, tuple[dict[str, Any], list[dict[str, Any]]]] = {}
     wire: list[WireRecord] = []
     events: list[Event] = []
-    severities = {level: severity for severity, level in LOG_LEVELS.items()}
-    directions = {f"/wire/{direction}": direction for direction in DIRECTIONS}
-    summary = reader.get_summary()
-    if summary is None:
-        raise EndOfFile("it has no summary")
-    for channel in summary.channels.values():
-        schema = summary.schemas[channel.schema_id]
-        if schema.name.startswith(SERIES_PREFIX):
-            schemas[channel.topic] = json.loads(schema.data)
-            rows[channel.topic] = []
-    # By log time; messages of one time keep the order in which they were written.
-    for _, channel, message in reader.iter_messages():
-        body = json.loads(message.data)
-        if channel.topic in directions:
-            wire.append(WireRecord(body["t"], directions[channel.topic], bytes.fromhex(body["hex"])))
-        elif channel.topic == "/events":
-            events.append(Event(body["t"], severities[body["level"]], body["message"]))
-        else:
-            rows[channel.topic].append(body)
-    series = {topic[1:]: _read_series(schema, rows[topic]) for topic, schema in schemas.items()}
-    return Recording(header, series, tuple(wire), tuple(events))
+    for record in records:
+        if isinstance(record, Metadata) and record.name == METADATA:
+            header = _header(record, path)  # the last one counts: the first was written before the end was known
+        elif isinstance(record, Schema) and record.name.startswith(SERIES_PREFIX):
+            schemas[record.id] = json.loads(record.data)
+        elif isinstance(record, Channel):
+            topics[record.id] = record.topic
+            if record.schema_id in schemas:
+                series.setdefault(record.topic, (schemas[record.schema_id], []))
+        elif isinstance(record, Message):
+            topic, body = topics[record.channel_id], json.loads(record.data)
+            if topic in WIRE_TOPICS:
+                wire.append(WireRecord(body["t"], WIRE_TOPICS[topic], bytes.fromhex(body["hex"])))
+            elif topic == "/events":
+                events.append(Event(body["t"], SEVERITIES[body["level"]], body["message"]))
+            else:
+                series[topic][1].append(body)
+    if header is None:
+        raise UnusableFileError(f"{path} has no header of aero-hil; it was recorded by something else, or cut at once")
+    found = {topic[1:]: _read_series(schema, rows) for topic, (schema, rows) in series.items()}
+    wire.sort(key=lambda record: record.t)  # stable: bytes of one instant keep their order
+    return Recording(header, found, tuple(wire), tuple(events))
 
 
-def _write_series(writer: Writer, name: str, series: Series) -> None:
-    properties = {"t": {**NUMBER, "unit": "s"}}
-    properties |= {c: {**NUMBER, "unit": u} for c, u in zip(series.columns, series.units, strict=True)}
-    channel = _channel(writer, f"/{name}", SERIES_PREFIX + name, {"type": "object", "properties": properties})
-    for t, row in zip(series.times.tolist(), series.values.tolist(), strict=True):
-        _add(writer, channel, t, dict(zip(series.columns, row, strict=True)))
+def _header(record: Metadata, path: Path) -> Header:
+    if record.metadata["format"] != FORMAT:
+        raise UnusableFileError(
+            f"{path} has recording format {record.metadata['format']}, this version reads {FORMAT}; "
+            "use the aero-hil version that wrote it"
+        )
+    return Header(**json.loads(record.metadata["header"]))
 
 
 def _read_series(schema: dict[str, Any], rows: list[dict[str, Any]]) -> Series:
     units = {name: spec["unit"] for name, spec in schema["properties"].items() if name != "t"}
     values = np.array([[row[name] for name in units] for row in rows], float).reshape(len(rows), len(units))
     return Series(tuple(units), tuple(units.values()), np.array([row["t"] for row in rows], float), values)
-
-
-def _channel(writer: Writer, topic: str, schema_name: str, schema: dict[str, Any]) -> int:
-    schema_id = writer.register_schema(schema_name, "jsonschema", json.dumps(schema).encode())
-    return writer.register_channel(topic, "json", schema_id)
-
-
-def _add(writer: Writer, channel: int, t: float, body: dict[str, Any]) -> None:
-    time = _nanoseconds(t)
-    writer.add_message(channel, time, json.dumps({"t": t, **body}).encode(), time)
-
-
-def _nanoseconds(t: float) -> int:
-    return round(t * 1e9)

@@ -1,14 +1,46 @@
-"""By which state of this project, and of what it computes with, a recording was made."""
+"""When, where, by whom and by which state of this project a recording was made."""
 
 from __future__ import annotations
 
+import getpass
 import importlib.metadata
+import os
 import platform
+import shlex
 import subprocess
+import sys
+from datetime import datetime, timedelta
 from functools import cache
 from pathlib import Path
 
 LIBRARIES = ("aero-hil", "numpy", "mujoco", "pyserial")
+COMMIT_FILE = Path(__file__).with_name("commit.txt")
+"""Written into a wheel when it is built, since a wheel has no Git history."""
+OPERATOR = "AERO_OPERATOR"
+"""Environment variable that says who runs the hand, where that is not who is logged in."""
+
+
+def local_time(ago_s: float = 0.0) -> str:
+    """Return the date and time `ago_s` seconds ago, ISO 8601 with milliseconds and zone."""
+    return (datetime.now().astimezone() - timedelta(seconds=ago_s)).isoformat(timespec="milliseconds")
+
+
+def host() -> str:
+    """Return the name of this computer."""
+    return platform.node()
+
+
+def command_line() -> str:
+    """Return the command line of this program, quoted for a shell."""
+    return shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+
+
+def operator() -> str:
+    """Return who runs this program, empty when nobody is known."""
+    try:
+        return os.environ.get(OPERATOR) or getpass.getuser()
+    except (OSError, KeyError):  # no such user, as in some containers
+        return ""
 
 
 def versions() -> dict[str, str]:
@@ -24,7 +56,9 @@ def versions() -> dict[str, str]:
 
 @cache
 def source_commit() -> str:
-    """Return the commit this source tree is at, with `+changes` when it was edited; empty outside a checkout."""
+    """Return the commit this source tree is at, with `+changes` when it was edited; empty when it is not known."""
+    if COMMIT_FILE.exists():
+        return COMMIT_FILE.read_text(encoding="utf-8").strip()
     root = Path(__file__).parents[2]
     if not (root / ".git").exists():
         return ""

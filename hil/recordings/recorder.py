@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.recordings.provenance import source_commit, versions
+from hil.recordings.mcap_file import RecordingFile
+from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
 from hil.targets.target import Target
+from hil.targets.wire_log import WireRecord
 
 Progress = Callable[[float, str], None]
 """Called with the finished part (0..1) and what is being done."""
@@ -36,25 +40,58 @@ def silent(_done: float, _doing: str) -> None:
 
 
 class Recorder:
-    """Collects the samples of one experiment on one target and turns them into a recording.
+    """Collects the samples of one experiment on one target, on disk as they come when it is given a file.
 
-    Times given to it are times of the target's clock; those in the recording count from the recorder's making.
+    Whoever runs an experiment makes the recorder and finishes it, also when the experiment was broken off; the
+    experiment begins it. Times given to it are times of the target's clock; those in the recording count from the
+    beginning.
     """
 
-    def __init__(self, target: Target, *, from_opening: bool = False) -> None:
-        """Start now, or, for the bytes alone, at the opening of the target."""
+    def __init__(self, target: Target, experiment: str, path: Path | None = None) -> None:
+        """Prepare to record `experiment`; `path` is the MCAP file to write, none when None."""
         self._target = target
+        self._experiment = experiment
+        self._path = path
+        self._file: RecordingFile | None = None
+        self._started = ""
+        self._parameters: dict[str, float | str] = {}
         self._times: dict[str, list[float]] = {}
         self._rows: dict[str, list[NDArray[Any]]] = {}
         self._events: list[Event] = []
-        self._wire_mark = 0 if from_opening else target.wire.mark()
-        self.start = target.wire.opened if from_opening else target.clock.now()
+        self._failure: OSError | None = None
+        self._wire_mark = 0
+        self.start = 0.0
         """Time of the target's clock that is zero in the recording, s."""
+
+    @property
+    def begun(self) -> bool:
+        """Whether there is anything to finish."""
+        return bool(self._started)
+
+    def begin(self, parameters: Mapping[str, float | str] | None = None, *, from_opening: bool = False) -> None:
+        """Start now, or, for the bytes alone, at the opening of the target.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        wire = self._target.wire
+        self._wire_mark = 0 if from_opening else wire.mark()
+        self.start = wire.opened if from_opening else self._target.clock.now()
+        self._parameters = dict(parameters or {})
+        self._started = local_time(self._target.clock.now() - self.start)
+        if self._path is not None:
+            self._file = RecordingFile(self._path, self._header())
+            for record in wire.since(self._wire_mark, self.start):
+                self._file.add_wire(record)
+            wire.listeners.append(self._keep_wire)
+
+    def note_parameters(self, **parameters: float | str) -> None:
+        """Add parameters that are known only after the beginning."""
+        self._parameters |= parameters
 
     def add(self, name: str, t: float, row: NDArray[Any]) -> None:
         """Add one sample, (7,), taken at `t` (s on the target's clock), to a series of `SERIES_UNITS`."""
-        self._times.setdefault(name, []).append(t - self.start)
-        self._rows.setdefault(name, []).append(row)
+        self._keep(name, t - self.start, row)
 
     def has(self, name: str) -> bool:
         """Whether a series has a sample yet."""
@@ -62,18 +99,66 @@ class Recorder:
 
     def derive(self, name: str, source: str, convert: Callable[[NDArray[Any]], NDArray[Any]]) -> None:
         """Add a whole series, computed from all samples (n, 7) of another and at its times."""
-        self._times[name] = self._times[source]
-        self._rows[name] = list(convert(np.array(self._rows[source])))
+        if self.has(source):
+            for t, row in zip(self._times[source], convert(np.array(self._rows[source])), strict=True):
+                self._keep(name, t, row)
 
     def note(self, text: str, severity: Severity = "info") -> None:
         """Add an event that happens now."""
-        self._events.append(Event(self._target.clock.now() - self.start, severity, text))
+        event = Event(self._target.clock.now() - self.start, severity, text)
+        self._events.append(event)
+        self._write(lambda file: file.add_event(event))
+        self._raise_failure()
 
-    def finish(self, experiment: str, parameters: Mapping[str, float | str]) -> Recording:
-        """Return the recording of everything since the recorder was made."""
+    @property
+    def failure(self) -> OSError | None:
+        """Why the file is not complete, None when it is or there is none."""
+        return self._failure
+
+    def finish(self, *, ended: bool = True) -> Recording:
+        """Return the recording of everything since the beginning, and complete the file.
+
+        Args:
+            ended: whether the experiment ran to its end.
+        """
+        duration_s = self._target.clock.now() - self.start
+        header = replace(self._header(), duration_s=duration_s, finished=ended)
+        series = {
+            name: Series.of(LABELS, SERIES_UNITS[name], self._times[name], np.array(rows))
+            for name, rows in self._rows.items()
+        }
+        wire = self._target.wire
+        if self._file is not None:
+            wire.listeners.remove(self._keep_wire)
+            self._write(lambda file: file.finish(header))
+        return Recording(header, series, wire.since(self._wire_mark, self.start), tuple(self._events))
+
+    def _keep(self, name: str, t: float, row: NDArray[Any]) -> None:
+        self._times.setdefault(name, []).append(t)
+        self._rows.setdefault(name, []).append(row)
+        self._write(lambda file: file.add_sample(name, LABELS, SERIES_UNITS[name], t, np.asarray(row, float)))
+        self._raise_failure()
+
+    def _keep_wire(self, record: WireRecord) -> None:
+        """Write bytes that cross the link, silent when that fails: the guard's way out passes here."""
+        self._write(lambda file: file.add_wire(replace(record, t=record.t - self.start)))
+
+    def _write(self, action: Callable[[RecordingFile], None]) -> None:
+        if self._file is None or self._failure is not None:
+            return
+        try:
+            action(self._file)
+        except OSError as error:
+            self._failure = error
+
+    def _raise_failure(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def _header(self) -> Header:
         target = self._target
-        header = Header(
-            experiment=experiment,
+        return Header(
+            experiment=self._experiment,
             target=target.name,
             hand=target.side,
             firmware=target.firmware,
@@ -81,13 +166,14 @@ class Recorder:
             window=target.map.window.name,
             unit=target.unit,
             seed=target.seed,
-            parameters=dict(parameters),
+            parameters=dict(self._parameters),
             safety={} if target.guard is None else target.guard.thresholds.as_dict(),
             versions=versions(),
             commit=source_commit(),
+            started=self._started,
+            finished=False,
+            host=host(),
+            command=command_line(),
+            operator=operator(),
+            hand_id=target.hand_id,
         )
-        series = {
-            name: Series.of(LABELS, SERIES_UNITS[name], self._times[name], np.array(rows))
-            for name, rows in self._rows.items()
-        }
-        return Recording(header, series, target.wire.since(self._wire_mark, self.start), tuple(self._events))

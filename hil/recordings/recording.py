@@ -46,7 +46,21 @@ class Header:
     versions: Mapping[str, str] = field(default_factory=dict)
     """Versions of Python, of this project and of what it computes with."""
     commit: str = ""
-    """Git commit of this project's source, `+changes` when the tree was not clean; empty outside a checkout."""
+    """Git commit of this project's source, `+changes` when the tree was not clean; empty when it is not known."""
+    started: str = ""
+    """Date and time of the beginning, ISO 8601 with zone; empty in recordings of version 0.1."""
+    duration_s: float = 0.0
+    """Hand time from the beginning to the end, s; zero when it was not finished."""
+    finished: bool = True
+    """Whether the experiment ran to its end and the file was completed."""
+    host: str = ""
+    """Name of the computer."""
+    command: str = ""
+    """Command line of the program that recorded."""
+    operator: str = ""
+    """Who ran it, when that was said."""
+    hand_id: str = ""
+    """Name or serial number of the individual hand."""
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -16,7 +17,8 @@ from hil.experiments.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.judging.findings import Finding, failed
 from hil.judging.judged_run import Validation
 from hil.judging.paper_figures import PAPER, PAPER_TEXT, PaperFigure
-from hil.report.plots import as_svg, figures_of, title
+from hil.recordings.recording import Recording
+from hil.report.plots import as_svg, draw_series, figures_of, title
 
 
 @dataclass(frozen=True)
@@ -62,10 +64,11 @@ def render_report(validation: Validation) -> str:
     """Return the page for a run of experiments; it loads nothing from anywhere.
 
     Raises:
-        ValueError: no experiment ran to its end, so there is nothing to report on.
+        ValueError: nothing was recorded, so there is nothing to report on.
     """
-    if not validation.results:
-        raise ValueError("no experiment ran to its end; there is nothing to report on")
+    recordings = [*(result.recording for result in validation.results.values()), *validation.broken_off]
+    if not recordings:
+        raise ValueError("no experiment began; there is nothing to report on")
     environment = Environment(
         loader=PackageLoader("hil.report"),
         autoescape=True,
@@ -73,16 +76,16 @@ def render_report(validation: Validation) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    first = next(iter(validation.results.values())).recording
     return environment.get_template("report.html.j2").render(
-        header=first.header,
+        header=recordings[0].header,
         validation=validation,
         failures=failed(validation.findings),
         staircase=_staircase(validation),
-        text_rows=[_text_row(figure, validation) for figure in PAPER_TEXT],
+        text_rows=[_text_row(figure, validation) for figure in PAPER_TEXT if _shown(figure, validation)],
         figures=_figures(validation),
+        broken_off=[(recording.header, _traces(recording)) for recording in validation.broken_off],
         ran={name: EXPERIMENTS[name].title for name in validation.results},
-        events=[(name, event) for name, result in validation.results.items() for event in result.recording.events],
+        events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
         subjects=(*(channel.label for channel in Channel), "hand"),
     )
 
@@ -105,11 +108,22 @@ def _figures(validation: Validation) -> dict[str, dict[str, str]]:
     return {name: {panel: as_svg(draw) for panel, draw in draws.items()} for name, draws in drawn.items() if draws}
 
 
+def _traces(recording: Recording) -> dict[str, str]:
+    """Return a figure of every series that an experiment left before it was broken off: name to SVG."""
+    return {
+        name: as_svg(partial(draw_series, recording=recording, name=name, unit=series.units[0]))
+        for name, series in recording.series.items()
+    }
+
+
+def _shown(figure: PaperFigure, validation: Validation) -> bool:
+    """Whether there is a number, or a reason why there is none, to show beside the paper's."""
+    return not figure.experiment or figure.experiment in validation.results
+
+
 def _text_row(figure: PaperFigure, validation: Validation) -> TextRow:
     if not figure.experiment:
         return TextRow(figure.name, figure.paper, "", "not measured", "", figure.note)
-    if figure.experiment not in validation.results:
-        return TextRow(figure.name, figure.paper, "", "not measured", "", f"run with --only {figure.experiment}")
     result = validation.results[figure.experiment]
     ours = f"{result.measured[figure.subject][figure.metric]:.4g} {figure.unit}"
     model = ""

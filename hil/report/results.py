@@ -10,7 +10,6 @@ from pathlib import Path
 from hil.experiments.staircase import EXPERIMENT as STAIRCASE
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.judged_run import Validation
-from hil.recordings.mcap_file import write_recording
 from hil.report.page import render_report
 from hil.report.plots import validation_figure
 
@@ -28,20 +27,25 @@ PUBLISHED = (
 """Fields of a channel in `metrics.json`; others script against them."""
 
 
-def write_results(validation: Validation, out: Path) -> None:
-    """Write the report, every recording, and `metrics.json` when there was a staircase, into a folder.
+def write_figures(validation: Validation, out: Path) -> None:
+    """Write `checks.json`, and `metrics.json` when there was a staircase, into a folder.
 
     Raises:
         OSError: the folder cannot be written.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    for name, result in validation.results.items():
-        write_recording(result.recording, out / f"{name}.mcap")
-    if validation.session is not None:
-        write_recording(validation.session, out / "session.mcap")
     (out / "checks.json").write_text(json.dumps(checks_json(validation), indent=2) + "\n", encoding="utf-8")
     if STAIRCASE.name in validation.results:
         (out / "metrics.json").write_text(json.dumps(metrics_json(validation), indent=2) + "\n", encoding="utf-8")
+
+
+def write_results(validation: Validation, out: Path) -> None:
+    """Write the figures, the report and its picture into the folder of the run's recordings.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    write_figures(validation, out)
+    if STAIRCASE.name in validation.results:
         validation_figure(validation.results[STAIRCASE.name].recording).savefig(out / "validation.svg")
     (out / "report.html").write_text(render_report(validation), encoding="utf-8")
 

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 from hil.recordings.recorder import Progress, Recorder, silent
-from hil.recordings.recording import Recording
 from hil.system_identification.excitation import PERIOD_S, Excitation
 from hil.targets.target import Target
 
@@ -19,26 +18,24 @@ OPENING_S = 2.0
 EXPERIMENT = "excitation"
 
 
-def record(target: Target, excitation: Excitation, *, progress: Progress = silent) -> Recording:
-    """Play an excitation and return the recording; the hand ends open, on Ctrl-C too.
+def play(target: Target, recorder: Recorder, excitation: Excitation, *, progress: Progress = silent) -> None:
+    """Play an excitation into a recorder; the hand ends open, on Ctrl-C too.
 
     Each frame reads positions and currents first and commands after, as a policy does.
 
     Args:
         target: the hand; it moves through the reach of the excitation.
+        recorder: begun here. It is left with `codes`, `command_codes` (u16), `currents` (A) and `temperatures` (degC);
+            after a stop by the guard, with an event of severity `error` that says why.
         excitation: what to play.
         progress: called once a frame.
 
-    Returns:
-        A recording with `codes`, `command_codes` (u16), `currents` (A) and `temperatures` (degC). One that a guard
-        broke off has an event of severity `error` that says why, and ends there.
-
     Raises:
-        SafetyStopError: a guarded hand must not be moved at all.
+        SafetyStopError: a guarded hand was stopped, or must not be moved at all.
     """
     hand, clock = target.hand, target.clock
     target.begin()
-    recorder = Recorder(target)
+    recorder.begin({"excitation": excitation.name, "period_s": PERIOD_S})
     codes = np.rint(excitation.fractions * MAX_CODE).astype(np.int64)
     command = codes[0]
     try:
@@ -56,10 +53,10 @@ def record(target: Target, excitation: Excitation, *, progress: Progress = silen
             progress((frame + 1) / len(codes), excitation.name)
     except SafetyStopError as stop:
         recorder.note(str(stop), "error")
-        command = np.zeros_like(command)  # the guard has opened the hand
+        command = np.zeros_like(command)  # the guard opens the hand itself
+        raise
     finally:
         _open(target, command)
-    return recorder.finish(EXPERIMENT, {"excitation": excitation.name, "period_s": PERIOD_S})
 
 
 def _open(target: Target, command: NDArray[np.int64]) -> None:

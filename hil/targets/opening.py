@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
+
+from serial.tools.list_ports import comports
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
@@ -36,6 +39,7 @@ def open_target(
     seed: int = 0,
     guarded: bool | None = None,
     thresholds: Thresholds | None = None,
+    hand_id: str = "",
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -52,6 +56,7 @@ def open_target(
         seed: of the emulated hand's noise.
         guarded: whether the hand is guarded; a physical one is unless this is False.
         thresholds: when a guarded hand is stopped; the defaults when None.
+        hand_id: name of the individual hand, for its recordings; the serial number of its USB port when not given.
 
     Raises:
         ValueError: an unknown firmware, side or unit.
@@ -61,7 +66,7 @@ def open_target(
     version = firmware or DEFAULT_FIRMWARE
     codec = ActuationMap.for_firmware(version, hand=hand)
     guard = (thresholds or Thresholds()) if (target not in kinds if guarded is None else guarded) else None
-    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed, guard))
+    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed, guard, hand_id))
 
 
 @dataclass(frozen=True)
@@ -76,11 +81,12 @@ class Request:
     seed: int
     thresholds: Thresholds | None = None
     """Of the guard; None without one."""
+    hand_id: str = ""
 
     def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
-        asked = {"unit": self.unit.name, "limits": self.unit.limits, "capabilities": {}} | more
+        asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id, "capabilities": {}} | more
         return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
 
@@ -113,7 +119,14 @@ def _pty(request: Request) -> Iterator[Target]:
 @contextmanager
 def _physical(request: Request) -> Iterator[Target]:
     with _serial(request, request.name) as (hand, clock, wire):
-        yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS)
+        known = request.hand_id or serial_number(request.name)
+        yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS, hand_id=known)
+
+
+def serial_number(port: str) -> str:
+    """Return the serial number that a USB port says about itself, empty for a port that has none."""
+    device = os.path.realpath(port)
+    return next((found.serial_number or "" for found in comports() if found.device == device), "")
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,8 +21,10 @@ def serve_in_process(*, firmware: str, hand: Literal["right", "left"], unit: str
         RuntimeError: it did not start, or did not stop cleanly; the message carries what it printed.
     """
     command = [sys.executable, "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
-    command += ["--unit", unit, "--seed", str(seed)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
+    command += ["--unit", unit, "--seed", str(seed), "--parent", str(os.getpid())]
+    pipe = subprocess.PIPE
+    # In a session of its own, so that Ctrl-C in a terminal reaches only this program, which opens the hand first.
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as child:
         assert child.stdout is not None
         ready = child.stdout.readline().split(maxsplit=1)
         if len(ready) != 2 or ready[0] != "ready":

@@ -47,6 +47,8 @@ class Target:
     limits: str
     """Kind of hand whose limits it is judged by."""
     seed: int
+    hand_id: str
+    """Name or serial number of the individual hand, empty when it is not known."""
     wire: WireLog
     """Everything that crossed the link since it was opened."""
     capabilities: Mapping[str, Any]
@@ -86,4 +88,6 @@ class Target:
 
     def describe(self) -> str:
         """Say in one line what this is."""
-        return f"{self.side} hand on {self.name}, firmware {self.firmware}, unit {self.unit}, seed {self.seed}"
+        individual = f" {self.hand_id}" if self.hand_id else ""
+        which = "" if self.unit == PHYSICAL else f", unit {self.unit}, seed {self.seed}"
+        return f"{self.side} hand{individual} on {self.name}, firmware {self.firmware}{which}"

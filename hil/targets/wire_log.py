@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from aero.clock import Clock
@@ -16,7 +17,7 @@ class WireRecord:
     """Bytes that crossed the host link at one time."""
 
     t: float
-    """s since the start of the recording."""
+    """s since the start of the recording; on the log's clock while it is made."""
     direction: Direction
     data: bytes
 
@@ -33,7 +34,10 @@ class WireLog:
         self._clock = clock
         self.opened = clock.now()
         """Time at which the tap was put on, s on the clock."""
-        self._records: list[tuple[float, Direction, bytes]] = []
+        self._records: list[WireRecord] = []
+        """With times of the clock."""
+        self.listeners: list[Callable[[WireRecord], None]] = []
+        """Called with every record as it comes, time on the clock."""
 
     @property
     def name(self) -> str:
@@ -42,14 +46,14 @@ class WireLog:
 
     def write(self, data: bytes) -> None:
         """Log and send all of `data`."""
-        self._records.append((self._clock.now(), "to_hand", bytes(data)))
+        self._log("to_hand", bytes(data))
         self._transport.write(data)
 
     def read(self, size: int, timeout: float) -> bytes:
         """Read as the transport does, and log what came."""
         data = self._transport.read(size, timeout)
         if data:
-            self._records.append((self._clock.now(), "from_hand", data))
+            self._log("from_hand", data)
         return data
 
     def discard_input(self) -> None:
@@ -66,4 +70,10 @@ class WireLog:
 
     def since(self, mark: int, start: float) -> tuple[WireRecord, ...]:
         """Return what was logged after `mark`, with times relative to `start` (s on the clock)."""
-        return tuple(WireRecord(t - start, direction, data) for t, direction, data in self._records[mark:])
+        return tuple(replace(record, t=record.t - start) for record in self._records[mark:])
+
+    def _log(self, direction: Direction, data: bytes) -> None:
+        record = WireRecord(self._clock.now(), direction, data)
+        self._records.append(record)
+        for listener in self.listeners:
+            listener(record)

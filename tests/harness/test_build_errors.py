@@ -30,8 +30,8 @@ FOUND_BY = {
 def short_staircase(monkeypatch):
     """Six levels are enough for the loads."""
 
-    def run(target, progress):
-        return run_staircase(target, RoutedHand(target.side), Staircase(levels=6, hold_s=0.44), progress=progress)
+    def run(target, recorder, progress):
+        run_staircase(target, recorder, RoutedHand(target.side), Staircase(levels=6, hold_s=0.44), progress=progress)
 
     monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(EXPERIMENTS["staircase"], run=run))
 

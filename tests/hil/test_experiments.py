@@ -10,6 +10,7 @@ from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.stimulus import Staircase, run_staircase
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.findings import failed
+from hil.recordings.recorder import Recorder
 from hil.validation import validate
 from model import RoutedHand
 
@@ -34,7 +35,10 @@ def test_within_limits(target, hand, name):
 
 def test_two_levels_on_every_channel(target, hand):
     """A staircase short enough for real time: simulator and hand agree on every channel."""
-    recording = run_staircase(target, RoutedHand(target.side), SHORT)
+    target.begin(stops=Channel)
+    recorder = Recorder(target, "staircase")
+    run_staircase(target, recorder, RoutedHand(target.side), SHORT)
+    recording = recorder.finish()
     assert recording.header.target == target.name
     assert len(recording.wire) > 2 * len(recording["codes"].times)
     for channel, row in staircase_metrics(recording).items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.recordings.recorder import Progress, Recorder
+from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import Target
 
@@ -50,7 +51,8 @@ class Experiment:
     """Name on the command line, in files and in limits."""
     title: str
     """What it finds out, one line."""
-    run: Callable[[Target, Progress], Recording]
+    run: Callable[[Target, Recorder, Progress], None]
+    """Begins the recorder, moves the hand, and leaves everything in the recorder."""
     measure: Callable[[Recording], Measured]
     furthest: tuple[float, ...]
     """How far it sends each channel at most, part of the window, command order."""
@@ -75,12 +77,21 @@ class Experiment:
         raise KeyError(f"{self.name} does not measure {name} on {subject}")
 
 
+def record(
+    experiment: Experiment, target: Target, path: Path | None = None, *, progress: Progress = silent
+) -> Recording:
+    """Run one experiment and return its recording, written to the MCAP file `path` as it is made unless None."""
+    recorder = Recorder(target, experiment.name, path)
+    experiment.run(target, recorder, progress)
+    return recorder.finish()
+
+
 class Driver:
     """Moves a target at the encoders' sample rate and records everything it reads."""
 
-    def __init__(self, target: Target, progress: Progress, seconds: float) -> None:
-        """Start recording; `seconds` is the planned hand time, for the progress."""
-        self.recorder = Recorder(target)
+    def __init__(self, target: Target, recorder: Recorder, progress: Progress, seconds: float) -> None:
+        """Start sampling, the recorder having begun; `seconds` is the planned hand time, for the progress."""
+        self.recorder = recorder
         self._target = target
         self._progress = progress
         self._seconds = seconds

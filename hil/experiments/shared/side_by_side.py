@@ -11,7 +11,6 @@ from aero.channels import Channel
 from hil.experiments.shared.experiment import CURRENT_EVERY, TEMPERATURE_EVERY
 from hil.experiments.shared.simulated_hand import MODEL_STEP_S, Simulator
 from hil.recordings.recorder import Progress, Recorder, silent
-from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
 Floats = NDArray[np.float64]
@@ -19,15 +18,15 @@ Floats = NDArray[np.float64]
 
 def follow(
     target: Target,
+    recorder: Recorder,
     simulator: Simulator,
     commands: Floats,
     *,
     period_s: float,
-    name: str,
     parameters: Mapping[str, float | str],
     doing: Callable[[int], str],
     progress: Progress = silent,
-) -> Recording:
+) -> None:
     """Send one stream of lengths to both, at one rate.
 
     At every sample the encoders are read first and the command is sent after, as a policy does. A command beyond the
@@ -35,22 +34,21 @@ def follow(
 
     Args:
         target: the hand.
+        recorder: begun here; what it is left with is said below.
         simulator: the routed hand of the same side.
         commands: (n, 7) float, lengths, m and rad.
         period_s: time from one command to the next, s, a multiple of `MODEL_STEP_S`.
-        name: of the experiment.
         parameters: of the experiment.
         doing: what sample i does, for the progress.
         progress: called once a sample.
 
-    Returns:
-        A recording with `command`, `model`, `hand` and `goal` (simulator length, m or rad; `goal` is what the map makes
-        of the command there and back, hence `hand` if the hand were perfect), `travel` (cable wound in, m, or rad),
-        `codes` and `command_codes` (u16), `currents` (A) and `temperatures` (degC).
+    Leaves `command`, `model`, `hand` and `goal` (simulator length, m or rad; `goal` is what the map makes of the
+    command there and back, hence `hand` if the hand were perfect), `travel` (cable wound in, m, or rad), `codes` and
+    `command_codes` (u16), `currents` (A) and `temperatures` (degC).
     """
     hand, clock, codec = target.hand, target.clock, target.map
     goals, saturated = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_lengths(commands)))
-    recorder = Recorder(target)
+    recorder.begin(parameters)
     for channel in Channel:
         if saturated[:, channel].any():
             recorder.note(
@@ -68,28 +66,29 @@ def follow(
             simulator.advance(MODEL_STEP_S)
             simulated += 1
 
-    for i, command in enumerate(commands):
-        t = recorder.start + simulated * MODEL_STEP_S
-        clock.sleep_until(t)
-        late = int((clock.now() - t) / MODEL_STEP_S)
-        if late >= steps:
-            # The hand held its command meanwhile, and so does the simulator.
-            simulate(late)
-            recorder.note(
-                f"this machine was {late * MODEL_STEP_S:.2f} s late; the stream goes on from there", "warning"
-            )
-        recorder.add("codes", clock.now(), hand.read_codes())
-        recorder.add("command_codes", clock.now(), goals[i])
-        hand.command_codes(goals[i])
-        if i % CURRENT_EVERY == 0:
-            recorder.add("currents", clock.now(), hand.read_currents())
-        if i % TEMPERATURE_EVERY == 0:
-            recorder.add("temperatures", clock.now(), hand.read_temperatures())
-        simulator.command(command)
-        simulate(steps)
-        progress((i + 1) / len(commands), doing(i))
-    for series, source in (("hand", "codes"), ("goal", "command_codes")):
-        recorder.derive(series, source, codec.lengths_from_codes)
-    recorder.derive("travel", "codes", lambda codes: codec.travel_from_angles(codec.angles_from_codes(codes)))
-    recorder.derive("command", "command_codes", lambda _: commands)
-    return recorder.finish(name, parameters)
+    try:
+        for i, command in enumerate(commands):
+            t = recorder.start + simulated * MODEL_STEP_S
+            clock.sleep_until(t)
+            late = int((clock.now() - t) / MODEL_STEP_S)
+            if late >= steps:
+                # The hand held its command meanwhile, and so does the simulator.
+                simulate(late)
+                recorder.note(
+                    f"this machine was {late * MODEL_STEP_S:.2f} s late; the stream goes on from there", "warning"
+                )
+            recorder.add("codes", clock.now(), hand.read_codes())
+            recorder.add("command_codes", clock.now(), goals[i])
+            recorder.add("command", clock.now(), command)
+            hand.command_codes(goals[i])
+            if i % CURRENT_EVERY == 0:
+                recorder.add("currents", clock.now(), hand.read_currents())
+            if i % TEMPERATURE_EVERY == 0:
+                recorder.add("temperatures", clock.now(), hand.read_temperatures())
+            simulator.command(command)
+            simulate(steps)
+            progress((i + 1) / len(commands), doing(i))
+    finally:  # of a run that is broken off as well
+        for series, source in (("hand", "codes"), ("goal", "command_codes")):
+            recorder.derive(series, source, codec.lengths_from_codes)
+        recorder.derive("travel", "codes", lambda codes: codec.travel_from_angles(codec.angles_from_codes(codes)))

@@ -17,8 +17,7 @@ from aero.channels import Channel
 from hil.experiments.shared.side_by_side import follow
 from hil.experiments.shared.simulated_hand import MODEL_STEP_S, Simulator
 from hil.experiments.staircase.reachable_range import calibrated_range, reachable
-from hil.recordings.recorder import Progress, silent
-from hil.recordings.recording import Recording
+from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
 from model import RoutedHand
 
@@ -72,26 +71,19 @@ class Staircase:
 
 
 def run_staircase(
-    target: Target,
-    simulator: Simulator,
-    plan: Staircase | None = None,
-    *,
-    progress: Progress = silent,
-) -> Recording:
-    """Drive simulator and hand through the staircase.
+    target: Target, recorder: Recorder, simulator: Simulator, plan: Staircase, *, progress: Progress = silent
+) -> None:
+    """Drive simulator and hand through the staircase; what `follow` leaves is in the recorder.
 
     At every sample the encoders are read first and the command is sent after, as a policy does.
 
     Args:
         target: the hand; it moves through its whole range.
+        recorder: begun here.
         simulator: the routed hand of the same side.
-        plan: the stream; the default takes 135 s of hand time.
+        plan: the stream.
         progress: called once a sample.
-
-    Returns:
-        The recording that `follow` leaves.
     """
-    plan = plan or Staircase()
     opened, closed = reachable(target.map, calibrated_range(simulator))
     _, commands = plan.commands(opened, closed)
 
@@ -99,21 +91,21 @@ def run_staircase(
         moved = np.flatnonzero(commands[i] != opened)
         return Channel(moved[0]).label if moved.size else "open hand"
 
-    return follow(
+    follow(
         target,
+        recorder,
         simulator,
         commands,
         period_s=plan.sample_period_s,
-        name="staircase",
         parameters=dataclasses.asdict(plan),
         doing=doing,
         progress=progress,
     )
 
 
-def run(target: Target, progress: Progress) -> Recording:
-    """Run the default staircase beside the routed hand of the target's side."""
-    return run_staircase(target, RoutedHand(target.side), progress=progress)
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Run the default staircase, 135 s of hand time, beside the routed hand of the target's side."""
+    run_staircase(target, recorder, RoutedHand(target.side), Staircase(), progress=progress)
 
 
 def _is_multiple(value: float, unit: float) -> bool:

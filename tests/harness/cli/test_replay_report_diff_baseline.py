@@ -26,7 +26,7 @@ def results(tmp_path_factory):
     """A folder as `aero-hil validate` leaves it."""
     out = tmp_path_factory.mktemp("results")
     with open_target(seed=3) as target:
-        write_results(validate(target, NAMES), out)
+        write_results(validate(target, NAMES, folder=out), out)
     return out
 
 

@@ -40,8 +40,8 @@ SHORT = Staircase(levels=3)
 def run_short(monkeypatch, *arguments):
     """`aero-hil validate` on presence and a staircase of three levels."""
 
-    def run(target, progress):
-        return run_staircase(target, RoutedHand(target.side), SHORT, progress=progress)
+    def run(target, recorder, progress):
+        run_staircase(target, recorder, RoutedHand(target.side), SHORT, progress=progress)
 
     def tracking_limits(kind, firmware):
         """The others are made for twenty levels."""
@@ -132,16 +132,22 @@ def test_out_of_limits_is_exit_1(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--hil", "/dev/ttyNoSuchHand"], "/dev/ttyNoSuchHand"),
         (["--firmware", "9.9"], "9.9"),
         (["--unit", "golden"], "golden"),
         (["--hand", "third"], "third"),
     ],
 )
-def test_bad_usage_and_a_missing_hand_are_exit_2(tmp_path, arguments, message):
+def test_bad_usage_is_exit_2(tmp_path, arguments, message):
     result = CliRunner().invoke(main, ["validate", "--out", str(tmp_path / "out"), *arguments])
     assert result.exit_code == 2
     assert message in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_hand_is_exit_3(tmp_path):
+    result = CliRunner().invoke(main, ["validate", "--out", str(tmp_path / "out"), "--hil", "/dev/ttyNoSuchHand"])
+    assert result.exit_code == 3
+    assert "/dev/ttyNoSuchHand" in result.output
     assert not (tmp_path / "out").exists()
 
 

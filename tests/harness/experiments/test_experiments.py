@@ -10,8 +10,8 @@ from aero.errors import LinkTimeoutError
 from hil import open_target
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.presence import round_trips
+from hil.experiments.shared.experiment import record
 from hil.judging.findings import failed
-from hil.recordings.recorder import silent
 from hil.report.results import checks_json
 from hil.targets.wire_log import WireRecord
 from hil.validation import validate
@@ -42,7 +42,7 @@ def test_what_was_measured_can_be_written(results):
 def test_the_audit_takes_no_sign_from_the_map(monkeypatch):
     """A map that is wrong in every direction changes nothing that the audit says about signs."""
     with open_target(seed=1) as target:
-        recording = EXPERIMENTS["audit"].run(target, silent)
+        recording = record(EXPERIMENTS["audit"], target)
         good = EXPERIMENTS["audit"].measure(recording)
     monkeypatch.setattr("hil.experiments.audit.map_of", lambda header: _Backwards())
     bad = EXPERIMENTS["audit"].measure(recording)

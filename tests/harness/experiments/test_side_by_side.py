@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from recorded import staircase_of
 
 from hil import open_target
-from hil.experiments.staircase.stimulus import Staircase, run_staircase
+from hil.experiments.staircase.stimulus import Staircase
 from hil.experiments.staircase.tracking import staircase_metrics
-from model import RoutedHand
 
 SHORT = Staircase(levels=2, hold_s=0.6, lead_s=0.6)
 
@@ -31,7 +31,7 @@ def run(every=0, seconds=0.0):
     with open_target() as target:
         if every:
             object.__setattr__(target, "clock", Busy(target.clock, every, seconds))
-        return run_staircase(target, RoutedHand(), SHORT)
+        return staircase_of(target, SHORT)
 
 
 @pytest.fixture(scope="module")

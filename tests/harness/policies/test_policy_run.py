@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from policies import policy
+from recorded import policy_of
 
 from aero.policy.file import save
 from aero.policy.limits import Ending, Limits
@@ -18,7 +19,6 @@ from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from hil.cli import main
 from hil.policies.cube_trial import run_trial
-from hil.policies.policy_run import record_policy
 from hil.recordings.mcap_file import read_recording
 from hil.targets.opening import open_target
 from model.cube_plant import CubePlant
@@ -36,8 +36,7 @@ def path(tmp_path):
 
 def test_a_policy_runs_through_every_byte_and_its_recording_replays():
     with open_target("emulated") as target:
-        result = record_policy(target, policy(), SHORT)
-    recording = result.recording
+        result, recording = policy_of(target, policy(), SHORT)
     assert result.run.ending is Ending.TIME
     assert result.run.steps == 20
     assert max(result.lateness_s) == 0.0
@@ -52,8 +51,7 @@ def test_a_rehearsal_is_recorded_and_replays_too():
     settings = replace(SHORT, rehearsal_s=1.0, limits=Limits(grip_window_s=0.5))
     told = []
     with open_target("emulated") as target:
-        run = record_policy(target, policy(), settings, progress=lambda *said: told.append(said))
-        recording = run.recording
+        _, recording = policy_of(target, policy(), settings, progress=lambda *said: told.append(said))
     before, after = recording["rehearsal_hand"], recording["hand"]
     assert (len(before.times), before.columns, before.units) == (20, after.columns, after.units)
     assert before.times[-1] < after.times[0]
@@ -67,13 +65,13 @@ def test_two_runs_are_the_same_to_the_bit():
     recordings = []
     for _ in range(2):
         with open_target("emulated", seed=4) as target:
-            recordings.append(record_policy(target, policy(), SHORT).recording)
+            recordings.append(policy_of(target, policy(), SHORT)[1])
     assert recordings[0].wire == recordings[1].wire
 
 
 def test_a_dry_run_sends_no_position():
     with open_target("emulated") as target:
-        recording = record_policy(target, policy(), RunSettings(seconds=0.5, dry=True)).recording
+        _, recording = policy_of(target, policy(), RunSettings(seconds=0.5, dry=True))
     assert {record.data[0] for record in recording.wire if record.direction == "to_hand"} <= {0x22, 0x24, 0x25}
 
 
@@ -163,11 +161,11 @@ def test_run_policy_ends_with_one_when_a_limit_ends_it(path):
 
 def test_run_policy_does_not_begin_on_a_hand_that_must_not_be_moved(path):
     result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.001"])
-    assert result.exit_code == 1
+    assert result.exit_code == 4
     assert "not moved" in result.output
 
 
-@pytest.mark.parametrize("arguments", [["--hil", "/dev/nowhere"], ["--max-current", "-1"], ["--unit", "unknown"]])
+@pytest.mark.parametrize("arguments", [["--max-current", "-1"], ["--unit", "unknown"], ["--wait", "nan"]])
 def test_run_policy_refuses_what_cannot_be(path, arguments):
     result = CliRunner().invoke(main, ["run-policy", str(path), *arguments])
     assert result.exit_code == 2

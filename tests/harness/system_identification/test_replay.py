@@ -2,12 +2,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from recorded import excitation_of
 
 from aero.channels import FINGERS, Channel
-from aero.safety import Thresholds
+from aero.safety import SafetyStopError, Thresholds
+from hil.recordings.recorder import Recorder
 from hil.system_identification.calibration import calibrate, held_out_rms
 from hil.system_identification.excitation import Excitation
-from hil.system_identification.play_excitation import record
+from hil.system_identification.play_excitation import play
 from hil.system_identification.search import pooled_rms, search
 from hil.system_identification.trace import Trace
 from hil.system_identification.trace_plots import trace_svg
@@ -33,7 +35,7 @@ def recorded(unit, plan, tmp_path):
     path = tmp_path / "hand.toml"
     path.write_text(unit_toml(unit, "", ()), encoding="utf-8")
     with open_target("emulated", unit=str(path), seed=3) as target:
-        return Trace.from_recording(record(target, plan), plan.name)
+        return Trace.from_recording(excitation_of(target, plan), plan.name)
 
 
 @pytest.fixture(scope="module")
@@ -107,8 +109,10 @@ def test_too_few_traces_are_not_cross_validated(trace):
 
 def test_a_recording_that_the_guard_ends_says_so_and_leaves_the_hand_open():
     with open_target("emulated", guarded=True, thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
-        recording = record(target, short())
-        errors = [event.text for event in recording.events if event.severity == "error"]
+        recorder = Recorder(target, "excitation")
+        with pytest.raises(SafetyStopError, match="drawn"):
+            play(target, recorder, short())
+        errors = [event.text for event in recorder.finish(ended=False).events if event.severity == "error"]
         assert len(errors) == 1
         assert "drawn" in errors[0]
         electronics = target.capability("electronics")
@@ -124,7 +128,7 @@ def test_an_interruption_leaves_the_hand_open():
 
     with open_target("emulated") as target:
         with pytest.raises(KeyboardInterrupt):
-            record(target, short(), progress=interrupt)
+            excitation_of(target, short(), progress=interrupt)
         target.clock.sleep_until(target.clock.now() + 0.5)
         assert np.all(target.hand.read_codes() < 0.05 * 65535)
 

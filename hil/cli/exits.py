@@ -1,0 +1,90 @@
+"""How commands end: one exit code for each kind of ending, and one line that says it.
+
+A broken tool must never look like a broken hand, so every ending has a code of its own.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import IntEnum
+from typing import Any
+
+import click
+
+
+class Exit(IntEnum):
+    """Exit codes; docs/commands.md has the same table."""
+
+    WITHIN_LIMITS = 0
+    """Done; what was judged is within limits."""
+    OUT_OF_LIMITS = 1
+    """Done; something that was judged is out of limits."""
+    USAGE = 2
+    """An option, an argument or a file that was given cannot be used."""
+    NO_HAND = 3
+    """No hand answers, or the link was lost."""
+    STOPPED = 4
+    """The guard stopped the hand, or did not let it move."""
+    NOT_WRITTEN = 5
+    """A result could not be written."""
+    DEFECT = 70
+    """A mistake of this program."""
+
+
+class Ended(click.ClickException):
+    """An ending with one line and its exit code."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.exit_code = code  # type: ignore[misc]  # Click reads it of the instance
+
+
+@contextmanager
+def given() -> Iterator[None]:
+    """Around the use of options, arguments and files that were given: what is refused ends with `Exit.USAGE`."""
+    try:
+        yield
+    except (ValueError, OSError, KeyError, OverflowError) as error:
+        text = error.args[0] if isinstance(error, KeyError) else error
+        raise Ended(str(text), Exit.USAGE) from error
+
+
+def ending(error: BaseException) -> tuple[int, str]:
+    """Return the exit code of an exception that reached the command line, and the line that is said."""
+    from aero.errors import AeroError  # noqa: PLC0415 - help is quick
+    from aero.safety import SafetyStopError  # noqa: PLC0415
+    from hil.targets.target import MissingCapabilityError, NoHandError  # noqa: PLC0415
+
+    if isinstance(error, KeyboardInterrupt):
+        return 130, "interrupted"
+    if isinstance(error, SafetyStopError):
+        return Exit.STOPPED, str(error)
+    if isinstance(error, (NoHandError, AeroError, ConnectionError)):
+        return Exit.NO_HAND, str(error)
+    if isinstance(error, MissingCapabilityError):
+        return Exit.USAGE, str(error)
+    if isinstance(error, OSError):
+        return Exit.NOT_WRITTEN, str(error)
+    return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
+
+
+def run(command: Callable[[], Any]) -> None:
+    """Run a command line and end the program as its ending asks."""
+    try:
+        command()
+    except click.exceptions.Abort:
+        code, line = 130, "interrupted"
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except Exception as error:
+        code, line = ending(error)
+        if code == Exit.DEFECT:
+            traceback.print_exc()
+    else:
+        return
+    click.echo(f"Error: {line}", err=True)
+    sys.exit(code)

@@ -1,0 +1,70 @@
+"""Where results go: a place that is made and tried before anything moves, so that no work is lost for want of one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from tempfile import TemporaryFile
+
+LATEST = "latest"
+"""Link to the newest of the folders that are named by their time."""
+
+
+def prepared_folder(folder: Path) -> Path:
+    """Make a folder and try to write into it.
+
+    Raises:
+        OSError: it cannot be made or written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with TemporaryFile(dir=folder) as probe:
+        probe.write(b"\0" * 4096)
+    return folder
+
+
+@contextmanager
+def emptied(folder: Path | None) -> Iterator[None]:
+    """Take a folder away at the end when nothing was put into it."""
+    try:
+        yield
+    finally:
+        if folder is not None and not any(folder.iterdir()):
+            folder.rmdir()
+
+
+def prepared_file(path: Path) -> Path:
+    """Make the folder of a file and try to write there; what is at `path` stays.
+
+    Raises:
+        OSError: it cannot be written, or is a folder.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder; name a file")
+    prepared_folder(path.parent)
+    if path.exists() and not os.access(path, os.W_OK):
+        raise PermissionError(f"{path} cannot be written")
+    return path
+
+
+def run_folder(base: Path) -> Path:
+    """Make a folder below `base` that is named by the time, and let `latest` beside it point there.
+
+    Raises:
+        OSError: it cannot be made or written.
+    """
+    stamp = datetime.now().astimezone().strftime("%Y-%m-%dT%H-%M-%S")
+    prepared_folder(base)
+    name = next(n for i in range(1000) if not (base / (n := stamp + (f"-{i}" if i else ""))).exists())
+    folder = prepared_folder(base / name)
+    link = base / LATEST
+    if link.is_symlink() or not link.exists():
+        fresh = base / f".{LATEST}-{os.getpid()}"
+        try:
+            fresh.symlink_to(folder.name, target_is_directory=True)
+            fresh.replace(link)
+        except OSError:
+            fresh.unlink(missing_ok=True)  # a file system without links: the folder's name says which is newest
+    return folder

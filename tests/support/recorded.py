@@ -1,0 +1,26 @@
+"""Short runs of what experiments do, returned as their recordings."""
+
+from hil.experiments.staircase.stimulus import run_staircase
+from hil.policies.policy_run import record_policy
+from hil.recordings.recorder import Recorder, silent
+from hil.system_identification.play_excitation import EXPERIMENT, play
+from model import RoutedHand
+
+
+def staircase_of(target, plan, path=None):
+    recorder = Recorder(target, "staircase", path)
+    run_staircase(target, recorder, RoutedHand(target.side), plan)
+    return recorder.finish()
+
+
+def excitation_of(target, plan, progress=silent):
+    recorder = Recorder(target, EXPERIMENT)
+    play(target, recorder, plan, progress=progress)
+    return recorder.finish()
+
+
+def policy_of(target, policy, settings, progress=silent):
+    """The run and its recording."""
+    recorder = Recorder(target, "policy")
+    result = record_policy(target, recorder, policy, settings, progress=progress)
+    return result, recorder.finish()
