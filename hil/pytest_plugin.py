@@ -1,7 +1,8 @@
 """The pytest plugin behind `pytest --hil=TARGET`.
 
-Registered as an entry point, so that it is there wherever this project is installed. It adds the options, one line in
-the header, and the fixtures `target` and `hand`; everything heavy is imported when a test first asks for a hand.
+Registered as an entry point, so that it is there wherever this project is installed. It adds the options, the fixtures
+`aero_target` and `aero_hand`, and, in a session that uses them, one line that says which hand is tested. Everything
+heavy is imported when a test first asks for a hand.
 """
 
 from __future__ import annotations
@@ -77,8 +78,10 @@ def pytest_configure(config: pytest.Config) -> None:
         _opener(config)
 
 
-def pytest_report_header(config: pytest.Config) -> str | None:
-    """Say which hand will be tested."""
+def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> str | list[str]:
+    """Say which hand will be tested, in a session that tests one."""
+    if not any(_uses_a_hand(item) for item in items):
+        return []
     option = config.getoption
     unit = f", unit {option('--hil-unit')}, seed {option('--hil-seed')}" if option("--hil") in IN_SOFTWARE else ""
     return f"aero-hil: {option('--hil-hand')} hand on {option('--hil')}, firmware {option('--hil-firmware')}{unit}"
@@ -87,7 +90,7 @@ def pytest_report_header(config: pytest.Config) -> str | None:
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Open a physical hand before the first test, so that a missing one is one error and not one for every test."""
     config = session.config
-    if config.getoption("collectonly") or not any("target" in getattr(i, "fixturenames", ()) for i in session.items):
+    if config.getoption("collectonly") or not any(_uses_a_hand(item) for item in session.items):
         return
     from hil.targets.target import NoHandError  # noqa: PLC0415 - loads a physics engine
 
@@ -106,7 +109,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip what this hand cannot or must not do, with the reason, and record which hand it is."""
-    if "target" not in getattr(item, "fixturenames", ()):
+    if not _uses_a_hand(item):
         return
     target = item.config.stash[_TARGET]
     if reason := _reason_to_skip(item, target):
@@ -125,20 +128,25 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 
 @pytest.fixture(scope="session")
-def target(pytestconfig: pytest.Config) -> Target:
+def aero_target(pytestconfig: pytest.Config) -> Target:
     """The hand chosen by `--hil`, opened once for the session; see `hil.Target`."""
     return pytestconfig.stash[_TARGET]
 
 
 @pytest.fixture
-def hand(target: Target) -> AeroHand:
+def aero_hand(aero_target: Target) -> AeroHand:
     """The driver of the target's hand, commanded open and at rest."""
-    target.hand.command_codes([0] * 7)
+    hand, clock = aero_target.hand, aero_target.clock
+    hand.command_codes([0] * 7)
     for _ in range(REST_TRIES):
-        target.clock.sleep_until(target.clock.now() + REST_WAIT_S)
-        if all(abs(target.hand.read_speeds()) < REST_RAD_S):
-            return target.hand
+        clock.sleep_until(clock.now() + REST_WAIT_S)
+        if all(abs(hand.read_speeds()) < REST_RAD_S):
+            return hand
     pytest.fail(f"the hand does not come to rest within {REST_TRIES * REST_WAIT_S:g} s of opening")
+
+
+def _uses_a_hand(item: pytest.Item) -> bool:
+    return "aero_target" in getattr(item, "fixturenames", ())
 
 
 def _reason_to_skip(item: pytest.Item, target: Target) -> str | None:

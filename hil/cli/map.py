@@ -10,6 +10,7 @@ import numpy as np
 
 from aero.actuation import CALIBRATIONS, FIRMWARE_CALIBRATIONS, ActuationMap
 from aero.actuation.representations import REPRESENTATIONS, Representation, convert
+from hil.cli.exits import given
 
 _SOURCES = [name for name, representation in REPRESENTATIONS.items() if representation.to_travel is not None]
 
@@ -36,7 +37,7 @@ def map_command(
     saturate: bool,
     posture: TextIO,
 ) -> None:
-    r"""Convert the POSTURE in a JSON file (standard input if not given) between two representations.
+    """Convert the POSTURE in a JSON file (standard input if not given) between two representations.
 
     The input is a list of numbers, an object of numbers by name, or what this command printed before; the output says
     names, units and which map was used. Angles are in degrees and travel in mm; lengths are the simulator's m and rad.
@@ -44,12 +45,10 @@ def map_command(
     \b
     echo '[30, 30, 30, 30, 45, 20, 10]' | aero-hil map --from compact --to codes
     """
-    try:
+    with given():
         codec = ActuationMap.for_firmware(firmware, calibration, hand=hand, coefficients=coefficients)
         given = _read(posture.read(), source)
         result = convert(codec, given, source, target, saturate=saturate)
-    except (ValueError, OSError) as error:
-        raise click.UsageError(str(error)) from error
     representation = REPRESENTATIONS[target]
     names = REPRESENTATIONS["codes"].labels
     click.echo(

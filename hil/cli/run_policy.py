@@ -26,6 +26,9 @@ from hil.recordings.recorder import Recorder
 from model.units import load_unit
 from model.units.cable_correction import correction
 
+MOST_A = 4.5
+"""What a motor draws at the boards' usual torque limit, A (700 units of 6.5 mA); a guard beyond it never acts."""
+
 
 @click.command("run-policy")
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
@@ -46,7 +49,10 @@ from model.units.cable_correction import correction
     "--twin", metavar="UNIT",
     help="Unit of this hand, from `aero-hil calibrate` or shipped: its cables are corrected for.",
 )  # fmt: skip
-@click.option("--max-current", type=float, default=Thresholds.current_a, show_default=True, help="Limit of a motor, A.")
+@click.option(
+    "--max-current", type=click.FloatRange(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
+    show_default=True, help="Current of a motor at which the hand is stopped, A.",
+)  # fmt: skip
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
 def run_policy(
     *,
@@ -88,6 +94,8 @@ def run_policy(
             prepared_file(record)
         thresholds = Thresholds(current_a=max_current)
     _say_settings(console, policy, settings)
+    if hand.target in ("emulated", "pty"):
+        console.print("This emulated hand holds no cube; `aero-hil evaluate` runs a policy with one.", highlight=False)
     with hand.open(guarded=True, thresholds=thresholds) as opened:
         recorder = Recorder(opened, "policy", record)
         name = opened.describe()

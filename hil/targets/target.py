@@ -31,7 +31,7 @@ class MissingCapabilityError(Exception):
     """The target cannot do what was asked for; the message says which could."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Target:
     """One hand, ready to be commanded, and everything an experiment may know about it."""
 
@@ -53,6 +53,10 @@ class Target:
     """Everything that crossed the link since it was opened."""
     capabilities: Mapping[str, Any]
     """`ground_truth`: the plant (joint angles, cable tensions, slack); `electronics`: the emulated hand."""
+
+    def __repr__(self) -> str:
+        """Return one line, for a failing test shows it."""
+        return f"<Target: {self.describe()}>"
 
     @property
     def real_time(self) -> bool:

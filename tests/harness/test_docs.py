@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hil.cli import COMMANDS
+from hil.cli.exits import Exit
 from hil.experiments import EXPERIMENTS
 from hil.judging.limits import load_limits
 
@@ -34,6 +35,19 @@ def test_all_29_problems_have_an_answer():
 def test_every_command_that_is_named_exists(name):
     for command in re.findall(r"`aero-hil (\w[\w-]*)", (ROOT / "docs" / name).read_text()):
         assert command in COMMANDS
+
+
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda path: path.name
+)
+def test_every_file_that_is_named_exists(page):
+    for name in re.findall(r"`((?:\w+/)+\w+\.(?:py|toml|npz|csv|png))`", page.read_text()):
+        assert (ROOT / name).exists(), name
+
+
+@pytest.mark.parametrize("code", Exit)
+def test_every_exit_code_is_in_the_table(code):
+    assert f"| {code.value} |" in (ROOT / "docs" / "commands.md").read_text()
 
 
 def _limits(firmware):

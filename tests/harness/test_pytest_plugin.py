@@ -6,7 +6,11 @@ import hil.targets.target  # noqa: F401 - loaded before pytester's snapshot, bec
 
 pytest_plugins = ["pytester"]
 
-ONE_TEST = "def test_reads(hand, target):\n    assert hand.read_codes().shape == (7,)\n    assert target.name == {!r}"
+ONE_TEST = """
+def test_reads(aero_hand, aero_target):
+    assert aero_hand.read_codes().shape == (7,)
+    assert aero_target.name == {!r}
+"""
 
 
 @pytest.fixture
@@ -61,30 +65,42 @@ def test_a_suite_without_a_hand_never_opens_one(pytester):
     result.assert_outcomes(passed=1)
 
 
+def test_a_session_without_a_hand_shows_no_hand(pytester):
+    pytester.makepyfile("def test_nothing():\n    pass")
+    assert "right hand on" not in pytester.runpytest().stdout.str()
+
+
+def test_a_failure_shows_the_target_in_one_line(pytester):
+    pytester.makepyfile("def test_fails(aero_target):\n    assert aero_target is None")
+    shown = pytester.runpytest().stdout.str()
+    assert "<Target: right hand on emulated, firmware 0.2.0, unit reference, seed 0>" in shown
+    assert "WireLog object" not in shown
+
+
 SUITE = """
 import pytest
 
-def test_ordinary(target):
+def test_ordinary(aero_target):
     pass
 
 @pytest.mark.moves
-def test_moves(target):
+def test_moves(aero_target):
     pass
 
 @pytest.mark.homes
-def test_homes(target):
+def test_homes(aero_target):
     pass
 
 @pytest.mark.takes_long
-def test_takes_long(target):
+def test_takes_long(aero_target):
     pass
 
 @pytest.mark.needs("ground_truth")
-def test_needs(target):
+def test_needs(aero_target):
     pass
 
 @pytest.mark.presence
-def test_presence(target):
+def test_presence(aero_target):
     assert {there}
 """
 

@@ -7,6 +7,18 @@ SETTLE_S, SETTLE_TRIES = 0.4, 8
 STILL_RAD_S = 0.1
 
 
+@pytest.fixture(scope="session")
+def target(aero_target):
+    """The short name, in the project's own suite."""
+    return aero_target
+
+
+@pytest.fixture
+def hand(aero_hand):
+    """The short name, in the project's own suite."""
+    return aero_hand
+
+
 @pytest.fixture
 def settle(target):
     """Command codes and wait until the hand has come to rest; returns what the encoders then read."""
