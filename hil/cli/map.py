@@ -47,8 +47,8 @@ def map_command(
     """
     with given():
         codec = ActuationMap.for_firmware(firmware, calibration, hand=hand, coefficients=coefficients)
-        given = _read(posture.read(), source)
-        result = convert(codec, given, source, target, saturate=saturate)
+        values = _read(posture.read(), source)
+        result = convert(codec, values, source, target, saturate=saturate)
     representation = REPRESENTATIONS[target]
     names = REPRESENTATIONS["codes"].labels
     click.echo(
