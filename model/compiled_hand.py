@@ -63,7 +63,7 @@ class CompiledHand:
             self.drive(shaft, UNPOWERED)
 
     def drive(self, shaft: int, drive: Drive) -> None:
-        """Let a shaft's actuators follow `drive`, all but its setpoint, which is a control; the supply scales effort."""
+        """Let a shaft's actuators follow `drive`, all but its setpoint, which is a control of MuJoCo's data."""
         model, supply = self.model, self.parameters.supply_ratio
         stiffness, limit = supply * drive.stiffness, supply * drive.limit
         model.actuator_gainprm[shaft, 0] = stiffness

@@ -34,11 +34,12 @@ class BuiltHandPlant:
 
     def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
         self.parameters = parameters or BuiltHandParameters()
-        self._hand = CompiledHand(self._spec(hand), self.parameters)
-        self._model = self._hand.model
+        self.compiled = CompiledHand(self._spec(hand), self.parameters)
+        """The hand behind the motion; `drive` writes into it."""
+        self._model = self.compiled.model
         self._data = mujoco.MjData(self._model)
         self._warnings = self._data.warning.number
-        self._data.qpos[self._hand.joint_qpos] = self._hand.held_closed()
+        self._data.qpos[self.compiled.joint_qpos] = self.compiled.held_closed()
         self._time = 0.0
         # Rows: setpoint, stiffness, damping, torque, limit.
         self._drives = np.zeros((5, SHAFTS))
@@ -58,9 +59,9 @@ class BuiltHandPlant:
         if span <= 0.0:
             return
         model, data, step = self._model, self._data, self.parameters.timestep
-        if self._hand.has_sheaths:
+        if self.compiled.has_sheaths:
             # Between two calls, 10 ms apart at most while the board reads its servos, the friction is held.
-            self._hand.rub(self._hand.tensions(data))
+            self.compiled.rub(self.compiled.tensions(data))
         full = int(span / step + TIME_RESOLUTION)
         if full:
             mujoco.mj_step(model, data, full)
@@ -92,7 +93,7 @@ class BuiltHandPlant:
             raise ValueError(f"a current limit is not negative, not {drive.current_limit}")
         self._drives[:, shaft] = values
         self._data.ctrl[shaft] = drive.setpoint
-        self._hand.drive(shaft, drive)
+        self.compiled.drive(shaft, drive)
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
         """Change only the goal angle (rad) of one shaft's present drive; the cheap call a motion profile makes.
@@ -108,12 +109,12 @@ class BuiltHandPlant:
 
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (7,) float, rad, positive closes."""
-        angles: NDArray[np.float64] = self._data.qpos[self._hand.shaft_qpos]
+        angles: NDArray[np.float64] = self._data.qpos[self.compiled.shaft_qpos]
         return angles
 
     def speeds(self) -> NDArray[np.float64]:
         """Return shaft speeds, (7,) float, rad/s."""
-        speeds: NDArray[np.float64] = self._data.qvel[self._hand.shaft_dofs]
+        speeds: NDArray[np.float64] = self._data.qvel[self.compiled.shaft_dofs]
         return speeds
 
     def efforts(self) -> NDArray[np.float64]:
@@ -124,21 +125,21 @@ class BuiltHandPlant:
 
     def joint_angles(self) -> NDArray[np.float64]:
         """Return the true joint angles, (16,) float, rad, in the order of `Joint`."""
-        angles: NDArray[np.float64] = self._data.qpos[self._hand.joint_qpos]
+        angles: NDArray[np.float64] = self._data.qpos[self.compiled.joint_qpos]
         return angles
 
     def cable_tensions(self) -> NDArray[np.float64]:
         """Return the true cable tensions at the present state, (7,) float, N, never negative; abduction reads zero."""
         mujoco.mj_forward(self._model, self._data)
         tensions = np.zeros(SHAFTS)
-        tensions[list(CABLES)] = self._hand.tensions(self._data)
+        tensions[list(CABLES)] = self.compiled.tensions(self._data)
         return tensions
 
     def slack(self) -> NDArray[np.float64]:
         """Return how much cable is loose, (7,) float, m; zero when taut, and for abduction, which has no cable."""
         mujoco.mj_fwdPosition(self._model, self._data)
         slack = np.zeros(SHAFTS)
-        slack[list(CABLES)] = np.maximum(self._hand.loose(self._data), 0.0)
+        slack[list(CABLES)] = np.maximum(self.compiled.loose(self._data), 0.0)
         return slack
 
     def _spec(self, hand: Side) -> mujoco.MjSpec:

@@ -31,11 +31,10 @@ from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 from train.actuation import BUS
 from train.built import BuiltSimulator, draw_scenes
-from train.correction import corrections
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture, video
 from train.evaluation.rollouts import log, run, task_of
-from train.hands import HANDS
+from train.hands import HANDS, corrections, draw_hand
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
 from train.task.grasp import NOMINAL_RESET
@@ -153,10 +152,11 @@ def _over_mjx(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[
 def _on_built(policy: Policy, episodes: int, seconds: float, seed: int) -> dict[str, dict[str, float]]:
     """Measure on built hands as training draws them, each episode on another."""
     rng = np.random.default_rng(seed)
-    hands = draw_scenes(HANDS, rng, episodes, policy.settings.torque_limit)
-    corrected = corrections(hands, policy.settings, rng, error_m=HANDS.correction_error_m)
+    units = [draw_hand(HANDS, rng) for _ in range(episodes)]
+    scenes = draw_scenes(units, HANDS, rng, policy.settings.torque_limit)
+    corrected = corrections(units, policy.settings, rng, error_m=HANDS.correction_error_m)
     behind_the_bus = replace(task_of(policy), actuation=BUS)
-    with BuiltSimulator(hands, corrected) as batch:
+    with BuiltSimulator(scenes, corrected) as batch:
         return {"as training draws them": run(policy, behind_the_bus, batch, seconds, seed).summary()}
 
 
