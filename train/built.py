@@ -7,12 +7,10 @@ Controls and sensed lengths pass the actuation map, as in deployment.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
@@ -24,7 +22,7 @@ from model.scene import add_cube
 from model.units import Unit
 from train.hands import TIMESTEP_S, HandRanges, in_training
 from train.scene import add_sensors, tip_geoms
-from train.simulator import STATE_KIND, Batch, Floats
+from train.simulator import STATE_KIND, Batch, Floats, Simulator
 from train.task.episode import PHYSICS_STEP_S
 
 EXTRA = 3 * len(CABLES)
@@ -88,7 +86,7 @@ def draw_scenes(
     return scenes
 
 
-class BuiltSimulator(Batch):
+class BuiltSimulator(Simulator):
     """A batch of built hands over `mujoco.rollout`; holds a thread pool. Use as a context manager, or `close` it."""
 
     def __init__(
@@ -104,22 +102,14 @@ class BuiltSimulator(Batch):
         Raises:
             ValueError: a scene is there twice.
         """
-        super().__init__([scene.model for scene in scenes])
+        super().__init__([scene.model for scene in scenes], threads)
         if len(set(map(id, scenes))) < len(scenes):
             raise ValueError("every built hand needs a scene of its own, for the friction of its sheaths is in it")
         self._scenes = list(scenes)
-        first = self._models[0]
-        self._places = _places(first)
+        self._places = _places(self._models[0])
         self.state_size = len(self._places) + len(CABLES)
         self._corrections = np.zeros((len(scenes), 1, _SHAFTS)) if corrections is None else corrections[:, None]
-        threads = threads or os.cpu_count() or 1
         self._map = ActuationMap()
-        self._data = [mujoco.MjData(first) for _ in range(threads)]
-        self._pool = rollout.Rollout(nthread=threads)
-
-    def close(self) -> None:
-        """Stop the threads."""
-        self._pool.close()
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
         """Step every scene, see `Batch`."""
@@ -132,10 +122,8 @@ class BuiltSimulator(Batch):
         for start in range(0, angles.shape[1], _HELD_STEPS):
             for scene, tension in zip(self._scenes, tensions, strict=True):
                 scene.rub(tension)
-            trajectory, sensed = self._pool.rollout(
-                self._models, self._data, full, angles[:, start : start + _HELD_STEPS]
-            )
-            full, tensions = trajectory[:, -1], sensed[:, -1, _TENSIONS]
+            full, sensed = super().advance(full, angles[:, start : start + _HELD_STEPS])
+            tensions = sensed[:, -1, _TENSIONS]
             sensors.append(sensed[:, _STEPS - 1 :: _STEPS, : _TENSIONS.start])
         return np.hstack([full[:, self._places], tensions]), self._as_routed(np.hstack(sensors))
 
