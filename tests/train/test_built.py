@@ -291,7 +291,6 @@ def test_hands_are_drawn_inside_their_ranges_and_reach_both_ends():
 def test_the_recorded_hands_springs_are_the_reference_units():
     recorded = replace(HANDS, towards_recorded=(1.0, 1.0), digit_spring_factor=(1.0, 1.0), spring_factor=(1.0, 1.0))
     drawn, unit = draw_hand(recorded, np.random.default_rng(0)), load_unit("reference")
-    fingers_and_thumb = np.delete(np.arange(16), Joint.THUMB_ABDUCTION)
-    for name in ("spring_open", "spring_closed"):
-        ours, theirs = (np.array(getattr(one.hand, name))[fingers_and_thumb] for one in (drawn, unit))
-        np.testing.assert_allclose(ours, theirs, rtol=0.06)
+    np.testing.assert_allclose(drawn.hand.spring_open, unit.hand.spring_open)
+    # A drawn spring pulls a little more closed than open; the reference unit's abduction pulls the same.
+    np.testing.assert_allclose(drawn.hand.spring_closed, unit.hand.spring_closed, rtol=0.021)
