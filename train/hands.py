@@ -5,6 +5,7 @@ The ranges span the default hand, the hand of the paper and the recorded one (`m
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES, Channel, Joint
 from aero.policy.settings import Settings
-from model.parameters import BuiltHandParameters
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
 
@@ -29,7 +29,7 @@ def _per_joint(proximal: Floats, distal: Floats) -> Floats:
     return np.concatenate([fingers, [1.0, proximal[4], distal[4], distal[4]]])
 
 
-DEFAULT, RECORDED = BuiltHandParameters(), load_unit("reference")
+DEFAULT, RECORDED = Unit(), load_unit("reference")
 """Between these are the springs. The recorded hand's ring finger and pinky close at their far joints first, the default
 hand's at the near ones."""
 
@@ -105,15 +105,15 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
     opened, closed = (
         factor * (np.array(there) + far * np.subtract(recorded, there))
         for there, recorded in (
-            (DEFAULT.spring_open, RECORDED.hand.spring_open),
-            (DEFAULT.spring_closed, RECORDED.hand.spring_closed),
+            (DEFAULT.hand.spring_open, RECORDED.hand.spring_open),
+            (DEFAULT.hand.spring_closed, RECORDED.hand.spring_closed),
         )
     )
     closed = np.maximum(closed, 1.02 * opened)
     rotor_inertia = float(rng.uniform(*ranges.rotor_inertia))
     servos = replace(RECORDED.servos, no_load_speed_counts=float(rng.uniform(*ranges.no_load_speed_counts)))
     hand = replace(
-        DEFAULT,
+        DEFAULT.hand,
         rotor_inertia=(rotor_inertia,) * len(Channel),
         supply_ratio=float(rng.uniform(*ranges.supply_ratio)),
         spool_friction=tuple(channels(ranges.shaft_friction).tolist()),
@@ -142,16 +142,16 @@ def corrections(
 ) -> Floats:
     """Return by how much longer each channel of each hand must be commanded, (hands, 7), m, abduction rad.
 
-    A hand is corrected before it runs a policy (`model.units.cable_correction`), so it is before a policy is trained.
+    As a hand is before it runs a policy (`model.units.cable_correction`), at training's step.
 
     Args:
         units: the hands.
         settings: whose nominal grasp the joints are to reach.
         rng: for the errors.
         error_m: by how much the correction of a cable may be wrong, uniform on both sides.
-        threads: default: a few a core.
+        threads: default: all cores.
     """
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         found = np.array(list(pool.map(partial(correction, settings=settings), map(in_training, units))))
     found[:, CABLES] += rng.uniform(-error_m, error_m, (len(units), len(CABLES)))
     return found
