@@ -15,6 +15,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from firmware_emulator.servo.parameters import HLS3606M
 from model.geometry.palm import THENAR_RADIUS
 from model.geometry.winding import ABDUCTION_RADIUS
 
@@ -33,8 +34,8 @@ class BuiltHandParameters:
 
     rotor_inertia: Channels = (7.5e-4,) * 7
     """Inertia of motor and gears at the output shaft, kg m²; from a motor time constant of 12-16 ms."""
-    back_emf: float = 0.0463
-    """Torque lost per speed while a winding is driven, N m s/rad: stall torque 0.588 over 8286 counts/s."""
+    back_emf: float = HLS3606M.back_emf
+    """Torque lost per speed while a winding is driven, N m s/rad; a unit's is that of its servos."""
     supply_ratio: float = 1.0
     """Supply voltage over nominal; scales the torque that a servo's effort gives."""
     spool_friction: Channels = _SPOOL_FRICTION

@@ -5,9 +5,8 @@ a physics step, and a length becomes a reading. Everything is a pure function ov
 are drawn once an episode.
 
 Sources: one physical hand, public logs June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e): 15-19 ms from
-command to motion, closed loop 24-25 ms, 700-780 °/s at most, 4096 counts a turn; take-up: another owner's index
-(alstar8); radii: paper, regression row of the thumb cables against the CAD radii (12.64 for 12.49 mm);
-stall torque: vendor, 6 kg cm.
+command to motion, closed loop 24-25 ms; take-up: another owner's index (alstar8); radii: paper, regression row of the
+thumb cables against the CAD radii (12.64 for 12.49 mm).
 """
 
 from __future__ import annotations
@@ -17,16 +16,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aero.actuation.window import COUNTS_PER_TURN
 from aero.channels import CABLES
+from aero.policy.limits import Limits
 from aero.policy.settings import Row
 from aero.policy.task import CHANNELS, Array, namespace
 from model.geometry.winding import SPOOL_RADIUS
+from model.units import Unit
 
 REMEMBERED = 3
 """Targets that can still be on their way: delays up to two control periods."""
-SERVO_SPEED_RAD_S = np.deg2rad(740.0)
-STALL_TORQUE_N_M = 0.588
-COUNTS_PER_TURN = 4096
 
 
 def _per_channel(cable: float, abduction: float) -> np.ndarray:
@@ -35,11 +34,11 @@ def _per_channel(cable: float, abduction: float) -> np.ndarray:
     return row
 
 
-SPEED_LIMIT = _per_channel(SPOOL_RADIUS * SERVO_SPEED_RAD_S, SERVO_SPEED_RAD_S)
+SPEED_LIMIT = _per_channel(SPOOL_RADIUS, 1.0) * Limits().shaft_speed_rad_s
 """Fastest change of a channel at the servo's no-load speed, (7,), m/s, abduction rad/s."""
 COUNT = _per_channel(SPOOL_RADIUS, 1.0) * 2 * np.pi / COUNTS_PER_TURN
 """Change of a channel by one encoder count, (7,), m, abduction rad."""
-STALL_FORCE = _per_channel(STALL_TORQUE_N_M / SPOOL_RADIUS, STALL_TORQUE_N_M)
+STALL_FORCE = _per_channel(1.0 / SPOOL_RADIUS, 1.0) * Unit().servos.stall_torque
 """Force of a channel at its servo's stall torque, (7,), N, abduction N m."""
 
 Range = tuple[float, float]

@@ -7,30 +7,24 @@ Controls and sensed lengths pass the actuation map, as in deployment.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import CABLES, OBSERVATION_ORDER, Channel, Joint
 from model.built import build_built, cable_name, shaft_name
+from model.compiled_hand import CompiledHand
 from model.geometry.winding import SPOOL_RADIUS
-from model.parameters import BuiltHandParameters
 from model.scene import add_cube
-from train.actuation import STALL_TORQUE_N_M
-from train.hands import TIMESTEP_S, HandRanges, draw_hand
+from model.units import Unit
+from train.hands import TIMESTEP_S, HandRanges, in_training
 from train.scene import add_sensors, tip_geoms
-from train.simulator import STATE_KIND, Batch, Floats
+from train.simulator import STATE_KIND, Batch, Floats, Simulator
 from train.task.episode import PHYSICS_STEP_S
 
-SERVO_STIFFNESS = 3.8
-"""Torque of a servo's inner loop per error, N m/rad: 0.0099 of full duty a count (unit `reference`)."""
-SERVO_DAMPING = 0.063
-"""Torque of a servo's inner loop per speed, N m s/rad: 1.6e-4 of full duty a count/s (unit `reference`)."""
 EXTRA = 3 * len(CABLES)
 """Values by which a built hand's state is longer than the routed hand's."""
 SHEATHS_HELD_S = 0.05
@@ -44,19 +38,18 @@ _TO_COMMAND_ORDER = np.argsort(OBSERVATION_ORDER)
 _FORCE_OF_TORQUE = np.where([channel in CABLES for channel in Channel], -1.0 / SPOOL_RADIUS, 1.0)
 
 
-def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> mujoco.MjModel:
-    """Return a built right hand with the cube and its servos' inner loops.
+def build_scene(unit: Unit, torque_limit: float | None) -> CompiledHand:
+    """Return a built right hand with the cube at training's step, its servos driven in position mode.
 
-    Its sensors are those of `train.task.signals` and then the tensions of the cables. Geoms that nothing
-    touches, such as the routed hand's pulleys, are left out: they would cost a fifth of a step.
+    Its sensors are those of `train.task.signals` and then the tensions of the cables.
 
     Args:
-        parameters: of the hand.
+        unit: the hand.
         torque_limit: share of the servos' stall torque that they may use; None for all of it. It bounds the winding's
             current, as a goal torque does, not the voltage: a free shaft keeps its speed.
     """
+    parameters = in_training(unit).hand
     spec = build_built("right", parameters)
-    spec.compiler.discardvisual = True
     add_cube(spec)
     for channel in OBSERVATION_ORDER:
         spec.add_sensor(
@@ -70,79 +63,53 @@ def build_scene(parameters: BuiltHandParameters, torque_limit: float | None) -> 
         force = spec.sensor(f"{channel.label}_force")
         force.type, force.objtype = mujoco.mjtSensor.mjSENS_JOINTACTFRC, mujoco.mjtObj.mjOBJ_JOINT
         force.objname = shaft_name(channel)
-    spec.nuser_tendon = 1  # what a cable's sheaths take of its tension, for `BuiltSimulator`
     for channel in CABLES:
-        spec.tendon(cable_name(channel)).userdata = [parameters.cable_friction[channel]]
         spec.add_sensor(
             name=f"{channel.label}_tension",
             type=mujoco.mjtSensor.mjSENS_TENDONLIMITFRC,
             objtype=mujoco.mjtObj.mjOBJ_TENDON,
             objname=cable_name(channel),
         )
-    model = spec.compile()
-    supply = parameters.supply_ratio
-    stall = supply * STALL_TORQUE_N_M
-    bound = stall if torque_limit is None else torque_limit * stall
-    model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
-    model.actuator_gainprm[:_SHAFTS, 0] = supply * SERVO_STIFFNESS
-    model.actuator_biasprm[:_SHAFTS, 1] = -supply * SERVO_STIFFNESS
-    model.actuator_biasprm[:_SHAFTS, 2] = -supply * SERVO_DAMPING
-    model.actuator_forcelimited[:_SHAFTS] = 1
-    model.actuator_forcerange[:_SHAFTS] = -stall, stall
-    model.actuator_biasprm[_SHAFTS:, 2] = -parameters.back_emf
-    shafts = [model.joint(shaft_name(channel)).id for channel in Channel]
-    model.jnt_actfrclimited[shafts] = 1
-    model.jnt_actfrcrange[shafts] = -bound, bound
-    return model
+    scene = CompiledHand(spec, parameters)
+    for channel in Channel:
+        scene.drive(channel, unit.position_drive(1.0 if torque_limit is None else torque_limit))
+    return scene
 
 
 def draw_scenes(
-    ranges: HandRanges, rng: np.random.Generator, count: int, torque_limit: float | None
-) -> list[mujoco.MjModel]:
-    """Return `count` hands with the cube."""
-    scenes = []
-    for _ in range(count):
-        model = build_scene(draw_hand(ranges, rng), torque_limit)
-        model.geom_friction[tip_geoms(model), 0] = rng.uniform(*ranges.tip_friction)
-        scenes.append(model)
+    units: Sequence[Unit], ranges: HandRanges, rng: np.random.Generator, torque_limit: float | None
+) -> list[CompiledHand]:
+    """Return these hands with the cube and fingertips of drawn friction."""
+    scenes = [build_scene(unit, torque_limit) for unit in units]
+    for scene in scenes:
+        scene.model.geom_friction[tip_geoms(scene.model), 0] = rng.uniform(*ranges.tip_friction)
     return scenes
 
 
-class BuiltSimulator(Batch):
+class BuiltSimulator(Simulator):
     """A batch of built hands over `mujoco.rollout`; holds a thread pool. Use as a context manager, or `close` it."""
 
     def __init__(
-        self, models: Sequence[mujoco.MjModel], corrections: Floats | None = None, threads: int | None = None
+        self, scenes: Sequence[CompiledHand], corrections: Floats | None = None, threads: int | None = None
     ) -> None:
         """Make a batch.
 
         Args:
-            models: all from `build_scene`, none twice: the friction of its sheaths is written into it.
+            scenes: all from `build_scene`, none twice: the friction of its sheaths is written into it.
             corrections: by how much longer each hand's channels are commanded, (batch, 7), m, abduction rad.
             threads: default: all cores.
 
         Raises:
-            ValueError: a model is there twice.
+            ValueError: a scene is there twice.
         """
-        super().__init__(models)
-        if len({id(model) for model in models}) < len(models):
-            raise ValueError("every built hand needs a model of its own, for the friction of its sheaths is in it")
-        first = self._models[0]
-        self._places = _places(first)
+        super().__init__([scene.model for scene in scenes], threads)
+        if len(set(map(id, scenes))) < len(scenes):
+            raise ValueError("every built hand needs a scene of its own, for the friction of its sheaths is in it")
+        self._scenes = list(scenes)
+        self._places = _places(self._models[0])
         self.state_size = len(self._places) + len(CABLES)
-        self._corrections = np.zeros((len(models), 1, _SHAFTS)) if corrections is None else corrections[:, None]
-        self._spools = [first.joint(shaft_name(channel)).dofadr[0] for channel in CABLES]
-        self._spool_friction = np.array([model.dof_frictionloss[self._spools] for model in models])
-        cables = [first.tendon(cable_name(channel)).id for channel in CABLES]
-        self._sheath_radius = SPOOL_RADIUS * np.array([model.tendon_user[cables, 0] for model in models])
-        threads = threads or os.cpu_count() or 1
+        self._corrections = np.zeros((len(scenes), 1, _SHAFTS)) if corrections is None else corrections[:, None]
         self._map = ActuationMap()
-        self._data = [mujoco.MjData(first) for _ in range(threads)]
-        self._pool = rollout.Rollout(nthread=threads)
-
-    def close(self) -> None:
-        """Stop the threads."""
-        self._pool.close()
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
         """Step every scene, see `Batch`."""
@@ -153,27 +120,19 @@ class BuiltSimulator(Batch):
         angles[:, :, :_SHAFTS] = np.repeat(setpoints, _STEPS, axis=1)
         sensors = []
         for start in range(0, angles.shape[1], _HELD_STEPS):
-            self._rub(tensions)
-            trajectory, sensed = self._pool.rollout(
-                self._models, self._data, full, angles[:, start : start + _HELD_STEPS]
-            )
-            full, tensions = trajectory[:, -1], sensed[:, -1, _TENSIONS]
+            for scene, tension in zip(self._scenes, tensions, strict=True):
+                scene.rub(tension)
+            full, sensed = super().advance(full, angles[:, start : start + _HELD_STEPS])
+            tensions = sensed[:, -1, _TENSIONS]
             sensors.append(sensed[:, _STEPS - 1 :: _STEPS, : _TENSIONS.start])
-        self._rub(np.zeros_like(tensions))  # the models are as they were
         return np.hstack([full[:, self._places], tensions]), self._as_routed(np.hstack(sensors))
-
-    def _rub(self, tensions: Floats) -> None:
-        """Set the dry friction of spools and sheaths, given the cables' tensions, (batch, 6), N."""
-        friction = self._spool_friction + self._sheath_radius * tensions
-        for model, row in zip(self._models, friction, strict=True):
-            model.dof_frictionloss[self._spools] = row
 
     def at(self, starts: Floats) -> Floats:
         """Return states at rest at `starts` (batch, 23), with every cable just taut."""
         states = super().at(starts)
         spools = slice(self.state_size - EXTRA, self.state_size - EXTRA + len(CABLES))
-        for state, start, model in zip(states, starts, self._models, strict=True):
-            state[spools] = _taut(model, start)
+        for state, start, scene in zip(states, starts, self._scenes, strict=True):
+            state[spools] = scene.wound(start[: len(Joint)])
         return states
 
     def _as_routed(self, sensors: Floats) -> Floats:
@@ -224,17 +183,3 @@ def _places(model: mujoco.MjModel) -> NDArray[np.int_]:
     if sorted(places) != list(range(mujoco.mj_stateSize(model, STATE_KIND))):
         raise ValueError("a built scene has one state value for each joint, spool and coordinate of the cube")
     return np.array(places)
-
-
-def _taut(model: mujoco.MjModel, start: Floats) -> Floats:
-    """Return the spools' angles, (6,) rad, at which the cables of a hand at `start` (23,) are just taut."""
-    data = mujoco.MjData(model)
-    for joint, angle in zip(Joint, start[: len(Joint)], strict=True):
-        data.joint(joint.label).qpos[0] = angle
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
-    lengths = np.array([data.ten_length[model.tendon(cable_name(channel)).id] for channel in CABLES])
-    slack = np.array([model.tendon_range[model.tendon(cable_name(channel)).id, 0] for channel in CABLES])
-    angles: Floats = np.maximum((lengths - slack) / SPOOL_RADIUS, 0.0)
-    return angles

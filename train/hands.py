@@ -1,17 +1,23 @@
 """Which built hands a policy meets in training: a range for everything in which one hand differs from the next.
 
-The ranges span the default hand, the hand of the paper and the recorded one (`hil/units`), with room on both sides.
+The ranges span the default hand, the hand of the paper and the recorded one (`model/units`), with room on both sides.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import Channel, Joint
-from model.parameters import BuiltHandParameters
+from aero.channels import CABLES, Channel, Joint
+from aero.policy.settings import Settings
+from model.units import Unit, load_unit
+from model.units.cable_correction import correction
 
 Range = tuple[float, float]
 Floats = NDArray[np.float64]
@@ -23,10 +29,9 @@ def _per_joint(proximal: Floats, distal: Floats) -> Floats:
     return np.concatenate([fingers, [1.0, proximal[4], distal[4], distal[4]]])
 
 
-RECORDED_OPEN = _per_joint(np.array([1.34, 0.40, 1.15, 0.69, 0.90]), np.array([0.88, 0.86, 0.86, 0.70, 1.49]))
-RECORDED_CLOSED = _per_joint(np.array([1.18, 1.19, 1.32, 1.05, 1.58]), np.array([1.50, 1.50, 0.82, 0.66, 0.90]))
-"""Springs of the recorded hand (unit `reference`) over the default hand's, (16,), extended and closed. Its ring finger
-and pinky close at their far joints first, the default hand's at the near ones."""
+DEFAULT, RECORDED = Unit(), load_unit("reference")
+"""Between these are the springs. The recorded hand's ring finger and pinky close at their far joints first, the default
+hand's at the near ones."""
 
 
 @dataclass(frozen=True)
@@ -61,14 +66,14 @@ class HandRanges:
     """Winding radii over those of CAD."""
     rotor_inertia: Range = (6.0e-4, 8.5e-4)
     """kg m², one draw."""
-    back_emf: Range = (0.040, 0.052)
-    """N m s/rad, one draw."""
+    no_load_speed_counts: Range = (7370.0, 9580.0)
+    """Of the servos at full duty, counts/s, one draw; a back-EMF of 0.040 to 0.052 N m s/rad."""
     supply_ratio: Range = (0.9, 1.1)
     """One draw."""
     tip_friction: Range = (0.2, 0.8)
     """Friction of the fingertips, one draw; contact friction is the larger of the two geoms', the cube's is 0.3."""
     correction_error_m: float = 0.0005
-    """By how much the correction of a cable (`train.correction`) may be wrong, on both sides, m. An assumption: the
+    """By how much the correction of a cable (`corrections`) may be wrong, on both sides, m. An assumption: the
     static error of a finger's servo alone is 0.3 mm of cable (docs/calibration.md)."""
 
 
@@ -77,9 +82,13 @@ TIMESTEP_S = 0.005
 """Step of the built hand in training, s; the emulated hand takes 2 ms."""
 
 
-def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParameters:
-    """Draw one hand; the friction of its fingertips is drawn with its scene."""
-    default = BuiltHandParameters()
+def in_training(unit: Unit) -> Unit:
+    """Return the same hand at training's step, with what it needs to hold a cube."""
+    return replace(unit, hand=replace(unit.hand, contacts=True, timestep=TIMESTEP_S))
+
+
+def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
+    """Draw one hand with the recorded hand's servos; the friction of its fingertips is drawn with its scene."""
 
     def channels(span: Range) -> Floats:
         return rng.uniform(*span, len(Channel))
@@ -93,12 +102,19 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParamete
     take_up[Channel.THUMB_FLEXOR] = rng.uniform(*ranges.flexor_take_up)
     far = rng.uniform(*ranges.towards_recorded)
     factor = _per_joint(*(rng.uniform(*ranges.spring_factor, (2, 5)) * rng.uniform(*ranges.digit_spring_factor, 5)))
-    opened = np.array(default.spring_open) * (1 + far * (RECORDED_OPEN - 1)) * factor
-    closed = np.array(default.spring_closed) * (1 + far * (RECORDED_CLOSED - 1)) * factor
+    opened, closed = (
+        factor * (np.array(there) + far * np.subtract(recorded, there))
+        for there, recorded in (
+            (DEFAULT.hand.spring_open, RECORDED.hand.spring_open),
+            (DEFAULT.hand.spring_closed, RECORDED.hand.spring_closed),
+        )
+    )
     closed = np.maximum(closed, 1.02 * opened)
-    return BuiltHandParameters(
-        rotor_inertia=(float(rng.uniform(*ranges.rotor_inertia)),) * len(Channel),
-        back_emf=float(rng.uniform(*ranges.back_emf)),
+    rotor_inertia = float(rng.uniform(*ranges.rotor_inertia))
+    servos = replace(RECORDED.servos, no_load_speed_counts=float(rng.uniform(*ranges.no_load_speed_counts)))
+    hand = replace(
+        DEFAULT.hand,
+        rotor_inertia=(rotor_inertia,) * len(Channel),
         supply_ratio=float(rng.uniform(*ranges.supply_ratio)),
         spool_friction=tuple(channels(ranges.shaft_friction).tolist()),
         cable_friction=tuple(channels(ranges.sheath_friction).tolist()),
@@ -112,5 +128,30 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> BuiltHandParamete
         spring_closed=tuple(closed.tolist()),
         joint_friction=tuple(joints(ranges.joint_friction).tolist()),
         joint_damping=tuple(joints(ranges.joint_damping).tolist()),
-        timestep=TIMESTEP_S,
     )
+    return Unit("drawn", hand=hand, servos=servos)
+
+
+def corrections(
+    units: Sequence[Unit],
+    settings: Settings,
+    rng: np.random.Generator,
+    *,
+    error_m: float = 0.0,
+    threads: int | None = None,
+) -> Floats:
+    """Return by how much longer each channel of each hand must be commanded, (hands, 7), m, abduction rad.
+
+    As a hand is before it runs a policy (`model.units.cable_correction`), at training's step.
+
+    Args:
+        units: the hands.
+        settings: whose nominal grasp the joints are to reach.
+        rng: for the errors.
+        error_m: by how much the correction of a cable may be wrong, uniform on both sides.
+        threads: default: all cores.
+    """
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        found = np.array(list(pool.map(partial(correction, settings=settings), map(in_training, units))))
+    found[:, CABLES] += rng.uniform(-error_m, error_m, (len(units), len(CABLES)))
+    return found

@@ -19,9 +19,9 @@ from brax.training.agents.ppo import train as brax_ppo
 from aero.policy.file import Policy, load, save
 from train import export, randomise
 from train.built import BuiltSimulator, MixedSimulator, draw_scenes
-from train.correction import corrections
 from train.environment import CubeEnvironment, prepare_starts
 from train.evaluation.rollouts import Episodes, run
+from train.hands import corrections, draw_hand
 from train.physics import native, over_mjx
 from train.progress import PARAMETERS, Checkpoint, Standing, append, read_standing, write_standing
 from train.recipe import Goal, Recipe, Stage
@@ -212,9 +212,10 @@ class _Attempt:
         if not built:
             return routed, None
         settings, threads = self._recipe.task.settings, self._threads
-        hands = draw_scenes(stage.hands, rng, built, settings.torque_limit)
-        corrected = corrections(hands, settings, rng, error_m=stage.hands.correction_error_m, threads=threads)
-        return routed, stack.enter_context(BuiltSimulator(hands, corrected, threads))
+        units = [draw_hand(stage.hands, rng) for _ in range(built)]
+        scenes = draw_scenes(units, stage.hands, rng, settings.torque_limit)
+        corrected = corrections(units, settings, rng, error_m=stage.hands.correction_error_m, threads=threads)
+        return routed, stack.enter_context(BuiltSimulator(scenes, corrected, threads))
 
     def _optimise(self, stage: Stage, steps: int, environment: CubeEnvironment) -> None:
         recipe = self._recipe

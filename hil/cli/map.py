@@ -44,7 +44,7 @@ def map_command(
 
     \b
     echo '[30, 30, 30, 30, 45, 20, 10]' | aero-hil map --from compact --to codes
-    """
+    """  # noqa: D301 - the backspace tells Click to keep the paragraph as it is
     with given():
         codec = ActuationMap.for_firmware(firmware, calibration, hand=hand, coefficients=coefficients)
         values = _read(posture.read(), source)

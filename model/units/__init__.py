@@ -1,7 +1,7 @@
 """Units: one TOML file for each individual hand that can stand behind the emulated electronics.
 
 `[hand]` fills `model.BuiltHandParameters`, `[servos]` fills `firmware_emulator.ServoParameters`; what a file leaves
-out keeps its default, but for the motors' back-EMF, which follows from the servos. `limits` names the limits the unit
+out keeps its default. The motors' back-EMF follows from the servos. `limits` names the limits the unit
 is judged by, `description` says which hand it is.
 """
 
@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 
+from firmware_emulator.plant import Drive
 from firmware_emulator.servo.parameters import ServoParameters
 from model import BuiltHandParameters
 from model.units.fill import fill
@@ -31,9 +32,23 @@ class Unit:
     limits: str = DEFAULT_LIMITS
     """Kind of hand whose limits it is judged by."""
     hand: BuiltHandParameters = field(default_factory=BuiltHandParameters)
-    """Mechanics: everything behind the servos' shafts."""
+    """Mechanics: everything behind the servos' shafts. Its back-EMF is replaced by the servos'."""
     servos: ServoParameters = field(default_factory=ServoParameters)
     """The seven servos, all alike."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "hand", dataclasses.replace(self.hand, back_emf=self.servos.back_emf))
+
+    def position_drive(self, share: float = 1.0) -> Drive:
+        """Return what a servo asks of its motor in position mode, towards zero.
+
+        Args:
+            share: of the stall torque that the winding's current may be worth; a free shaft keeps its speed.
+        """
+        stall = self.servos.stall_torque
+        return Drive(
+            stiffness=self.servos.stiffness, damping=self.servos.damping, limit=stall, current_limit=share * stall
+        )
 
 
 def shipped_units() -> tuple[str, ...]:
@@ -68,4 +83,4 @@ def load_unit(name: str) -> Unit:
         raise ValueError(
             f"unit {name}: hand.back_emf follows from servos.stall_torque and no_load_speed_counts, remove it"
         )
-    return dataclasses.replace(unit, name=name, hand=dataclasses.replace(unit.hand, back_emf=unit.servos.back_emf))
+    return dataclasses.replace(unit, name=name)

@@ -9,7 +9,9 @@ as it is.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +19,8 @@ from aero.actuation import ActuationMap
 from aero.channels import Channel, Joint
 from aero.policy.settings import Settings
 from firmware_emulator.plant import Drive
-from model import BuiltHandPlant
+from model.built import build_built
+from model.compiled_hand import SHAFTS, CompiledHand
 from model.parameters import BuiltHandParameters
 from model.units import Unit, load_unit
 
@@ -28,36 +31,52 @@ ROUNDS = 6
 APPROACH_S, REST_S = 0.6, 0.3
 """How the twin goes to the posture."""
 STEPS = 30
-STRENGTH_N_M = 0.5
-"""Torque that the twin's shafts are held with, N m: enough that they arrive."""
-STIFFNESS, DAMPING = 20.0, 0.1
-"""How they are held, N m/rad and N m s/rad: five times a servo, so that friction leaves them where they were sent."""
+HELD = Drive(stiffness=20.0, damping=0.1, limit=0.5)
+"""How its shafts are held: five times as stiff as by a servo, so that friction leaves them where they were sent."""
 
 
 def correction(unit: Unit, settings: Settings) -> Floats:
     """Return by how much longer each channel of `unit` must be commanded, (7,), m, abduction rad.
 
     Measured at the nominal posture of `settings`, against the unit `ideal`, which is what the map describes.
+
+    Raises:
+        ArithmeticError: the physics diverged.
     """
-    codec = ActuationMap()
-    nominal = np.array(settings.nominal)
-    wanted = _joints(codec, load_unit("ideal").hand, nominal)
-    total = np.zeros(len(Channel))
+    codec, nominal = ActuationMap(), np.array(settings.nominal)
+    wanted = _wanted(settings.nominal)
+    twin, total = _twin(unit.hand), np.zeros(len(Channel))
     for _ in range(ROUNDS):
-        lacking = _joints(codec, unit.hand, nominal + total) - wanted
+        lacking = _joints(twin, nominal + total) - wanted
         lacking[Joint.THUMB_ABDUCTION] = 0.0  # its shaft is the joint itself
         total += codec.travel_from_joints(lacking)
     return total
 
 
-def _joints(codec: ActuationMap, hand: BuiltHandParameters, lengths: Floats) -> Floats:
-    """Return the joint angles, (16,), of a hand whose shafts stand at `lengths`."""
+@lru_cache
+def _wanted(nominal: tuple[float, ...]) -> Floats:
+    """Return the joint angles, (16,), that the map believes in at `nominal`."""
+    return _joints(_twin(load_unit("ideal").hand), np.array(nominal))
+
+
+def _twin(parameters: BuiltHandParameters) -> CompiledHand:
+    alone = replace(parameters, contacts=False)
+    twin = CompiledHand(build_built(parameters=alone), alone)
+    for shaft in range(SHAFTS):
+        twin.drive(shaft, HELD)
+    return twin
+
+
+def _joints(twin: CompiledHand, lengths: Floats) -> Floats:
+    """Return the joint angles, (16,), of a hand whose shafts go from its start to `lengths`."""
+    codec, data = ActuationMap(), mujoco.MjData(twin.model)
     angles = codec.angles_from_travel(codec.travel_from_lengths(lengths))
-    plant = BuiltHandPlant(replace(hand, contacts=False))
-    for step in range(1, STEPS + 1):
-        for channel in Channel:
-            setpoint = float(angles[channel]) * step / STEPS
-            plant.drive(channel, Drive(setpoint, stiffness=STIFFNESS, damping=DAMPING, limit=STRENGTH_N_M))
-        plant.advance_to(APPROACH_S * step / STEPS)
-    plant.advance_to(APPROACH_S + REST_S)
-    return plant.joint_angles()
+    data.qpos[twin.joint_qpos] = twin.held_closed()
+    for step, span in [*((k, APPROACH_S / STEPS) for k in range(1, STEPS + 1)), (STEPS, REST_S)]:
+        data.ctrl[:SHAFTS] = angles * step / STEPS
+        twin.rub(twin.tensions(data))
+        mujoco.mj_step(twin.model, data, round(span / twin.parameters.timestep))
+    if data.warning.number.any():
+        raise ArithmeticError(f"the physics of a hand failed on its way to the lengths {lengths.tolist()}")
+    joints: Floats = data.qpos[twin.joint_qpos]
+    return joints

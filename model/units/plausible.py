@@ -64,12 +64,10 @@ def plausible_unit(seed: int) -> Unit:
     take_up = np.array(hand["cable_take_up"])
     take_up[:4] = draw.uniform(*TAKE_UP_M, 4)
     hand["cable_take_up"] = tuple(take_up.tolist())
-    servos = dataclasses.replace(unit.servos, **tables["servos"])
-    hand["back_emf"] = servos.back_emf
     return dataclasses.replace(
         unit,
         name=f"plausible {seed}",
         description=f"Drawn around the reference unit with seed {seed}",
         hand=dataclasses.replace(unit.hand, **hand),
-        servos=servos,
+        servos=dataclasses.replace(unit.servos, **tables["servos"]),
     )

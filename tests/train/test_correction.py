@@ -10,9 +10,8 @@ from aero.policy.settings import PAPER_TRAINING
 from model.units import load_unit
 from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
-from train.built import BuiltSimulator, build_scene, draw_scenes
-from train.correction import IDEAL, corrections
-from train.hands import HANDS, TIMESTEP_S
+from train.built import BuiltSimulator, build_scene
+from train.hands import HANDS, corrections, draw_hand
 from train.task.grasp import PAPER_RESET, draw_starts
 from train.task.signals import unpack
 
@@ -22,7 +21,8 @@ ERROR_M = 0.0005
 
 @pytest.fixture(scope="module")
 def hands():
-    return draw_scenes(HANDS, np.random.default_rng(0), 8, SETTINGS.torque_limit)
+    rng = np.random.default_rng(0)
+    return [draw_hand(HANDS, rng) for _ in range(16)]
 
 
 @pytest.fixture(scope="module")
@@ -32,15 +32,8 @@ def corrected(hands):
 
 @pytest.mark.parametrize("unit", [load_unit("reference"), plausible_unit(0)])
 def test_training_corrects_a_hand_as_deployment_does(unit):
-    scene = build_scene(replace(unit.hand, timestep=TIMESTEP_S), SETTINGS.torque_limit)
-    found = corrections([scene], SETTINGS, np.random.default_rng(0), threads=1)[0]
-    # Dry friction leaves the joints 0.15 mm of cable apart between one way of going there and another.
+    found = corrections([unit], SETTINGS, np.random.default_rng(0), threads=1)[0]
     np.testing.assert_allclose(found, correction(unit, SETTINGS), atol=0.2e-3)
-
-
-def test_the_hand_that_the_map_describes_is_the_unit_ideal():
-    ideal = load_unit("ideal").hand
-    assert replace(ideal, timestep=TIMESTEP_S, back_emf=IDEAL.back_emf) == IDEAL  # a unit's back EMF is its servos'
 
 
 def test_hands_differ_by_millimetres_before(corrected):
@@ -58,10 +51,11 @@ def test_an_error_of_a_correction_stays_in_its_bounds(hands, corrected):
 
 def test_a_policy_commands_and_sees_the_lengths_that_it_knows(hands, corrected):
     starts = draw_starts(np.random.default_rng(0), len(hands), PAPER_RESET)
+    scenes = [build_scene(unit, SETTINGS.torque_limit) for unit in hands]
     nominal = np.broadcast_to(np.array(SETTINGS.nominal), (len(hands), 20, len(Channel)))
-    with BuiltSimulator(hands, corrected, threads=1) as batch:
+    with BuiltSimulator(scenes, corrected, threads=1) as batch:
         states, sensors = batch.advance(batch.at(starts), nominal)
-    with BuiltSimulator(hands, threads=1) as batch:
+    with BuiltSimulator(scenes, threads=1) as batch:
         bare_states, bare = batch.advance(batch.at(starts), nominal + corrected[:, None])
     np.testing.assert_array_equal(states, bare_states)
     np.testing.assert_allclose(unpack(sensors).lengths, unpack(bare).lengths - corrected[:, None], atol=1e-15)

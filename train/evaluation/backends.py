@@ -11,11 +11,10 @@ import numpy as np
 from aero.policy.file import Policy
 from train.actuation import BUS
 from train.built import BuiltSimulator, draw_scenes
-from train.correction import corrections
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture
 from train.evaluation.rollouts import run, task_of
-from train.hands import HANDS
+from train.hands import HANDS, corrections, draw_hand
 from train.scene import build_scene
 from train.simulator import Simulator
 
@@ -61,8 +60,9 @@ def over_mjx(policy: Policy, episodes: int, *, seconds: float, seed: int) -> Fig
 def on_built_hands(policy: Policy, episodes: int, *, seconds: float, seed: int) -> Figures:
     """Measure on built hands as training draws them, each episode on another."""
     rng = np.random.default_rng(seed)
-    hands = draw_scenes(HANDS, rng, episodes, policy.settings.torque_limit)
-    corrected = corrections(hands, policy.settings, rng, error_m=HANDS.correction_error_m)
+    units = [draw_hand(HANDS, rng) for _ in range(episodes)]
+    scenes = draw_scenes(units, HANDS, rng, policy.settings.torque_limit)
+    corrected = corrections(units, policy.settings, rng, error_m=HANDS.correction_error_m)
     behind_the_bus = replace(task_of(policy), actuation=BUS)
-    with BuiltSimulator(hands, corrected) as batch:
+    with BuiltSimulator(scenes, corrected) as batch:
         return {"as training draws them": run(policy, behind_the_bus, batch, seconds, seed).summary()}

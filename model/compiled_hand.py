@@ -1,0 +1,107 @@
+"""A compiled built hand: the laws of its servos, sheaths and cables, which MuJoCo's fields do not hold by themselves.
+
+Written once, for the emulated hand (`BuiltHandPlant`) and for the batches of training. The motion lies in MuJoCo's
+data; here is what is behind it: the drives and the friction of the moment, which are fields of the model.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import CABLES, Channel, Joint
+from firmware_emulator.plant import Drive
+from model.built import cable_name, shaft_name, winding
+from model.geometry.winding import SPOOL_RADIUS
+from model.parameters import BuiltHandParameters
+
+Floats = NDArray[np.float64]
+
+SHAFTS = len(Channel)
+UNBOUNDED = 1e6
+"""What stands for no bound on a torque, N m."""
+# A number, because NumPy compares an array with an enumeration element by element, a hundred times slower.
+TENDON_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+"""The kind of constraint that a taut cable is."""
+UNPOWERED = Drive(powered=False)
+
+
+class CompiledHand:
+    """One built hand, with whatever stands around it, that MuJoCo can step; unpowered at first."""
+
+    def __init__(self, spec: mujoco.MjSpec, parameters: BuiltHandParameters) -> None:
+        """Compile.
+
+        Args:
+            spec: from `model.build_built` for the same parameters; more may have been added to it.
+            parameters: of the hand.
+        """
+        spec.compiler.discardvisual = True  # geoms that nothing touches cost a seventh of a step
+        self.parameters = parameters
+        self.model = model = spec.compile()
+        joints = [model.joint(joint.label) for joint in Joint]
+        shafts = [model.joint(shaft_name(channel)) for channel in Channel]
+        cables = list(CABLES)
+        self.joint_qpos = np.array([joint.qposadr[0] for joint in joints])
+        """Where the joint angles, (16,), lie among MuJoCo's positions."""
+        self.shaft_qpos = np.array([shaft.qposadr[0] for shaft in shafts])
+        """Where the shaft angles, (7,), lie among MuJoCo's positions."""
+        self.shaft_dofs = np.array([shaft.dofadr[0] for shaft in shafts])
+        """Where the shaft speeds, (7,), lie among MuJoCo's velocities."""
+        self.has_sheaths = any(parameters.cable_friction[channel] for channel in CABLES)
+        """Whether the friction of the spools depends on the tensions."""
+        self._shaft_joints = [shaft.id for shaft in shafts]
+        self._cables = np.array([model.tendon(cable_name(channel)).id for channel in CABLES])
+        self._spools = self.shaft_dofs[cables]
+        self._spool_friction = model.dof_frictionloss[self._spools].copy()
+        self._sheath_radius = SPOOL_RADIUS * np.array(parameters.cable_friction)[cables]
+        model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
+        model.actuator_forcelimited[:SHAFTS] = 1
+        model.jnt_actfrclimited[self._shaft_joints] = 1
+        for shaft in range(SHAFTS):
+            self.drive(shaft, UNPOWERED)
+
+    def drive(self, shaft: int, drive: Drive) -> None:
+        """Let a shaft's actuators follow `drive`, all but its setpoint, which is a control of MuJoCo's data."""
+        model, supply = self.model, self.parameters.supply_ratio
+        stiffness, limit = supply * drive.stiffness, supply * drive.limit
+        model.actuator_gainprm[shaft, 0] = stiffness
+        model.actuator_biasprm[shaft, :3] = supply * drive.torque, -stiffness, -supply * drive.damping
+        model.actuator_forcerange[shaft] = -limit, limit
+        model.actuator_biasprm[SHAFTS + shaft, 2] = -self.parameters.back_emf if drive.powered else 0.0
+        bound = min(supply * drive.current_limit, UNBOUNDED)
+        model.jnt_actfrcrange[self._shaft_joints[shaft]] = -bound, bound
+
+    def rub(self, tensions: Floats | float) -> None:
+        """Let sheaths and spools rub as they do at these tensions of the cables, (6,), N, in the order of `CABLES`."""
+        self.model.dof_frictionloss[self._spools] = self._spool_friction + self._sheath_radius * tensions
+
+    def tensions(self, data: mujoco.MjData) -> Floats:
+        """Return the tensions of the cables, (6,), N, as last solved for, in the order of `CABLES`."""
+        pulling = data.efc_type == TENDON_LIMIT
+        forces = np.zeros(self.model.ntendon)
+        forces[data.efc_id[pulling]] = data.efc_force[pulling]
+        tensions: Floats = forces[self._cables]
+        return tensions
+
+    def loose(self, data: mujoco.MjData) -> Floats:
+        """Return how much of each cable is loose, (6,), m, as last computed; zero when just taut."""
+        loose: Floats = data.ten_length[self._cables] - self.model.tendon_range[self._cables, 0]
+        return loose
+
+    def held_closed(self) -> Floats:
+        """Return the joint angles, (16,) rad, at which cables that are too short are just taut, shafts at zero."""
+        angles = np.zeros(len(Joint))
+        for channel in CABLES:
+            radii = winding(channel, self.parameters)
+            own = [joint for joint in radii if radii[joint] > 0.0 and joint is not Joint.THUMB_ABDUCTION]
+            angles[own] = max(0.0, -self.parameters.cable_take_up[channel]) / sum(radii[joint] for joint in own)
+        return angles
+
+    def wound(self, joint_angles: Floats) -> Floats:
+        """Return the spools' angles, (6,) rad, at which the cables of a hand at `joint_angles` (16,) are just taut."""
+        data = mujoco.MjData(self.model)
+        data.qpos[self.joint_qpos] = joint_angles
+        mujoco.mj_fwdPosition(self.model, data)
+        return np.maximum(self.loose(data) / SPOOL_RADIUS, 0.0)
