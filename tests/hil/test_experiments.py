@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aero.channels import Channel
+from aero.channels import FINGERS, Channel
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.stimulus import Staircase, run_staircase
 from hil.experiments.staircase.tracking import staircase_metrics
@@ -19,6 +19,15 @@ QUICK = ("presence", "response")
 SHORT = Staircase(levels=2, hold_s=0.6, lead_s=0.6)
 
 
+SHORT_LIMITS = {
+    **dict.fromkeys(FINGERS, (0.015, 2)),
+    Channel.THUMB_ABDUCTION: (0.045, 2),
+    Channel.THUMB_CMC_FLEXION: (0.09, 1),
+    Channel.THUMB_FLEXOR: (0.04, 2),
+}
+"""Tracking RMS, share of the range, and matched steps of four. Greatest over twelve random hands (seeds 100 to 111),
+each right with 0.2.0 and left with 0.1.5, and over the shipped units, all homed: 0.005, 0.029, 0.071 and 0.024. The
+palm blocks CMC flexion in the upper half of its sweep, where two of its four steps are not answered."""
 LONG = {name: [pytest.mark.takes_long] for name in DEFAULT if name not in QUICK}
 LONG["staircase"].append(pytest.mark.slow)
 
@@ -43,8 +52,9 @@ def test_two_levels_on_every_channel(target, hand):
     assert len(recording.wire) > 2 * len(recording["codes"].times)
     for channel, row in staircase_metrics(recording).items():
         span = np.ptp(recording["command"].values[:, channel]) * 1e3
-        assert row.matched_steps >= 2, channel
-        assert row.tracking_rms < 0.06 * span, dataclasses.asdict(row)
+        share, steps = SHORT_LIMITS[channel]
+        assert row.matched_steps >= steps, channel
+        assert row.tracking_rms < share * span, dataclasses.asdict(row)
         assert row.settled_samples > 20, channel
 
 
