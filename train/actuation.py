@@ -16,11 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aero.actuation.arrays import Array, namespace
 from aero.actuation.window import COUNTS_PER_TURN
 from aero.channels import CABLES
 from aero.policy.limits import Limits
 from aero.policy.settings import Row
-from aero.policy.task import CHANNELS, Array, namespace
+from aero.policy.task import CHANNELS
 from model.geometry.winding import SPOOL_RADIUS
 from model.units import Unit
 

@@ -13,7 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from brax.envs.base import Env, State
 
-from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE, Array
+from aero.actuation.arrays import Array
+from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
 from train import actuation
 from train.physics import Advance
 from train.simulator import Batch, Floats, positions, velocities

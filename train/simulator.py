@@ -12,7 +12,7 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from aero.policy.task import Array
+from aero.actuation.arrays import Array
 from train.task.grasp import STATE_POSITIONS, STATE_VELOCITIES
 
 Floats = NDArray[np.float64]

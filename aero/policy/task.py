@@ -10,14 +10,12 @@ Sources: paper eqs. (obs) and (action); the released environment `AeroCubeRotate
 from __future__ import annotations
 
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from aero.actuation.arrays import Array, namespace
 from aero.channels import OBSERVATION_ORDER, Channel
-
-Array = Any
-"""A NumPy or JAX array, or a JAX tracer."""
 
 CHANNELS = len(Channel)
 OBSERVATION_SIZE = 2 * CHANNELS
@@ -58,11 +56,6 @@ class ActionMemory(NamedTuple):
     def shown(self, which: ShownAction) -> Array:
         """Return the action that an observation made now shows, (..., 7)."""
         return self.last if which is ShownAction.LAST else self.before_last
-
-
-def namespace(x: Array) -> Any:
-    """Return the module whose functions take `x`: `jax.numpy` for JAX, else `numpy`."""
-    return x.__array_namespace__() if hasattr(x, "__array_namespace__") else np
 
 
 def observe(lengths: Array, shown_action: Array) -> Array:

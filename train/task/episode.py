@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aero.actuation.arrays import Array, namespace
 from aero.policy.settings import PAPER_TRAINING, Settings
-from aero.policy.task import ActionMemory, Array, ShownAction, namespace, observe, targets
+from aero.policy.task import ActionMemory, ShownAction, observe, targets
 from train import actuation
 from train.actuation import IDEAL, ActuationRanges, Parameters, ServoState
 from train.task.grasp import PAPER_RESET, ResetRanges

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.actuation.arrays import Array, namespace
 from aero.channels import JOINT_BOX_RAD, Joint
-from aero.policy.task import Array, namespace
 
 NOMINAL_JOINTS = np.array(
     [

@@ -8,8 +8,8 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.actuation.arrays import Array, namespace
 from aero.channels import Channel, Joint
-from aero.policy.task import Array, namespace
 from train.task.grasp import NOMINAL_JOINTS
 from train.task.signals import Signals
 

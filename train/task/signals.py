@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aero.actuation.arrays import Array, namespace
 from aero.channels import OBSERVATION_ORDER, Channel, Joint
-from aero.policy.task import Array, namespace
 
 SENSOR_SIZES = {
     "lengths": len(Channel),
