@@ -15,7 +15,7 @@ from types import TracebackType
 try:
     import scservo_sdk as feetech
 except ImportError as error:
-    raise ImportError("aero.servo_bus needs feetech-servo-sdk: pip install 'aero-hil[servo]'") from error
+    raise ImportError("aero.servo_bus needs feetech-servo-sdk, of the extra `servo`") from error
 
 BAUD = 1_000_000
 IDS = range(254)

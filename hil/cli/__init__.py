@@ -29,6 +29,9 @@ COMMANDS: dict[str, str] = {
     "convert-policy": "hil.cli.convert_policy:convert_policy",
 }
 """Command name to `module:attribute`; a module is imported only when its command is used."""
+EXTRAS = {"emulate": "emulate", "servos": "servo"}
+"""Extra that a command's imports come with, where it is not `hil`."""
+OURS = ("aero", "firmware_emulator", "model", "hil", "train")
 
 
 class LazyGroup(click.Group):
@@ -43,13 +46,31 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module, attribute = COMMANDS[cmd_name].split(":")
-        command: click.Command = getattr(import_module(module), attribute)
+        try:
+            command: click.Command = getattr(import_module(module), attribute)
+        except ImportError as error:
+            if (error.name or "").partition(".")[0] in OURS:
+                raise
+            return _lacking(cmd_name, error)
         return command
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
         with unwinding():
             run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
+
+
+def _lacking(name: str, error: ImportError) -> click.Command:
+    """Return what stands for a command whose extra is not installed, so that help still lists it."""
+    extra = EXTRAS.get(name, "hil")
+    text = f"needs the extra `{extra}`; from a checkout: pip install -e '.[{extra}]'"
+
+    @click.command(name, short_help=text, context_settings={"ignore_unknown_options": True}, add_help_option=False)
+    @click.argument("arguments", nargs=-1, type=click.UNPROCESSED, expose_value=False)
+    def command() -> None:
+        raise click.ClickException(f"`aero-hil {name}` {text} ({error})")
+
+    return command
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -1,0 +1,43 @@
+"""The list of commands, with and without what a command needs installed."""
+
+import subprocess
+import sys
+
+import pytest
+
+from hil.cli import COMMANDS
+
+WITHOUT = "import sys; sys.modules.update(dict.fromkeys({lacking!r})); from hil.cli import main; main({arguments!r})"
+"""Runs the command line in a process in which some packages cannot be imported."""
+EMULATE_HAS_NOT = ("jinja2", "matplotlib", "mcap", "pytest", "rich", "scipy", "scservo_sdk", "tomlkit")
+
+
+def run(lacking, *arguments):
+    program = WITHOUT.format(lacking=lacking, arguments=arguments)
+    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("lacking", [(), ("scservo_sdk",), EMULATE_HAS_NOT])
+def test_help_lists_every_command_whatever_is_installed(lacking):
+    listed = run(lacking, "--help")
+    assert listed.returncode == 0, listed.stderr
+    assert [name for name in COMMANDS if f"\n  {name} " in listed.stdout] == list(COMMANDS)
+
+
+def test_a_command_whose_extra_is_not_installed_names_it():
+    for arguments in (("servos", "--port", "x", "scan"), ("servos", "--help")):
+        refused = run(("scservo_sdk",), *arguments)
+        assert refused.returncode == 1
+        assert refused.stderr.startswith("Error: `aero-hil servos` needs the extra `servo`; ")
+        assert refused.stderr.count("\n") == 1
+
+
+def test_emulating_needs_the_extra_emulate_only():
+    helped = run(EMULATE_HAS_NOT, "emulate", "--help")
+    assert helped.returncode == 0, helped.stderr
+    assert "--link" in helped.stdout
+
+
+def test_validating_does_not_need_pytest():
+    program = "import sys, hil.cli.validate, hil.cli.record, hil.cli.calibrate; sys.exit('pytest' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
