@@ -63,12 +63,14 @@ class LazyGroup(click.Group):
 def _lacking(name: str, error: ImportError) -> click.Command:
     """Return what stands for a command whose extra is not installed, so that help still lists it."""
     extra = EXTRAS.get(name, "hil")
-    text = f"needs the extra `{extra}`; from a checkout: pip install -e '.[{extra}]'"
+    needs = f"needs the extra `{extra}`"
 
-    @click.command(name, short_help=text, context_settings={"ignore_unknown_options": True}, add_help_option=False)
+    @click.command(
+        name, short_help=f"({needs})", context_settings={"ignore_unknown_options": True}, add_help_option=False
+    )
     @click.argument("arguments", nargs=-1, type=click.UNPROCESSED, expose_value=False)
     def command() -> None:
-        raise click.ClickException(f"`aero-hil {name}` {text} ({error})")
+        raise click.ClickException(f"`aero-hil {name}` {needs}; from a checkout: pip install -e '.[{extra}]' ({error})")
 
     return command
 
