@@ -3,34 +3,42 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
-from aero.safety import unwinding
-from hil.cli.exits import run
+from hil.cli.exits import Ended, Exit, run
 
-COMMANDS: dict[str, str] = {
-    "validate": "hil.cli.validate:validate",
-    "report": "hil.cli.report:report",
-    "replay": "hil.cli.replay:replay",
-    "diff": "hil.cli.diff:diff",
-    "baseline": "hil.cli.baseline:baseline",
-    "endurance": "hil.cli.endurance:endurance",
-    "emulate": "hil.cli.emulate:emulate",
-    "map": "hil.cli.map:map_command",
-    "identify": "hil.cli.identify:identify_command",
-    "servos": "hil.cli.servos:servos",
-    "calibrate": "hil.cli.calibrate:calibrate_command",
-    "record": "hil.cli.record:record_command",
-    "train": "hil.cli.train:train",
-    "evaluate": "hil.cli.evaluate:evaluate",
-    "run-policy": "hil.cli.run_policy:run_policy",
-    "convert-policy": "hil.cli.convert_policy:convert_policy",
+
+class Row(NamedTuple):
+    """One command; its module is imported only when it is used."""
+
+    place: str
+    """`module:attribute`."""
+    summary: str
+    """Its line in the list of commands."""
+    extra: str = "hil"
+    """Extra that its imports come with."""
+
+
+COMMANDS: dict[str, Row] = {
+    "validate": Row("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
+    "report": Row("hil.cli.report:report", "Judge recordings again and write the report."),
+    "replay": Row("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
+    "diff": Row("hil.cli.diff:diff", "Compare two recordings of one experiment."),
+    "baseline": Row("hil.cli.baseline:baseline", "Keep a hand's figures, to be compared with later."),
+    "endurance": Row("hil.cli.endurance:endurance", "Open and close the hand many times."),
+    "emulate": Row("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
+    "map": Row("hil.cli.map:map_command", "Convert a posture between representations."),
+    "identify": Row("hil.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
+    "servos": Row("hil.cli.servos:servos", "Set up servos on a bus adapter, before assembly.", "servo"),
+    "calibrate": Row("hil.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
+    "record": Row("hil.cli.record:record_command", "Excite a hand and record what calibration needs."),
+    "train": Row("hil.cli.train:train", "Train a policy."),
+    "evaluate": Row("hil.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
+    "run-policy": Row("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
+    "convert-policy": Row("hil.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
 }
-"""Command name to `module:attribute`; a module is imported only when its command is used."""
-EXTRAS = {"emulate": "emulate", "servos": "servo"}
-"""Extra that a command's imports come with, where it is not `hil`."""
 OURS = ("aero", "firmware_emulator", "model", "hil", "train")
 
 
@@ -42,37 +50,32 @@ class LazyGroup(click.Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import and return one command, None for an unknown name."""
+        """Import and return one command, None for an unknown name.
+
+        Raises:
+            Ended: what it imports is not installed.
+        """
         if cmd_name not in COMMANDS:
             return None
-        module, attribute = COMMANDS[cmd_name].split(":")
+        module, attribute = COMMANDS[cmd_name].place.split(":")
         try:
             command: click.Command = getattr(import_module(module), attribute)
         except ImportError as error:
             if (error.name or "").partition(".")[0] in OURS:
                 raise
-            return _lacking(cmd_name, error)
+            extra = COMMANDS[cmd_name].extra
+            needs = f"`aero-hil {cmd_name}` needs the extra `{extra}`; from a checkout: pip install -e '.[{extra}]'"
+            raise Ended(f"{needs} ({error})", Exit.USAGE) from error
         return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands from the table, so that help imports none of them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, row.summary) for name, row in COMMANDS.items()])
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
-        with unwinding():
-            run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
-
-
-def _lacking(name: str, error: ImportError) -> click.Command:
-    """Return what stands for a command whose extra is not installed, so that help still lists it."""
-    extra = EXTRAS.get(name, "hil")
-    needs = f"needs the extra `{extra}`"
-
-    @click.command(
-        name, short_help=f"({needs})", context_settings={"ignore_unknown_options": True}, add_help_option=False
-    )
-    @click.argument("arguments", nargs=-1, type=click.UNPROCESSED, expose_value=False)
-    def command() -> None:
-        raise click.ClickException(f"`aero-hil {name}` {needs}; from a checkout: pip install -e '.[{extra}]' ({error})")
-
-    return command
+        run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import update_wrapper
 from typing import TYPE_CHECKING, Any, Literal
@@ -41,16 +41,27 @@ class ChosenHand:
         from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
 
         with given():
-            return open_target(
-                self.target,
-                firmware=self.firmware,
-                hand=self.side,
-                unit=self.unit,
-                seed=self.seed,
-                guarded=guarded,
-                thresholds=thresholds,
-                hand_id=self.hand_id,
+            return _unwound(
+                open_target(
+                    self.target,
+                    firmware=self.firmware,
+                    hand=self.side,
+                    unit=self.unit,
+                    seed=self.seed,
+                    guarded=guarded,
+                    thresholds=thresholds,
+                    hand_id=self.hand_id,
+                )
             )
+
+
+@contextmanager
+def _unwound(opening: AbstractContextManager[Target]) -> Iterator[Target]:
+    """Enter a target such that a terminated program leaves it as an interrupted one does."""
+    from aero.safety import unwinding  # noqa: PLC0415 - help is quick
+
+    with unwinding(), opening as opened:
+        yield opened
 
 
 class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on

@@ -27,7 +27,7 @@ def test_help_lists_every_command_whatever_is_installed(lacking):
 def test_a_command_whose_extra_is_not_installed_names_it():
     for arguments in (("servos", "--port", "x", "scan"), ("servos", "--help")):
         refused = run(("scservo_sdk",), *arguments)
-        assert refused.returncode == 1
+        assert refused.returncode == 2
         assert refused.stderr.startswith("Error: `aero-hil servos` needs the extra `servo`; ")
         assert refused.stderr.count("\n") == 1
 
