@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
-from aero.safety.lasting import Lasting
+from aero.safety.debounce import Debounce
 from aero.safety.thresholds import Thresholds
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ class Encoders:
         self._spans = np.asarray(spans_counts, float)
         if self._spans.shape != (len(Channel),):
             raise ValueError(f"spans_counts needs {len(Channel)} numbers, one a channel, got shape {self._spans.shape}")
-        self._lasting = Lasting()
+        self._debounce = Debounce()
         self._commands: deque[tuple[float, Floats]] = deque()
         self._known_from = math.inf
         self._before: tuple[float, Floats] | None = None
@@ -54,7 +54,7 @@ class Encoders:
         """Expect encoders anywhere until the next command has had its time: the hand homes, or torque drives it."""
         self._known_from = math.inf
         self._commands.clear()
-        self._lasting.clear()
+        self._debounce.clear()
         self._before = self._rest = None
 
     def objections(self, t: float, positions: Floats) -> Iterator[str]:
@@ -86,7 +86,7 @@ class Encoders:
             at = positions[channel]
             short = lowest[channel] - at > self._thresholds.short
             beyond = at - highest[channel] > self._thresholds.beyond
-            if self._lasting.seconds(channel, short or beyond, t) >= self._thresholds.stray_s:
+            if self._debounce.seconds(channel, short or beyond, t) >= self._thresholds.stray_s:
                 asked = f"{lowest[channel]:.0%}"
                 if highest[channel] > lowest[channel]:
                     asked += f" to {highest[channel]:.0%}"
@@ -103,7 +103,7 @@ class Encoders:
         moved = positions - self._rest
         most = int(np.argmax(np.abs(moved)))
         away = bool(abs(moved[most]) > self._thresholds.rest)
-        if self._lasting.seconds("rest", away, t) >= self._thresholds.stray_s:
+        if self._debounce.seconds("rest", away, t) >= self._thresholds.stray_s:
             yield (
                 f"{Channel(most).label} moved by {moved[most]:+.0%} of its window without a command (limit "
                 f"{self._thresholds.rest:.0%}): another program may be moving the hand, or something pulls at it"

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
 from aero.safety.encoders import Encoders
-from aero.safety.lasting import Lasting
+from aero.safety.debounce import Debounce
 from aero.safety.thresholds import Thresholds
 
 Floats = NDArray[np.float64]
@@ -27,14 +27,14 @@ class Watch:
         self.encoders = Encoders(thresholds, spans_counts)
         """What it knows of commands; tell it each one."""
         self._thresholds = thresholds
-        self._lasting = Lasting()
+        self._debounce = Debounce()
         self._last_reading = b""
         self._answered_at: float | None = None
 
     def pause(self) -> None:
         """Expect nothing for a while: the hand homes and answers nothing."""
         self.encoders.forget()
-        self._lasting.clear()
+        self._debounce.clear()
         self._answered_at = None
 
     def unanswered(self, t: float) -> str | None:
@@ -73,7 +73,7 @@ class Watch:
         limit_a, limit_s = self._thresholds.current_a, self._thresholds.current_s
         for channel in Channel:
             drawn = abs(currents_a[channel])
-            if self._lasting.seconds(("current", channel), drawn > limit_a, t) >= limit_s:
+            if self._debounce.seconds(("current", channel), drawn > limit_a, t) >= limit_s:
                 yield (
                     f"{channel.label} has drawn more than {limit_a:g} A for {limit_s:g} s, now {drawn:.1f} A: look "
                     "for what blocks it"
@@ -81,7 +81,7 @@ class Watch:
 
     def _repeated(self, t: float, reading: bytes) -> Iterator[str]:
         same, self._last_reading = reading == self._last_reading, reading
-        if self._lasting.seconds("repeated", same, t) > self._thresholds.stale_s:
+        if self._debounce.seconds("repeated", same, t) > self._thresholds.stale_s:
             yield (
                 f"positions and currents have repeated to the last digit for {self._thresholds.stale_s:g} "
                 "s: the board no longer reaches all its servos; check the servo cables and the servos' supply"

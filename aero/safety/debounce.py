@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 
 
-class Lasting:
+class Debounce:
     """Remembers since when each of several conditions has held, from looks at discrete times."""
 
     def __init__(self) -> None:
