@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
-from aero.safety.encoders import Encoders
 from aero.safety.debounce import Debounce
+from aero.safety.encoders import Encoders
 from aero.safety.thresholds import Thresholds
 
 Floats = NDArray[np.float64]
