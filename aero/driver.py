@@ -24,6 +24,10 @@ servo's maker states a 1.3 A peak), so a unit may well be a share of the stall c
 SPEED_RAD_PER_S_PER_UNIT = 0.732 * 2.0 * math.pi / 60.0
 """Scale of the speed register, 0.732 rpm a unit."""
 
+TELEMETRY_AGE_S, TELEMETRY_AGE_PRE_S = 0.012, 0.032
+"""Age that a value may have when the board sends it, s: the telemetry's period and its reading of the bus, and the same
+with firmware `pre`. A cycle that meets a command is left out, which adds a period."""
+
 _SETTING_TIMEOUT_S = 2.0
 _SET_ID_TIMEOUT_S = 5.0
 _HOMING_TIMEOUT_S = 200.0

@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from aero import protocol
 from aero.channels import Channel
 from aero.clock import Clock
-from aero.driver import AeroHand
+from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from aero.safety.errors import SafetyStopError
 from aero.safety.interrupts import uninterrupted
+from aero.safety.lateness import Lateness
 from aero.safety.opening import OPEN, limit, move_slowly, open_and_relax
+from aero.safety.reading import Reading
 from aero.safety.thresholds import Settings, Thresholds
 from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock
@@ -90,7 +92,9 @@ class GuardedHand(AeroHand):
         self._bare_clock = clock
         self._usual = usual
         self._on_first_motion = on_first_motion
-        self._watch = Watch(self.thresholds, spans_counts)
+        telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
+        self._watch = Watch(self.thresholds, spans_counts, telemetry_s)
+        self._lateness = Lateness(self.thresholds.follow_s)
         self._look_due = self._temperatures_due = clock.now()
         self._last_codes: NDArray[np.integer] = np.array(OPEN)
         self._stop = ""
@@ -236,21 +240,23 @@ class GuardedHand(AeroHand):
         try:
             objection = self._look()
         except AeroError:
-            objection = self._watch.unanswered(self._bare_clock.now())
+            objection = self._watch.unanswered(now, self._bare_clock.now())
+        self._lateness.note(self._bare_clock.now(), self._bare_clock.now() - self._look_due)
         self._look_due = now + self.thresholds.look_s
         if objection is not None:
             self._abort(objection)
 
     def _look(self) -> str | None:
-        positions, t = super().read_codes() / MAX_CODE, self._bare_clock.now()
-        objection = self._watch.look(t, positions, super().read_currents())
-        if objection is None and t >= self._temperatures_due:
-            self._temperatures_due = t + self.thresholds.temperature_look_s
+        asked, codes = self._bare_clock.now(), super().read_codes()
+        reading = Reading(asked, self._bare_clock.now(), codes / MAX_CODE)
+        objection = self._watch.look(reading, super().read_currents())
+        if objection is None and reading.replied >= self._temperatures_due:
+            self._temperatures_due = reading.replied + self.thresholds.temperature_look_s
             objection = self._watch.temperatures(super().read_temperatures())
         return objection
 
     def _abort(self, objection: str) -> None:
-        self._open(objection)
+        self._open(objection + self._lateness.remark())
         raise SafetyStopError(self._stop)
 
     def _open(self, reason: str) -> None:

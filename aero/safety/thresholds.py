@@ -26,7 +26,9 @@ class Thresholds:
     temperature_c: float = 65.0
     """Temperature of one servo, °C; the logs reach 58, firmware 0.1.4 and later weakens its servos from 70."""
     stale_s: float = 0.2
-    """Age of the readings, s: unanswered for so long, or the same to the last digit, which live currents never are."""
+    """How long readings may be the same to the last digit, s, which live currents never are."""
+    silent_s: float = 1.0
+    """How long the board may leave readings unanswered, s; a busy machine is late by 0.9 s now and then."""
     short: float = 0.5
     """How far an encoder may stand on the open side of what was commanded, share of the window; the palm holds a
     healthy CMC flexion 0.40 short (logs)."""

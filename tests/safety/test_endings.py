@@ -30,7 +30,7 @@ from aero import WallClock
 from aero.safety import Settings, Thresholds, lifeline, GuardedHand, unwinding
 from aero.serial_transport import SerialTransport
 
-path, limits = sys.argv[1], Thresholds(opening_s=0.3, stale_s=5.0)
+path, limits = sys.argv[1], Thresholds(opening_s=0.3, stale_s=5.0, silent_s=5.0)
 with (
     unwinding(),
     lifeline(path, limits, settable=True) as start,
