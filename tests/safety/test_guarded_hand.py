@@ -200,7 +200,7 @@ def test_a_board_that_goes_silent_stops_the_hand_and_is_opened_blindly():
         wait(target, 1.0)
         target.wire._transport.silent = True
         with pytest.raises(SafetyStopError, match="not answered"):
-            wait(target, 1.0)
+            wait(target, 2.0)
     electronics = target.capability("electronics")
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
