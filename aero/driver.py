@@ -64,8 +64,10 @@ class AeroHand:
         self._telemetry_seen_at_restart: int | None = None
 
     @classmethod
-    def open(cls, port_or_url: str, clock: Clock | None = None) -> Self:
-        """Open a hand on a device path or pyserial URL, on the wall clock unless given another.
+    def open_unguarded(cls, port_or_url: str, clock: Clock | None = None) -> Self:
+        """Open a hand on a device path or pyserial URL that nothing watches; `aero.open_hand` is the way to move one.
+
+        It stays as its last command left it, closed at full torque perhaps, however the program ends.
 
         Raises:
             ConnectionError: the port cannot be opened; the message says why and which ports there are.
@@ -90,6 +92,11 @@ class AeroHand:
         return self._link.name
 
     @property
+    def restarts(self) -> int:
+        """How often the board has been seen to start; its speed and torque limits are back at their defaults then."""
+        return self._link.restarts
+
+    @property
     def boot_text(self) -> str:
         """What the board has printed at starts seen by this driver; non-empty means that it restarted meanwhile."""
         return self._link.boot_text
@@ -112,7 +119,9 @@ class AeroHand:
             ValueError: wrong shape, not integers, out of range; nothing is sent.
             ConnectionError: the link is gone.
         """
-        self._link.send(protocol.make_positions(codes))
+        frame = protocol.make_positions(codes)
+        self._permit()
+        self._link.send(frame)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """Pull every channel closed with a torque, without position control; there is no command that opens.
@@ -126,7 +135,9 @@ class AeroHand:
             ValueError: wrong shape, not integers, out of range; nothing is sent.
             ConnectionError: the link is gone.
         """
-        self._link.send(protocol.make_torques(magnitudes))
+        frame = protocol.make_torques(magnitudes)
+        self._permit()
+        self._link.send(frame)
 
     def read_codes(self) -> NDArray[np.uint16]:
         """Read positions, (7,) uint16 in 0..65535, command order, on the scale of `command_codes`.
@@ -195,6 +206,7 @@ class AeroHand:
         Raises:
             LinkTimeoutError: no acknowledgement within `timeout_s`.
         """
+        self._permit()
         self._link.ask(protocol.make_query(Opcode.HOMING), timeout_s)
         self._wait(2 * _TELEMETRY_PERIOD_S)
 
@@ -208,7 +220,9 @@ class AeroHand:
             ValueError: out of range; nothing is sent.
             RefusedError: no servo, more than one, or the servo did not keep the setting.
         """
-        reply = self._link.ask(protocol.make_set_id(new_id, current_limit), _SET_ID_TIMEOUT_S).reply
+        frame = protocol.make_set_id(new_id, current_limit)
+        self._permit()
+        reply = self._link.ask(frame, _SET_ID_TIMEOUT_S).reply
         old_id, stored_id, stored_limit = reply.words[:3]
         if old_id > protocol.MAX_SERVO_ID:
             found = "no servo" if old_id == 0xFF else "more than one servo"
@@ -232,9 +246,14 @@ class AeroHand:
         Raises:
             LinkTimeoutError: the board stays silent.
         """
+        self._permit()
         return self._link.resynchronise(self._reply_timeout_s)
 
+    def _permit(self) -> None:
+        """Be asked before every exchange that a program wants; a guarded hand looks here, or refuses."""
+
     def _read(self, opcode: Opcode) -> Reply:
+        self._permit()
         reply = self._query(opcode)
         for _ in range(_FIRST_TELEMETRY_TRIES):
             known_alive = self._telemetry_seen_at_restart == self._link.restarts
@@ -260,6 +279,7 @@ class AeroHand:
             raise RefusedError(f"{self.name}: asked {channel.label} for {value}, the board stored {stored}.")
 
     def _acknowledged(self, request: bytes, channel: Channel, patience_s: float | None = None) -> Reply:
+        self._permit()
         timeout_s = _TRIM_TIMEOUT_S if patience_s is None else self._reply_timeout_s
         reply = self._link.ask(request, timeout_s, patience_s).reply
         number = protocol.wire_index(channel)

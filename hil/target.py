@@ -202,14 +202,14 @@ def _serial(request: Request, port: str) -> Iterator[tuple[AeroHand, Clock, Wire
     clock = WallClock()
     wire = WireTap(transport, clock)
     with (
-        ready_for_the_worst(port, request.thresholds, request.firmware) as on_first_motion,
+        ready_for_the_worst(port, request.thresholds, request.firmware) as standby,
         drive(
             wire,
             clock,
             request.map,
             request.firmware,
             thresholds=request.thresholds,
-            on_first_motion=on_first_motion,
+            standby=standby,
         ) as hand,
     ):
         try:

@@ -51,6 +51,11 @@ class Thresholds:
     """Time from one look at the temperatures to the next, s; they rise by 0.13 °C/s at most (logs)."""
     opening_s: float = 2.0
     """How long the hand is given to open, at the start and at the end, s."""
+    opening_patience_s: float = 10.0
+    """How long a hand that does not open is tried again, s: a board that starts homes for 4 s first."""
+    unwatched_s: float = 10.0
+    """How long a hand that is not open may go without a look, s, before it is opened: this machine was suspended, or
+    its program was stopped."""
     gentle_speed: int = 40
     """Speed limit while it opens, register units of 0.732 rpm: a finger's whole window in 1.6 s."""
     gentle_torque: int = 300

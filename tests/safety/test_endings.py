@@ -27,20 +27,19 @@ TIOCGEXCL = 0x80045440
 PROGRAM = """
 import sys
 from aero import WallClock
-from aero.safety import Settings, Thresholds, lifeline, GuardedHand, unwinding
+from aero.safety import GuardedHand, Settings, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 
 path, limits = sys.argv[1], Thresholds(opening_s=0.3, stale_s=5.0, silent_s=5.0)
 with (
     unwinding(),
-    lifeline(path, limits, settable=True) as start,
     GuardedHand(
         SerialTransport.open(path),
         WallClock(),
         spans_counts=[3278] * 4 + [1138, 1183, 2980],
         usual=Settings(32766, 700),
         thresholds=limits,
-        on_first_motion=start,
+        standby=Standby(path, limits, settable=True),
     ) as hand,
 ):
     hand.command_codes([40000] * 7)
