@@ -144,6 +144,12 @@ def parse_reply(frame: bytes) -> Reply:
     return Reply(opcode, tuple(words))
 
 
+def make_reply(opcode: Opcode, values: ArrayLike) -> bytes:
+    """Return the reply that carries values (7,), command order, rounded to its words; negative ones as int16."""
+    words = np.rint(np.asarray(values, np.float64)).astype(np.int64) & 0xFFFF
+    return _FRAME.pack(opcode, _FILLER, *words[_WIRE_INDEX].tolist())
+
+
 def unsigned_values(reply: Reply) -> NDArray[np.uint16]:
     """Return the words of a reply as (7,) uint16 in command order: position codes or °C."""
     values = np.empty(len(Channel), np.uint16)

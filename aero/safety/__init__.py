@@ -1,6 +1,7 @@
 """Safety of a hand that a program moves: thresholds, the watch over them, and a slow opening however it ends."""
 
 from aero.safety.errors import SafetyStopError
+from aero.safety.firmware import usual_settings
 from aero.safety.guarded import GuardedHand
 from aero.safety.interrupts import unwinding
 from aero.safety.standby import Standby
@@ -17,4 +18,5 @@ __all__ = [
     "Thresholds",
     "WatchedClock",
     "unwinding",
+    "usual_settings",
 ]

@@ -8,16 +8,8 @@ from contextlib import contextmanager
 from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock
-from aero.safety import GuardedHand, Settings, Standby, Thresholds, unwinding
+from aero.safety import GuardedHand, Standby, Thresholds, unwinding, usual_settings
 from aero.transport import Transport
-from firmware_emulator.firmware.frames import Opcode
-from firmware_emulator.firmware.profiles import profile_of
-
-
-def usual_settings(firmware: str) -> Settings | None:
-    """Return the limits a firmware starts with; None when it has no way to set them."""
-    profile = profile_of(firmware)
-    return Settings(profile.speed, profile.torque) if Opcode.SET_TOR in profile.opcodes else None
 
 
 def drive(

@@ -30,22 +30,11 @@ TIOCGEXCL = 0x80045440
 
 PROGRAM = """
 import os, sys, time
-from aero import WallClock
-from aero.safety import GuardedHand, Settings, Standby, Thresholds, unwinding
-from aero.serial_transport import SerialTransport
+from aero import open_hand
+from aero.safety import Thresholds
 
 path, limits = sys.argv[1], Thresholds(opening_s=0.3, stale_s=5.0, silent_s=5.0)
-with (
-    unwinding(),
-    GuardedHand(
-        SerialTransport.open(path),
-        WallClock(),
-        spans_counts=[3278] * 4 + [1138, 1183, 2980],
-        usual=Settings(32766, 700),
-        thresholds=limits,
-        standby=Standby(path, limits, settable=True),
-    ) as hand,
-):
+with open_hand(path, firmware="0.2.0", thresholds=limits) as hand:
     if "fork" in sys.argv and not os.fork():
         time.sleep(60)  # a worker, started before the first motion
         os._exit(0)

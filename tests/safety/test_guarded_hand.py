@@ -9,9 +9,9 @@ from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, 
 from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.protocol import MAX_CODE, Opcode
-from aero.safety import SafetyStopError, Settings, Thresholds
+from aero.safety import SafetyStopError, Settings, Thresholds, usual_settings
+from firmware_emulator.firmware.profiles import PROFILES
 from hil import open_target
-from hil.safety.driving import usual_settings
 
 LIMP = Thresholds().limp_torque
 
@@ -290,9 +290,12 @@ def test_hands_in_software_are_guarded_on_request_only(name, asked, expected):
         assert not target.real_time
 
 
-def test_firmware_defaults_come_from_its_profile():
-    assert usual_settings("0.2.0") == Settings(32766, 700)
-    assert usual_settings("0.1.0") == Settings(32766, 1023)
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_the_limits_of_a_firmware_are_those_of_the_emulated_one(firmware):
+    """Stated twice on purpose, as the wire format is."""
+    profile = PROFILES[firmware]
+    settable = {Opcode.SET_SPE, Opcode.SET_TOR} <= profile.opcodes
+    assert usual_settings(firmware) == (Settings(profile.speed, profile.torque) if settable else None)
 
 
 def test_an_encoder_whose_zero_shifts_stops_the_hand():
