@@ -15,6 +15,12 @@ from hil.emulated import build_emulated
 from hil.units import load_unit
 
 
+class _LinkLostError(click.ClickException):
+    """A port went away."""
+
+    exit_code = 3
+
+
 @click.command()
 @emulation
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
@@ -53,4 +59,7 @@ def emulate(
         raise click.UsageError(str(error)) from error
     with server:
         click.echo(f"ready {server.name}")
-        server.run(stop=lambda: bool(stopped))
+        try:
+            server.run(stop=lambda: bool(stopped))
+        except ConnectionError as error:
+            raise _LinkLostError(str(error)) from error
