@@ -162,3 +162,42 @@ def test_no_schedule_of_faults_yields_a_shifted_or_an_old_value(counting, fault,
         assert board.clock.now() - start < 2.5
     print(fault.__name__, share, dict(found))
     assert found["shifted"] == found["old"] == 0
+
+
+def flipped(data, random):
+    bit = random.integers(128)
+    changed = bytearray(data)
+    changed[bit // 8] ^= 1 << bit % 8
+    return [(0.0, bytes(changed))]
+
+
+def lost_and_inserted(data, random):
+    at, elsewhere = random.integers(16, size=2)
+    short = data[:at] + data[at + 1 :]
+    return [(0.0, short[:elsewhere] + random.bytes(1) + short[elsewhere:])]
+
+
+@pytest.mark.parametrize("fault", [flipped, lost_and_inserted])
+def test_what_no_driver_can_see_in_a_frame_without_a_checksum(counting, fault):
+    """The shares of docs/driver.md: of replies spoiled in this way, how many pass for right ones with wrong values."""
+    board, hand = counting
+    random, found = np.random.default_rng(7), Counter()
+    spoiled = [False]
+
+    def sometimes(data):
+        spoiled[0] = random.uniform() < 0.3
+        found["spoiled"] += spoiled[0]
+        return fault(data, random) if spoiled[0] else [(0.0, data)]
+
+    spoil(board, sometimes)
+    for _ in range(3 * EXCHANGES):
+        try:
+            words = hand.read_codes().tolist()
+        except DesyncError:
+            continue
+        right = words == [value(board.seen)] * 7
+        found["unseen" if spoiled[0] and not right else "right"] += 1
+        assert right or spoiled[0]
+    share = found["unseen"] / found["spoiled"]
+    print(fault.__name__, f"{share:.2f}")
+    assert 0.5 < share < 1.0
