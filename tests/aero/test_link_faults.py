@@ -193,7 +193,7 @@ def test_what_no_driver_can_see_in_a_frame_without_a_checksum(counting, fault):
     for _ in range(3 * EXCHANGES):
         try:
             words = hand.read_codes().tolist()
-        except DesyncError:
+        except AeroError:
             continue
         right = words == [value(board.seen)] * 7
         found["unseen" if spoiled[0] and not right else "right"] += 1
