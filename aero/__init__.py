@@ -1,9 +1,13 @@
-"""What runs against an Aero Hand Open, real or emulated: channels, actuation map, driver. NumPy and pyserial only."""
+"""What runs against an Aero Hand Open, real or emulated: channels, actuation map, guarded driver.
+
+NumPy and pyserial only. `open_hand` is the way to a hand that moves.
+"""
 
 from aero.actuation import UNSHIFTED, ActuationMap, CommandWindow
 from aero.channels import CABLES, FINGERS, JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
 from aero.clock import Clock, Deadline, WallClock
 from aero.driver import AeroHand
+from aero.guarded_port import open_hand
 from aero.transport import Transport
 
 __all__ = [
@@ -21,4 +25,5 @@ __all__ = [
     "Joint",
     "Transport",
     "WallClock",
+    "open_hand",
 ]

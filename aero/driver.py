@@ -24,7 +24,11 @@ servo's maker states a 1.3 A peak), so a unit may well be a share of the stall c
 SPEED_RAD_PER_S_PER_UNIT = 0.732 * 2.0 * math.pi / 60.0
 """Scale of the speed register, 0.732 rpm a unit."""
 
-_SETTING_TIMEOUT_S = 2.0
+TELEMETRY_AGE_S, TELEMETRY_AGE_PRE_S = 0.012, 0.032
+"""Age that a value may have when the board sends it, s: the telemetry's period and its reading of the bus, and the same
+with firmware `pre`. A cycle that meets a command is left out, which adds a period."""
+
+_TRIM_TIMEOUT_S = 2.0
 _SET_ID_TIMEOUT_S = 5.0
 _HOMING_TIMEOUT_S = 200.0
 _TELEMETRY_PERIOD_S = 0.02
@@ -40,25 +44,30 @@ class AeroHand:
     """
 
     def __init__(
-        self, transport: Transport, clock: Clock, *, reply_timeout_s: float = 0.1, read_attempts: int = 3
+        self, transport: Transport, clock: Clock, *, reply_timeout_s: float = 0.1, patience_s: float = 1.0
     ) -> None:
         """Wrap an open transport.
 
         Args:
             transport: the bytes' way to the board.
             clock: what tells the time and is waited on.
-            reply_timeout_s: time for one reply, s; a healthy board needs 1..10 ms.
-            read_attempts: how often a reading is asked for before giving up; nothing else is ever repeated.
+            reply_timeout_s: time for one reply, s, before it is looked whether it is late or lost; a healthy board
+                needs 1..10 ms.
+            patience_s: time for a reading or a limit, s, before giving up. A busy machine may be late by 0.9 s, and a
+                reading that is late is not lost. Nothing else is ever repeated.
         """
         self._link = HostLink(transport, clock)
         self._clock = clock
         self._reply_timeout_s = reply_timeout_s
-        self._read_attempts = read_attempts
+        self._patience_s = patience_s
+        self._read_from = clock.now()
         self._telemetry_seen_at_restart: int | None = None
 
     @classmethod
-    def open(cls, port_or_url: str, clock: Clock | None = None) -> Self:
-        """Open a hand on a device path or pyserial URL, on the wall clock unless given another.
+    def open_unguarded(cls, port_or_url: str, clock: Clock | None = None) -> Self:
+        """Open a hand on a device path or pyserial URL that nothing watches; `aero.open_hand` is the way to move one.
+
+        It stays as its last command left it, closed at full torque perhaps, however the program ends.
 
         Raises:
             ConnectionError: the port cannot be opened; the message says why and which ports there are.
@@ -83,9 +92,22 @@ class AeroHand:
         return self._link.name
 
     @property
+    def restarts(self) -> int:
+        """How often the board has been seen to start; its speed and torque limits are back at their defaults then."""
+        return self._link.restarts
+
+    @property
     def boot_text(self) -> str:
         """What the board has printed at starts seen by this driver; non-empty means that it restarted meanwhile."""
         return self._link.boot_text
+
+    @property
+    def reading_age_s(self) -> float:
+        """How old the values of the last reading can be by now, s: the time since it was asked for.
+
+        The board's own cache adds up to 12 ms, 32 ms with firmware `pre`. Of several threads' readings, the latest.
+        """
+        return self._clock.now() - self._read_from
 
     def command_codes(self, codes: ArrayLike) -> None:
         """Send every channel to a position.
@@ -97,7 +119,9 @@ class AeroHand:
             ValueError: wrong shape, not integers, out of range; nothing is sent.
             ConnectionError: the link is gone.
         """
-        self._link.send(protocol.make_positions(codes))
+        frame = protocol.make_positions(codes)
+        self._permit()
+        self._link.send(frame)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """Pull every channel closed with a torque, without position control; there is no command that opens.
@@ -111,7 +135,9 @@ class AeroHand:
             ValueError: wrong shape, not integers, out of range; nothing is sent.
             ConnectionError: the link is gone.
         """
-        self._link.send(protocol.make_torques(magnitudes))
+        frame = protocol.make_torques(magnitudes)
+        self._permit()
+        self._link.send(frame)
 
     def read_codes(self) -> NDArray[np.uint16]:
         """Read positions, (7,) uint16 in 0..65535, command order, on the scale of `command_codes`.
@@ -180,6 +206,7 @@ class AeroHand:
         Raises:
             LinkTimeoutError: no acknowledgement within `timeout_s`.
         """
+        self._permit()
         self._link.ask(protocol.make_query(Opcode.HOMING), timeout_s)
         self._wait(2 * _TELEMETRY_PERIOD_S)
 
@@ -193,7 +220,9 @@ class AeroHand:
             ValueError: out of range; nothing is sent.
             RefusedError: no servo, more than one, or the servo did not keep the setting.
         """
-        reply = self._link.ask(protocol.make_set_id(new_id, current_limit), _SET_ID_TIMEOUT_S)
+        frame = protocol.make_set_id(new_id, current_limit)
+        self._permit()
+        reply = self._link.ask(frame, _SET_ID_TIMEOUT_S).reply
         old_id, stored_id, stored_limit = reply.words[:3]
         if old_id > protocol.MAX_SERVO_ID:
             found = "no servo" if old_id == 0xFF else "more than one servo"
@@ -217,9 +246,14 @@ class AeroHand:
         Raises:
             LinkTimeoutError: the board stays silent.
         """
+        self._permit()
         return self._link.resynchronise(self._reply_timeout_s)
 
+    def _permit(self) -> None:
+        """Be asked before every exchange that a program wants; a guarded hand looks here, or refuses."""
+
     def _read(self, opcode: Opcode) -> Reply:
+        self._permit()
         reply = self._query(opcode)
         for _ in range(_FIRST_TELEMETRY_TRIES):
             known_alive = self._telemetry_seen_at_restart == self._link.restarts
@@ -235,15 +269,19 @@ class AeroHand:
         )
 
     def _query(self, opcode: Opcode) -> Reply:
-        return self._link.ask(protocol.make_query(opcode), self._reply_timeout_s, self._read_attempts)
+        answer = self._link.ask(protocol.make_query(opcode), self._reply_timeout_s, self._patience_s)
+        self._read_from = answer.asked
+        return answer.reply
 
     def _set(self, request: bytes, channel: Channel, value: int) -> None:
-        stored = self._acknowledged(request, channel).words[1]
+        stored = self._acknowledged(request, channel, self._patience_s).words[1]
         if stored != value:
             raise RefusedError(f"{self.name}: asked {channel.label} for {value}, the board stored {stored}.")
 
-    def _acknowledged(self, request: bytes, channel: Channel) -> Reply:
-        reply = self._link.ask(request, _SETTING_TIMEOUT_S)
+    def _acknowledged(self, request: bytes, channel: Channel, patience_s: float | None = None) -> Reply:
+        self._permit()
+        timeout_s = _TRIM_TIMEOUT_S if patience_s is None else self._reply_timeout_s
+        reply = self._link.ask(request, timeout_s, patience_s).reply
         number = protocol.wire_index(channel)
         if reply.words[0] == protocol.REFUSED_CHANNEL:
             raise RefusedError(f"{self.name}: the board knows no channel {number} ({channel.label}).")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import logging
 import threading
+from dataclasses import dataclass
 
 from aero.clock import Clock, Deadline
 from aero.errors import DesyncError, LinkTimeoutError
+from aero.overdue import HELD_BACK_S, Overdue
 from aero.protocol import (
     FRAME_SIZE,
     PADDING,
@@ -26,6 +28,17 @@ _DRAIN_BYTES = 4096
 _TEXT_KEPT = 4096
 
 
+@dataclass(frozen=True)
+class Answer:
+    """A reply, and the exchange that brought it."""
+
+    reply: Reply
+    asked: float
+    """When its request was about to go out, clock s; the board made the reply later."""
+    replied: float
+    """When it was here, clock s."""
+
+
 class HostLink:
     """Exchanges frames with a board.
 
@@ -40,7 +53,10 @@ class HostLink:
         self._text = bytearray()
         self._restarts = 0
         self._cut_short = False
-        self._reply_overdue = False
+        self._overdue = Overdue()
+        self._stray = b""
+        self.disturbances = 0
+        """Exchanges that did not go as they should, and starts of the board."""
 
     @property
     def name(self) -> str:
@@ -67,25 +83,40 @@ class HostLink:
         with self._lock:
             self._write(frame)
 
-    def ask(self, frame: bytes, timeout_s: float, attempts: int = 1) -> Reply:
-        """Send a request and return its reply, asking up to `attempts` times `timeout_s` apart.
+    def ask(self, frame: bytes, timeout_s: float, patience_s: float | None = None) -> Answer:
+        """Send a request and return its reply, which is never that of an earlier request.
 
-        Only a request that may be carried out twice may have more than one attempt.
+        Without `patience_s` it is sent once. With it, it may be carried out again: a reply that is late is waited for,
+        and one that is lost or disturbed is asked for again. Which of the two it is shows in a query of another kind,
+        sent after `timeout_s`, because replies come in the order of their requests.
+
+        Args:
+            frame: the request.
+            timeout_s: time for one reply, s.
+            patience_s: time for all of it, s.
 
         Raises:
             ConnectionError: the link is gone.
             LinkTimeoutError: nothing came.
             DesyncError: something came, but no reply; or an earlier frame went out incomplete.
         """
+        opcode = Opcode(frame[0])
         with self._lock:
-            stray = b""
-            for _ in range(attempts):
-                self._drop_stale_input()
-                reply, left_over = self._exchange(frame, timeout_s)
-                if reply is not None:
-                    return reply
-                stray += left_over
-            raise self._no_reply(Opcode(frame[0]), timeout_s, attempts, stray)
+            deadline = Deadline.after(self._clock, timeout_s if patience_s is None else patience_s)
+            self._drop_stale_input()
+            self._stray = b""
+            known = self._outlast(opcode, timeout_s, deadline)
+            while known:
+                asked = self._request(frame)
+                reply = self._take((opcode,), min(timeout_s, deadline.remaining))
+                while patience_s is not None and opcode in self._overdue and not deadline.expired:
+                    reply = self._next_late(timeout_s, deadline)
+                if reply is not None and reply.opcode == opcode:
+                    return Answer(reply, asked, self._clock.now())
+                self.disturbances += 1
+                if patience_s is None or deadline.expired:
+                    break
+            raise self._no_reply(opcode, timeout_s if patience_s is None else patience_s)
 
     def resynchronise(self, reply_timeout_s: float) -> int:
         """Bring a board that holds 1..15 stray bytes back into step and return how many it held.
@@ -104,9 +135,10 @@ class HostLink:
             padding = FRAME_SIZE - 1
             self._write(PADDING * padding)
             for _ in range(FRAME_SIZE):
-                self._drop_stale_input()
-                reply, _ = self._exchange(make_query(Opcode.GET_TEMP), reply_timeout_s)
-                if reply is not None:
+                self._drop_stale_input(_QUIET_S)
+                self._request(make_query(Opcode.GET_TEMP))
+                if self._take((Opcode.GET_TEMP,), reply_timeout_s) is not None:
+                    self._overdue.forget()
                     return -padding % FRAME_SIZE
                 self._write(PADDING)
                 padding += 1
@@ -132,22 +164,54 @@ class HostLink:
             self._cut_short = True
             raise
 
-    def _exchange(self, frame: bytes, timeout_s: float) -> tuple[Reply | None, bytes]:
+    def _request(self, frame: bytes) -> float:
+        """Send a request and return when that was, clock s."""
+        asked = self._clock.now()
         self._write(frame)
-        scanner = ReplyScanner(Opcode(frame[0]))
+        self._overdue.sent(Opcode(frame[0]), asked)
+        return asked
+
+    def _outlast(self, opcode: Opcode, timeout_s: float, deadline: Deadline) -> bool:
+        """Return whether no reply to an earlier `opcode` can come any more."""
+        while True:
+            self._overdue.forget(self._clock.now() - HELD_BACK_S)
+            if opcode not in self._overdue:
+                return True
+            if deadline.expired:
+                return False
+            self._next_late(timeout_s, deadline)
+
+    def _next_late(self, timeout_s: float, deadline: Deadline) -> Reply | None:
+        """Return the next of the late replies, or that to a query of another kind, which no older one can follow."""
+        if self._stray:
+            self._drop_stale_input(_QUIET_S)
+        if (query := self._overdue.distinct()) is not None:
+            self._request(make_query(query))
+        return self._take(self._overdue.opcodes, min(timeout_s, deadline.remaining))
+
+    def _take(self, opcodes: tuple[Opcode, ...], timeout_s: float) -> Reply | None:
+        """Return the first reply with one of `opcodes`, None when it does not come or comes with surplus bytes."""
+        scanner = ReplyScanner(*opcodes)
         deadline = Deadline.after(self._clock, timeout_s)
         reply = None
         while reply is None and (received := self._transport.read(scanner.missing, deadline.remaining)):
             reply = scanner.feed(received)
-        self._reply_overdue = reply is None
         self._note(scanner.stray)
-        return reply, scanner.stray
+        if reply is None:
+            return None
+        self._overdue.answered(Opcode(reply.opcode))
+        surplus = self._transport.read(_DRAIN_BYTES, 0.0)
+        if not surplus or self._overdue.are(surplus):
+            return reply
+        # One byte too many, and no saying which: all after it stand in the wrong place.
+        self._note(surplus)
+        self._drop_stale_input(_QUIET_S)
+        return None
 
-    def _drop_stale_input(self) -> None:
-        """Read away what lies there, and after a time-out also what still trickles in."""
-        patience = _QUIET_S if self._reply_overdue else 0.0
+    def _drop_stale_input(self, quiet_s: float = 0.0) -> None:
+        """Read away what lies there, and what comes before it has been quiet for a while."""
         limit = Deadline.after(self._clock, _SETTLE_LIMIT_S)
-        while stale := self._transport.read(_DRAIN_BYTES, patience):
+        while stale := self._transport.read(_DRAIN_BYTES, quiet_s):
             self._note(stale)
             if limit.expired:
                 raise DesyncError(
@@ -156,8 +220,11 @@ class HostLink:
                 )
 
     def _note(self, stray: bytes) -> None:
+        self._stray += stray
         if holds_boot_text(stray):
+            self._overdue.forget()
             self._restarts += 1
+            self.disturbances += 1
             self._text += stray
             del self._text[:-_TEXT_KEPT]
             _LOG.warning(
@@ -166,10 +233,8 @@ class HostLink:
                 self.name,
             )
 
-    def _no_reply(self, opcode: Opcode, timeout_s: float, attempts: int, stray: bytes) -> Exception:
-        asked = f"{self.name}: no reply to {opcode.name} within {timeout_s:g} s"
-        if attempts > 1:
-            asked += f", asked {attempts} times"
+    def _no_reply(self, opcode: Opcode, timeout_s: float) -> Exception:
+        stray, asked = self._stray, f"{self.name}: no reply to {opcode.name} within {timeout_s:g} s"
         if holds_boot_text(stray):
             return DesyncError(
                 f"{asked}, only boot text (its first byte is 0x5B, '['): the board has just restarted and may be "

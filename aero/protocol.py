@@ -25,6 +25,8 @@ from aero.channels import WIRE_ORDER, Channel
 FRAME_SIZE = 16
 _FRAME = struct.Struct("<BB7H")
 _FILLER = 0
+_HEAD = range(2)
+"""Bytes of a frame by which a reply is known."""
 _WIRE_INDEX = np.array(WIRE_ORDER)
 
 MAX_CODE = 0xFFFF
@@ -142,6 +144,12 @@ def parse_reply(frame: bytes) -> Reply:
     return Reply(opcode, tuple(words))
 
 
+def make_reply(opcode: Opcode, values: ArrayLike) -> bytes:
+    """Return the reply that carries values (7,), command order, rounded to its words; negative ones as int16."""
+    words = np.rint(np.asarray(values, np.float64)).astype(np.int64) & 0xFFFF
+    return _FRAME.pack(opcode, _FILLER, *words[_WIRE_INDEX].tolist())
+
+
 def unsigned_values(reply: Reply) -> NDArray[np.uint16]:
     """Return the words of a reply as (7,) uint16 in command order: position codes or °C."""
     values = np.empty(len(Channel), np.uint16)
@@ -165,22 +173,23 @@ def holds_boot_text(data: bytes) -> bool:
 
 
 class ReplyScanner:
-    """Finds the reply to one request in a stream that may also hold boot text, late replies and fragments.
+    """Finds the reply to a request in a stream that may also hold boot text, late replies and fragments.
 
     The reply ends what the board has sent, so of several places that look like its start the last one that is
     complete counts. Without a checksum a fragment can still pass for a reply when it happens to hold the opcode and
     a zero and the true reply is cut off at the right place; reading in whole frames makes that a matter of bad luck.
     """
 
-    def __init__(self, opcode: Opcode) -> None:
-        self._head = bytes((opcode, _FILLER))
+    def __init__(self, *opcodes: Opcode) -> None:
+        self._heads = [bytes((opcode, _FILLER)) for opcode in opcodes]
         self._buffer = bytearray()
         self._start: int | None = None
 
     def feed(self, data: bytes) -> Reply | None:
         """Add received bytes and return the reply once it is complete."""
         self._buffer += data
-        start = self._buffer.rfind(self._head, 0, max(0, len(self._buffer) - FRAME_SIZE + len(self._head)))
+        last = max(0, len(self._buffer) - FRAME_SIZE + len(_HEAD))
+        start = max(self._buffer.rfind(head, 0, last) for head in self._heads)
         if start < 0:
             return None
         self._start = start
@@ -191,7 +200,7 @@ class ReplyScanner:
         """Fewest further bytes that can complete the reply, 1..16."""
         length = len(self._buffer)
         for start in range(max(0, length - FRAME_SIZE + 1), length):
-            if self._head.startswith(self._buffer[start : start + len(self._head)]):
+            if any(head.startswith(self._buffer[start : start + len(_HEAD)]) for head in self._heads):
                 return FRAME_SIZE - (length - start)
         return FRAME_SIZE
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
@@ -41,6 +42,7 @@ class SerialTransport:
     def __init__(self, port: serial.Serial, name: str) -> None:
         self._port = port
         self._name = name
+        _ALL.add(self)
 
     @classmethod
     def open(cls, port_or_url: str) -> SerialTransport:
@@ -98,6 +100,14 @@ class SerialTransport:
                 _refuse_others(self._port, "TIOCNXCL")
         self._port.close()
 
+    def disown(self) -> None:
+        """Let go of the port after a fork, in the child, as if it had never been open there.
+
+        A network port stays open, because closing it would end the parent's connection too.
+        """
+        if isinstance(self._port, serial.Serial) and self._port.is_open:
+            self._port.close()
+
     @contextmanager
     def _link_errors(self, action: str) -> Iterator[None]:
         if not self._port.is_open:
@@ -111,6 +121,18 @@ class SerialTransport:
             ) from error
         except OSError as error:
             raise ConnectionError(f"cannot {action} {self._name}: {error}; has the hand been unplugged?") from error
+
+
+_ALL: weakref.WeakSet[SerialTransport] = weakref.WeakSet()
+
+
+def _disown_all() -> None:
+    for transport in list(_ALL):
+        transport.disown()
+
+
+if hasattr(os, "register_at_fork"):  # Windows has no fork
+    os.register_at_fork(after_in_child=_disown_all)
 
 
 def _refuse_others(port: serial.Serial, request: str) -> None:

@@ -17,8 +17,8 @@ from aero.actuation.map import ActuationMap
 from aero.clock import Clock
 from aero.errors import AeroError
 from aero.policy.file import Policy
-from aero.policy.grip import Grip, drawn
 from aero.policy.limits import Ending, slewed
+from aero.policy.object_loss import ObjectLoss, drawn
 from aero.policy.running import Floats, Hand, Run, RunSettings, Step
 from aero.policy.task import CHANNELS, ActionMemory, observe, targets
 from aero.protocol import MAX_CODE
@@ -115,7 +115,7 @@ class _Session:
         self.command = np.zeros(CHANNELS)
         self._blind = 0
         self._tally = _NOTHING_YET
-        self._grip: Grip | None = None
+        self._loss: ObjectLoss | None = None
 
     def grasp(self) -> None:
         """Go to the nominal grasp."""
@@ -147,7 +147,7 @@ class _Session:
         window = round(self._settings.limits.grip_window_s / self._task.period_s)
         if ending is Ending.TIME:
             self.grasp()
-            self._grip = Grip(float(np.nanmean(draws[window:])) + self._settings.limits.grip_a, window)
+            self._loss = ObjectLoss(float(np.nanmean(draws[window:])) + self._settings.limits.grip_a, window)
             self._tally = _NOTHING_YET
         return ending
 
@@ -196,7 +196,7 @@ class _Session:
             )
             self._count(step)
             on_step(step)
-            if self._grip and self._grip.lost(currents):
+            if self._loss and self._loss.lost(currents):
                 return Ending.LOST
             if self._blind > limits.missing_readings:
                 return Ending.READINGS

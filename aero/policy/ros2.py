@@ -1,4 +1,4 @@
-"""A policy on a hand behind the official ROS 2 node: a thin shell over the same loop. Imports `rclpy`.
+"""A policy on a hand behind the official ROS 2 node: the same guarded hand and loop. Imports `rclpy`.
 
     python -m aero.policy.ros2 POLICY --ros-args -p seconds:=15.0
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +23,13 @@ from rclpy.node import Node
 from aero.actuation import ActuationMap
 from aero.channels import WIRE_ORDER
 from aero.clock import Clock, Deadline, WallClock
+from aero.driver import CURRENT_A_PER_UNIT
 from aero.errors import LinkTimeoutError
 from aero.policy.file import load
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings
+from aero.protocol import FRAME_SIZE, Opcode, make_reply, parse_reply, unsigned_values
+from aero.safety import GuardedHand, unwinding
 
 STALE_S = 0.1
 """Age from which a state counts as missing, s; the official node publishes a hundred a second."""
@@ -35,10 +39,11 @@ FIRST_STATE_S = 5.0
 Floats = NDArray[np.float64]
 
 
-class RosHand:
-    """A hand behind the official node, as the loop wants it (`aero.policy.running.Hand`).
+class RosTransport:
+    """A hand behind the official node as the driver's `Transport`: frames in, frames out, as if it were the board.
 
-    The lock covers the latest state, which the executor's thread writes and the loop's thread reads.
+    So the guard watches it as any other. A state that is missing or old is a reading that is not answered. The lock
+    covers the latest state, which the executor's thread writes and the loop's thread reads.
     """
 
     def __init__(self, node: Node, actuation_map: ActuationMap, clock: Clock, side: str = "right") -> None:
@@ -46,33 +51,40 @@ class RosHand:
         self._map, self._clock = actuation_map, clock
         self._lock = threading.Lock()
         self._latest: tuple[float, ActuatorStates] | None = None
+        self._incoming, self._outgoing = bytearray(), bytearray()
         self._publisher = node.create_publisher(ActuatorControl, f"{side}/actuator_control", 10)
         node.create_subscription(ActuatorStates, f"{side}/actuator_states", self._take, 10)
 
-    def read_codes(self) -> NDArray[np.uint16]:
-        """Return the latest positions, (7,), command order.
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+        return "the official ROS 2 node"
 
-        Raises:
-            LinkTimeoutError: no state, or none within `STALE_S`.
-        """
-        angles = np.deg2rad(self._in_command_order(self._fresh().actuations))
-        codes: NDArray[np.uint16] = self._map.saturating_codes(angles).codes
-        return codes
+    def write(self, data: bytes) -> None:
+        """Publish a position command, or get the answer to a query ready; what the node cannot do stays unanswered."""
+        self._incoming += data
+        while len(self._incoming) >= FRAME_SIZE:
+            frame = parse_reply(bytes(self._incoming[:FRAME_SIZE]))
+            del self._incoming[:FRAME_SIZE]
+            if frame.opcode == Opcode.CTRL_POS:
+                self._publish(unsigned_values(frame))
+            elif frame.opcode in _ANSWERS and (state := self._fresh()) is not None:
+                self._outgoing += make_reply(Opcode(frame.opcode), _ANSWERS[frame.opcode](self._map, state))
 
-    def command_codes(self, codes: ArrayLike) -> None:
-        """Publish positions, (7,), command order."""
-        message = ActuatorControl()
-        degrees = np.rad2deg(self._map.angles_from_codes(np.asarray(codes)))
-        message.actuation_positions = [float(degrees[channel]) for channel in WIRE_ORDER]
-        self._publisher.publish(message)
+    def read(self, size: int, timeout: float) -> bytes:
+        """Return what is there, at the latest after `timeout` (s)."""
+        if len(self._outgoing) < size:
+            self._clock.sleep_until(self._clock.now() + timeout)
+        data = bytes(self._outgoing[:size])
+        del self._outgoing[:size]
+        return data
 
-    def read_currents(self) -> Floats:
-        """Return the latest motor currents, (7,), A, command order; errors as `read_codes`."""
-        return self._in_command_order(self._fresh().actuator_currents) * 1e-3
+    def discard_input(self) -> None:
+        """Drop what has not been read."""
+        self._outgoing.clear()
 
-    def read_temperatures(self) -> Floats:
-        """Return the latest temperatures, (7,), °C, command order; errors as `read_codes`."""
-        return self._in_command_order(self._fresh().actuator_temperatures)
+    def close(self) -> None:
+        """Do nothing: the node is its owner's."""
 
     def wait_for_state(self) -> None:
         """Return when there is a first state.
@@ -86,22 +98,40 @@ class RosHand:
                 raise LinkTimeoutError(f"no actuator state in {FIRST_STATE_S} s; is the official node running?")
             self._clock.sleep_until(self._clock.now() + 0.01)
 
+    def _publish(self, codes: NDArray[np.uint16]) -> None:
+        message = ActuatorControl()
+        degrees = np.rad2deg(self._map.angles_from_codes(codes))
+        message.actuation_positions = [float(degrees[channel]) for channel in WIRE_ORDER]
+        self._publisher.publish(message)
+
     def _take(self, message: ActuatorStates) -> None:
         with self._lock:
             self._latest = self._clock.now(), message
 
-    def _fresh(self) -> ActuatorStates:
+    def _fresh(self) -> ActuatorStates | None:
         with self._lock:
             latest = self._latest
-        if latest is None or self._clock.now() - latest[0] > STALE_S:
-            raise LinkTimeoutError(f"no actuator state within {STALE_S} s; is the official node running?")
-        return latest[1]
+        return None if latest is None or self._clock.now() - latest[0] > STALE_S else latest[1]
 
-    @staticmethod
-    def _in_command_order(values: ArrayLike) -> Floats:
-        ordered = np.empty(len(WIRE_ORDER))
-        ordered[list(WIRE_ORDER)] = np.asarray(values, np.float64)
-        return ordered
+
+def _codes(actuation_map: ActuationMap, state: ActuatorStates) -> ArrayLike:
+    codes: NDArray[np.uint16] = actuation_map.saturating_codes(np.deg2rad(in_command_order(state.actuations))).codes
+    return codes
+
+
+_ANSWERS: dict[int, Callable[[ActuationMap, ActuatorStates], ArrayLike]] = {
+    Opcode.GET_POS: _codes,
+    Opcode.GET_CURR: lambda _, state: in_command_order(state.actuator_currents) * 1e-3 / CURRENT_A_PER_UNIT,
+    Opcode.GET_TEMP: lambda _, state: in_command_order(state.actuator_temperatures),
+}
+"""What makes the seven values of a reply of a state, command order; the node's are °, mA and °C."""
+
+
+def in_command_order(values: ArrayLike) -> Floats:
+    """Return values in hand order, (7,), in command order."""
+    ordered = np.empty(len(WIRE_ORDER))
+    ordered[list(WIRE_ORDER)] = np.asarray(values, np.float64)
+    return ordered
 
 
 def run_on(node: Node, path: Path) -> Run:
@@ -113,10 +143,20 @@ def run_on(node: Node, path: Path) -> Run:
     firmware = node.declare_parameter("firmware", "0.2.0").value
     settings = RunSettings(seconds=node.declare_parameter("seconds", 15.0).value)
     actuation_map, clock = ActuationMap.for_firmware(firmware, hand=side), WallClock()
-    hand = RosHand(node, actuation_map, clock, side)
+    transport = RosTransport(node, actuation_map, clock, side)
     policy = load(path)
-    hand.wait_for_state()
-    return run_policy(policy, hand, clock, actuation_map, settings=settings)
+    transport.wait_for_state()
+    with unwinding(), guarded(transport, clock, actuation_map) as hand:
+        return run_policy(policy, hand, hand.clock, actuation_map, settings=settings)
+
+
+def guarded(transport: RosTransport, clock: Clock, actuation_map: ActuationMap) -> GuardedHand:
+    """Return the hand behind the node, watched, and left open at the end.
+
+    The node has no way to set limits, so it is neither moved nor left with less torque than the node's own; and a
+    killed program is not made up for, because only the node has the port.
+    """
+    return GuardedHand(transport, clock, spans_counts=actuation_map.window.spans_counts(), usual=None)
 
 
 def main() -> None:

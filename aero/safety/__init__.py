@@ -1,8 +1,10 @@
 """Safety of a hand that a program moves: thresholds, the watch over them, and a slow opening however it ends."""
 
-from aero.safety.guarded import GuardedHand, Health
+from aero.safety.firmware import usual_settings
+from aero.safety.guarded import GuardedHand
 from aero.safety.interrupts import unwinding
-from aero.safety.lifeline import lifeline
+from aero.safety.standby import Standby
+from aero.safety.state import Health
 from aero.safety.stop import SafetyStopError
 from aero.safety.thresholds import Settings, Thresholds
 from aero.safety.watched_clock import WatchedClock
@@ -12,8 +14,9 @@ __all__ = [
     "Health",
     "SafetyStopError",
     "Settings",
+    "Standby",
     "Thresholds",
     "WatchedClock",
-    "lifeline",
     "unwinding",
+    "usual_settings",
 ]

@@ -1,4 +1,4 @@
-"""What `aero.safety.lifeline` starts: wait for a guarded program to end, and open the hand unless it has.
+"""What `aero.safety.standby` starts: wait for a guarded program to end, and open the hand unless it has.
 
 `python -m aero.safety PORT SETTINGS`, with the settings as JSON; not for the command line.
 """
@@ -11,8 +11,8 @@ import sys
 
 from aero.clock import Deadline, WallClock
 from aero.driver import AeroHand
-from aero.safety.lifeline import ALL_WELL
-from aero.safety.opening import open_and_relax
+from aero.safety.opening import SWITCH_OFF, open_and_relax
+from aero.safety.standby import ALL_WELL, READY
 from aero.safety.thresholds import Thresholds
 
 PORT_FREE_S = 3.0
@@ -25,11 +25,18 @@ def main(port: str, settings: str) -> None:
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
+    asked = json.loads(settings)
+    thresholds = Thresholds(**asked["thresholds"])
+    print(READY.decode(), flush=True)
     if sys.stdin.buffer.read() == ALL_WELL:
         return
-    asked = json.loads(settings)
-    with _opened(port) as hand:
-        open_and_relax(hand, WallClock(), Thresholds(**asked["thresholds"]), settable=asked["settable"])
+    try:
+        with _opened(port) as hand:
+            doubt = open_and_relax(hand, WallClock(), thresholds, settable=asked["settable"])
+    except ConnectionError as error:
+        doubt = str(error)
+    if doubt:
+        sys.exit(f"{port}: the program that moved the hand has ended without opening it. {SWITCH_OFF}, because {doubt}")
 
 
 def _opened(port: str) -> AeroHand:
@@ -37,7 +44,7 @@ def _opened(port: str) -> AeroHand:
     deadline = Deadline.after(clock, PORT_FREE_S)
     while True:
         try:
-            return AeroHand.open(port)
+            return AeroHand.open_unguarded(port)
         except ConnectionError:
             if deadline.expired:
                 raise

@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
-from aero.safety.lasting import Lasting
+from aero.safety.debounce import Debounce
+from aero.safety.reading import Reading
 from aero.safety.thresholds import Thresholds
 
 Floats = NDArray[np.float64]
-
-LEAST_INTERVAL_S = 0.02
-"""Readings closer than this are as old as each other."""
 
 
 class Encoders:
@@ -25,16 +23,24 @@ class Encoders:
     Positions and commands are shares of the command window, (7,) in command order, 0 open and 1 closed.
     """
 
-    def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike) -> None:
-        """Expect encoders anywhere until a command is old enough; `spans_counts` (7,) are the windows' servo counts."""
+    def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike, telemetry_s: float) -> None:
+        """Expect encoders anywhere until a command is old enough.
+
+        Args:
+            thresholds: when to object.
+            spans_counts: (7,) servo counts of the channels' windows.
+            telemetry_s: age that a value may have when the board sends it, s.
+        """
         self._thresholds = thresholds
+        self._telemetry_s = telemetry_s
         self._spans = np.asarray(spans_counts, float)
         if self._spans.shape != (len(Channel),):
             raise ValueError(f"spans_counts needs {len(Channel)} numbers, one a channel, got shape {self._spans.shape}")
-        self._lasting = Lasting()
+        self._debounce = Debounce(2 * thresholds.look_s)
         self._commands: deque[tuple[float, Floats]] = deque()
         self._known_from = math.inf
-        self._before: tuple[float, Floats] | None = None
+        self._believed: Reading | None = None
+        self._suspect: tuple[Reading, str] | None = None
         self._rest: Floats | None = None
 
     def commanded(self, t: float, shares: Floats) -> None:
@@ -54,39 +60,60 @@ class Encoders:
         """Expect encoders anywhere until the next command has had its time: the hand homes, or torque drives it."""
         self._known_from = math.inf
         self._commands.clear()
-        self._lasting.clear()
-        self._before = self._rest = None
+        self._debounce.clear()
+        self._believed = self._suspect = self._rest = None
 
-    def objections(self, t: float, positions: Floats) -> Iterator[str]:
-        """Yield why to stop after positions (7,) were read at `t` (s)."""
-        before, self._before = self._before, (t, positions)
-        if t < self._known_from:
+    def objections(self, reading: Reading) -> Iterator[str]:
+        """Yield why to stop after a reading."""
+        sampled = reading.asked - self._telemetry_s
+        if sampled < self._known_from:
+            self._believed, self._suspect = reading, None
             return
-        if before is not None:
-            yield from self._jumped(positions - before[1], t - before[0])
-        while len(self._commands) > 1 and self._commands[1][0] < t - self._thresholds.follow_s:
+        yield from self._jumped(reading)
+        if self._suspect is not None:
+            return  # nothing follows from a reading that may be wrong
+        while len(self._commands) > 1 and self._commands[1][0] < sampled - self._thresholds.follow_s:
             self._commands.popleft()
         recent = np.array([shares for _, shares in self._commands])
-        yield from self._strayed(t, positions, recent.min(axis=0), recent.max(axis=0))
-        resting = len(self._commands) == 1 and self._commands[0][0] < t - self._thresholds.follow_s
-        yield from self._moved_at_rest(t, positions, resting)
+        yield from self._strayed(reading.replied, reading.positions, recent.min(axis=0), recent.max(axis=0))
+        resting = len(self._commands) == 1 and self._commands[0][0] < sampled - self._thresholds.follow_s
+        yield from self._moved_at_rest(reading.replied, reading.positions, resting)
 
-    def _jumped(self, moved: Floats, seconds: float) -> Iterator[str]:
-        speeds = np.abs(moved) * self._spans / max(seconds, LEAST_INTERVAL_S)
+    def _jumped(self, reading: Reading) -> Iterator[str]:
+        """Object to a jump that the next reading does not take back; one wrong reading is not the hand's fault."""
+        before, suspect, self._suspect = self._believed, self._suspect, None
+        if before is None:
+            self._believed = reading
+        elif suspect is None:
+            jump = self._faster_than_a_servo(before, reading)
+            if jump is None:
+                self._believed = reading
+            else:
+                self._suspect = reading, jump
+        elif self._faster_than_a_servo(suspect[0], reading) and not self._faster_than_a_servo(before, reading):
+            self._believed = reading
+        else:
+            yield suspect[1]
+
+    def _faster_than_a_servo(self, earlier: Reading, later: Reading) -> str | None:
+        """Return what is wrong with a step that is too fast even over the longest time that its readings allow."""
+        moved = later.positions - earlier.positions
+        speeds = np.abs(moved) * self._spans / later.longest_s(earlier, self._telemetry_s)
         fastest = int(np.argmax(speeds))
-        if speeds[fastest] > self._thresholds.jump_counts_s:
-            yield (
-                f"{Channel(fastest).label}'s encoder jumped by {moved[fastest]:+.0%} of its window, at "
-                f"{speeds[fastest]:.0f} counts/s (limit {self._thresholds.jump_counts_s:.0f}): no servo turns that "
-                "fast, so its zero is lost or its reading is wrong; home the hand"
-            )
+        if speeds[fastest] <= self._thresholds.jump_counts_s:
+            return None
+        return (
+            f"{Channel(fastest).label}'s encoder jumped by {moved[fastest]:+.0%} of its window, at "
+            f"{speeds[fastest]:.0f} counts/s or more (limit {self._thresholds.jump_counts_s:.0f}): no servo turns "
+            "that fast, so its zero is lost or its reading is wrong; home the hand"
+        )
 
     def _strayed(self, t: float, positions: Floats, lowest: Floats, highest: Floats) -> Iterator[str]:
         for channel in Channel:
             at = positions[channel]
             short = lowest[channel] - at > self._thresholds.short
             beyond = at - highest[channel] > self._thresholds.beyond
-            if self._lasting.seconds(channel, short or beyond, t) >= self._thresholds.stray_s:
+            if self._debounce.seconds(channel, short or beyond, t) >= self._thresholds.stray_s:
                 asked = f"{lowest[channel]:.0%}"
                 if highest[channel] > lowest[channel]:
                     asked += f" to {highest[channel]:.0%}"
@@ -103,7 +130,7 @@ class Encoders:
         moved = positions - self._rest
         most = int(np.argmax(np.abs(moved)))
         away = bool(abs(moved[most]) > self._thresholds.rest)
-        if self._lasting.seconds("rest", away, t) >= self._thresholds.stray_s:
+        if self._debounce.seconds("rest", away, t) >= self._thresholds.stray_s:
             yield (
                 f"{Channel(most).label} moved by {moved[most]:+.0%} of its window without a command (limit "
                 f"{self._thresholds.rest:.0%}): another program may be moving the hand, or something pulls at it"

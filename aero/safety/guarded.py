@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from enum import Enum
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,41 +13,24 @@ from numpy.typing import ArrayLike, NDArray
 from aero import protocol
 from aero.channels import Channel
 from aero.clock import Clock
-from aero.driver import AeroHand
+from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from aero.safety.interrupts import uninterrupted
-from aero.safety.opening import OPEN, limit, move_slowly, open_and_relax
+from aero.safety.lateness import Lateness
+from aero.safety.opening import OPEN, SWITCH_OFF, move_slowly, open_and_relax
+from aero.safety.reading import Reading
+from aero.safety.standby import Standby
+from aero.safety.state import Health, Phase
 from aero.safety.stop import SafetyStopError
 from aero.safety.thresholds import Settings, Thresholds
 from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock
 from aero.transport import Transport
 
-Floats = NDArray[np.float64]
-
 STALL_TORQUE = 1000
 """Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
 THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
-
-
-@dataclass(frozen=True)
-class Health:
-    """What a hand says about itself while nothing moves, arrays (7,) in command order."""
-
-    codes: NDArray[np.uint16]
-    currents_a: Floats
-    temperatures_c: Floats
-
-
-class Phase(Enum):
-    """Where a guarded hand is."""
-
-    RESTING = "nothing has moved yet"
-    OPENING = "it opens and approaches its first goal slowly, with limited speed and torque"
-    MOVING = "the program moves it"
-    ENDING = "it opens slowly for the last time"
-    STOPPED = "it was opened and takes no more commands"
 
 
 class GuardedHand(AeroHand):
@@ -56,9 +40,11 @@ class GuardedHand(AeroHand):
     a hand whose encoders all arrive goes on, slowly to its first goal, and then gets its usual limits back. From then
     on every call, and every wait on `clock`, looks at currents, encoders and temperatures as often as `Thresholds`
     says. What breaks a threshold opens the hand slowly and raises `SafetyStopError`, then and at every later call.
-    `close`, and with it the end of a `with` statement, opens it in any case.
+    `close`, and with it the end of a `with` statement, opens it in any case. Limits belong to the guard's state: after
+    a restart of the board, or any exchange that did not go as it should, they are sent again.
 
-    Not for several threads. While the board homes it answers nothing, so nothing is watched then.
+    Not for several threads, and only for the process that made it: a forked one is refused. While the board homes it
+    answers nothing, so nothing is watched then.
     """
 
     def __init__(
@@ -69,7 +55,7 @@ class GuardedHand(AeroHand):
         spans_counts: ArrayLike,
         usual: Settings | None,
         thresholds: Thresholds | None = None,
-        on_first_motion: Callable[[], None] = lambda: None,
+        standby: Standby | None = None,
     ) -> None:
         """Wrap an open transport.
 
@@ -80,19 +66,28 @@ class GuardedHand(AeroHand):
             usual: the firmware's own limits, given back after the slow opening; None for a firmware that has no
                 settings for them, whose start is slow in steps of position alone.
             thresholds: when to stop; the defaults when None.
-            on_first_motion: called once before anything moves.
+            standby: the process that opens the hand should this one be killed; None for a hand in software.
         """
         super().__init__(transport, clock)
         self.thresholds = thresholds or Thresholds()
         self.phase = Phase.RESTING
-        self.clock: Clock = WatchedClock(clock, self._look_if_due, self.thresholds.look_s)
+        self.clock: Clock = WatchedClock(clock, self._permit, self.thresholds.look_s)
         """Wait on this one, so that the hand is watched meanwhile."""
         self._bare_clock = clock
         self._usual = usual
-        self._on_first_motion = on_first_motion
-        self._watch = Watch(self.thresholds, spans_counts)
-        self._look_due = self._temperatures_due = clock.now()
+        self._standby = standby
+        self._owner = os.getpid()
+        self._acting = False
+        self._limits: dict[Channel, Settings] = {}
+        self._disturbances = 0
+        self._restarts = 0
+        telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
+        self._watch = Watch(self.thresholds, spans_counts, telemetry_s)
+        self._lateness = Lateness(self.thresholds.follow_s)
+        self._look_due = self._temperatures_due = self._looked_at = clock.now()
         self._last_codes: NDArray[np.integer] = np.array(OPEN)
+        self._closed = False
+        self._is_open = True
         self._stop = ""
 
     def check(self) -> Health:
@@ -102,7 +97,9 @@ class GuardedHand(AeroHand):
             SafetyStopError: a temperature or a current is over its limit before anything moves.
             AeroError, ConnectionError: as `read_codes`.
         """
-        health = Health(super().read_codes(), super().read_currents(), super().read_temperatures())
+        self._permit()
+        with self._itself():
+            health = Health(self.read_codes(), self.read_currents(), self.read_temperatures())
         objection = self._watch.temperatures(health.temperatures_c)
         most = int(np.argmax(np.abs(health.currents_a)))
         if objection is None and abs(health.currents_a[most]) > self.thresholds.current_a:
@@ -135,12 +132,13 @@ class GuardedHand(AeroHand):
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
         self.begin()
-        self._look_if_due()
+        self._permit()
         if self._usual is not None:
             weak = {*THUMB, *channels}
-            limit(self, self._usual)
-            for channel in weak:
-                self.set_torque(channel, min(self._usual.torque, self.thresholds.stop_torque))
+            for channel in Channel:
+                torque = min(self._usual.torque, self.thresholds.stop_torque) if channel in weak else self._usual.torque
+                self._limits[channel] = Settings(self._usual.speed, torque)
+            self._send_limits()
 
     def limit_torques(self, share: float) -> None:
         """Let no channel use more than a share (0..1) of its stall torque; `expect_stops` ends it.
@@ -163,52 +161,69 @@ class GuardedHand(AeroHand):
         if self.phase is Phase.RESTING:
             protocol.make_positions(codes)
             self._start(codes)
-        self._look_if_due()
         super().command_codes(codes)
-        self._last_codes = codes
-        self._watch.encoders.commanded(self._bare_clock.now(), self._last_codes / MAX_CODE)
+        if self.phase is not Phase.ENDING:
+            self._last_codes = codes
+            self._closed = bool((codes > self.thresholds.arrival * MAX_CODE).any())
+            self._watch.encoders.commanded(self._bare_clock.now(), self._last_codes / MAX_CODE)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
-        self.begin()
-        self._look_if_due()
-        self._watch.encoders.forget()
+        magnitudes = np.asarray(magnitudes)
+        protocol.make_torques(magnitudes)
+        if self.phase is not Phase.ENDING:
+            self.begin()
+            self._permit()
+            self._watch.encoders.forget()
+            self._closed = True
         super().command_torques(magnitudes)
+
+    def set_speed(self, channel: Channel, register_units: int) -> None:
+        """As `AeroHand.set_speed`, and sent again after a restart; opens the hand first if nothing has moved yet."""
+        self._set_limit(channel, "speed", register_units)
+
+    def set_torque(self, channel: Channel, register_units: int) -> None:
+        """As `AeroHand.set_torque`, and sent again after a restart; opens the hand first if nothing has moved yet."""
+        self._set_limit(channel, "torque", register_units)
 
     def home(self, timeout_s: float = 200.0) -> None:
         """As `AeroHand.home`; the hand is checked before and not watched meanwhile."""
         self.begin()
-        self._look_if_due()
         super().home(timeout_s)
         self._watch.pause()
-        self._look_due = self._bare_clock.now()
-
-    def read_codes(self) -> NDArray[np.uint16]:
-        """As `AeroHand.read_codes`, guarded."""
-        self._look_if_due()
-        return super().read_codes()
+        self._look_due = self._looked_at = self._bare_clock.now()
 
     def close(self) -> None:
         """Open the hand slowly and leave it weak, if this program has moved it, and give the port back.
 
-        Ctrl-C waits meanwhile. A second call does nothing.
+        Ctrl-C waits meanwhile. A second call does nothing, nor does one in a forked process.
 
         Raises:
-            SafetyStopError: the hand could not be reached; the message says what to do.
+            SafetyStopError: the hand may not be open; the message says what to do.
         """
+        if os.getpid() != self._owner:
+            return
+        standby, self._standby = self._standby, None
         try:
             if self.phase in {Phase.OPENING, Phase.MOVING}:
                 self._open("The program ended")
+                if not self._is_open:
+                    raise SafetyStopError(self._stop)
         finally:
             super().close()
+            if standby is not None:
+                (standby.stand_down if self._is_open else standby.take_over)()
 
     def _start(self, goal: NDArray[np.integer]) -> None:
         """Check the hand, open it gently, see that it has opened, and go gently to the first goal."""
         health = self.check()
-        self._on_first_motion()
-        self.phase = Phase.OPENING
+        if self._standby is not None:
+            self._standby.start()
+        self.phase, self._is_open = Phase.OPENING, False
+        self._disturbances, self._restarts = self._link.disturbances, self._link.restarts
         if self._usual is not None:
-            limit(self, Settings(self.thresholds.gentle_speed, self.thresholds.gentle_torque))
+            self._limits = dict.fromkeys(Channel, Settings(self.thresholds.gentle_speed, self.thresholds.gentle_torque))
+            self._send_limits()
         move_slowly(self, self.clock, health.codes, OPEN, self.thresholds.opening_s)
         self.clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
         self._expect_open()
@@ -217,7 +232,8 @@ class GuardedHand(AeroHand):
         self.expect_stops(())
 
     def _expect_open(self) -> None:
-        shares = super().read_codes() / MAX_CODE
+        with self._itself():
+            shares = self.read_codes() / MAX_CODE
         worst = int(np.argmax(shares))
         if shares[worst] > self.thresholds.arrival:
             self._abort(
@@ -226,48 +242,103 @@ class GuardedHand(AeroHand):
             )
         self._watch.encoders.found(self._bare_clock.now(), shares)
 
-    def _look_if_due(self) -> None:
+    def _set_limit(self, channel: Channel, what: str, register_units: int) -> None:
+        if self.phase is not Phase.ENDING:
+            self.begin()
+        (super().set_speed if what == "speed" else super().set_torque)(channel, register_units)
+        if self._usual is not None and self.phase is not Phase.ENDING:
+            self._limits[channel] = replace(self._limits[channel], **{what: register_units})
+
+    def _send_limits(self) -> None:
+        """Send all limits that the guard holds, whatever the board has."""
+        with self._itself():
+            for channel, settings in self._limits.items():
+                super().set_speed(channel, settings.speed)
+                super().set_torque(channel, settings.torque)
+
+    @contextmanager
+    def _itself(self) -> Iterator[None]:
+        """Let exchanges pass that are the guard's own."""
+        before, self._acting = self._acting, True
+        try:
+            yield
+        finally:
+            self._acting = before
+
+    def _permit(self) -> None:
         """Look at the hand if it is time; nothing happens before the first motion."""
+        if os.getpid() != self._owner:
+            raise SafetyStopError(f"{self.name}: this process was forked; the hand belongs to the one that opened it.")
+        if self._acting:
+            return
         if self.phase is Phase.STOPPED:
             raise SafetyStopError(self._stop)
         now = self._bare_clock.now()
         if self.phase not in {Phase.OPENING, Phase.MOVING} or now < self._look_due:
             return
         try:
-            objection = self._look()
+            with self._itself():
+                objection = self._unwatched(now) or self._look()
+                self._restore()
         except AeroError:
-            objection = self._watch.unanswered(self._bare_clock.now())
+            objection = self._watch.unanswered(now, self._bare_clock.now())
+        self._looked_at = self._bare_clock.now()
+        self._lateness.note(self._looked_at, self._looked_at - self._look_due)
         self._look_due = now + self.thresholds.look_s
         if objection is not None:
             self._abort(objection)
 
+    def _unwatched(self, now: float) -> str | None:
+        """Return why to stop when nobody has looked at a hand that is not open for too long."""
+        unwatched_s = now - self._looked_at
+        if not self._closed or unwatched_s <= self.thresholds.unwatched_s:
+            return None
+        return (
+            f"nobody has looked at the hand for {unwatched_s:.0f} s (limit {self.thresholds.unwatched_s:g} s): this "
+            "machine was suspended, or the program was stopped or did not call; wait on the hand's clock"
+        )
+
     def _look(self) -> str | None:
-        positions, t = super().read_codes() / MAX_CODE, self._bare_clock.now()
-        objection = self._watch.look(t, positions, super().read_currents())
-        if objection is None and t >= self._temperatures_due:
-            self._temperatures_due = t + self.thresholds.temperature_look_s
-            objection = self._watch.temperatures(super().read_temperatures())
+        asked, codes = self._bare_clock.now(), self.read_codes()
+        reading = Reading(asked, self._bare_clock.now(), codes / MAX_CODE)
+        objection = self._watch.look(reading, self.read_currents())
+        if objection is None and reading.replied >= self._temperatures_due:
+            self._temperatures_due = reading.replied + self.thresholds.temperature_look_s
+            objection = self._watch.temperatures(self.read_temperatures())
         return objection
 
+    def _restore(self) -> None:
+        """Send the limits again when the board may have lost them, and what makes it apply them when it has."""
+        disturbances, restarts = self._link.disturbances, self._link.restarts
+        if disturbances == self._disturbances:
+            return
+        self._send_limits()
+        if restarts != self._restarts:
+            super().command_codes(self._last_codes)
+        self._disturbances, self._restarts = disturbances, restarts
+
     def _abort(self, objection: str) -> None:
-        self._open(objection)
+        self._open(objection + self._lateness.remark())
         raise SafetyStopError(self._stop)
 
     def _open(self, reason: str) -> None:
         """Open slowly and leave weak; the hand takes no more commands of the program."""
         self.phase = Phase.ENDING
-        self._stop = f"{self.name}: stopped and opened slowly. {reason}."
         try:
-            with uninterrupted():
-                open_and_relax(
+            with uninterrupted(), self._itself():
+                doubt = open_and_relax(
                     self,
                     self._bare_clock,
                     self.thresholds,
                     settable=self._usual is not None,
                     last_codes=self._last_codes,
                 )
-        except (AeroError, ConnectionError) as error:
-            self._stop = f"{self.name}: {reason}. The hand could not be opened: switch it off. ({error})"
-            raise SafetyStopError(self._stop) from error
+        except ConnectionError as error:
+            doubt = str(error)
         finally:
             self.phase = Phase.STOPPED
+        self._is_open = not doubt
+        done = "stopped and opened slowly" if self._is_open else "stopped"
+        self._stop = f"{self.name}: {done}. {reason}."
+        if doubt:
+            self._stop += f" {SWITCH_OFF}, because {doubt}"

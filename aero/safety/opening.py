@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
-from aero.clock import Clock
+from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
@@ -14,8 +16,16 @@ from aero.safety.thresholds import Settings, Thresholds
 
 STEP_S = 0.02
 """Time from one command of the ramp to the next, s."""
+LOOK_S = 0.05
+"""Time from one look at whether it has arrived to the next, s: more than the slowest firmware's telemetry period."""
+AT_REST = 0.005
+"""Share of the window that a channel at rest may move between two looks."""
+LIVE_LOOKS = 3
+"""Looks of which the last must differ from an earlier one, so that a board's frozen cache is not believed."""
 OPEN = (0,) * len(Channel)
 """Codes of the open hand."""
+SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"
+"""What to do about a hand that cannot be opened from here."""
 
 
 def move_slowly(hand: AeroHand, clock: Clock, start_codes: ArrayLike, goal_codes: ArrayLike, seconds: float) -> None:
@@ -41,29 +51,44 @@ def move_slowly(hand: AeroHand, clock: Clock, start_codes: ArrayLike, goal_codes
 
 def open_and_relax(
     hand: AeroHand, clock: Clock, thresholds: Thresholds, *, settable: bool, last_codes: ArrayLike = OPEN
-) -> None:
-    """Open a hand slowly and weakly, and leave it weak, whatever state it and the link are in.
+) -> str:
+    """Open a hand slowly and weakly, leave it weak, and see that it is so, whatever state it and the link are in.
 
-    The ramp needs no answer, so a board that has gone silent is opened too.
+    It counts as open when encoders that are live say so, under a torque limit that the board has acknowledged and has
+    not lost by a restart since. Until then everything is tried that is left: bringing the board back into step,
+    putting its servos back into position mode, and waiting for a board that is just starting. The first ramp needs no
+    answer, so a board that hears but does not speak is opened too.
 
     Args:
         hand: what opens.
         clock: of the hand.
-        thresholds: how slowly and how weakly.
+        thresholds: how slowly, how weakly and how patiently.
         settable: whether the firmware takes speed and torque limits; `pre` does not.
         last_codes: (7,), where the ramp starts when the encoders cannot be read: the last command; open when unknown.
+
+    Returns:
+        Why it may not be open, empty when it is.
 
     Raises:
         ConnectionError: the link is gone.
     """
-    where = _where(hand)
-    answers = where is not None
-    if answers and settable:
-        limit(hand, Settings(thresholds.gentle_speed, thresholds.gentle_torque))
-    move_slowly(hand, clock, last_codes if where is None else where, OPEN, thresholds.opening_s)
-    if answers and settable:
-        limit(hand, Settings(thresholds.gentle_speed, thresholds.limp_torque))
-        hand.command_codes(OPEN)
+    deadline = Deadline.after(clock, thresholds.opening_patience_s)
+    attempt = _Attempt(hand, clock, thresholds, settable)
+    doubt = attempt.run()
+    if attempt.silent:
+        with suppress(AeroError):  # a frame that went out incomplete forbids it until the board is back in step
+            move_slowly(hand, clock, last_codes, OPEN, thresholds.opening_s)
+    while doubt and not deadline.expired:
+        with suppress(AeroError):  # the next attempt says what is still wrong
+            if attempt.silent:
+                hand.resynchronise()
+            elif settable:
+                # A board that has restarted believes its servos in position mode, and writes only a change of mode.
+                hand.command_torques([0] * len(Channel))
+        with suppress(AeroError):
+            hand.command_codes(OPEN)
+        doubt = attempt.run()
+    return doubt
 
 
 def limit(hand: AeroHand, settings: Settings) -> None:
@@ -77,14 +102,70 @@ def limit(hand: AeroHand, settings: Settings) -> None:
         hand.set_torque(channel, settings.torque)
 
 
-def _where(hand: AeroHand) -> NDArray[np.uint16] | None:
-    """Return the encoders' codes, None when the board does not answer, in step or not."""
-    try:
-        return hand.read_codes()
-    except AeroError:
-        pass  # it may wait for the rest of a frame
-    try:
-        hand.resynchronise()
-        return hand.read_codes()
-    except AeroError:
-        return None
+class _Attempt:
+    """One try after another at opening a hand."""
+
+    def __init__(self, hand: AeroHand, clock: Clock, thresholds: Thresholds, settable: bool) -> None:
+        self._hand, self._clock, self._thresholds, self._settable = hand, clock, thresholds, settable
+        self.silent = False
+        """Whether the last try got no answer at its beginning."""
+
+    def run(self) -> str:
+        """Ramp open under gentle limits, weaken, and return why the hand may not be open."""
+        limits, self.silent = self._thresholds, True
+        try:
+            where, restarts = self._hand.read_codes(), self._hand.restarts
+            self.silent = False
+            self._limit(limits.gentle_torque)
+            move_slowly(self._hand, self._clock, where, OPEN, limits.opening_s)
+            self._come_to_rest()
+            self._limit(limits.limp_torque)
+            self._hand.command_codes(OPEN)
+            doubt = self._arrival()
+        except AeroError as error:
+            return f"the board does not answer as it should ({error})"
+        return "the board has restarted meanwhile" if self._hand.restarts != restarts else doubt
+
+    def _limit(self, torque: int) -> None:
+        if self._settable:
+            limit(self._hand, Settings(self._thresholds.gentle_speed, torque))
+
+    def _come_to_rest(self) -> None:
+        """Wait until the hand no longer moves, so that what is weakened next is at its end."""
+        deadline = Deadline.after(self._clock, self._thresholds.opening_s / 2)
+        before = np.full(len(Channel), np.inf)
+        while not deadline.expired:
+            self._clock.sleep_until(self._clock.now() + LOOK_S)
+            codes = self._hand.read_codes().astype(np.float64)
+            if np.abs(codes - before).max() < AT_REST * MAX_CODE:
+                return
+            before = codes
+
+    def _arrival(self) -> str:
+        """Wait until live readings show an open hand, and return what they show instead."""
+        deadline = Deadline.after(self._clock, self._thresholds.opening_s / 2)
+        seen: set[bytes] = set()
+        looks = 0
+        while True:
+            self._clock.sleep_until(self._clock.now() + LOOK_S)
+            codes = self._hand.read_codes()
+            seen.add(codes.tobytes() + self._hand.read_currents().tobytes())
+            looks += 1
+            live, doubt = len(seen) > 1, _closed(codes, self._thresholds.arrival)
+            if live and looks >= LIVE_LOOKS and not doubt:
+                return ""
+            if deadline.expired:
+                break
+        if not live:
+            return (
+                "its readings stand still, so that the board does not reach all its servos; those that it reaches "
+                "were told to open"
+            )
+        return doubt
+
+
+def _closed(codes: NDArray[np.uint16], arrival: float) -> str:
+    """Return which channels are closed, empty when none is."""
+    shares = codes / MAX_CODE
+    named = [f"{channel.label} is {shares[channel]:.0%} closed" for channel in Channel if shares[channel] > arrival]
+    return ", ".join(named)

@@ -26,7 +26,9 @@ class Thresholds:
     temperature_c: float = 65.0
     """Temperature of one servo, °C; the logs reach 58, firmware 0.1.4 and later weakens its servos from 70."""
     stale_s: float = 0.2
-    """Age of the readings, s: unanswered for so long, or the same to the last digit, which live currents never are."""
+    """How long readings may be the same to the last digit, s, which live currents never are."""
+    silent_s: float = 1.0
+    """How long the board may leave readings unanswered, s; a busy machine is late by 0.9 s now and then."""
     short: float = 0.5
     """How far an encoder may stand on the open side of what was commanded, share of the window; the palm holds a
     healthy CMC flexion 0.40 short (logs)."""
@@ -49,6 +51,11 @@ class Thresholds:
     """Time from one look at the temperatures to the next, s; they rise by 0.13 °C/s at most (logs)."""
     opening_s: float = 2.0
     """How long the hand is given to open, at the start and at the end, s."""
+    opening_patience_s: float = 10.0
+    """How long a hand that does not open is tried again, s: a board that starts homes for 4 s first."""
+    unwatched_s: float = 10.0
+    """How long a hand that is not open may go without a look, s, before it is opened: this machine was suspended, or
+    its program was stopped."""
     gentle_speed: int = 40
     """Speed limit while it opens, register units of 0.732 rpm: a finger's whole window in 1.6 s."""
     gentle_torque: int = 300

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
+from aero.safety.debounce import Debounce
 from aero.safety.encoders import Encoders
-from aero.safety.lasting import Lasting
+from aero.safety.reading import Reading
 from aero.safety.thresholds import Thresholds
 
 Floats = NDArray[np.float64]
@@ -22,31 +23,37 @@ class Watch:
     and never run backwards.
     """
 
-    def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike) -> None:
-        """Start watching; `spans_counts` (7,) are the servo counts of the channels' command windows."""
-        self.encoders = Encoders(thresholds, spans_counts)
+    def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike, telemetry_s: float) -> None:
+        """Start watching.
+
+        Args:
+            thresholds: when to object.
+            spans_counts: (7,) servo counts of the channels' command windows.
+            telemetry_s: age that a value may have when the board sends it, s.
+        """
+        self.encoders = Encoders(thresholds, spans_counts, telemetry_s)
         """What it knows of commands; tell it each one."""
         self._thresholds = thresholds
-        self._lasting = Lasting()
+        self._debounce = Debounce(2 * thresholds.look_s)
         self._last_reading = b""
-        self._answered_at: float | None = None
+        self._silent_from: float | None = None
 
     def pause(self) -> None:
         """Expect nothing for a while: the hand homes and answers nothing."""
         self.encoders.forget()
-        self._lasting.clear()
-        self._answered_at = None
+        self._debounce.clear()
+        self._silent_from = None
 
-    def unanswered(self, t: float) -> str | None:
-        """Return why to stop when a reading was asked for in vain, None to go on."""
-        if self._answered_at is None:
-            self._answered_at = t
-        age = t - self._answered_at
-        if age <= self._thresholds.stale_s:
+    def unanswered(self, asked: float, t: float) -> str | None:
+        """Return why to stop when a reading was asked for in vain from `asked` to `t` (s), None to go on."""
+        if self._silent_from is None:
+            self._silent_from = asked
+        silent_s = t - self._silent_from
+        if silent_s <= self._thresholds.silent_s:
             return None
         return (
-            f"the hand has not answered for {age:.2f} s (limit {self._thresholds.stale_s:g} s): check its supply and "
-            "its USB cable"
+            f"the hand has not answered for {silent_s:.2f} s (limit {self._thresholds.silent_s:g} s): check its supply "
+            "and its USB cable"
         )
 
     def temperatures(self, celsius: Floats) -> str | None:
@@ -59,21 +66,21 @@ class Watch:
             "°C): let the hand cool, and look for a cable that is too tight or a motion that holds against a stop"
         )
 
-    def look(self, t: float, positions: Floats, currents_a: Floats) -> str | None:
-        """Return why to stop after a look at positions (7,) and currents (7,) A, taken together; None to go on."""
-        self._answered_at = t
-        return next(self._objections(t, positions, currents_a), None)
+    def look(self, reading: Reading, currents_a: Floats) -> str | None:
+        """Return why to stop after a look at positions and currents (7,) A, taken together; None to go on."""
+        self._silent_from = None
+        return next(self._objections(reading, currents_a), None)
 
-    def _objections(self, t: float, positions: Floats, currents_a: Floats) -> Iterator[str]:
-        yield from self._over_current(t, currents_a)
-        yield from self._repeated(t, positions.tobytes() + currents_a.tobytes())
-        yield from self.encoders.objections(t, positions)
+    def _objections(self, reading: Reading, currents_a: Floats) -> Iterator[str]:
+        yield from self._over_current(reading.replied, currents_a)
+        yield from self._repeated(reading.replied, reading.positions.tobytes() + currents_a.tobytes())
+        yield from self.encoders.objections(reading)
 
     def _over_current(self, t: float, currents_a: Floats) -> Iterator[str]:
         limit_a, limit_s = self._thresholds.current_a, self._thresholds.current_s
         for channel in Channel:
             drawn = abs(currents_a[channel])
-            if self._lasting.seconds(("current", channel), drawn > limit_a, t) >= limit_s:
+            if self._debounce.seconds(("current", channel), drawn > limit_a, t) >= limit_s:
                 yield (
                     f"{channel.label} has drawn more than {limit_a:g} A for {limit_s:g} s, now {drawn:.1f} A: look "
                     "for what blocks it"
@@ -81,7 +88,7 @@ class Watch:
 
     def _repeated(self, t: float, reading: bytes) -> Iterator[str]:
         same, self._last_reading = reading == self._last_reading, reading
-        if self._lasting.seconds("repeated", same, t) > self._thresholds.stale_s:
+        if self._debounce.seconds("repeated", same, t) > self._thresholds.stale_s:
             yield (
                 f"positions and currents have repeated to the last digit for {self._thresholds.stale_s:g} "
                 "s: the board no longer reaches all its servos; check the servo cables and the servos' supply"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import serial
 
 BAUD = 1_000_000
@@ -31,13 +34,30 @@ class SerialPort:
         return int(self._port.fileno())
 
     def read(self) -> bytes:
-        """Return what has arrived."""
-        return bytes(self._port.read(4096))
+        """Return what has arrived.
+
+        Raises:
+            ConnectionError: the port is gone.
+        """
+        with self._gone():
+            return bytes(self._port.read(4096))
 
     def write(self, data: bytes) -> None:
-        """Send an answer."""
-        self._port.write(data)
+        """Send an answer.
+
+        Raises:
+            ConnectionError: the port is gone, or takes no data.
+        """
+        with self._gone():
+            self._port.write(data)
 
     def close(self) -> None:
         """Close the port; a second call does nothing."""
         self._port.close()
+
+    @contextmanager
+    def _gone(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise ConnectionError(f"the servos' port {self.name} is gone: {error}; look at its adapter") from error

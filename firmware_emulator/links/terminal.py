@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import sys
 import tty
 from pathlib import Path
 from types import TracebackType
+
+_SERVED: set[str] = set()
+"""Terminals of this process, whose own locks do not show it that they are served."""
 
 
 class Terminal:
@@ -26,6 +31,9 @@ class Terminal:
         os.set_blocking(self._device, False)
         self.path = os.ttyname(self._client)
         self._link = link
+        _SERVED.add(self.path)
+        if sys.platform == "linux":  # elsewhere it would keep clients out, which lock the terminal in another way
+            fcntl.lockf(self._client, fcntl.LOCK_EX | fcntl.LOCK_NB)
         if link is not None:
             try:
                 _point(link, self.path)
@@ -71,14 +79,38 @@ class Terminal:
             return
         if self._link is not None and self._link.is_symlink() and str(self._link.readlink()) == self.path:
             self._link.unlink()
+        _SERVED.discard(self.path)
         os.close(self._device)
         os.close(self._client)
         self._device = self._client = -1
 
 
 def _point(link: Path, target: str) -> None:
-    if link.is_symlink() and not link.exists():
+    if link.is_symlink() and not _is_served(str(link.readlink()), target):
         link.unlink()
-    if link.exists():
+    if link.exists() or link.is_symlink():
         raise FileExistsError(f"{link} exists already; stop what serves it, or remove it, or choose another path")
     link.symlink_to(target)
+
+
+def _is_served(path: str, new: str) -> bool:
+    """Return whether what a link points at is more than what an emulator that was killed has left behind.
+
+    The system gives a terminal's number to the next one that is opened, ours (`new`) or another program's, so that
+    the link of a dead emulator does not stay dangling for long.
+    """
+    if path == new or not Path(path).exists():
+        return False
+    if sys.platform != "linux" or not path.startswith("/dev/pts/") or path in _SERVED:
+        return True
+    try:
+        terminal = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    except OSError:
+        return False  # another user's by now
+    try:
+        fcntl.lockf(terminal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    finally:
+        os.close(terminal)
+    return False

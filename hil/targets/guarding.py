@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock
-from aero.safety import GuardedHand, Settings, Thresholds, lifeline, unwinding
+from aero.safety import GuardedHand, Standby, Thresholds, unwinding, usual_settings
 from aero.transport import Transport
-from firmware_emulator.firmware.frames import Opcode
-from firmware_emulator.firmware.profiles import profile_of
-
-
-def usual_settings(firmware: str) -> Settings | None:
-    """Return the limits a firmware starts with; None when it has no way to set them."""
-    profile = profile_of(firmware)
-    return Settings(profile.speed, profile.torque) if Opcode.SET_TOR in profile.opcodes else None
 
 
 def drive(
@@ -27,12 +19,12 @@ def drive(
     firmware: str,
     *,
     thresholds: Thresholds | None,
-    on_first_motion: Callable[[], None] = lambda: None,
+    standby: Standby | None = None,
 ) -> AeroHand:
     """Return a driver on an open transport, guarded when there are thresholds."""
     if thresholds is None:
         return AeroHand(transport, clock)
-    return guard(transport, clock, codec, firmware, thresholds, on_first_motion=on_first_motion)
+    return guard(transport, clock, codec, firmware, thresholds, standby=standby)
 
 
 def guard(
@@ -42,7 +34,7 @@ def guard(
     firmware: str,
     thresholds: Thresholds,
     *,
-    on_first_motion: Callable[[], None] = lambda: None,
+    standby: Standby | None = None,
 ) -> GuardedHand:
     """Return a guarded driver on an open transport, made for one firmware."""
     return GuardedHand(
@@ -51,15 +43,15 @@ def guard(
         spans_counts=codec.window.spans_counts(),
         usual=usual_settings(firmware),
         thresholds=thresholds,
-        on_first_motion=on_first_motion,
+        standby=standby,
     )
 
 
 @contextmanager
-def ready_for_the_worst(port: str, thresholds: Thresholds | None, firmware: str) -> Iterator[Callable[[], None]]:
-    """Prepare for this program being terminated or killed; yields what a guarded hand calls before it first moves."""
+def ready_for_the_worst(port: str, thresholds: Thresholds | None, firmware: str) -> Iterator[Standby | None]:
+    """Prepare for this program being terminated or killed; yields what a guarded hand needs for it."""
     if thresholds is None:
-        yield lambda: None
+        yield None
         return
-    with unwinding(), lifeline(port, thresholds, settable=usual_settings(firmware) is not None) as start:
-        yield start
+    with unwinding():
+        yield Standby(port, thresholds, settable=usual_settings(firmware) is not None)

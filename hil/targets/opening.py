@@ -19,7 +19,6 @@ from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
-from hil.targets.busy_cores import cores_awake
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
@@ -112,7 +111,7 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
 @contextmanager
 def _pty(request: Request) -> Iterator[Target]:
     served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
-    with cores_awake(), served as path, _serial(request, path) as (hand, clock, wire):
+    with served as path, _serial(request, path) as (hand, clock, wire):
         yield request.granted(hand, clock, wire)
 
 
@@ -141,14 +140,14 @@ def _serial(request: Request, port: str) -> Iterator[tuple[AeroHand, Clock, Wire
     clock = WallClock()
     wire = WireLog(transport, clock)
     with (
-        ready_for_the_worst(port, request.thresholds, request.firmware) as on_first_motion,
+        ready_for_the_worst(port, request.thresholds, request.firmware) as standby,
         drive(
             wire,
             clock,
             request.map,
             request.firmware,
             thresholds=request.thresholds,
-            on_first_motion=on_first_motion,
+            standby=standby,
         ) as hand,
     ):
         try:

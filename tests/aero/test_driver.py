@@ -138,7 +138,7 @@ def test_a_lost_reply_is_asked_for_again(hand, board):
     answers = iter([[], [], [(0.001, reply(0x22, POSITIONS_WIRE))]])
     board.replies[0x22] = lambda frame: next(answers)
     assert hand.read_codes().tolist() == POSITIONS
-    assert len(board.frames) == 3
+    assert [frame[0] for frame in board.frames].count(0x22) == 3
 
 
 def test_a_reply_that_comes_after_the_time_out_is_not_taken_for_the_next_one(hand, board):
@@ -167,9 +167,10 @@ def test_a_firmware_that_does_not_know_a_setting_is_suspected(hand, board):
 
 def test_a_silent_board_is_a_time_out_within_the_time_given(hand, board):
     board.replies[0x22] = lambda frame: []
-    with pytest.raises(LinkTimeoutError, match=r"mini board: no reply to GET_POS within 0.1 s, asked 3 times.*homing"):
+    board.words = {}
+    with pytest.raises(LinkTimeoutError, match=r"mini board: no reply to GET_POS within 1 s.*homing"):
         hand.read_codes()
-    assert board.clock.now() < 0.5
+    assert board.clock.now() < 1.05
 
 
 def test_boot_text_instead_of_a_reply_says_that_the_board_restarted(hand, board, boot_text):

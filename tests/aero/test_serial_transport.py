@@ -56,7 +56,7 @@ def test_a_hand_behind_a_port(pty_pair):
 
     server = threading.Thread(target=board)
     server.start()
-    with AeroHand.open(path) as hand:
+    with AeroHand.open_unguarded(path) as hand:
         assert hand.read_temperatures().tolist() == [30.0] * 7
     server.join()
 
@@ -119,7 +119,7 @@ def test_a_hand_behind_a_network_port():
 
         bench = threading.Thread(target=board)
         bench.start()
-        with AeroHand.open(f"socket://127.0.0.1:{server.getsockname()[1]}") as hand:
+        with AeroHand.open_unguarded(f"socket://127.0.0.1:{server.getsockname()[1]}") as hand:
             assert hand.read_temperatures().tolist() == [30.0] * 7
         bench.join()
 

@@ -2,20 +2,24 @@
 
 import array
 import fcntl
+import os
 import signal
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from aero import serial_transport
+from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, standby
 from aero.safety.interrupts import uninterrupted, unwinding
 from aero.serial_transport import SerialTransport
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.links.pty import PtyServer
 from firmware_emulator.links.terminal import Terminal
 from hil import NoHandError, open_target
@@ -25,25 +29,19 @@ TIOCGEXCL = 0x80045440
 """Asks Linux whether a terminal refuses further openings; Python's termios does not name it."""
 
 PROGRAM = """
-import sys
-from aero import WallClock
-from aero.safety import Settings, Thresholds, lifeline, GuardedHand, unwinding
-from aero.serial_transport import SerialTransport
+import os, sys, time
+from aero import open_hand
+from aero.safety import Thresholds
 
-path, limits = sys.argv[1], Thresholds(opening_s=0.3, stale_s=5.0)
-with (
-    unwinding(),
-    lifeline(path, limits, settable=True) as start,
-    GuardedHand(
-        SerialTransport.open(path),
-        WallClock(),
-        spans_counts=[3278] * 4 + [1138, 1183, 2980],
-        usual=Settings(32766, 700),
-        thresholds=limits,
-        on_first_motion=start,
-    ) as hand,
-):
+path, limits = sys.argv[1], Thresholds(opening_s=0.3, stale_s=5.0, silent_s=5.0)
+with open_hand(path, firmware="0.2.0", thresholds=limits) as hand:
+    if "fork" in sys.argv and not os.fork():
+        time.sleep(60)  # a worker, started before the first motion
+        os._exit(0)
     hand.command_codes([40000] * 7)
+    if "fork" in sys.argv and not os.fork():
+        time.sleep(60)  # another one, which holds copies of all that is open now
+        os._exit(0)
     print("closing", flush=True)
     hand.clock.sleep_until(hand.clock.now() + 60)
 """
@@ -68,23 +66,27 @@ class Onlooker:
         return self.leave.is_set()
 
 
-def closed_and_then(number):
+def closed_and_then(number, *arguments, program=PROGRAM, cwd=ROOT):
     """Let a program close a hand on a pseudo-terminal, send it a signal, and wait until the hand has opened."""
     electronics = EmulatedHand(Bench())
     server, onlooker = PtyServer(electronics), Onlooker(electronics)
     thread = threading.Thread(target=server.run, args=(onlooker.look,))
     thread.start()
-    command = [sys.executable, "-c", PROGRAM, server.name]
-    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    command = [sys.executable, "-c", program, server.name, *arguments]
+    # A session of its own, so that workers that it leaves behind can be ended with it.
+    child = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=cwd, start_new_session=True
+    )
     try:
-        assert child.stdout.readline() == "closing\n", child.communicate(timeout=20)[1]
+        assert child.stdout.readline() == "closing\n"
         assert onlooker.closed.wait(10.0)
         child.send_signal(number)
-        errors = child.communicate(timeout=20)[1]
-        assert onlooker.opened.wait(10.0), errors
+        child.wait(timeout=20)
+        assert onlooker.opened.wait(10.0)
         return child.returncode
     finally:
-        child.kill()
+        with suppress(ProcessLookupError):
+            os.killpg(child.pid, signal.SIGKILL)
         child.communicate()
         onlooker.leave.set()
         thread.join()
@@ -103,6 +105,36 @@ def closed_and_then(number):
 def test_a_program_that_is_stopped_or_killed_leaves_the_hand_open(number):
     codes = {signal.SIGINT: -signal.SIGINT, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGKILL: -signal.SIGKILL}
     assert closed_and_then(number) == codes[number]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_killed_program_that_has_forked_workers_leaves_the_hand_open():
+    """They hold neither the pipe to the second process nor the port."""
+    assert closed_and_then(signal.SIGKILL, "fork") == -signal.SIGKILL
+
+
+def test_a_killed_program_that_is_not_installed_leaves_the_hand_open(tmp_path, monkeypatch):
+    """It finds `aero` through its own search path, and runs in a folder where nothing else would."""
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    program = f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{PROGRAM}"
+    assert closed_and_then(signal.SIGKILL, program=program, cwd=tmp_path) == -signal.SIGKILL
+
+
+def test_a_hand_whose_second_process_does_not_start_is_not_moved(monkeypatch):
+    monkeypatch.setattr(standby, "_RUN", "raise SystemExit('no such port')")
+    with pytest.raises(SafetyStopError, match=r"not moved. The second process"):
+        Standby("/dev/no-such-hand", Thresholds(), settable=True).start()
+
+
+def test_a_forked_process_may_not_use_the_hand():
+    electronics = EmulatedHand(Bench())
+    hand = GuardedHand(InProcessLink(electronics), electronics.clock, spans_counts=[3278] * 7, usual=None)
+    hand._owner += 1  # as in a child, where the process has another number
+    with pytest.raises(SafetyStopError, match="forked"):
+        hand.read_codes()
+    hand.close()
+    hand._owner -= 1
+    hand.read_codes()
 
 
 def test_signals_wait_for_the_end_of_an_opening():

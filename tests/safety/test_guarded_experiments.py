@@ -4,8 +4,7 @@ import pytest
 from guarded_hands import close, guarded, torque_limits, wait
 
 from aero import Channel
-from aero.safety import Thresholds
-from hil.targets.guarding import usual_settings
+from aero.safety import Thresholds, usual_settings
 from hil.validation import validate
 
 

@@ -72,3 +72,42 @@ def close(target, *channels, share=1.0):
 def torque_limits(target):
     """What the servos may pull with, register units, in wire order."""
     return [servo.memory.get("goal_torque") for servo in target.capability("electronics").servos]
+
+
+class BusyHost(InProcessLink):
+    """A link behind a host that is now and then late: replies are taken up to 0.1 s late, lost, or found after a pause.
+
+    The values are as old as they are in truth; it is the program that learns of them late.
+    """
+
+    LATE_S, PAUSE_S = 0.1, 0.5
+    late = lost = paused = 0.0
+    """Shares of the replies."""
+
+    def __init__(self, electronics, seed=0):
+        super().__init__(electronics)
+        self.clock, self.random = electronics.clock, np.random.default_rng(seed)
+
+    def read(self, size, timeout):
+        data = super().read(size, timeout)
+        if len(data) < 16:
+            return data
+        fate, share = self.random.uniform(size=2)
+        if fate < self.lost:
+            self.clock.sleep_until(self.clock.now() + timeout)
+            return b""
+        if fate < self.lost + self.late:
+            self.clock.sleep_until(self.clock.now() + share * self.LATE_S)
+        elif fate < self.lost + self.late + self.paused:
+            self.clock.sleep_until(self.clock.now() + share * self.PAUSE_S)
+        return data
+
+
+def four_fingers_at_full_speed(target, seconds):
+    """Close and open all fingers as fast as they go, a half second each way."""
+    codes = np.zeros(7, int)
+    until = target.clock.now() + seconds
+    while target.clock.now() < until:
+        codes[:4] = MAX_CODE - codes[:4]
+        target.hand.command_codes(codes)
+        wait(target, 0.5)

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 _THUMB_BASE = [Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION]
 
 
-class Grip:
+class ObjectLoss:
     """Watches what the base of the thumb draws over a window of periods."""
 
     def __init__(self, least_a: float, periods: int) -> None:

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import Channel
-from aero.policy.grip import Grip, drawn
 from aero.policy.limits import Limits
+from aero.policy.object_loss import ObjectLoss, drawn
 from aero.policy.running import RunSettings
 
 sums = st.lists(st.floats(0.0, 10.0), min_size=1, max_size=60)
@@ -21,8 +21,8 @@ def currents(total, others=1.0):
 
 
 def verdicts(totals, least, window):
-    grip = Grip(least, window)
-    return [grip.lost(currents(total)) for total in totals]
+    loss = ObjectLoss(least, window)
+    return [loss.lost(currents(total)) for total in totals]
 
 
 @given(sums, periods)

@@ -1,0 +1,54 @@
+"""The way to a hand on a port: guarded from the first motion to the last."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from aero.actuation import CommandWindow
+from aero.clock import WallClock
+from aero.safety import GuardedHand, Standby, Thresholds, unwinding, usual_settings
+from aero.serial_transport import SerialTransport
+
+
+@contextmanager
+def open_hand(
+    port_or_url: str,
+    *,
+    firmware: str = "0.2.0",
+    calibration: str | None = None,
+    hand: str = "right",
+    thresholds: Thresholds | None = None,
+) -> Iterator[GuardedHand]:
+    """Open a hand that starts gently, is watched while it moves, and is left open and weak.
+
+    Use it in a `with` statement. A second process opens it should this one be killed. SIGTERM and SIGHUP end the block
+    as Ctrl-C does. Wait on `hand.clock`, which watches meanwhile. `AeroHand.open_unguarded` is for a hand that nothing
+    watches.
+
+    Args:
+        port_or_url: device path or pyserial URL.
+        firmware: version that the hand runs, which no board can report.
+        calibration: state of its command windows, `CommandWindow.for_firmware`.
+        hand: side, `right` or `left`.
+        thresholds: when to stop; the defaults when None.
+
+    Raises:
+        ValueError: an unknown firmware, calibration or side.
+        ConnectionError: the port cannot be opened; the message says why and which ports there are.
+        SafetyStopError: on leaving, the hand may not be open; the message says what to do.
+    """
+    limits, usual = thresholds or Thresholds(), usual_settings(firmware)
+    spans = CommandWindow.for_firmware(firmware, calibration, hand).spans_counts()
+    with (
+        unwinding(),
+        GuardedHand(
+            SerialTransport.open(port_or_url),
+            WallClock(),
+            spans_counts=spans,
+            usual=usual,
+            thresholds=limits,
+            standby=Standby(port_or_url, limits, settable=usual is not None),
+        ) as guarded,
+    ):
+        yield guarded

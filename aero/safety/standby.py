@@ -1,0 +1,106 @@
+"""A second process that opens the hand when the first one is killed.
+
+Ctrl-C, errors and polite termination run the guard's own ending. A program that is killed outright, or whose
+interpreter crashes, cannot; its pipe to this process closes all the same, and the port's lock is free again. A process
+that the program forks lets go of both at once.
+
+The process runs `aero.safety.__main__`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import weakref
+from pathlib import Path
+
+from aero.safety.stop import SafetyStopError
+from aero.safety.thresholds import Thresholds
+
+ALL_WELL = b"."
+"""What the guarded program sends when it has opened the hand itself, and seen that it is open."""
+READY = b"ready"
+"""What the process says when it has everything that it needs."""
+START_S = 30.0
+"""Time the process has to start, s; Python and NumPy take 0.3 s on an idle machine."""
+LEAVE_S = 30.0
+"""Time the process has to leave, s, in which it may have to open the hand."""
+_RUN = "import sys; sys.path[:] = {path!r}; from aero.safety.__main__ import main; main(*{arguments!r})"
+
+_ALL: weakref.WeakSet[Standby] = weakref.WeakSet()
+
+
+class Standby:
+    """The second process of one guarded hand."""
+
+    def __init__(self, port: str, thresholds: Thresholds, *, settable: bool) -> None:
+        """Prepare it; nothing runs before `start`.
+
+        Args:
+            port: device path or URL of the hand.
+            thresholds: how slowly and how weakly it is opened.
+            settable: whether the firmware takes speed and torque limits.
+        """
+        self._arguments = (port, json.dumps({"settable": settable, "thresholds": thresholds.as_dict()}))
+        self._process: subprocess.Popen[bytes] | None = None
+        _ALL.add(self)
+
+    def start(self) -> None:
+        """Start it and wait until it is ready.
+
+        Raises:
+            SafetyStopError: it is not; the message carries what it printed.
+        """
+        # This program's own search path, so that a project that is not installed is found there too. In a session of
+        # its own, so that Ctrl-C and a closed terminal do not reach it.
+        code = _RUN.format(path=[str(Path(entry).absolute()) for entry in sys.path], arguments=self._arguments)
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+        )
+        assert self._process.stdout is not None
+        late = threading.Timer(START_S, self._process.kill)
+        late.start()
+        said = self._process.stdout.readline().strip()
+        late.cancel()
+        if said != READY:
+            self._process.kill()
+            self._process.communicate()
+            self._process = None
+            raise SafetyStopError(
+                f"not moved. The second process, which opens the hand should this one be killed, did not start within "
+                f"{START_S:g} s; what it printed is above."
+            )
+
+    def stand_down(self) -> None:
+        """Let it go: the hand is open."""
+        self._leave(ALL_WELL)
+
+    def take_over(self) -> None:
+        """Let it try to open the hand, whose port is free now."""
+        self._leave(b"")
+
+    def _leave(self, message: bytes) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.communicate(message, timeout=LEAVE_S)
+
+    def disown(self) -> None:
+        """Close this process's ends of the pipes, after a fork in the child."""
+        process, self._process = self._process, None
+        if process is not None:
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    pipe.close()
+            process.returncode = 0  # the parent's to wait for
+
+
+def _disown_all() -> None:
+    for standby in list(_ALL):
+        standby.disown()
+
+
+if hasattr(os, "register_at_fork"):  # Windows has no fork
+    os.register_at_fork(after_in_child=_disown_all)
