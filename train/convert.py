@@ -156,7 +156,9 @@ def _folder(path: Path) -> tuple[Any, ...]:
     try:
         from train.checkpoint_folder import read  # noqa: PLC0415 - a pickle is read without JAX
     except ModuleNotFoundError as error:
-        raise CheckpointError('folders are read with JAX and Brax: pip install "aero-hil[train]"') from error
+        raise CheckpointError(
+            "folders are read with JAX and Brax; from a checkout: pip install -e '.[train]'"
+        ) from error
     return read(path)
 
 

@@ -9,7 +9,9 @@ import click
 from aero.policy.file import save
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
-from train.convert import CheckpointError, Origin, convert
+from hil.cli.exits import given
+from hil.recordings.output import prepared_file
+from train.convert import Origin, convert
 
 
 @click.command("convert-policy")
@@ -31,9 +33,8 @@ def convert_policy(*, checkpoint: Path, policy: Path, name: str | None, settings
     is run: what it names beyond the few classes of such a checkpoint is refused. Folders need the `train` extra.
     """
     origin = Origin(PRESETS[settings], ShownAction(shown_action))
-    try:
+    with given():
+        prepared_file(policy)
         converted = convert(checkpoint, origin, name)
-    except CheckpointError as error:
-        raise click.UsageError(str(error)) from error
     save(converted, policy)
     click.echo(f"{policy}: {converted.name}, observes the action {shown_action}, {settings} settings")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import asdict, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -14,10 +15,12 @@ from rich.progress import Progress
 from aero.policy.file import Policy
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
+from aero.safety import unwinding
 from hil.cli.evaluation_tables import print_figures, print_gaps
-from hil.cli.exits import Ended, Exit, given
+from hil.cli.exits import given
 from hil.cli.options import Seconds
-from hil.policies.byte_evaluation import cases, open_loop_gaps, through_bytes
+from hil.policies.byte_evaluation import cases, figures, open_loop_gaps, run_trials
+from hil.policies.cube_trial import Trial
 from hil.policies.transmission_gap import ChannelGap
 from hil.recordings.output import prepared_folder
 from train.evaluation.backends import in_plain_mujoco, on_built_hands, over_mjx
@@ -82,33 +85,38 @@ def evaluate(
     with given():
         policy = find_policy(policy_name)
         prepared_folder(out)
+        if with_video and find_spec("imageio") is None:
+            raise ValueError("--video needs the extra `train`")
+        if "mjx" in backends and find_spec("mujoco.mjx") is None:
+            raise ValueError("--on mjx needs the extra `train`")
     results: dict[str, dict[str, dict[str, float]]] = {}
     gaps: tuple[ChannelGap, ...] = ()
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("evaluating", total=1.0)
+    made_trials: dict[str, list[Trial]] = {}
+    try:
+        with unwinding(), Progress(console=console, transient=True) as bar:
+            task = bar.add_task("evaluating", total=1.0)
 
-        def show(done: float, doing: str) -> None:
-            bar.update(task, completed=done, description=doing)
+            def show(done: float, doing: str) -> None:
+                bar.update(task, completed=done, description=doing)
 
-        if "mujoco" in backends:
-            results["plain MuJoCo"] = in_plain_mujoco(
-                policy, episodes, seconds=seconds, seed=seed, picture=out / "delay.png", progress=show
-            )
-        if "mjx" in backends:
-            try:
+            if "mujoco" in backends:
+                results["plain MuJoCo"] = in_plain_mujoco(
+                    policy, episodes, seconds=seconds, seed=seed, picture=out / "delay.png", progress=show
+                )
+            if "mjx" in backends:
                 results["MJX"] = over_mjx(policy, episodes, seconds=seconds, seed=seed)
-            except ImportError as error:
-                raise Ended(f"--on mjx needs the extra `train`: {error}", Exit.USAGE) from error
-        if "built" in backends:
-            results["built hands in process"] = on_built_hands(policy, episodes, seconds=seconds, seed=seed)
-        if "bytes" in backends:
-            made = cases(policy, trials, units, seconds=seconds, seed=seed)
-            results["every byte"] = through_bytes(policy, made, show)
-            gaps = _gaps(policy, seconds, seed)
-    report = {"policy": policy.name, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
-    (out / "evaluation.json").write_text(json.dumps(report, indent=1))
-    for backend, rows in results.items():
-        print_figures(console, backend, rows)
+            if "built" in backends:
+                results["built hands in process"] = on_built_hands(policy, episodes, seconds=seconds, seed=seed)
+            if "bytes" in backends:
+                run_trials(policy, cases(policy, trials, units, seconds=seconds, seed=seed), made_trials, show)
+                gaps = _gaps(policy, seconds, seed)
+    finally:  # what had ended is kept, whatever the ending
+        if made_trials:
+            results["every byte"] = figures(made_trials)
+        report = {"policy": policy.name, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
+        (out / "evaluation.json").write_text(json.dumps(report, indent=1))
+        for backend, rows in results.items():
+            print_figures(console, backend, rows)
     if gaps:
         print_gaps(console, gaps)
     if with_video:

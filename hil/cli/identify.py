@@ -9,10 +9,12 @@ import click
 from rich.console import Console
 from rich.table import Table
 
+from hil.cli.exits import given
 from hil.map_identification.figure import draw_thumb_figure
 from hil.map_identification.files import coefficient_toml, report, table
 from hil.map_identification.identify import identify
 from hil.map_identification.radii import flexor_radius, two_pose_radii
+from hil.recordings.output import prepared_folder
 from model import RoutedHand
 from model.geometry import Side
 
@@ -34,8 +36,9 @@ def identify_command(*, hand: Side, out: Path, figure: str) -> None:
     `ActuationMap.for_firmware(..., coefficients=FILE)`.
     """
     console = Console()
+    with given():
+        prepared_folder(out)
     result = identify(RoutedHand(hand), lambda step: console.print(step, style="dim"))
-    out.mkdir(parents=True, exist_ok=True)
     radii = {"two_pose_m_per_rad": two_pose_radii(hand).tolist(), "flexor_m_per_rad": flexor_radius(hand)}
     (out / "coefficients.toml").write_text(coefficient_toml(result, hand), encoding="utf-8")
     (out / "report.json").write_text(json.dumps({**report(result), "radii": radii}, indent=2), encoding="utf-8")

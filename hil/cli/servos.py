@@ -9,6 +9,7 @@ from functools import update_wrapper
 import click
 
 from aero.servo_bus import ServoBusError, ServoSetup
+from hil.cli.exits import Ended, Exit
 
 
 @click.group()
@@ -20,14 +21,14 @@ def servos(context: click.Context, port: str) -> None:
 
 
 def _on_bus(action: Callable[..., None]) -> Callable[..., None]:
-    """Open the adapter for a command; what is refused is printed and ends with exit code 1."""
+    """Open the adapter for a command; a bus that does not answer, or is gone, ends with `Exit.NO_HAND`."""
 
     def command(**arguments: int) -> None:
         try:
             with ServoSetup(click.get_current_context().obj) as setup:
                 action(setup, **arguments)
-        except ServoBusError as error:
-            raise click.ClickException(str(error)) from error
+        except (ServoBusError, OSError) as error:
+            raise Ended(str(error), Exit.NO_HAND) from error
 
     return update_wrapper(command, action)
 

@@ -8,6 +8,7 @@ from typing import Literal
 import click
 from rich.console import Console
 
+from hil.cli.exits import Ended, Exit
 from train.evaluation.figures import video
 from train.evaluation.rollouts import log
 from train.progress import PICTURE, Checkpoint
@@ -49,7 +50,7 @@ def train(
     try:
         from train import ppo  # noqa: PLC0415 - the extra is asked for where it is used
     except ImportError as error:
-        raise click.UsageError(f"training needs `pip install aero-hil[train]`: {error}") from error
+        raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or ppo.machine_backend()
     chosen = on_gpu(RECIPES[recipe]) if on == "mjx" else RECIPES[recipe]
     chosen = chosen.with_steps(steps) if steps else chosen
@@ -64,7 +65,7 @@ def train(
     try:
         policy = ppo.train(chosen, on, seed, out, minutes=minutes, resume=resume, on_checkpoint=show)
     except (FileExistsError, FileNotFoundError, ValueError) as error:
-        raise click.UsageError(str(error)) from error
+        raise Ended(str(error), Exit.USAGE) from error
     kept = (policy.provenance.get("attempt"), policy.provenance.get("steps"))
     for point in points:
         if (point.attempt, point.steps) == kept:

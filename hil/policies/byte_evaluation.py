@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor as Pool
+import signal
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
@@ -66,15 +67,25 @@ def cases(policy: Policy, trials: int, units: int, *, seconds: float, seed: int)
     ]
 
 
-def through_bytes(policy: Policy, made: list[Case], progress: Progress) -> dict[str, dict[str, float]]:
-    """Run the trials on all cores; return the figures of each row, SI units."""
-    trials: dict[str, list[Trial]] = {}
-    # A fresh interpreter a worker: a copy of this one would share its threads' locks.
-    with Pool(mp_context=get_context("spawn")) as pool:
-        for done, (case, trial) in enumerate(zip(made, pool.map(partial(_trial, policy), made), strict=True), 1):
+def run_trials(policy: Policy, made: list[Case], trials: dict[str, list[Trial]], progress: Progress) -> None:
+    """Run the trials on all cores; each is in `trials`, by the name of its case, as soon as it has ended.
+
+    However this is left, no worker is.
+    """
+    # A fresh interpreter a worker: a copy of this one would share its threads' locks. Leaving the pool ends them.
+    with get_context("spawn").Pool(initializer=_leave_signals_to_the_parent) as pool:
+        for done, (case, trial) in enumerate(zip(made, pool.imap(partial(_trial, policy), made), strict=True), 1):
             trials.setdefault(case.name, []).append(trial)
             progress(done / len(made), case.name)
+
+
+def figures(trials: Mapping[str, list[Trial]]) -> dict[str, dict[str, float]]:
+    """Return the figures of each row of trials, SI units."""
     return {name: _summary(one) for name, one in trials.items()}
+
+
+def _leave_signals_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def open_loop_gaps(

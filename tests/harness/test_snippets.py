@@ -1,0 +1,36 @@
+"""The Python of README and docs runs as it is written, on an emulated hand where it names a port."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hil.targets.pty_process import serve_in_process
+
+ROOT = Path(__file__).parents[2]
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+SNIPPETS = [
+    pytest.param(block, id=f"{page.stem}-{number}")
+    for page in PAGES
+    for number, block in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S))
+]
+
+
+@pytest.fixture(scope="module")
+def port():
+    with serve_in_process(firmware="0.2.0", hand="right", unit="reference", seed=0) as path:
+        yield path
+
+
+@pytest.mark.parametrize("snippet", SNIPPETS)
+def test_a_snippet_runs(snippet, port, tmp_path):
+    name = re.match(r"# (test_\w+\.py)", snippet)
+    path = tmp_path / (name.group(1) if name else "snippet.py")
+    path.write_text(snippet.replace("/dev/ttyACM0", port), encoding="utf-8")
+    runner = ["-m", "pytest", "-q", "-p", "no:cacheprovider"] if name else []
+    ran = subprocess.run(
+        [sys.executable, *runner, str(path)], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr[-2000:]
