@@ -28,6 +28,8 @@ SHORTER = {
 """Command to what is added to it here."""
 LIMIT_S = 600
 
+pytestmark = pytest.mark.slow
+
 
 def owner_commands():
     """The commands of the README's owner section, without its installation and without the server."""
