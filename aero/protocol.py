@@ -177,8 +177,8 @@ class ReplyScanner:
     """Finds the next reply in a stream that may also hold boot text and fragments.
 
     It is the first place that looks like the start of one of the replies that can come. Taking the stream apart in
-    whole frames keeps a value that looks like a start, as 35 °C does, from being taken for one. Without a checksum a fragment
-    can still pass for a reply; then bytes are left over, which are a fault.
+    whole frames keeps a value that looks like a start, as 35 °C does, from being taken for one. Without a checksum a
+    fragment can still pass for a reply; then bytes are left over, which are a fault.
     """
 
     def __init__(self, *opcodes: Opcode) -> None:
