@@ -21,6 +21,7 @@ from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
+from hil.awake import cores_awake
 from hil.emulated import build_emulated
 from hil.pty_process import serve_in_process
 from hil.recording import Side
@@ -179,7 +180,7 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
 @contextmanager
 def _pty(request: Request) -> Iterator[Target]:
     served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
-    with served as path, _serial(request, path) as (hand, clock, wire):
+    with cores_awake(), served as path, _serial(request, path) as (hand, clock, wire):
         yield request.granted(hand, clock, wire)
 
 
