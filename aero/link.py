@@ -55,6 +55,7 @@ class HostLink:
         self._cut_short = False
         self._overdue = Overdue()
         self._stray = b""
+        self._ahead = bytearray()
         self.disturbances = 0
         """Exchanges that did not go as they should, and starts of the board."""
 
@@ -103,12 +104,13 @@ class HostLink:
         opcode = Opcode(frame[0])
         with self._lock:
             deadline = Deadline.after(self._clock, timeout_s if patience_s is None else patience_s)
-            self._drop_stale_input()
+            if not self._overdue.opcodes:
+                self._drop_stale_input()
             self._stray = b""
             known = self._outlast(opcode, timeout_s, deadline)
             while known:
                 asked = self._request(frame)
-                reply = self._take((opcode,), min(timeout_s, deadline.remaining))
+                reply = self._answer(opcode, Deadline.after(self._clock, min(timeout_s, deadline.remaining)))
                 while patience_s is not None and opcode in self._overdue and not deadline.expired:
                     reply = self._next_late(timeout_s, deadline)
                 if reply is not None and reply.opcode == opcode:
@@ -132,12 +134,13 @@ class HostLink:
         """
         with self._lock:
             self._cut_short = False
+            self._overdue.forget()
             padding = FRAME_SIZE - 1
             self._write(PADDING * padding)
             for _ in range(FRAME_SIZE):
                 self._drop_stale_input(_QUIET_S)
                 self._request(make_query(Opcode.GET_TEMP))
-                if self._take((Opcode.GET_TEMP,), reply_timeout_s) is not None:
+                if self._take(reply_timeout_s) is not None:
                     self._overdue.forget()
                     return -padding % FRAME_SIZE
                 self._write(PADDING)
@@ -181,36 +184,52 @@ class HostLink:
                 return False
             self._next_late(timeout_s, deadline)
 
+    def _answer(self, opcode: Opcode, deadline: Deadline) -> Reply | None:
+        """Return the reply to the last request, which older ones may precede; None when it does not come in time."""
+        while True:
+            reply = self._take(deadline.remaining)
+            if reply is None or reply.opcode == opcode:
+                return reply
+
     def _next_late(self, timeout_s: float, deadline: Deadline) -> Reply | None:
         """Return the next of the late replies, or that to a query of another kind, which no older one can follow."""
         if self._stray:
             self._drop_stale_input(_QUIET_S)
         if (query := self._overdue.distinct()) is not None:
             self._request(make_query(query))
-        return self._take(self._overdue.opcodes, min(timeout_s, deadline.remaining))
+        return self._take(min(timeout_s, deadline.remaining))
 
-    def _take(self, opcodes: tuple[Opcode, ...], timeout_s: float) -> Reply | None:
-        """Return the first reply with one of `opcodes`, None when it does not come or comes with surplus bytes."""
-        scanner = ReplyScanner(*opcodes)
+    def _take(self, timeout_s: float) -> Reply | None:
+        """Return the next reply that can come, None when it does not, or comes with surplus bytes."""
+        scanner = ReplyScanner(*self._overdue.opcodes)
         deadline = Deadline.after(self._clock, timeout_s)
         reply = None
-        while reply is None and (received := self._transport.read(scanner.missing, deadline.remaining)):
+        while reply is None and (received := self._read(scanner.missing, deadline.remaining)):
             reply = scanner.feed(received)
         self._note(scanner.stray)
         if reply is None:
             return None
         self._overdue.answered(Opcode(reply.opcode))
-        surplus = self._transport.read(_DRAIN_BYTES, 0.0)
-        if not surplus or self._overdue.are(surplus):
+        self._ahead += self._transport.read(_DRAIN_BYTES, 0.0)
+        if not self._ahead or self._overdue.may_start(bytes(self._ahead)):
             return reply
         # One byte too many, and no saying which: all after it stand in the wrong place.
-        self._note(surplus)
         self._drop_stale_input(_QUIET_S)
         return None
+
+    def _read(self, size: int, timeout_s: float) -> bytes:
+        """Read what has been read ahead, then from the transport."""
+        if not self._ahead:
+            return self._transport.read(size, timeout_s)
+        data = bytes(self._ahead[:size])
+        del self._ahead[:size]
+        return data
 
     def _drop_stale_input(self, quiet_s: float = 0.0) -> None:
         """Read away what lies there, and what comes before it has been quiet for a while."""
         limit = Deadline.after(self._clock, _SETTLE_LIMIT_S)
+        self._note(bytes(self._ahead))
+        self._ahead.clear()
         while stale := self._transport.read(_DRAIN_BYTES, quiet_s):
             self._note(stale)
             if limit.expired:

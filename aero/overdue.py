@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from aero.protocol import FRAME_SIZE, Opcode
+from aero.protocol import FILLER, Opcode
 
 HELD_BACK_S = 2.0
 """Longest time for which a link is taken to hold a reply back, s; a request that is older is lost. Twice what a virtual
@@ -37,13 +37,9 @@ class Overdue:
             while self._waiting.popleft()[0] is not opcode:
                 pass
 
-    def are(self, data: bytes) -> bool:
-        """Return whether bytes are whole replies to some of these, in their order."""
-        expected = iter(self._waiting)
-        starts = range(0, len(data), FRAME_SIZE)
-        return len(data) % FRAME_SIZE == 0 and all(
-            any(data[start] == opcode for opcode, _ in expected) for start in starts
-        )
+    def may_start(self, data: bytes) -> bool:
+        """Return whether bytes can be the beginning of one of these replies."""
+        return any(bytes((opcode, FILLER)).startswith(data[:2]) for opcode, _ in self._waiting)
 
     def forget(self, before: float = float("inf")) -> None:
         """Give up requests that were sent before a time (s); all of them when the board restarted."""

@@ -24,7 +24,8 @@ from aero.channels import WIRE_ORDER, Channel
 
 FRAME_SIZE = 16
 _FRAME = struct.Struct("<BB7H")
-_FILLER = 0
+FILLER = 0
+"""Second byte of a frame."""
 _HEAD = range(2)
 """Bytes of a frame by which a reply is known."""
 _WIRE_INDEX = np.array(WIRE_ORDER)
@@ -81,7 +82,7 @@ class Reply:
 
 def make_query(opcode: Opcode) -> bytes:
     """Return a request whose payload the board ignores: a GET or HOMING."""
-    return _FRAME.pack(opcode, _FILLER, *(0,) * len(Channel))
+    return _FRAME.pack(opcode, FILLER, *(0,) * len(Channel))
 
 
 def make_positions(codes: ArrayLike) -> bytes:
@@ -129,7 +130,7 @@ def make_set_id(new_id: int, current_limit: int) -> bytes:
         _checked_int(new_id, 0, MAX_SERVO_ID, "servo ID"),
         _checked_int(current_limit, 0, MAX_TORQUE_SETTING, "current limit"),
     ]
-    return _FRAME.pack(Opcode.SET_ID, _FILLER, *words, 0, 0, 0, 0, 0)
+    return _FRAME.pack(Opcode.SET_ID, FILLER, *words, 0, 0, 0, 0, 0)
 
 
 def parse_reply(frame: bytes) -> Reply:
@@ -147,7 +148,7 @@ def parse_reply(frame: bytes) -> Reply:
 def make_reply(opcode: Opcode, values: ArrayLike) -> bytes:
     """Return the reply that carries values (7,), command order, rounded to its words; negative ones as int16."""
     words = np.rint(np.asarray(values, np.float64)).astype(np.int64) & 0xFFFF
-    return _FRAME.pack(opcode, _FILLER, *words[_WIRE_INDEX].tolist())
+    return _FRAME.pack(opcode, FILLER, *words[_WIRE_INDEX].tolist())
 
 
 def unsigned_values(reply: Reply) -> NDArray[np.uint16]:
@@ -173,43 +174,45 @@ def holds_boot_text(data: bytes) -> bool:
 
 
 class ReplyScanner:
-    """Finds the reply to a request in a stream that may also hold boot text, late replies and fragments.
+    """Finds the next reply in a stream that may also hold boot text and fragments.
 
-    The reply ends what the board has sent, so of several places that look like its start the last one that is
-    complete counts. Without a checksum a fragment can still pass for a reply when it happens to hold the opcode and
-    a zero and the true reply is cut off at the right place; reading in whole frames makes that a matter of bad luck.
+    It is the first place that looks like the start of one of the replies that can come. Taking the stream apart in
+    whole frames keeps a value that looks like a start, as 35 °C does, from being taken for one. Without a checksum a
+    fragment can still pass for a reply; then bytes are left over, which are a fault.
     """
 
     def __init__(self, *opcodes: Opcode) -> None:
-        self._heads = [bytes((opcode, _FILLER)) for opcode in opcodes]
+        """Look for replies with any of `opcodes`."""
+        self._heads = [bytes((opcode, FILLER)) for opcode in opcodes]
         self._buffer = bytearray()
-        self._start: int | None = None
+        self._start = 0
+        self._found = False
 
     def feed(self, data: bytes) -> Reply | None:
         """Add received bytes and return the reply once it is complete."""
         self._buffer += data
-        last = max(0, len(self._buffer) - FRAME_SIZE + len(_HEAD))
-        start = max(self._buffer.rfind(head, 0, last) for head in self._heads)
-        if start < 0:
+        while self._start < len(self._buffer) and not self._may_start():
+            self._start += 1
+        if len(self._buffer) - self._start < FRAME_SIZE:
             return None
-        self._start = start
-        return parse_reply(bytes(self._buffer[start : start + FRAME_SIZE]))
+        self._found = True
+        return parse_reply(bytes(self._buffer[self._start : self._start + FRAME_SIZE]))
 
     @property
     def missing(self) -> int:
         """Fewest further bytes that can complete the reply, 1..16."""
-        length = len(self._buffer)
-        for start in range(max(0, length - FRAME_SIZE + 1), length):
-            if any(head.startswith(self._buffer[start : start + len(_HEAD)]) for head in self._heads):
-                return FRAME_SIZE - (length - start)
-        return FRAME_SIZE
+        return FRAME_SIZE - (len(self._buffer) - self._start)
 
     @property
     def stray(self) -> bytes:
         """Everything received that is not part of the reply."""
-        if self._start is None:
+        if not self._found:
             return bytes(self._buffer)
         return bytes(self._buffer[: self._start] + self._buffer[self._start + FRAME_SIZE :])
+
+    def _may_start(self) -> bool:
+        seen = self._buffer[self._start : self._start + len(_HEAD)]
+        return any(head.startswith(seen) for head in self._heads)
 
 
 def _make_channel_words(opcode: Opcode, values: ArrayLike, highest: int, what: str) -> bytes:
@@ -222,11 +225,11 @@ def _make_channel_words(opcode: Opcode, values: ArrayLike, highest: int, what: s
     if outside.size:
         named = ", ".join(f"{Channel(int(i)).label} {array[i]}" for i in outside)
         raise ValueError(f"{what}: expected 0..{highest}, got {named}")
-    return _FRAME.pack(opcode, _FILLER, *array[_WIRE_INDEX].tolist())
+    return _FRAME.pack(opcode, FILLER, *array[_WIRE_INDEX].tolist())
 
 
 def _make_setting(opcode: Opcode, channel: Channel, word: int) -> bytes:
-    return _FRAME.pack(opcode, _FILLER, wire_index(Channel(channel)), word, 0, 0, 0, 0, 0)
+    return _FRAME.pack(opcode, FILLER, wire_index(Channel(channel)), word, 0, 0, 0, 0, 0)
 
 
 def _checked_int(value: int, lowest: int, highest: int, what: str) -> int:

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 import weakref
+from contextlib import suppress
 from pathlib import Path
 
 from aero.safety.stop import SafetyStopError
@@ -85,7 +86,8 @@ class Standby:
     def _leave(self, message: bytes) -> None:
         process, self._process = self._process, None
         if process is not None:
-            process.communicate(message, timeout=LEAVE_S)
+            with suppress(subprocess.TimeoutExpired):  # it goes on trying without us
+                process.communicate(message, timeout=LEAVE_S)
 
     def disown(self) -> None:
         """Close this process's ends of the pipes, after a fork in the child."""

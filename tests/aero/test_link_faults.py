@@ -37,6 +37,24 @@ def value(count):
     return MARK * (0x40 + count % 0x40)
 
 
+@pytest.mark.parametrize("delay_s", [0.06, 0.08])
+def test_a_late_value_that_looks_like_the_start_of_a_reply_is_not_taken_for_one(new_board, delay_s):
+    """Temperatures of 34 to 37 degrees are the opcodes of the four readings.
+
+    The positions are late, so that temperatures are asked for meanwhile; these arrive when speeds are waited for, whose
+    reply comes in two pieces.
+    """
+    board = new_board()
+    board.words = {opcode: [0x22, 0x24, 0x23, 0x25, 0x22, 0x24, 0x23] for opcode in range(0x22, 0x26)}
+    board.words[0x23] = [1, 2, 3, 4, 5, 6, 7]
+    hand = AeroHand(board, board.clock)
+    delays, gaps = iter([0.15, delay_s]), iter([0.0, 0.0, 0.06])
+    spoil(board, lambda data: [(next(delays, 0.0), data[:6]), (next(gaps, 0.0), data[6:])])
+    assert hand.read_codes().tolist() == [0x25, 0x22, 0x24, 0x23, 0x22, 0x24, 0x23]
+    for _ in range(3):
+        assert np.rint(hand.read_speeds() / (0.732 * 2 * np.pi / 60)).tolist() == [4, 5, 6, 7, 1, 2, 3]
+
+
 def spoil(board, change):
     """Let `change` make [(delay, bytes), ...] of a delay and bytes that the board sends; order is kept."""
     say, last = board.say, [0.0]
