@@ -11,13 +11,17 @@ import select
 import signal
 import struct
 import subprocess
+import tempfile
 import weakref
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import IO, NamedTuple
 
 RESPONSE_TIMEOUT_S = 10.0
 """Real time after which a program that neither waits nor polls is given up, s; a turn takes well under a millisecond."""
+
+LONGEST_MESSAGE = 20_000
+"""How much of what a program printed is shown when it ends, bytes."""
 
 HOST, SERVOS, STORE, FORGET, CAUSE, READY, RESET, FAILED = (ord(letter) for letter in "HUNXCSRE")
 """Kinds of records: bytes of the host's port and of the servo UART, a stored number and one taken away, the cause of the
@@ -57,18 +61,19 @@ class Program:
             FirmwareProgramError: it cannot be started.
         """
         self.path = path
+        self._said = tempfile.TemporaryFile()
         self._first: list[Record] = [(CAUSE, bytes((cause,)))]
         self._first += [(STORE, f"{name}={value}".encode()) for name, value in stored]
         try:
             self._process = subprocess.Popen(
-                [path.resolve()], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0
+                [path.resolve()], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said, bufsize=0
             )
         except OSError as error:
             raise FirmwareProgramError(
                 f"cannot run the firmware program {path}: {error}; make one with `aero-hil firmware build`"
             ) from error
         self._buffer = b""
-        self._close = weakref.finalize(self, _end, self._process)
+        self._close = weakref.finalize(self, _end, self._process, self._said)
 
     def close(self) -> None:
         """End the program; a second call does nothing."""
@@ -120,27 +125,33 @@ class Program:
         return taken
 
     def _ended(self) -> FirmwareProgramError:
-        assert self._process.stderr is not None
-        said = self._process.stderr.read().decode(errors="replace").strip()
         status = self._process.wait()
+        said = self._messages()
         how = f"was killed by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
         return FirmwareProgramError(f"{self.path.name} {how}: {said or 'it said nothing'}")
 
     def _hanging(self) -> FirmwareProgramError:
-        assert self._process.stderr is not None
         self._process.send_signal(signal.SIGUSR1)
-        ready, _, _ = select.select([self._process.stderr], [], [], 1.0)
-        said = os.read(self._process.stderr.fileno(), 4096).decode(errors="replace").strip() if ready else ""
+        # The program explains itself and ends.
+        try:
+            self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+        said = self._messages()
         self.close()
         return FirmwareProgramError(
             f"{self.path.name} has not answered for {RESPONSE_TIMEOUT_S:g} s: {said or 'it does not say why'}. "
             "A loop on the chip would starve its watchdog; let it wait with vTaskDelay(1)."
         )
 
+    def _messages(self) -> str:
+        self._said.seek(0)
+        return self._said.read()[-LONGEST_MESSAGE:].decode(errors="replace").strip()
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+
+def _end(process: subprocess.Popen[bytes], said: IO[bytes]) -> None:
     process.kill()
     process.wait()
-    for pipe in (process.stdin, process.stdout, process.stderr):
-        if pipe is not None:
-            pipe.close()
+    for stream in (process.stdin, process.stdout, said):
+        if stream is not None:
+            stream.close()

@@ -14,6 +14,7 @@ COMMANDS: dict[str, str] = {
     "baseline": "hil.cli.recordings:baseline",
     "endurance": "hil.cli.endurance:endurance",
     "emulate": "hil.cli.emulate:emulate",
+    "firmware": "hil.cli.firmware:firmware",
     "map": "hil.cli.map:map_command",
     "identify": "hil.cli.identify:identify_command",
     "servos": "hil.cli.servos:servos",
