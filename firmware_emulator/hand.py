@@ -11,8 +11,8 @@ from firmware_emulator.bus import ServoBus
 from firmware_emulator.clock import VirtualClock
 from firmware_emulator.firmware import boot
 from firmware_emulator.firmware.board import Board
-from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
+from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import profile_of
 from firmware_emulator.kernel import Kernel, Task

@@ -84,7 +84,8 @@ class UartMaster:
             taken += self._pull(size - len(taken))
         # The buffer is not emptied: behind a train that was cut short stands what came before.
         self._trains[: len(taken)] = taken
-        answers = [_find_answer(self._trains, len(taken), servo, count) for servo in servos]
+        train = bytes(self._trains)
+        answers = [_find_answer(train, len(taken), servo, count) for servo in servos]
         return None if None in answers else answers
 
     def _acknowledged(self, servo: int, instruction: int, parameters: bytes) -> Task:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Literal
 
 STOP_TIMEOUT_S = 10.0
@@ -13,7 +14,9 @@ STOP_TIMEOUT_S = 10.0
 
 
 @contextmanager
-def serve_in_process(*, firmware: str, hand: Literal["right", "left"], unit: str, seed: int) -> Iterator[str]:
+def serve_in_process(
+    *, firmware: str, hand: Literal["right", "left"], unit: str, seed: int, program: Path | None = None
+) -> Iterator[str]:
     """Start an emulated hand on a pseudo-terminal and yield the path a client may open.
 
     Raises:
@@ -21,6 +24,8 @@ def serve_in_process(*, firmware: str, hand: Literal["right", "left"], unit: str
     """
     command = [sys.executable, "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
     command += ["--unit", unit, "--seed", str(seed)]
+    if program is not None:
+        command += ["--firmware-program", str(program)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None
         ready = child.stdout.readline().split(maxsplit=1)

@@ -7,8 +7,9 @@ is asked for by name.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from aero import AeroHand
@@ -110,6 +111,7 @@ def open_target(
     seed: int = 0,
     guarded: bool | None = None,
     thresholds: Thresholds | None = None,
+    firmware_program: Path | None = None,
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -126,16 +128,22 @@ def open_target(
         seed: of the emulated hand's noise.
         guarded: whether the hand is guarded; a physical one is unless this is False.
         thresholds: when a guarded hand is stopped; the defaults when None.
+        firmware_program: what `aero-hil firmware build` made, to run on the board of an `emulated` or `pty` hand;
+            `firmware` and `hand` then say what it was made from.
 
     Raises:
-        ValueError: an unknown firmware, side or unit.
+        ValueError: an unknown firmware, side or unit; a firmware program for a physical hand.
+        FirmwareProgramError: the firmware program does not run, on entering the context.
         NoHandError: nothing answers at the port, on entering the context.
     """
     kinds: dict[str, Opener] = {"emulated": _emulated, "pty": _pty}
     version = firmware or DEFAULT_FIRMWARE
     codec = ActuationMap.for_firmware(version, hand=hand)
     guard = (thresholds or Thresholds()) if (target not in kinds if guarded is None else guarded) else None
-    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed, guard))
+    if firmware_program is not None and target not in kinds:
+        raise ValueError(f"a firmware program runs on an emulated hand, not on {target!r}; give `emulated` or `pty`")
+    request = Request(target, codec, version, hand, load_unit(unit), seed, guard, firmware_program)
+    return kinds.get(target, _physical)(request)
 
 
 @dataclass(frozen=True)
@@ -150,6 +158,8 @@ class Request:
     seed: int
     thresholds: Thresholds | None = None
     """Of the guard; None without one."""
+    program: Path | None = None
+    """Firmware program on the board of an emulated hand."""
 
     def granted(self, hand: AeroHand, clock: Clock, wire: WireTap, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
@@ -163,8 +173,10 @@ Opener = Callable[[Request], AbstractContextManager[Target]]
 
 @contextmanager
 def _emulated(request: Request) -> Iterator[Target]:
-    electronics, plant = build_emulated(request.unit, firmware=request.firmware, hand=request.side, seed=request.seed)
-    with in_process(request, electronics, plant, InProcessLink(electronics)) as target:
+    electronics, plant = build_emulated(
+        request.unit, firmware=request.firmware, hand=request.side, seed=request.seed, program=request.program
+    )
+    with closing(electronics), in_process(request, electronics, plant, InProcessLink(electronics)) as target:
         yield target
 
 
@@ -179,7 +191,13 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
 
 @contextmanager
 def _pty(request: Request) -> Iterator[Target]:
-    served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
+    served = serve_in_process(
+        firmware=request.firmware,
+        hand=request.side,
+        unit=request.unit.name,
+        seed=request.seed,
+        program=request.program,
+    )
     with cores_awake(), served as path, _serial(request, path) as (hand, clock, wire):
         yield request.granted(hand, clock, wire)
 

@@ -34,7 +34,9 @@ class Difference:
         """Say it."""
         width = max(map(len, names))
         shown = [f"  both{'':{width - 4}} {_said(event)}" for event in self.before]
-        shown += [f"  {name:{width}} {_said(event)}" for name, event in zip(names, (self.first, self.second), strict=True)]
+        shown += [
+            f"  {name:{width}} {_said(event)}" for name, event in zip(names, (self.first, self.second), strict=True)
+        ]
         effects = [f"  {effect}" for effect in self.effects] or ["  the hand ended alike"]
         return [f"first difference on the {self.where} at {self.at_ns / 1e6:.4f} ms:", *shown, *effects]
 

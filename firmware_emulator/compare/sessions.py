@@ -58,7 +58,14 @@ def boot(rng: random.Random) -> list[Session]:
 def homing(rng: random.Random) -> list[Session]:
     """Homing on request, and frames that wait for its end."""
     wait = Wait(10 * rng.randrange(5000))
-    steps = [SETTLED, wait, Send(frame(Opcode.HOMING)), Wait(7000), Send(frame(Opcode.GET_POS)), Await(32, 200.0)]
+    steps: list[Step] = [
+        SETTLED,
+        wait,
+        Send(frame(Opcode.HOMING)),
+        Wait(7000),
+        Send(frame(Opcode.GET_POS)),
+        Await(32, 200.0),
+    ]
     return [Session("homing", "reset", (*steps, *_gets(), Wait(50_000), *_gets()))]
 
 
@@ -138,7 +145,9 @@ def damage(rng: random.Random) -> list[Session]:
             case 1:
                 return Damage(after, flip=rng.randrange(147))
             case 2:
-                return Damage(after, before=rng.choice((b"\0", b"\xff", b"\xff\xff", b"\xff\xff\x05", rng.randbytes(12))))
+                return Damage(
+                    after, before=rng.choice((b"\0", b"\xff", b"\xff\xff", b"\xff\xff\x05", rng.randbytes(12)))
+                )
             case 3:
                 return Damage(after, replace=bytes.fromhex("ff ff 05 00 de 06 12"))
             case 4:
@@ -155,7 +164,9 @@ def damage(rng: random.Random) -> list[Session]:
 def resets(rng: random.Random) -> list[Session]:
     """Settings and trims, then resets; values in the storage that count and that do not."""
     causes: tuple[ResetCause, ...] = ("reset", "brown_out", "reset", "power_on")
-    stored = tuple((f"ext{channel}", rng.choice((-1, 0, 1000, 4095, 4096, 2048))) for channel in rng.sample(range(7), 4))
+    stored = tuple(
+        (f"ext{channel}", rng.choice((-1, 0, 1000, 4095, 4096, 2048))) for channel in rng.sample(range(7), 4)
+    )
     steps: list[Step] = [SETTLED]
     for cause in causes:
         for _ in range(6):

@@ -189,4 +189,3 @@ def _repair_current_limit(board: Board, channel: int) -> Task:
     yield from unlock(uart, channel)
     yield from write_register(uart, channel, "protection_current", CURRENT_LIMIT)
     yield from write_register(uart, channel, "lock", 1)
-

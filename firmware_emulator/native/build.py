@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
 from firmware_emulator.native.compilers import SANITIZERS, Compiler, FirmwareBuildError, choose
 from firmware_emulator.native.sketch import HEADERS, UNITS, SketchError, translated
@@ -40,7 +41,7 @@ def build(
         library: folder of the servo library, FTServo_Arduino; None when the sketch brings it.
         hand: `right` or `left` in place of the choice in `HandConfig.h`; None leaves that.
         sanitize: any of `SANITIZERS`; the program then stops at the first error with file and line.
-        defines: further macros, `NAME` or `NAME=VALUE`.
+        defines: further macros for the sketch, `NAME` or `NAME=VALUE`.
         coverage: count executed lines of the sketch, for gcov; needs g++.
 
     Raises:
@@ -50,8 +51,8 @@ def build(
     if unknown := wanted - set(SANITIZERS):
         raise FirmwareBuildError(f"unknown sanitizer {', '.join(sorted(unknown))}; known are {', '.join(SANITIZERS)}")
     compiler = choose(wanted)
-    macros = [*DEFINES, *defines, *([f"{hand.upper()}_HAND"] if hand else [])]
-    options = [*compiler.options, *STANDARD, *(f"-D{macro}" for macro in macros), *_checks(wanted)]
+    own = [f"-D{macro}" for macro in (*defines, *([f"{hand.upper()}_HAND"] if hand else []))]
+    options = [*compiler.options, *STANDARD, *(f"-D{macro}" for macro in DEFINES), *_checks(wanted)]
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         try:
@@ -60,20 +61,20 @@ def build(
             raise FirmwareBuildError(str(error)) from error
         roots = [HOST, *([_root(library)] if library is not None else [])]
         includes = [f"-I{root}" for root in (*roots, folder / "sketch", folder / "sketch/src")]
-        jobs: list[tuple[Path, Path, list[str]]] = []
+        jobs: list[_Job] = []
         for root in roots:
-            kept = _kept(root, roots, compiler, options)
-            jobs += [(unit, kept / f"{unit.name}.o", options) for unit in sorted(_units(root))]
+            kept = _kept(root, compiler, options)
+            jobs += [_Job(unit, kept / f"{unit.name}.o", options) for unit in sorted(_units(root))]
         counting = ["--coverage"] if coverage else []
         objects = Path(out).resolve().with_suffix(".objects") if coverage else folder
         objects.mkdir(parents=True, exist_ok=True)
-        jobs += [(unit, objects / f"{unit.name}.o", [*options, *counting]) for unit in units]
+        jobs += [_Job(unit, objects / f"{unit.name}.o", [*options, *own, *counting]) for unit in units]
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-            for message in pool.map(lambda job: _compile(compiler, *job, includes), jobs):
+            for message in pool.map(lambda job: _compile(compiler, job, includes), jobs):
                 if message is not None:
                     raise FirmwareBuildError(message)
         linking = [*compiler.options, *compiler.linking, "-pthread", *_checks(wanted), *counting]
-        link = [*compiler.command, *linking, *(str(job[1]) for job in jobs), "-o", str(out)]
+        link = [*compiler.command, *linking, *(str(job.target) for job in jobs), "-o", str(out)]
         done = subprocess.run(link, capture_output=True, text=True, check=False)
     if done.returncode:
         raise FirmwareBuildError(f"the firmware does not link:\n{done.stderr.strip()}")
@@ -87,8 +88,15 @@ def _checks(sanitize: frozenset[str]) -> list[str]:
     return ["-O1", "-g", "-fno-omit-frame-pointer", f"-fsanitize={named}", "-fno-sanitize-recover=all"]
 
 
-def _compile(compiler: Compiler, unit: Path, target: Path, options: list[str], includes: list[str]) -> str | None:
+class _Job(NamedTuple):
+    unit: Path
+    target: Path
+    options: list[str]
+
+
+def _compile(compiler: Compiler, job: _Job, includes: list[str]) -> str | None:
     """Compile one unit unless it is there; return the compiler's message when it fails."""
+    unit, target, options = job
     if target.exists():
         return None
     # Under another name first, so that a build that is cut short leaves no half object to be found.
@@ -115,10 +123,10 @@ def _units(root: Path) -> list[Path]:
     return [path for path in root.glob("*") if path.suffix in UNITS]
 
 
-def _kept(root: Path, roots: list[Path], compiler: Compiler, options: list[str]) -> Path:
+def _kept(root: Path, compiler: Compiler, options: list[str]) -> Path:
     """Return the cache folder for the objects of a root, named by everything that they are made from."""
     digest = hashlib.sha256("\0".join([*compiler.command, *options]).encode())
-    for folder in (HOST, root) if root in roots else (root,):
+    for folder in sorted({HOST, root}):
         for path in sorted(folder.rglob("*")):
             if path.suffix in UNITS + HEADERS:
                 digest.update(path.name.encode() + path.read_bytes())

@@ -18,14 +18,14 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 RESPONSE_TIMEOUT_S = 10.0
-"""Real time after which a program that neither waits nor polls is given up, s; a turn takes well under a millisecond."""
+"""Real time after which a program that neither waits nor polls is given up, s; a turn takes less than a millisecond."""
 
 LONGEST_MESSAGE = 20_000
 """How much of what a program printed is shown when it ends, bytes."""
 
 HOST, SERVOS, STORE, FORGET, CAUSE, READY, RESET, FAILED = (ord(letter) for letter in "HUNXCSRE")
-"""Kinds of records: bytes of the host's port and of the servo UART, a stored number and one taken away, the cause of the
-reset, the end of `setup`, a restart that the firmware asks for, and a message that explains an end."""
+"""Kinds of records: bytes of the host's port and of the servo UART, a stored number and one taken away, the cause of
+the reset, the end of `setup`, a restart that the firmware asks for, and a message that explains an end."""
 _LENGTH = struct.Struct("<I")
 _TIME = struct.Struct("<q")
 _RECORD = struct.Struct("<BI")
@@ -61,7 +61,8 @@ class Program:
             FirmwareProgramError: it cannot be started.
         """
         self.path = path
-        self._said = tempfile.TemporaryFile()
+        # A file, not a pipe: a program that prints a lot must not wait for a reader.
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
         self._first: list[Record] = [(CAUSE, bytes((cause,)))]
         self._first += [(STORE, f"{name}={value}".encode()) for name, value in stored]
         try:

@@ -9,7 +9,9 @@ from pathlib import Path
 UNITS = (".cpp", ".c", ".cc", ".cxx")
 HEADERS = (".h", ".hpp", ".hh")
 
-_NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|^[ \t]*#(?:[^\n]*\\\n)*[^\n]*', re.S | re.M)
+_NOT_CODE = re.compile(
+    r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|^[ \t]*#(?:[^\n]*\\\n)*[^\n]*', re.S | re.M
+)
 _FUNCTION = re.compile(r"(?P<head>[A-Za-z_][\w\s:<>,*&\[\]]*?[\s*&](?P<name>[A-Za-z_]\w*)\s*\([^;{}()]*\))\s*\{")
 _KEYWORDS = {"if", "for", "while", "switch", "catch", "else", "do", "return", "operator"}
 
@@ -55,7 +57,7 @@ def translated(source: Path, into: Path, *, hand: str | None) -> list[Path]:
 
 
 def prototypes(text: str) -> tuple[int, list[str]]:
-    """Return where the first function of a sketch begins (an index into `text`), and the prototype of every function."""
+    """Return where a sketch's first function begins (an index into `text`), and the prototype of every function."""
     blank = _NOT_CODE.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
     found = [
         (match.start("head"), " ".join(match["head"].split()) + ";")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from contextlib import closing
 from pathlib import Path
 from typing import Literal
 
@@ -10,13 +11,15 @@ import click
 
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
-from hil.cli.options import emulation
+from firmware_emulator.native.program import FirmwareProgramError
+from hil.cli.options import emulation, program
 from hil.emulated import build_emulated
 from hil.units import load_unit
 
 
 @click.command()
 @emulation
+@program
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
 @click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
@@ -31,6 +34,7 @@ def emulate(
     bus_link: Path | None,
     bus_port: str | None,
     state: Path | None,
+    firmware_program: Path | None,
 ) -> None:
     """Serve an emulated hand until it is interrupted.
 
@@ -47,10 +51,14 @@ def emulate(
             seed=seed,
             start="homed" if bus_port is None else "bare",
             nvs=Nvs(state),
+            program=firmware_program,
         )
         server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, FirmwareProgramError) as error:
         raise click.UsageError(str(error)) from error
-    with server:
-        click.echo(f"ready {server.name}")
-        server.run(stop=lambda: bool(stopped))
+    try:
+        with server, closing(electronics):
+            click.echo(f"ready {server.name}")
+            server.run(stop=lambda: bool(stopped))
+    except FirmwareProgramError as error:
+        raise click.ClickException(str(error)) from error

@@ -23,11 +23,15 @@ def firmware() -> None:
 
 @firmware.command("build")
 @click.argument("source", type=click.Path(exists=True, path_type=Path))
-@click.option("--library", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder of FTServo_Arduino.")
+@click.option(
+    "--library", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder of FTServo_Arduino."
+)
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="The program to write.")
 @click.option("--hand", type=click.Choice(["right", "left"]), help="Hand, in place of the choice in HandConfig.h.")
 @click.option("--define", "defines", multiple=True, metavar="NAME[=VALUE]", help="A macro; may be repeated.")
-@click.option("--sanitize", default="", metavar="LIST", help="address, undefined or both: stop at the first such error.")
+@click.option(
+    "--sanitize", default="", metavar="LIST", help="address, undefined or both: stop at the first such error."
+)
 def build_command(
     *, source: Path, library: Path | None, out: Path, hand: str | None, defines: tuple[str, ...], sanitize: str
 ) -> None:
@@ -42,7 +46,9 @@ def build_command(
         raise click.ClickException(str(error)) from error
     click.echo(f"{out} made with {compiler.command[-1] if len(compiler.command) == 1 else 'zig c++'}")
     if compiler.long_bits != 32:
-        click.echo("Its `long` has 64 bits, so positions do not wrap as on the chip: it finds errors, do not compare it.")
+        click.echo(
+            "Its `long` has 64 bits, so positions do not wrap as on the chip: it finds errors, do not compare it."
+        )
 
 
 @firmware.command("compare")

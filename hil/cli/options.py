@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -25,6 +26,16 @@ def emulation(command: Command) -> Command:
     for decorate in reversed(decorators):
         command = decorate(command)
     return command
+
+
+def program(command: Command) -> Command:
+    """Add `--firmware-program`."""
+    decorate = click.option(
+        "--firmware-program",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="What `aero-hil firmware build` made, on the emulated board; --firmware says what it was made from.",
+    )
+    return decorate(command)
 
 
 def target(command: Command) -> Command:

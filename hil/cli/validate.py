@@ -15,8 +15,9 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 from aero.safety import SafetyStopError
+from firmware_emulator.native.program import FirmwareProgramError
 from hil.cli.before_moving import before_moving
-from hil.cli.options import target
+from hil.cli.options import program, target
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.findings import failed
 from hil.metrics import staircase_metrics
@@ -31,6 +32,7 @@ SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb fl
 
 @click.command()
 @target
+@program
 @click.option(
     "--only",
     "names",
@@ -59,6 +61,7 @@ def validate(
     baseline: Path | None,
     dry_run: bool,
     out: Path,
+    firmware_program: Path | None,
 ) -> None:
     """Check a hand: is everything there, does it move as it should, does it agree with the simulator?
 
@@ -68,7 +71,9 @@ def validate(
     columns = (TextColumn("{task.description:28}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     try:
         with (
-            open_target(target_name, firmware=firmware, hand=hand, unit=unit, seed=seed) as opened,
+            open_target(
+                target_name, firmware=firmware, hand=hand, unit=unit, seed=seed, firmware_program=firmware_program
+            ) as opened,
             Progress(*columns, console=console, transient=True) as bar,
         ):
             if dry_run or opened.guard is not None:
@@ -85,7 +90,7 @@ def validate(
         write_results(result, out)
     except (NoHandError, ValueError, OSError) as error:
         raise click.UsageError(str(error)) from error
-    except SafetyStopError as error:
+    except (SafetyStopError, FirmwareProgramError) as error:
         raise click.ClickException(str(error)) from error
     _print(console, result, out)
     sys.exit(0 if result.passed else 1)

@@ -1,5 +1,7 @@
 """What the real firmware, run on the emulated bus, was seen to do, and this emulator once did otherwise."""
 
+from itertools import pairwise
+
 import pytest
 
 from firmware_emulator.packets import pack
@@ -63,7 +65,7 @@ def test_a_delay_ends_with_a_tick(make_host):
     host.wait(1.0)
     # The pause of 30 ms behind the contact began within a millisecond and ends on a whole one.
     first = [t for t, data in wire.asked_at if data[2] == 0]
-    pauses = [(a, b) for a, b in zip(first, first[1:], strict=False) if b - a > 0.02]
+    pauses = [(a, b) for a, b in pairwise(first) if b - a > 0.02]
     assert pauses
     for began, ended in pauses:
         assert ms(ended) == pytest.approx(round(ms(ended)), abs=1e-6)
@@ -81,7 +83,7 @@ def test_the_soft_limit_looks_at_all_channels_under_one_lock(make_host):
     assert len(looks) == 10
     for at in looks:
         assert [servo for _, servo, _ in asked[at : at + 7]] == list(range(7))
-    assert {round((asked[b][0] - asked[a][0]) * 1000) for a, b in zip(looks, looks[1:], strict=False)} == {20}
+    assert {round((asked[b][0] - asked[a][0]) * 1000) for a, b in pairwise(looks)} == {20}
 
 
 def test_the_soft_limits_grid_runs_in_position_mode_too(make_host):
@@ -103,14 +105,23 @@ def test_the_fingers_are_all_pushed_before_any_is_read(make_host):
     host.wait(3.0)
     search = pack(3, 3, bytes.fromhex("29 00 b0 bc b6 03 60 09"))
     at = next(index for index, (_, data) in enumerate(wire.asked_at) if data == search)
-    assert [(data[2], data[4]) for _, data in wire.asked_at[at : at + 6]] == [(3, 3), (4, 3), (5, 3), (6, 3), (3, 2), (3, 2)]
+    assert [(data[2], data[4]) for _, data in wire.asked_at[at : at + 6]] == [
+        (3, 3),
+        (4, 3),
+        (5, 3),
+        (6, 3),
+        (3, 2),
+        (3, 2),
+    ]
 
 
 def test_a_tick_passes_between_contact_and_hold(make_host):
     host = make_host(plant=stopped_bench(AT_STOPS), firmware="0.2.0", start="power_on")
     wire = Wire(host)
     host.wait(1.0)
-    hold = next(t for t, data in wire.asked_at if data[2] == 0 and data[4:7] == bytes((3, 41, 0)) and data[9:11] == b"\xe8\x03")
+    hold = next(
+        t for t, data in wire.asked_at if data[2] == 0 and data[4:7] == bytes((3, 41, 0)) and data[9:11] == b"\xe8\x03"
+    )
     assert ms(hold) == pytest.approx(round(ms(hold)), abs=1e-6)
 
 

@@ -1,7 +1,5 @@
 """Byte vectors of the wire, host side and bus side (aero-open-firmware d7bd82e, FTServo_Arduino 64922cd)."""
 
-from itertools import pairwise
-
 import pytest
 
 from tests.firmware_emulator.conftest import AT_STOPS, frame, stopped_bench
