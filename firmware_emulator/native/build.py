@@ -120,7 +120,7 @@ def _root(library: Path) -> Path:
 
 
 def _units(root: Path) -> list[Path]:
-    return [path for path in root.glob("*") if path.suffix in UNITS]
+    return [HOST / "board.cpp"] if root == HOST else [path for path in root.glob("*") if path.suffix in UNITS]
 
 
 def _kept(root: Path, compiler: Compiler, options: list[str]) -> Path:

@@ -21,7 +21,7 @@ class SketchError(Exception):
 
 
 def translated(source: Path, into: Path, *, hand: str | None) -> list[Path]:
-    """Write a sketch folder as C++ into an empty folder; return the units to compile.
+    """Write a sketch folder as C++ into a new folder; return the units to compile.
 
     Every file begins with a `#line`, so that compilers and sanitizers name the user's file and line.
 
@@ -37,6 +37,7 @@ def translated(source: Path, into: Path, *, hand: str | None) -> list[Path]:
     if not folder.is_dir():
         raise SketchError(f"{source} does not exist; give the folder that holds the firmware's .ino file")
     sketches = sorted(folder.glob("*.ino"), key=lambda path: (path.stem != folder.name, path.name))
+    into.mkdir(parents=True, exist_ok=True)
     units = []
     for path in sorted(_sources(folder)):
         text = path.read_text(encoding="utf-8-sig")
