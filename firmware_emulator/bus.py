@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from firmware_emulator.kernel import Kernel
+from firmware_emulator.kernel import Kernel, on_grid
 from firmware_emulator.packets import BROADCAST, Instruction, Packet, PacketParser, pack
 from firmware_emulator.servo.instructions import ALWAYS_ANSWERED, EXECUTE, LONGEST_READ
 from firmware_emulator.servo.servo import Servo
@@ -83,7 +83,7 @@ class ServoBus:
             answers = self._single(packet)
         if answers:
             data = b"".join(answers)
-            end = now + len(answers) * self._turnaround_s + len(data) * BYTE_S
+            end = on_grid(now + len(answers) * self._turnaround_s + len(data) * BYTE_S)
             self.busy_until = max(self.busy_until, end)
             if self.tap is not None:
                 data = self.tap.answered(data)

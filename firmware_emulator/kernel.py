@@ -54,6 +54,11 @@ def ticks_later(t: float, ticks: int) -> Until:
     return Until((milliseconds(t) + ticks) / 1000.0)
 
 
+def on_grid(t: float) -> float:
+    """Return a time (s) to the nanosecond, so that what happens on a tick is not a rounding error before it."""
+    return round(t, 9)
+
+
 Yielded = float | Signal | tuple[Signal, float]
 Task = Generator[Yielded, Any, Any]
 """What `spawn` runs; sub-tasks are called with `yield from` and may return a value."""

@@ -88,7 +88,7 @@ class Stage:
         """Begin a session; `run` runs it."""
         self.trace = Trace()
         self._damages: list[Damage] = []
-        self._plant = stopped_shafts(firmware.hand)
+        self._plant = stopped_shafts(firmware.hand) if session.stops else Bench()
         self.hand = EmulatedHand(
             self._plant,
             firmware=firmware.version,

@@ -56,17 +56,22 @@ def boot(rng: random.Random) -> list[Session]:
 
 
 def homing(rng: random.Random) -> list[Session]:
-    """Homing on request, and frames that wait for its end."""
-    wait = Wait(10 * rng.randrange(5000))
-    steps: list[Step] = [
+    """Homing on request, and frames that wait for its end; without a stop to find; with a current limit to repair."""
+    home: tuple[Step, ...] = (Send(frame(Opcode.HOMING)), Wait(7000), Send(frame(Opcode.GET_POS)), Await(32, 200.0))
+    steps: list[Step] = [SETTLED, Wait(10 * rng.randrange(5000)), *home, *_gets(), Wait(50_000), *_gets()]
+    weak = rng.randrange(7)
+    weakened: list[Step] = [
         SETTLED,
-        wait,
-        Send(frame(Opcode.HOMING)),
-        Wait(7000),
-        Send(frame(Opcode.GET_POS)),
-        Await(32, 200.0),
+        Servos((weak,)),
+        Send(frame(Opcode.SET_ID, weak, 500)),
+        Await(16, 3.5),
+        Servos(tuple(range(7))),
     ]
-    return [Session("homing", "reset", (*steps, *_gets(), Wait(50_000), *_gets()))]
+    return [
+        Session("homing", "reset", tuple(steps)),
+        Session("homing in vain", "reset", tuple(steps), stops=False),
+        Session("homing with a weak servo", "reset", (*weakened, *home, *_gets())),
+    ]
 
 
 def opcodes(rng: random.Random) -> list[Session]:
@@ -110,7 +115,10 @@ def set_id(rng: random.Random) -> list[Session]:
             data = frame(Opcode.SET_ID, rng.choice((new, new | 0x3000)), rng.choice((0, 500, 1023, 1024, 65535)))
             steps += [Send(data), Await(16, 3.5), _pause(rng)]
         sessions.append(Session(f"SET_ID with {count} servos", "reset", (*steps, *_gets())))
-    return sessions
+    # A servo that is plugged in when the scan has passed its ID has the number that is asked for.
+    early, late = sorted(rng.sample(range(7), 2))
+    steps = [SETTLED, Servos((late,)), Send(frame(Opcode.SET_ID, early, 700)), Wait(1_000_000), Servos((early, late))]
+    return [*sessions, Session("SET_ID of a number that appears", "reset", (*steps, Await(16, 3.5), *_gets()))]
 
 
 def split(rng: random.Random) -> list[Session]:

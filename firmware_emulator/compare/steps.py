@@ -88,6 +88,8 @@ class Session:
     steps: tuple[Step, ...]
     stored: tuple[tuple[str, int], ...] = ()
     """What is in the storage at first."""
+    stops: bool = True
+    """Whether the shafts meet the ends that homing looks for."""
 
     @property
     def frames(self) -> int:

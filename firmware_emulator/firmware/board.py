@@ -13,7 +13,7 @@ from firmware_emulator.firmware.frames import CHANNELS, FRAME_SIZE
 from firmware_emulator.firmware.hands import SERVOS, HandConfig
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import FirmwareProfile
-from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task
+from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task, on_grid
 from firmware_emulator.uart_master import UartMaster
 
 QUEUE_SIZE = 256
@@ -105,7 +105,7 @@ class Board:
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the host; the firmware sees them after the host's latency."""
-        self.kernel.call_at(self.kernel.now + self._host_latency_s, self._arrive, bytes(data))
+        self.kernel.call_at(on_grid(self.kernel.now + self._host_latency_s), self._arrive, bytes(data))
 
     def _arrive(self, data: bytes) -> None:
         self._queue += data[: QUEUE_SIZE - len(self._queue)]

@@ -183,8 +183,7 @@ def _repair_current_limit(board: Board, channel: int) -> Task:
     if not (yield from uart.ping(channel)):
         return
     limit = yield from uart.read(channel, REGISTERS["protection_current"].address, 2)
-    # A failed read is -1 to the firmware, which is not the limit either: such a servo is left limp for a while.
-    if limit is not None and int.from_bytes(limit, "little") == CURRENT_LIMIT:
+    if limit is None or int.from_bytes(limit, "little") == CURRENT_LIMIT:
         return
     yield from unlock(uart, channel)
     yield from write_register(uart, channel, "protection_current", CURRENT_LIMIT)

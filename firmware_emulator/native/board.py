@@ -8,7 +8,7 @@ from pathlib import Path
 from firmware_emulator.bus import BusPort, ServoBus
 from firmware_emulator.firmware.boot import ResetCause
 from firmware_emulator.firmware.nvs import Nvs
-from firmware_emulator.kernel import Kernel, milliseconds
+from firmware_emulator.kernel import Kernel, milliseconds, on_grid
 from firmware_emulator.native.program import FORGET, HOST, READY, RESET, SERVOS, STORE, Program, Record, Turn
 
 REASONS: dict[ResetCause, int] = {"power_on": 1, "reset": 2, "brown_out": 9}
@@ -62,7 +62,9 @@ class ProgramBoard:
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the host; the firmware sees them after the host's latency."""
-        self._kernel.call_at(self._kernel.now + self._latency_s, self._arrive, self._program, (HOST, bytes(data)))
+        self._kernel.call_at(
+            on_grid(self._kernel.now + self._latency_s), self._arrive, self._program, (HOST, bytes(data))
+        )
 
     def move(self, kernel: Kernel, bus: ServoBus, transmit: Callable[[bytes], None], turn: Turn) -> None:
         """Go on in another kernel, on another bus, with what the program did at its present instant.

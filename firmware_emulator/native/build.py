@@ -42,7 +42,7 @@ def build(
         hand: `right` or `left` in place of the choice in `HandConfig.h`; None leaves that.
         sanitize: any of `SANITIZERS`; the program then stops at the first error with file and line.
         defines: further macros for the sketch, `NAME` or `NAME=VALUE`.
-        coverage: count executed lines of the sketch, for gcov; needs g++.
+        coverage: count executed lines of the sketch for gcov, in a folder beside it, `OUT.objects`; needs g++.
 
     Raises:
         FirmwareBuildError: no compiler, no sketch, or it does not compile; the message carries the compiler's.
@@ -53,6 +53,8 @@ def build(
     compiler = choose(wanted)
     own = [f"-D{macro}" for macro in (*defines, *([f"{hand.upper()}_HAND"] if hand else []))]
     options = [*compiler.options, *STANDARD, *(f"-D{macro}" for macro in DEFINES), *_checks(wanted)]
+    if coverage and compiler.command != ("g++",):
+        raise FirmwareBuildError("counting executed lines needs g++ with its 32-bit libraries (g++-multilib)")
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         try:
@@ -66,14 +68,15 @@ def build(
             kept = _kept(root, compiler, options)
             jobs += [_Job(unit, kept / f"{unit.name}.o", options) for unit in sorted(_units(root))]
         counting = ["--coverage"] if coverage else []
-        objects = Path(out).resolve().with_suffix(".objects") if coverage else folder
+        keeping = ["-Wl,-u,__gcov_dump"] if coverage else []
+        objects = out.resolve().with_name(f"{out.name}.objects") if coverage else folder
         objects.mkdir(parents=True, exist_ok=True)
         jobs += [_Job(unit, objects / f"{unit.name}.o", [*options, *own, *counting]) for unit in units]
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             for message in pool.map(lambda job: _compile(compiler, job, includes), jobs):
                 if message is not None:
                     raise FirmwareBuildError(message)
-        linking = [*compiler.options, *compiler.linking, "-pthread", *_checks(wanted), *counting]
+        linking = [*compiler.options, *compiler.linking, "-pthread", *_checks(wanted), *counting, *keeping]
         link = [*compiler.command, *linking, *(str(job.target) for job in jobs), "-o", str(out)]
         done = subprocess.run(link, capture_output=True, text=True, check=False)
     if done.returncode:

@@ -151,8 +151,14 @@ class Program:
 
 
 def _end(process: subprocess.Popen[bytes], said: IO[bytes]) -> None:
-    process.kill()
-    process.wait()
-    for stream in (process.stdin, process.stdout, said):
+    # The program ends when nobody talks to it any more, and writes what it counted for gcov.
+    if process.stdin is not None:
+        process.stdin.close()
+    try:
+        process.wait(1.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    for stream in (process.stdout, said):
         if stream is not None:
             stream.close()

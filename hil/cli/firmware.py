@@ -32,8 +32,16 @@ def firmware() -> None:
 @click.option(
     "--sanitize", default="", metavar="LIST", help="address, undefined or both: stop at the first such error."
 )
+@click.option("--coverage", is_flag=True, help="Count executed lines for gcov, in OUT.objects; needs g++.")
 def build_command(
-    *, source: Path, library: Path | None, out: Path, hand: str | None, defines: tuple[str, ...], sanitize: str
+    *,
+    source: Path,
+    library: Path | None,
+    out: Path,
+    hand: str | None,
+    defines: tuple[str, ...],
+    sanitize: str,
+    coverage: bool,
 ) -> None:
     """Compile the sketch in the folder SOURCE for the emulated board.
 
@@ -41,7 +49,9 @@ def build_command(
     """
     sanitizers = [name.strip() for name in sanitize.split(",") if name.strip()]
     try:
-        compiler = build(source, out, library=library, hand=hand, sanitize=sanitizers, defines=defines)
+        compiler = build(
+            source, out, library=library, hand=hand, sanitize=sanitizers, defines=defines, coverage=coverage
+        )
     except FirmwareBuildError as error:
         raise click.ClickException(str(error)) from error
     click.echo(f"{out} made with {compiler.command[-1] if len(compiler.command) == 1 else 'zig c++'}")

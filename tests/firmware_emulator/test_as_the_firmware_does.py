@@ -225,3 +225,13 @@ def test_set_id_waits_behind_limit_id_and_lock(make_host, firmware, pause_ms):
     read = wire.times(2)[-1]
     assert limit - unlock < 0.001
     assert [number - limit > 0.009, lock - number > 0.009, read - lock > 0.009] == [pause_ms > 0] * 3
+
+
+def test_a_limit_that_cannot_be_read_is_left_alone(make_host):
+    host = make_host(plant=stopped_bench(AT_STOPS), firmware="0.2.0", start="power_on")
+    wire = Wire(host, lambda data: b"" if len(data) == 8 and data[2] == 4 and wire.asked_at[-1][1][5] == 28 else data)
+    host.wait(6.0)
+    asked = [data for _, data in wire.asked_at]
+    at = next(index for index, data in enumerate(asked) if data[2] == 4 and data[4:6] == bytes((2, 28)))
+    assert (asked[at + 1][2], asked[at + 1][4]) == (5, 1)
+    assert host.hand.servos[4].memory.get("torque_enable") == 1
