@@ -17,7 +17,9 @@ def main_loop(board: Board) -> Task:
         if frame is None:
             due = next_look(board)
             yield (board.queued, due) if due is not None else board.queued
-            # The chip lets a task whose tick has come go before a loop that polls.
+            # What arrives at this instant is there first; then the chip lets a task whose tick has come go before a
+            # loop that polls.
+            yield 0.0
             yield 0.0
             frame = board.next_frame()
         if frame is not None and frame[0] in board.profile.opcodes:

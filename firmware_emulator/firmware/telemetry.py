@@ -29,6 +29,8 @@ def telemetry_task(board: Board) -> Task:
         wake_ms += board.profile.telemetry_period_ms
         if wake_ms > milliseconds(kernel.now):
             yield Until(wake_ms / 1000.0)
+            # What arrives on a tick is there before the tick's task runs.
+            yield 0.0
 
 
 def _decoded(board: Board, blocks: Sequence[bytes]) -> Telemetry:
