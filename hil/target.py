@@ -111,7 +111,7 @@ def open_target(
     seed: int = 0,
     guarded: bool | None = None,
     thresholds: Thresholds | None = None,
-    firmware_program: Path | None = None,
+    firmware_program: Path | str | None = None,
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -142,7 +142,8 @@ def open_target(
     guard = (thresholds or Thresholds()) if (target not in kinds if guarded is None else guarded) else None
     if firmware_program is not None and target not in kinds:
         raise ValueError(f"a firmware program runs on an emulated hand, not on {target!r}; give `emulated` or `pty`")
-    request = Request(target, codec, version, hand, load_unit(unit), seed, guard, firmware_program)
+    program = Path(firmware_program) if firmware_program is not None else None
+    request = Request(target, codec, version, hand, load_unit(unit), seed, guard, program)
     return kinds.get(target, _physical)(request)
 
 

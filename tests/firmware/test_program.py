@@ -114,7 +114,7 @@ def test_a_sanitizer_stops_an_overrun_with_file_and_line(compiler, tmp_path):
 
 
 def test_it_drives_a_target_and_a_terminal(program):
-    with open_target("emulated", firmware_program=program) as opened:
+    with open_target("emulated", firmware_program=str(program)) as opened:
         assert opened.hand.read_codes() is not None
     served = serve_in_process(firmware="0.2.0", hand="right", unit="reference", seed=0, program=program)
     with served as path:
