@@ -9,8 +9,9 @@ of the train is there. Servos with the same ID answer at the same time: their by
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
-from firmware_emulator.kernel import Kernel
+from firmware_emulator.kernel import Kernel, on_grid
 from firmware_emulator.packets import BROADCAST, Instruction, Packet, PacketParser, pack
 from firmware_emulator.servo.instructions import ALWAYS_ANSWERED, EXECUTE, LONGEST_READ
 from firmware_emulator.servo.servo import Servo
@@ -19,6 +20,17 @@ BYTE_S = 10e-6
 """Time of one byte: ten bits at 1 Mbit/s, s."""
 SILENCE_S = 5e-3
 """Silence after which a servo's receiver forgets a packet that was begun, s (assumption)."""
+
+
+class Tap(Protocol):
+    """Something on the wire that listens and may damage answers."""
+
+    def asked(self, data: bytes) -> None:
+        """Hear what a master sends at the present instant."""
+
+    def answered(self, data: bytes) -> bytes:
+        """Hear a train of answers; return what of it arrives."""
+        ...
 
 
 class BusPort:
@@ -34,6 +46,8 @@ class BusPort:
     def write(self, data: bytes) -> float:
         """Put bytes on the wire; return the time (s) at which the last of them is over."""
         bus = self._bus
+        if bus.tap is not None:
+            bus.tap.asked(data)
         start = max(bus.kernel.now, bus.busy_until)
         if start - self._last_byte > SILENCE_S:
             self._parser.clear()
@@ -50,6 +64,7 @@ class ServoBus:
         self.kernel = kernel
         self.busy_until = 0.0
         self.servos = list(servos)
+        self.tap: Tap | None = None
         self._turnaround_s = turnaround_s
 
     def connect(self, receive: Callable[[bytes], None]) -> BusPort:
@@ -68,8 +83,10 @@ class ServoBus:
             answers = self._single(packet)
         if answers:
             data = b"".join(answers)
-            end = now + len(answers) * self._turnaround_s + len(data) * BYTE_S
+            end = on_grid(now + len(answers) * self._turnaround_s + len(data) * BYTE_S)
             self.busy_until = max(self.busy_until, end)
+            if self.tap is not None:
+                data = self.tap.answered(data)
             self.kernel.call_at(end, port.receive, data)
 
     def _listening(self, wanted: int) -> list[Servo]:

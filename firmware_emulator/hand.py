@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
+from pathlib import Path
 from typing import Literal, get_args
 
 from firmware_emulator.bus import ServoBus
@@ -12,9 +12,12 @@ from firmware_emulator.clock import VirtualClock
 from firmware_emulator.firmware import boot
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
+from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import profile_of
 from firmware_emulator.kernel import Kernel, Task
+from firmware_emulator.native.board import ProgramBoard
+from firmware_emulator.native.rehearsal import Rehearsed, rehearse
 from firmware_emulator.plant import Plant
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, HLS3606M, ServoParameters
@@ -58,6 +61,7 @@ class EmulatedHand:
         nvs: Nvs | None = None,
         encoder_zeros: Sequence[float] | None = None,
         host_latency_s: float = 0.0002,
+        program: Path | None = None,
     ) -> None:
         """Put the electronics on a plant whose time has not begun.
 
@@ -73,9 +77,12 @@ class EmulatedHand:
             encoder_zeros: encoder readings at shaft angle zero, (7,) counts by servo ID; those of an ideal homed hand
                 when None.
             host_latency_s: time from a write on the host to the firmware acting on it, s (assumption).
+            program: a firmware made with `aero-hil firmware build`, to run in place of the emulated one; `firmware` and
+                `hand` then say what it was made from.
 
         Raises:
             ValueError: an unknown firmware, hand or start, or a wrong number of encoder zeros.
+            FirmwareProgramError: the program does not run, or does not home.
         """
         if hand not in HANDS:
             raise ValueError(f"hand must be one of {', '.join(HANDS)}, got {hand!r}")
@@ -105,18 +112,14 @@ class EmulatedHand:
         ]
         self.bus = ServoBus(self.kernel, self.servos, servos.turnaround_s)
         self.kernel.spawn(self._look_after_servos())
-        self._new_board = partial(
-            Board,
-            self.kernel,
-            profile=profile_of(firmware),
-            hand=config,
-            nvs=nvs if nvs is not None else Nvs(),
-            transmit=self._transmit,
-            host_latency_s=host_latency_s,
-        )
-        self._board = self._new_board(UartMaster(self.bus))
+        self._profile = profile_of(firmware)
+        self._config = config
+        self._nvs = nvs if nvs is not None else Nvs()
+        self._host_latency_s = host_latency_s
+        self._program = program
+        self._board: Board | ProgramBoard = self._new_board()
         if start == "homed":
-            self._board.start(boot.resume(self._board))
+            self._resume()
             self.clock.sleep_until(SETTLE_S)
         elif start != "bare":
             self.reset(start)
@@ -127,8 +130,15 @@ class EmulatedHand:
             for servo in self.servos:
                 servo.power_up()
         self._board.stop()
-        self._board = self._new_board(UartMaster(self.bus))
-        self._board.start(boot.run(self._board, cause))
+        self._board = self._new_board() if self._program is None else self._new_program_board(self._program)
+        if isinstance(self._board, ProgramBoard):
+            self._board.boot(cause)
+        else:
+            self._board.start(boot.run(self._board, cause))
+
+    def close(self) -> None:
+        """Switch the board off; only one that runs a program holds anything that has to be given back."""
+        self._board.stop()
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the host at the present instant."""
@@ -143,6 +153,44 @@ class EmulatedHand:
     def advance_plant(self) -> None:
         """Bring the plant up to the present, for whoever looks at it directly."""
         self._shafts.advance()
+
+    def _new_board(self) -> Board:
+        return Board(
+            self.kernel,
+            UartMaster(self.bus),
+            profile=self._profile,
+            hand=self._config,
+            nvs=self._nvs,
+            transmit=self._transmit,
+            host_latency_s=self._host_latency_s,
+        )
+
+    def _new_program_board(self, program: Path) -> ProgramBoard:
+        return ProgramBoard(
+            self.kernel,
+            self.bus,
+            program=program,
+            nvs=self._nvs,
+            transmit=self._transmit,
+            host_latency_s=self._host_latency_s,
+        )
+
+    def _resume(self) -> None:
+        """Let the board go on as one that homed before."""
+        board = self._new_board()
+        if self._program is None:
+            self._board = board
+            board.start(boot.resume(board))
+            return
+        # The program homes on a bus of its own, where every servo is at its stop; the servos here are then left as
+        # homing leaves them, and the program goes on with them.
+        ready = rehearse(self._program, nvs=self._nvs, host_latency_s=self._host_latency_s)
+        self._board = ready.board
+        board.start(self._take_over(board, ready))
+
+    def _take_over(self, stand_in: Board, ready: Rehearsed) -> Task:
+        yield from assume_homed(stand_in)
+        ready.board.move(self.kernel, self.bus, self._transmit, ready.turn)
 
     def _look_after_servos(self) -> Task:
         while True:

@@ -4,6 +4,7 @@ Theory of operation. Work is a callback at a time (`call_at`) or a task (`spawn`
 like a FreeRTOS task and yields what it waits for,
 
 - a float: a delay in s;
+- an `Until`: until that time;
 - a `Signal`: until it fires;
 - a `(Signal, deadline)` pair: until it fires or the time (s) is reached; the yield evaluates to whether it fired.
 
@@ -13,6 +14,7 @@ Whoever owns the clock (a virtual one, or a loop that follows the wall clock) ca
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator
 from heapq import heappop, heappush
 from typing import Any
@@ -36,6 +38,25 @@ class Signal:
     def _add(self, runner: Runner, ticket: int) -> None:
         self._waiting = [entry for entry in self._waiting if entry[0].ticket == entry[1]]
         self._waiting.append((runner, ticket))
+
+
+class Until(float):
+    """A time (s) to wait for, where a plain number is a delay."""
+
+
+def milliseconds(t: float) -> int:
+    """Return a board's millisecond counter at time `t` (s): ticks are whole milliseconds of the kernel."""
+    return math.floor(t * 1000.0 + 1e-6)
+
+
+def ticks_later(t: float, ticks: int) -> Until:
+    """Return the time of the `ticks`-th tick after `t` (s), as FreeRTOS waits: between `ticks - 1` and `ticks` ms."""
+    return Until((milliseconds(t) + ticks) / 1000.0)
+
+
+def on_grid(t: float) -> float:
+    """Return a time (s) to the nanosecond, so that what happens on a tick is not a rounding error before it."""
+    return round(t, 9)
 
 
 Yielded = float | Signal | tuple[Signal, float]
@@ -69,6 +90,8 @@ class Runner:
             signal, deadline = wanted
             signal._add(self, self.ticket)
             kernel.call_at(deadline, self.wake, self.ticket, False)
+        elif isinstance(wanted, Until):
+            kernel.call_at(wanted, self.wake, self.ticket, False)
         else:
             kernel.call_at(kernel.now + wanted, self.wake, self.ticket, False)
 

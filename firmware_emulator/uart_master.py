@@ -6,12 +6,11 @@ Source: FTServo_Arduino v2.0.0 (64922cd), `SCS.cpp`, `SCSerial.cpp`, `HLSCL.cpp`
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import lru_cache
 
 from firmware_emulator.bus import ServoBus
-from firmware_emulator.kernel import Signal, Task
+from firmware_emulator.kernel import Signal, Task, milliseconds
 from firmware_emulator.packets import BROADCAST, HEADER, Instruction, pack
 
 BYTE_TIMEOUT_MS = 10
@@ -19,13 +18,16 @@ SYNC_WINDOW_MS = 8
 HEADER_BYTES = 11
 """The header has to be complete within this many bytes."""
 
+TRAIN_BUFFER = 512
+"""What a sync read is received into, with room for what the library reads behind its end."""
+
 _request = lru_cache(maxsize=256)(pack)
 """The firmware sends few different packets very often."""
 
 
-def _after_ms(t: float, milliseconds: int) -> float:
-    """Time (s) at which `millis()` differs from its value at `t` by more than `milliseconds`."""
-    return (math.floor(t * 1000.0 + 1e-6) + milliseconds + 1) / 1000.0
+def _after_ms(t: float, limit_ms: int) -> float:
+    """Time (s) at which `millis()` differs from its value at `t` by more than `limit_ms`."""
+    return (milliseconds(t) + limit_ms + 1) / 1000.0
 
 
 class UartMaster:
@@ -36,6 +38,8 @@ class UartMaster:
         self._port = bus.connect(self._receive)
         self._received = bytearray()
         self._arrived = Signal(bus.kernel)
+        self._arrived_in_train = Signal(bus.kernel)
+        self._trains = bytearray(TRAIN_BUFFER)
 
     def ping(self, servo: int) -> Task:
         """Return whether a servo acknowledges a PING."""
@@ -54,10 +58,13 @@ class UartMaster:
         self._send(_request(servo, Instruction.READ, bytes((address, count))))
         if not (yield from self._header()):
             return None
-        body = yield from self._take(3 + count + 1)
-        if body is None or body[0] != servo or body[1] != count + 2 or ~sum(body[:-1]) & 0xFF != body[-1]:
+        start = yield from self._take(3)
+        # A wrong ID or length is refused before the rest is waited for.
+        if start is None or start[:2] != bytes((servo, count + 2)):
             return None
-        return body[3:-1]
+        data = yield from self._take(count)
+        check = None if data is None else (yield from self._take(1))
+        return data if check is not None and ~sum(start + data) & 0xFF == check[0] else None
 
     def sync_write(self, address: int, rows: Sequence[tuple[int, bytes]]) -> None:
         """Write the same registers of several servos, `(servo, data)` each; nothing answers."""
@@ -70,22 +77,16 @@ class UartMaster:
         self._send(_request(BROADCAST, Instruction.SYNC_READ, bytes((address, count, *servos))))
         size = len(servos) * (count + 6)
         deadline = _after_ms(self._kernel.now, SYNC_WINDOW_MS)
-        while len(self._received) < size:
-            if not (yield self._arrived, deadline):
+        taken = self._pull(size)
+        while len(taken) < size:
+            if not (yield self._arrived_in_train, deadline):
                 break
-        received = bytes(self._received)
-        answers: list[bytes] = []
-        for servo in servos:
-            # An ID is looked for everywhere; where it is expected, behind the one before it, comes first.
-            start = HEADER + bytes((servo, count + 2))
-            at = len(answers) * (count + 6)
-            if not received.startswith(start, at):
-                at = received.find(start)
-            body = received[at + 2 : at + 6 + count] if at >= 0 else b""
-            if len(body) < count + 4 or (sum(body) + 1) & 0xFF:
-                return None
-            answers.append(body[3:-1])
-        return answers
+            taken += self._pull(size - len(taken))
+        # The buffer is not emptied: behind a train that was cut short stands what came before.
+        self._trains[: len(taken)] = taken
+        train = bytes(self._trains)
+        answers = [_find_answer(train, len(taken), servo, count) for servo in servos]
+        return None if None in answers else answers
 
     def _acknowledged(self, servo: int, instruction: int, parameters: bytes) -> Task:
         self._send(_request(servo, instruction, parameters))
@@ -100,7 +101,15 @@ class UartMaster:
 
     def _receive(self, data: bytes) -> None:
         self._received += data
+        # Where two tasks poll at once, in the repair after homing, the one whose tick came last looks first.
+        self._arrived_in_train.fire()
         self._arrived.fire()
+
+    def _pull(self, count: int) -> bytes:
+        """Take up to `count` bytes of what is there."""
+        taken = bytes(self._received[:count])
+        del self._received[:count]
+        return taken
 
     def _header(self) -> Task:
         """Drop bytes up to a header; return whether one came in time."""
@@ -117,10 +126,36 @@ class UartMaster:
 
     def _take(self, count: int) -> Task:
         """Return the next `count` bytes, None once no byte has come for the time-out."""
-        received = self._received
-        while len(received) < count:
-            if not (yield self._arrived, _after_ms(self._kernel.now, BYTE_TIMEOUT_MS)):
+        taken = self._pull(count)
+        deadline = _after_ms(self._kernel.now, BYTE_TIMEOUT_MS)
+        while len(taken) < count:
+            if not (yield self._arrived, deadline):
                 return None
-        taken = bytes(received[:count])
-        del received[:count]
+            if more := self._pull(count - len(taken)):
+                taken += more
+                deadline = _after_ms(self._kernel.now, BYTE_TIMEOUT_MS)
         return taken
+
+
+def _find_answer(train: bytes, size: int, servo: int, count: int) -> bytes | None:
+    """Return one servo's registers from a train of answers as the library finds them, None when it does not.
+
+    It looks for a header and an ID everywhere, believes a length and a checksum even behind `size`, and gives up at
+    the first checksum that is wrong.
+    """
+    at = 0
+    while at + 6 + count <= size:
+        header = train.find(HEADER, at, size)
+        # The byte behind the last FF is the ID; without a header it is the last byte of all.
+        while header >= 0 and header + 2 < size and train[header + 2] == 0xFF:
+            header += 1
+        at = header + 3 if 0 <= header < size - 2 else size
+        found = train[at - 1]
+        if found != servo:
+            continue
+        at += 1
+        if train[at - 1] != count + 2:
+            continue
+        body = train[at - 2 : at + 2 + count]
+        return bytes(body[3:-1]) if (sum(body) + 1) & 0xFF == 0 else None
+    return None

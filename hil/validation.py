@@ -10,6 +10,7 @@ from pathlib import Path
 from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
+from firmware_emulator.native.program import FirmwareProgramError
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.judging.baseline import load, regressions
 from hil.judging.findings import Finding, failed
@@ -22,6 +23,8 @@ from model.units import DEFAULT_LIMITS, load_unit
 
 SESSION = "session"
 """Name in the header of the recording that holds every byte since the hand was opened."""
+STOPPING = (AeroError, SafetyStopError, OSError, FirmwareProgramError, KeyboardInterrupt, SystemExit)
+"""What ends a run before its time, and leaves what was recorded."""
 STOP_SHARE = 0.97
 """Part of a window from which on a channel may meet its stop."""
 
@@ -75,7 +78,7 @@ def validate(
             if any(experiment.furthest):
                 target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
             experiment.run(target, record, progress)
-        except (AeroError, SafetyStopError, OSError, KeyboardInterrupt, SystemExit) as error:
+        except STOPPING as error:
             broken_off = (record.finish(ended=False),) if record.begun else ()
             done = replace(so_far(_broken_off(name, error)), broken_off=broken_off, ended_by=error)
             break

@@ -13,7 +13,7 @@ from firmware_emulator.firmware.frames import CHANNELS, FRAME_SIZE
 from firmware_emulator.firmware.hands import SERVOS, HandConfig
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import FirmwareProfile
-from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task
+from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task, on_grid
 from firmware_emulator.uart_master import UartMaster
 
 QUEUE_SIZE = 256
@@ -57,8 +57,8 @@ class TorqueState:
     """Signed torque of the last command, register units."""
     outside: list[bool] = field(default_factory=lambda: [False] * CHANNELS)
     """Whether the soft limit has seen the channel outside its window."""
-    next_check_s: float = 0.0
-    """When the soft limit is due again, s."""
+    next_look_ms: int = 0
+    """When the soft limit is due again, ms."""
 
 
 class Board:
@@ -89,7 +89,7 @@ class Board:
         self.mode = POSITION
         self.torque_mode = TorqueState()
         self.telemetry = Telemetry()
-        self.host_latency_s = host_latency_s
+        self._host_latency_s = host_latency_s
         self._tasks: list[Runner] = []
         self._queue = bytearray()
         self.queued = Signal(kernel)
@@ -104,7 +104,10 @@ class Board:
             task.stop()
 
     def receive(self, data: bytes) -> None:
-        """Queue bytes from the host, up to the size of the queue."""
+        """Take bytes from the host; the firmware sees them after the host's latency."""
+        self.kernel.call_at(on_grid(self.kernel.now + self._host_latency_s), self._arrive, bytes(data))
+
+    def _arrive(self, data: bytes) -> None:
         self._queue += data[: QUEUE_SIZE - len(self._queue)]
         if len(self._queue) >= FRAME_SIZE:
             self.queued.fire()

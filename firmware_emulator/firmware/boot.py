@@ -10,11 +10,12 @@ from firmware_emulator.firmware.homing import assume_homed, home
 from firmware_emulator.firmware.main_loop import main_loop
 from firmware_emulator.firmware.profiles import BootHoming
 from firmware_emulator.firmware.telemetry import telemetry_task
-from firmware_emulator.kernel import Task
+from firmware_emulator.kernel import Task, ticks_later
 
-ResetCause = Literal["power_on", "reset"]
+ResetCause = Literal["power_on", "brown_out", "reset"]
+"""Why a board starts: power switched on, a dip of its supply, anything else (reset button, USB, software)."""
 
-USB_START_S = 0.1
+USB_START_MS = 100
 PING_HEADER = "\n[Init] Pinging servos...\r\n"
 AUTO_HOMING = "[BOOT] Auto Homing\u2026\r\n"
 HOMING_COMPLETE = "[BOOT] Homing Complete\r\n"
@@ -25,7 +26,8 @@ SKIPPING = "[BOOT] Non-power reset \u2192 skipping homing\r\n"
 def run(board: Board, cause: ResetCause) -> Task:
     """Boot, start the telemetry task and stay in the main loop."""
     profile = board.profile
-    yield USB_START_S
+    yield from _pause(board, USB_START_MS)
+    yield from _pause(board, profile.setup_pause_ms)
     if profile.hand_line:
         _print(board, f"[BOOT] Hand Type: {board.hand.label}\r\n")
     yield from _home_on_boot(board, cause)
@@ -34,7 +36,6 @@ def run(board: Board, cause: ResetCause) -> Task:
     if profile.direction_lines:
         for servo, direction in zip(SERVOS, board.hand.direction, strict=True):
             _print(board, f"Servo {servo} dir={direction}\n")
-    yield profile.setup_pause_s
     yield from _serve(board)
 
 
@@ -56,7 +57,7 @@ def _home_on_boot(board: Board, cause: ResetCause) -> Task:
             _print(board, AUTO_HOMING)
             yield from home(board)
             _print(board, HOMING_COMPLETE)
-        case BootHoming.ON_POWER if cause == "power_on":
+        case BootHoming.ON_POWER if cause != "reset":
             _print(board, POWERED_ON)
             yield from home(board)
         case BootHoming.ON_POWER:
@@ -70,7 +71,12 @@ def _report_pings(board: Board) -> Task:
     for servo in SERVOS:
         answered = yield from board.uart.ping(servo)
         _print(board, f"  ID {servo}: {'OK' if answered else 'NO REPLY'}\r\n")
-        yield board.profile.ping_pause_s
+        yield from _pause(board, board.profile.ping_pause_ms)
+
+
+def _pause(board: Board, milliseconds: int) -> Task:
+    if milliseconds:
+        yield ticks_later(board.kernel.now, milliseconds)
 
 
 def _print(board: Board, text: str) -> None:

@@ -7,7 +7,6 @@ comes out as -+15536, so the search goes against the direction in the table. No 
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 from firmware_emulator.firmware.board import Board
@@ -31,7 +30,7 @@ from firmware_emulator.firmware.servo_calls import (
     write_limits,
     write_register,
 )
-from firmware_emulator.kernel import Task
+from firmware_emulator.kernel import Task, milliseconds, ticks_later
 from firmware_emulator.servo.registers import FEEDBACK, FEEDBACK_SIZE, REGISTERS
 
 BEYOND_COUNTS = 50_000
@@ -104,34 +103,48 @@ class _Group:
         yield from uart.read(channel, FEEDBACK, FEEDBACK_SIZE)
 
     def _search(self) -> Task:
-        board, plan = self._board, self._plan
-        kernel = board.kernel
-        started = _millis(kernel.now)
+        kernel, plan = self._board.kernel, self._plan
+        alone = len(self._channels) == 1
+        started = milliseconds(kernel.now)
         searching = list(self._channels)
-        while True:
+        while searching:
+            for channel in searching:
+                yield from self._push(channel)
             for channel in tuple(searching):
-                threshold = plan.thresholds[channel]
-                beyond = BEYOND_COUNTS * board.hand.direction[channel]
-                yield from _go(board, channel, beyond, replace(plan.search, torque=threshold))
-                current = yield from read_signed(board.uart, channel, "present_current")
-                self._position[channel] = yield from read_signed(board.uart, channel, "present_position")
-                if abs(current) >= threshold:
+                if (yield from self._meets(channel)):
                     searching.remove(channel)
-                    if plan.release is not None and len(self._channels) > 1:
-                        yield from _go(board, channel, self._position[channel], plan.release)
-            if not searching or _millis(kernel.now) - started > plan.timeout_ms:
+            # A channel alone leaves at its time-out at once; the fingers, like all that have met, after the tick.
+            if alone and milliseconds(kernel.now) - started > plan.timeout_ms:
                 return
-            yield (_millis(kernel.now) + 1) / 1000.0 - kernel.now
+            yield ticks_later(kernel.now, 1)
+            if not alone and milliseconds(kernel.now) - started > plan.timeout_ms:
+                return
+
+    def _push(self, channel: int) -> Task:
+        beyond = BEYOND_COUNTS * self._board.hand.direction[channel]
+        yield from _go(self._board, channel, beyond, replace(self._plan.search, torque=self._plan.thresholds[channel]))
+
+    def _meets(self, channel: int) -> Task:
+        """Read a channel; return whether its current says that it is stopped."""
+        board, plan = self._board, self._plan
+        current = yield from read_signed(board.uart, channel, "present_current")
+        self._position[channel] = yield from read_signed(board.uart, channel, "present_position")
+        if abs(current) < plan.thresholds[channel]:
+            return False
+        if plan.release is not None and len(self._channels) > 1:
+            yield from _go(board, channel, self._position[channel], plan.release)
+        return True
 
     def _take(self, channel: int, step: Step) -> Task:
         board = self._board
         match step:
-            case Go(to, move, wait_s):
+            case Go(to, move, wait_ms):
                 yield from _go(board, channel, self._target(channel, to), move)
-                yield wait_s
-            case Calibrate(wait_s):
+                if wait_ms:
+                    yield ticks_later(board.kernel.now, wait_ms)
+            case Calibrate(wait_ms):
                 yield from calibrate(board.uart, channel)
-                yield wait_s
+                yield ticks_later(board.kernel.now, wait_ms)
             case ReadPosition():
                 self._position[channel] = yield from read_signed(board.uart, channel, "present_position")
             case ShiftWindow(counts):
@@ -170,14 +183,8 @@ def _repair_current_limit(board: Board, channel: int) -> Task:
     if not (yield from uart.ping(channel)):
         return
     limit = yield from uart.read(channel, REGISTERS["protection_current"].address, 2)
-    # A failed read is -1 to the firmware, which is not the limit either: such a servo is left limp for a while.
-    if limit is not None and int.from_bytes(limit, "little") == CURRENT_LIMIT:
+    if limit is None or int.from_bytes(limit, "little") == CURRENT_LIMIT:
         return
     yield from unlock(uart, channel)
     yield from write_register(uart, channel, "protection_current", CURRENT_LIMIT)
     yield from write_register(uart, channel, "lock", 1)
-
-
-def _millis(t: float) -> int:
-    """The firmware's millisecond counter at time `t` (s)."""
-    return math.floor(t * 1000.0 + 1e-6)

@@ -44,16 +44,16 @@ class Go:
     """Where to."""
     move: Move
     """How."""
-    wait_s: float
-    """Pause afterwards, s."""
+    wait_ms: int
+    """Pause afterwards, ms."""
 
 
 @dataclass(frozen=True)
 class Calibrate:
     """Make the present position 2048 and wait."""
 
-    wait_s: float
-    """Pause afterwards, s."""
+    wait_ms: int
+    """Pause afterwards, ms."""
 
 
 @dataclass(frozen=True)
@@ -115,23 +115,23 @@ _WALK = Move(60, 50, 500)
 _RUN = Move(2400, 0, 1000)
 
 
-_SLOW_CONTACT: tuple[Step, ...] = (Go(Target.CONTACT, _HOLD, 0.03), Calibrate(0.05), ReadPosition())
-_SLOW_BACK_OFF: tuple[Step, ...] = (Go(Target.BACK_OFF, _WALK, 1.5), Calibrate(0.5))
-_SLOW_ABDUCTION = (*_SLOW_CONTACT, Go(Target.GRASP, _WALK, 2.0))
-_SLOW_CMC = (*_SLOW_CONTACT, Go(Target.EXTEND, _WALK, 1.0))
-_SLOW_FLEXOR = (*_SLOW_CONTACT, *_SLOW_BACK_OFF, Go(Target.SHORT_OF_EXTEND, _WALK, 1.0))
-_SLOW_FINGER = (*_SLOW_CONTACT, *_SLOW_BACK_OFF, Go(Target.EXTEND, _WALK, 1.0))
+_SLOW_CONTACT: tuple[Step, ...] = (Go(Target.CONTACT, _HOLD, 30), Calibrate(50), ReadPosition())
+_SLOW_BACK_OFF: tuple[Step, ...] = (Go(Target.BACK_OFF, _WALK, 1500), Calibrate(500))
+_SLOW_ABDUCTION = (*_SLOW_CONTACT, Go(Target.GRASP, _WALK, 2000))
+_SLOW_CMC = (*_SLOW_CONTACT, Go(Target.EXTEND, _WALK, 1000))
+_SLOW_FLEXOR = (*_SLOW_CONTACT, *_SLOW_BACK_OFF, Go(Target.SHORT_OF_EXTEND, _WALK, 1000))
+_SLOW_FINGER = (*_SLOW_CONTACT, *_SLOW_BACK_OFF, Go(Target.EXTEND, _WALK, 1000))
 
-_FAST_CONTACT: tuple[Step, ...] = (Go(Target.CONTACT, _RUN, 0.03), Calibrate(0.03), ReadPosition())
-_FAST_ABDUCTION = (*_FAST_CONTACT, Go(Target.GRASP, _RUN, 0.25))
-_FAST_CMC = (*_FAST_CONTACT, Go(Target.EXTEND, _RUN, 0.25))
+_FAST_CONTACT: tuple[Step, ...] = (Go(Target.CONTACT, _RUN, 30), Calibrate(30), ReadPosition())
+_FAST_ABDUCTION = (*_FAST_CONTACT, Go(Target.GRASP, _RUN, 250))
+_FAST_CMC = (*_FAST_CONTACT, Go(Target.EXTEND, _RUN, 250))
 _FAST_FLEXOR = (
     *_FAST_CONTACT,
-    Go(Target.BACK_OFF, _RUN, 0.25),
-    Calibrate(0.03),
-    Go(Target.SHORT_OF_EXTEND, _RUN, 0.03),
+    Go(Target.BACK_OFF, _RUN, 250),
+    Calibrate(30),
+    Go(Target.SHORT_OF_EXTEND, _RUN, 30),
 )
-_FAST_FINGER = (*_FAST_CONTACT, Go(Target.BACK_OFF, _RUN, 0.3), Calibrate(0.03), Go(Target.EXTEND, _RUN, 0.0))
+_FAST_FINGER = (*_FAST_CONTACT, Go(Target.BACK_OFF, _RUN, 300), Calibrate(30), Go(Target.EXTEND, _RUN, 0))
 _SHIFT: tuple[Step, ...] = (ShiftWindow(113),)
 """Ten degrees of 4095 counts a turn, truncated."""
 

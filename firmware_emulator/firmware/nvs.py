@@ -27,7 +27,23 @@ class Nvs:
 
     def store_extend(self, channel: int, value: int) -> None:
         """Store a channel's extend value (counts)."""
-        self._values[f"ext{channel}"] = value
+        self.store(f"ext{channel}", value)
+
+    def items(self) -> list[tuple[str, int]]:
+        """Return every stored number with its key; keys of other namespaces carry theirs, `namespace/key`."""
+        return sorted(self._values.items())
+
+    def store(self, key: str, value: int) -> None:
+        """Store a number."""
+        self._values[key] = value
+        self._write()
+
+    def forget(self, key: str) -> None:
+        """Take a number away; nothing happens when there is none."""
+        self._values.pop(key, None)
+        self._write()
+
+    def _write(self) -> None:
         if self._path is not None:
             # Replaced as a whole, so that a crash leaves the old values and never half a file.
             draft = self._path.with_name(self._path.name + ".new")

@@ -46,18 +46,18 @@ class FirmwareProfile:
     """Goal acceleration, register units."""
     torque: int = 1023
     """Default goal torque in position mode, register units."""
-    telemetry_period_s: float = 0.01
-    """Period of the telemetry task, s."""
+    telemetry_period_ms: int = 10
+    """Period of the telemetry task, ms."""
     hot: tuple[int, int] | None = None
     """From this temperature (°C) on, torques are capped at this (register units)."""
     hand_line: bool = True
     """Whether the boot text names the hand."""
     pings: bool = True
     """Whether the boot text reports a ping of each servo."""
-    ping_pause_s: float = 0.0
-    """Pause after each of those pings, s."""
-    setup_pause_s: float = 0.0
-    """Pause at the end of the boot, s."""
+    ping_pause_ms: int = 0
+    """Pause after each of those pings, ms."""
+    setup_pause_ms: int = 0
+    """Pause after the servo UART is opened, ms."""
     direction_lines: bool = True
     """Whether the boot text lists the servo directions."""
     boot_homing: BootHoming = BootHoming.NEVER
@@ -70,8 +70,8 @@ class FirmwareProfile:
     """Whether torque mode weakens a channel that leaves its window."""
     sign_of_empty_window: int = 1
     """Sign of the torque where both ends of the window are the same."""
-    eeprom_pause_s: float = 0.0
-    """Pause after each EEPROM write of SET_ID, s."""
+    eeprom_pause_ms: int = 0
+    """Pause after limit, ID and lock in SET_ID, ms."""
 
 
 _PRE = FirmwareProfile(
@@ -79,13 +79,13 @@ _PRE = FirmwareProfile(
     opcodes=frozenset(Opcode) - {Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR},
     speed=2400,
     acceleration=255,
-    telemetry_period_s=0.02,
+    telemetry_period_ms=20,
     hand_line=False,
-    ping_pause_s=0.02,
-    setup_pause_s=0.05,
+    ping_pause_ms=20,
+    setup_pause_ms=50,
     direction_lines=False,
     homing=HOMING_PRE,
-    eeprom_pause_s=0.01,
+    eeprom_pause_ms=10,
 )
 _0_1_0 = FirmwareProfile("0.1.0")
 _0_1_1 = replace(_0_1_0, version="0.1.1", homing=HOMING_0_1_1, torque_floor=5, soft_limit=True, sign_of_empty_window=-1)

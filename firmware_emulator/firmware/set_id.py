@@ -8,7 +8,7 @@ from __future__ import annotations
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.frames import Opcode, reply
 from firmware_emulator.firmware.servo_calls import unlock, write_register
-from firmware_emulator.kernel import Task
+from firmware_emulator.kernel import Task, ticks_later
 from firmware_emulator.servo.registers import REGISTERS
 
 IDS = range(254)
@@ -60,17 +60,22 @@ def _ping(board: Board, servo: int) -> Task:
 
 def _write(board: Board, old: int, new: int, limit: int) -> Task:
     """Write limit and ID; return the limit read back, 0 when the read failed."""
-    uart, pause_s = board.uart, board.profile.eeprom_pause_s
+    uart = board.uart
     yield from unlock(uart, old)
-    yield pause_s
     yield from write_register(uart, old, "protection_current", limit)
-    yield pause_s
+    yield from _settle(board)
     if new != old:
         yield from write_register(uart, old, "id", new)
-        yield pause_s
+        yield from _settle(board)
     yield from write_register(uart, new, "lock", 1)
+    yield from _settle(board)
     stored = yield from uart.read(new, REGISTERS["protection_current"].address, 2)
     return 0 if stored is None else int.from_bytes(stored, "little")
+
+
+def _settle(board: Board) -> Task:
+    if board.profile.eeprom_pause_ms:
+        yield ticks_later(board.kernel.now, board.profile.eeprom_pause_ms)
 
 
 def _answer(board: Board, *words: int) -> None:

@@ -2,19 +2,20 @@
 
 The sign always closes the hand: positive torque pulls toward lower counts, so it is positive where the open end has
 the higher counts. The soft limit is latched: it acts once when a channel leaves its window and once when it is back,
-so a new command while outside drives on at full torque, as on the real hand.
+so a new command while outside drives on at full torque, as on the real hand. Position mode opens the latch.
 """
 
 from __future__ import annotations
 
 from firmware_emulator.firmware.board import TORQUE, Board
+from firmware_emulator.firmware.frames import CHANNELS
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.servo_calls import read_signed, sign_magnitude, write_register
-from firmware_emulator.kernel import Task
+from firmware_emulator.kernel import Task, Until, milliseconds
 
 MAX_MAGNITUDE = 1000
 SOFT_TORQUE = 200
-SOFT_PERIOD_S = 0.02
+SOFT_PERIOD_MS = 20
 COUNTS_PER_TURN = 4096
 
 
@@ -33,17 +34,26 @@ def ctrl_tor(board: Board, words: tuple[int, ...]) -> Task:
     board.lock.give()
 
 
-def soft_limit_is_on(board: Board) -> bool:
-    """Whether the main loop has to look at the soft limit at all."""
-    return board.profile.soft_limit and board.mode == TORQUE
+def next_look(board: Board) -> Until | None:
+    """Return when the main loop looks at the soft limit again, None in a version without one."""
+    return Until(board.torque_mode.next_look_ms / 1000.0) if board.profile.soft_limit else None
 
 
-def enforce_soft_limit(board: Board) -> Task:
-    """Weaken every channel that has left its window since the last look, and restore every one that is back."""
+def look_at_soft_limit(board: Board) -> Task:
+    """Weaken every channel that has left its window since the last look, and restore every one that is back.
+
+    The grid of 20 ms runs in position mode too, where all that happens is that the latch opens.
+    """
     state = board.torque_mode
-    state.next_check_s = board.kernel.now + SOFT_PERIOD_S
+    now_ms = milliseconds(board.kernel.now)
+    if not board.profile.soft_limit or now_ms < state.next_look_ms:
+        return
+    state.next_look_ms = now_ms + SOFT_PERIOD_MS
+    if board.mode != TORQUE:
+        state.outside[:] = [False] * CHANNELS
+        return
+    yield from board.lock.take()
     for channel in SERVOS:
-        yield from board.lock.take()
         position = yield from read_signed(board.uart, channel, "present_position")
         # A negative position and a failed read (32769) come out within one turn, the latter as 1.
         counts = (position + (0x8000 if position < 0 else 0)) % COUNTS_PER_TURN
@@ -54,7 +64,7 @@ def enforce_soft_limit(board: Board) -> Task:
             commanded = state.commanded[channel]
             soft = SOFT_TORQUE if commanded >= 0 else -SOFT_TORQUE
             yield from _write_torque(board, channel, soft if outside else commanded)
-        board.lock.give()
+    board.lock.give()
 
 
 def _write_torque(board: Board, channel: int, torque: int) -> Task:

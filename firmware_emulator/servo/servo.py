@@ -112,6 +112,10 @@ class Servo:
             memory.set("torque_enable", control.OFF)
             self._control_written()
 
+    def heat_to(self, celsius: float) -> None:
+        """Give the servo a temperature (°C)."""
+        self._feedback.temperature_c = celsius
+
     def hold_write(self, address: int, data: bytes) -> None:
         """Keep a write until `release_write` (REG WRITE)."""
         self._held = address, data

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from contextlib import closing
 from pathlib import Path
 
 import click
@@ -47,8 +48,9 @@ def emulate(
             seed=hand.seed,
             start="homed" if bus_port is None else "bare",
             nvs=Nvs(state),
+            program=hand.program,
         )
         server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
-    with server:
+    with server, closing(electronics):
         click.echo(f"ready {server.name}")
         server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))

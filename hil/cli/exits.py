@@ -30,6 +30,8 @@ class Exit(IntEnum):
     """The guard stopped the hand, or did not let it move."""
     NOT_WRITTEN = 5
     """A result could not be written."""
+    FIRMWARE = 6
+    """A firmware program ended, hangs, or was stopped by a sanitizer."""
     DEFECT = 70
     """A mistake of this program."""
 
@@ -56,6 +58,7 @@ def ending(error: BaseException) -> tuple[int, str]:
     """Return the exit code of an exception that reached the command line, and the line that is said."""
     from aero.errors import AeroError  # noqa: PLC0415 - help is quick
     from aero.safety import SafetyStopError  # noqa: PLC0415
+    from firmware_emulator.native.program import FirmwareProgramError  # noqa: PLC0415
     from hil.targets.target import MissingCapabilityError, NoHandError  # noqa: PLC0415
 
     if isinstance(error, KeyboardInterrupt):
@@ -64,6 +67,8 @@ def ending(error: BaseException) -> tuple[int, str]:
         return Exit.STOPPED, str(error)
     if isinstance(error, (NoHandError, AeroError, ConnectionError)):
         return Exit.NO_HAND, str(error)
+    if isinstance(error, FirmwareProgramError):
+        return Exit.FIRMWARE, str(error)
     if isinstance(error, MissingCapabilityError):
         return Exit.USAGE, str(error)
     if isinstance(error, OSError):

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import update_wrapper
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
@@ -32,6 +33,8 @@ class ChosenHand:
     side: Literal["right", "left"]
     unit: str
     seed: int
+    program: Path | None
+    """Firmware program on its board, in place of the emulated firmware."""
     hand_id: str = ""
 
     def open(
@@ -51,6 +54,7 @@ class ChosenHand:
                     guarded=guarded,
                     thresholds=thresholds,
                     hand_id=self.hand_id,
+                    firmware_program=self.program,
                 )
             )
 
@@ -87,10 +91,17 @@ class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from C
 def emulation(command: Command) -> Command:
     """Add the options that choose an emulated hand, given to the command as one `hand: ChosenHand`."""
 
-    def with_hand(*, firmware: str, side: Literal["right", "left"], unit: str, seed: int, **others: Any) -> Any:
-        chosen = ChosenHand(
-            others.pop("target_name", "emulated"), firmware, side, unit, seed, others.pop("hand_id", "")
-        )
+    def with_hand(
+        *,
+        firmware: str,
+        side: Literal["right", "left"],
+        unit: str,
+        seed: int,
+        firmware_program: Path | None,
+        **others: Any,
+    ) -> Any:
+        named = others.pop("target_name", "emulated")
+        chosen = ChosenHand(named, firmware, side, unit, seed, firmware_program, others.pop("hand_id", ""))
         return command(hand=chosen, **others)
 
     wrapped: Command = update_wrapper(with_hand, command)
@@ -101,6 +112,11 @@ def emulation(command: Command) -> Command:
         ),
         click.option("--unit", default="reference", show_default=True, help="Unit of the emulated hand, or a .toml."),
         click.option("--seed", type=int, default=0, show_default=True, help="Seed of the emulated hand's noise."),
+        click.option(
+            "--firmware-program",
+            type=click.Path(exists=True, dir_okay=False, path_type=Path),
+            help="What `aero-hil firmware build` made, on the emulated board; --firmware says what it was made from.",
+        ),
     )
     for decorate in reversed(decorators):
         wrapped = decorate(wrapped)

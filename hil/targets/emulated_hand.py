@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Literal
 
 from firmware_emulator.firmware.nvs import Nvs
@@ -24,17 +25,19 @@ def build_emulated(
     start: Start = "homed",
     nvs: Nvs | None = None,
     rewire: Rewire | None = None,
+    program: Path | None = None,
 ) -> tuple[EmulatedHand, BuiltHandPlant]:
     """Return the electronics of an emulated hand, and the mechanics behind them.
 
-    `start` and `nvs` are `EmulatedHand`'s; `rewire` puts something between the two.
+    `start`, `nvs` and `program` are `EmulatedHand`'s; `rewire` puts something between the two.
 
     Raises:
         ValueError: an unknown firmware or side.
+        FirmwareProgramError: the program does not run, or does not home.
     """
     plant = BuiltHandPlant(unit.hand, hand=hand)
     behind: Any = plant if rewire is None else rewire(plant)
     electronics = EmulatedHand(
-        behind, firmware=firmware, hand=hand, servos=unit.servos, seed=seed, start=start, nvs=nvs
+        behind, firmware=firmware, hand=hand, servos=unit.servos, seed=seed, start=start, nvs=nvs, program=program
     )
     return electronics, plant

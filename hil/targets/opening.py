@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from serial.tools.list_ports import comports
@@ -39,6 +40,7 @@ def open_target(
     guarded: bool | None = None,
     thresholds: Thresholds | None = None,
     hand_id: str = "",
+    firmware_program: Path | str | None = None,
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -56,16 +58,23 @@ def open_target(
         guarded: whether the hand is guarded; a physical one is unless this is False.
         thresholds: when a guarded hand is stopped; the defaults when None.
         hand_id: name of the individual hand, for its recordings; the serial number of its USB port when not given.
+        firmware_program: what `aero-hil firmware build` made, to run on the board of an `emulated` or `pty` hand;
+            `firmware` and `hand` then say what it was made from.
 
     Raises:
-        ValueError: an unknown firmware, side or unit.
+        ValueError: an unknown firmware, side or unit; a firmware program for a physical hand.
+        FirmwareProgramError: the firmware program does not run, on entering the context.
         NoHandError: nothing answers at the port, on entering the context.
     """
     kinds: dict[str, Opener] = {"emulated": _emulated, "pty": _pty}
     version = firmware or DEFAULT_FIRMWARE
     codec = ActuationMap.for_firmware(version, hand=hand)
     guard = (thresholds or Thresholds()) if (target not in kinds if guarded is None else guarded) else None
-    return kinds.get(target, _physical)(Request(target, codec, version, hand, load_unit(unit), seed, guard, hand_id))
+    if firmware_program is not None and target not in kinds:
+        raise ValueError(f"a firmware program runs on an emulated hand, not on {target!r}; give `emulated` or `pty`")
+    program = Path(firmware_program) if firmware_program is not None else None
+    request = Request(target, codec, version, hand, load_unit(unit), seed, guard, hand_id, program)
+    return kinds.get(target, _physical)(request)
 
 
 @dataclass(frozen=True)
@@ -81,6 +90,8 @@ class Request:
     thresholds: Thresholds | None = None
     """Of the guard; None without one."""
     hand_id: str = ""
+    program: Path | None = None
+    """Firmware program on the board of an emulated hand."""
 
     def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
@@ -94,8 +105,10 @@ Opener = Callable[[Request], AbstractContextManager[Target]]
 
 @contextmanager
 def _emulated(request: Request) -> Iterator[Target]:
-    electronics, plant = build_emulated(request.unit, firmware=request.firmware, hand=request.side, seed=request.seed)
-    with in_process(request, electronics, plant, InProcessLink(electronics)) as target:
+    electronics, plant = build_emulated(
+        request.unit, firmware=request.firmware, hand=request.side, seed=request.seed, program=request.program
+    )
+    with closing(electronics), in_process(request, electronics, plant, InProcessLink(electronics)) as target:
         yield target
 
 
@@ -110,7 +123,13 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
 
 @contextmanager
 def _pty(request: Request) -> Iterator[Target]:
-    served = serve_in_process(firmware=request.firmware, hand=request.side, unit=request.unit.name, seed=request.seed)
+    served = serve_in_process(
+        firmware=request.firmware,
+        hand=request.side,
+        unit=request.unit.name,
+        seed=request.seed,
+        program=request.program,
+    )
     with served as path, _serial(request, path) as (hand, clock, wire):
         yield request.granted(hand, clock, wire)
 

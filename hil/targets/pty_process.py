@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Literal
 
 STOP_TIMEOUT_S = 10.0
@@ -14,7 +15,9 @@ STOP_TIMEOUT_S = 10.0
 
 
 @contextmanager
-def serve_in_process(*, firmware: str, hand: Literal["right", "left"], unit: str, seed: int) -> Iterator[str]:
+def serve_in_process(
+    *, firmware: str, hand: Literal["right", "left"], unit: str, seed: int, program: Path | None = None
+) -> Iterator[str]:
     """Start an emulated hand on a pseudo-terminal and yield the path a client may open.
 
     Raises:
@@ -22,6 +25,8 @@ def serve_in_process(*, firmware: str, hand: Literal["right", "left"], unit: str
     """
     command = [sys.executable, "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
     command += ["--unit", unit, "--seed", str(seed), "--parent", str(os.getpid())]
+    if program is not None:
+        command += ["--firmware-program", str(program)]
     pipe = subprocess.PIPE
     # In a session of its own, so that Ctrl-C in a terminal reaches only this program, which opens the hand first.
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as child:

@@ -1,7 +1,5 @@
 """Byte vectors of the wire, host side and bus side (aero-open-firmware d7bd82e, FTServo_Arduino 64922cd)."""
 
-from itertools import pairwise
-
 import pytest
 
 from tests.firmware_emulator.conftest import AT_STOPS, frame, stopped_bench
@@ -64,17 +62,6 @@ def test_set_id_finds_the_new_id_taken_after_the_scan(make_host):
     host.hand.bus.servos = host.hand.bus.servos[5:6]
     host.hand.kernel.call_at(host.hand.clock.now() + 1.0, host.hand.bus.servos.append, late)
     assert host.ask(0x02, 3, 1023, timeout=5.0) == frame("02 00 05 00 03 00")
-
-
-@pytest.mark.parametrize(("firmware", "pause"), [("pre", 0.01), ("0.1.0", 0.0)])
-def test_the_earliest_firmware_waits_for_the_eeprom(make_host, bus_log, firmware, pause):
-    host = make_host(firmware=firmware)
-    host.hand.bus.servos = host.hand.bus.servos[:1]
-    bus_log.clear()
-    assert host.ask(0x02, 3, 1023, timeout=5.0)
-    writes = [t for t, data in bus_log if data[4] == 0x03]
-    assert [b - a >= pause for a, b in pairwise(writes[1:])] == [True] * 3
-    assert writes[-1] - writes[0] == pytest.approx(3 * pause, abs=0.002)
 
 
 def test_set_id_without_a_servo_scans_all_ids_in_vain(make_host):

@@ -212,10 +212,10 @@ def test_fast_homing_does_not_wait_for_the_half_turn(make_host, what, posture, m
     plant, zeros = stopped_bench(posture, friction=0.004), mounted(hand, mounting)
     found = contacts_after(make_host(plant=plant, firmware=version, hand=hand, start="reset", encoder_zeros=zeros))
     assert all(abs(a - b) <= 1 for a, b in zip(found[:2], CONTACT[hand][:2], strict=True)), found
-    # 250 and 300 ms at 8286 counts/s, less dead time and start: what is missing shows as a contact on the open side.
+    # 250 and 300 ticks at 8286 counts/s, less dead time and start: what is missing shows as a contact on the open side.
     missing = [abs(a - b) for a, b in zip(found[2:], CONTACT[hand][2:], strict=True)]
     assert all((a < 2048) == (b == 0) for a, b in zip(found[2:], CONTACT[hand][2:], strict=True))
-    assert missing[0] == pytest.approx(227, abs=25)
+    assert missing[0] == pytest.approx(257, abs=5)
     assert all(gap == pytest.approx(20, abs=12) for gap in missing[1:])
 
 

@@ -1,0 +1,182 @@
+"""Runs a session on a board and notes everything that leaves it, with its time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from firmware_emulator.bench import Bench, BenchShaft
+from firmware_emulator.compare.steps import Await, Damage, Heat, Reset, Send, Servos, Session, Step, Wait
+from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
+from firmware_emulator.firmware.nvs import Nvs
+from firmware_emulator.firmware.profiles import PROFILES
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.kernel import Task
+
+SAMPLE_S = 0.05
+"""Period at which the shafts are looked at, s."""
+ABDUCTION = 0
+HOST, BUS, STORE = "host", "servo bus", "storage"
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A firmware: a version that is emulated, or a program."""
+
+    name: str
+    hand: HandSide
+    version: str = "0.2.0"
+    program: Path | None = None
+
+
+def contender(name: str, hand: HandSide) -> Contender:
+    """Return the firmware of a name: a version, or the path of a program.
+
+    Raises:
+        ValueError: neither.
+    """
+    if name in PROFILES:
+        return Contender(name, hand, version=name)
+    if not Path(name).is_file():
+        raise ValueError(f"{name!r} is neither a version ({', '.join(PROFILES)}) nor a program of `firmware build`")
+    return Contender(Path(name).name, hand, program=Path(name))
+
+
+@dataclass
+class Trace:
+    """What a board did in a session."""
+
+    events: dict[str, list[tuple[int, bytes]]] = field(default_factory=lambda: {HOST: [], BUS: [], STORE: []})
+    """Time (ns) and bytes, by where they went; what is sent to the host at one instant is one event."""
+    angles: list[tuple[float, ...]] = field(default_factory=list)
+    """Shaft angles every `SAMPLE_S`, degrees, command order."""
+    registers: list[dict[str, int]] = field(default_factory=list)
+    """Of every servo, at the end."""
+    packets: int = 0
+    """On the servo bus."""
+
+    def add(self, where: str, t: float, data: bytes) -> None:
+        """Note an event."""
+        ns = round(t * 1e9)
+        events = self.events[where]
+        if where == HOST and events and events[-1][0] == ns:
+            events[-1] = (ns, events[-1][1] + data)
+        else:
+            events.append((ns, data))
+
+
+class _NotedNvs(Nvs):
+    """A storage whose writes are noted; writing what is there already is a write too."""
+
+    def __init__(self, stage: Stage, stored: tuple[tuple[str, int], ...]) -> None:
+        super().__init__()
+        for key, value in stored:
+            super().store(key, value)
+        self._stage = stage
+
+    def store(self, key: str, value: int) -> None:
+        super().store(key, value)
+        self._stage.trace.add(STORE, self._stage.hand.kernel.now, f"{key}={value}".encode())
+
+
+class Stage:
+    """One board in one session, on seven bare shafts with the stops that homing looks for."""
+
+    def __init__(self, firmware: Contender, session: Session) -> None:
+        """Begin a session; `run` runs it."""
+        self.trace = Trace()
+        self._damages: list[Damage] = []
+        self._plant = stopped_shafts(firmware.hand) if session.stops else Bench()
+        self.hand = EmulatedHand(
+            self._plant,
+            firmware=firmware.version,
+            hand=firmware.hand,
+            start="bare",
+            program=firmware.program,
+            nvs=_NotedNvs(self, session.stored),
+        )
+        self._all = list(self.hand.bus.servos)
+        self.hand.bus.tap = self
+        self.hand.on_transmit = self._heard
+        self._heard_bytes = 0
+        self._now_us = 0
+        self._session = session
+
+    def run(self) -> Trace:
+        """Run the session to its end."""
+        try:
+            self.hand.kernel.spawn(self._watch_shafts())
+            self._do(Reset(self._session.start))
+            for step in self._session.steps:
+                self._do(step)
+        finally:
+            self.hand.close()
+        self.trace.registers = [_registers(servo) for servo in self._all]
+        return self.trace
+
+    def asked(self, data: bytes) -> None:
+        """Note a packet of the board."""
+        self.trace.packets += 1
+        self.trace.add(BUS, self.hand.kernel.now, data)
+
+    def answered(self, data: bytes) -> bytes:
+        """Return what arrives of an answer."""
+        if not self._damages:
+            return data
+        present = self._damages[0]
+        if present.after > 0:
+            self._damages[0] = Damage(present.after - 1, present.keep, present.flip, present.before, present.replace)
+            return data
+        return self._damages.pop(0).applied(data)
+
+    def _do(self, step: Step) -> None:
+        match step:
+            case Send(data):
+                self.hand.receive(data)
+            case Wait(microseconds):
+                self._advance(microseconds)
+            case Await(count, longest_s):
+                wanted, limit = self._heard_bytes + count, self._now_us + round(longest_s * 1e6)
+                while self._heard_bytes < wanted and self._now_us < limit:
+                    self._advance(10_000)
+            case Reset(cause):
+                self.hand.reset(cause)
+            case Damage():
+                self._damages.append(step)
+            case Servos(present):
+                self.hand.bus.servos[:] = [self._all[servo] for servo in present]
+            case Heat(servo, celsius):
+                self._all[servo].heat_to(celsius)
+
+    def _advance(self, microseconds: int) -> None:
+        self._now_us += microseconds
+        self.hand.kernel.run_until(self._now_us / 1e6)
+
+    def _heard(self, data: bytes) -> None:
+        self._heard_bytes += len(data)
+        self.trace.add(HOST, self.hand.kernel.now, data)
+
+    def _watch_shafts(self) -> Task:
+        while True:
+            self.hand.advance_plant()
+            self.trace.angles.append(tuple(math.degrees(angle) for angle in self._plant.angles()))
+            yield SAMPLE_S
+
+
+def stopped_shafts(hand: HandSide) -> Bench:
+    """Seven bare shafts with the end stops of the hand's channels, ends of the window by ID."""
+    config = HANDS[hand]
+    shafts = [BenchShaft()] * len(SERVOS)
+    for servo, shaft in enumerate(SHAFT_OF_SERVO):
+        span = abs(config.grasp[servo] - config.extend[servo]) * 360.0 / 4096
+        end = math.radians(EXTEND_ANGLE_DEG[servo] + span)
+        stop: dict[str, Any] = {"stop_low": 0.0} if servo == ABDUCTION else {"stop_high": end}
+        shafts[shaft] = BenchShaft(stop_stiffness=2000.0, friction=0.004, **stop)
+    return Bench(tuple(shafts))
+
+
+def _registers(servo: Any) -> dict[str, int]:
+    names = ("id", "mode", "torque_enable", "goal_position", "goal_torque", "goal_speed", "acceleration", "lock")
+    return {name: servo.memory.get(name) for name in (*names, "min_angle", "max_angle", "protection_current", "offset")}

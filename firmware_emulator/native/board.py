@@ -1,0 +1,133 @@
+"""The board that runs a firmware program in place of the emulated firmware: bytes and time in, bytes out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from firmware_emulator.bus import BusPort, ServoBus
+from firmware_emulator.firmware.boot import ResetCause
+from firmware_emulator.firmware.nvs import Nvs
+from firmware_emulator.kernel import Kernel, milliseconds, on_grid
+from firmware_emulator.native.program import FORGET, HOST, READY, RESET, SERVOS, STORE, Program, Record, Turn
+
+REASONS: dict[ResetCause, int] = {"power_on": 1, "reset": 2, "brown_out": 9}
+"""What `esp_reset_reason` returns: power-on, external pin, brown-out."""
+SOFTWARE = 3
+"""What it returns after the firmware restarted itself."""
+NAMESPACE = "hand/"
+"""Of the stored extend values; `Nvs` names them without it."""
+
+
+class ProgramBoard:
+    """A firmware program, its place in time, and its two ports."""
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        bus: ServoBus,
+        *,
+        program: Path,
+        nvs: Nvs,
+        transmit: Callable[[bytes], None],
+        host_latency_s: float,
+    ) -> None:
+        """Put a program on a board that is switched off; `transmit` gets what it sends to the host."""
+        self.ready = False
+        """Whether `setup` has returned."""
+        self.intercept: Callable[[Turn], bool] = lambda _turn: False
+        """Sees every turn before it takes effect; one for which it holds takes none."""
+        self._kernel = kernel
+        self._port: BusPort = bus.connect(self._from_servos)
+        self._path = program
+        self._nvs = nvs
+        self._transmit = transmit
+        self._latency_s = host_latency_s
+        self._program: Program | None = None
+        self._behind_ms = 0
+        self._arrived: list[Record] = []
+        self._due = False
+        self._ticket = 0
+
+    def boot(self, cause: ResetCause) -> None:
+        """Start the program at the present instant."""
+        self._start(REASONS[cause])
+
+    def stop(self) -> None:
+        """End the program, as a reset or switching off does."""
+        self._ticket += 1
+        if self._program is not None:
+            self._program.close()
+            self._program = None
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the host; the firmware sees them after the host's latency."""
+        self._kernel.call_at(
+            on_grid(self._kernel.now + self._latency_s), self._arrive, self._program, (HOST, bytes(data))
+        )
+
+    def move(self, kernel: Kernel, bus: ServoBus, transmit: Callable[[bytes], None], turn: Turn) -> None:
+        """Go on in another kernel, on another bus, with what the program did at its present instant.
+
+        The program's clock goes on where it stands; from now on it is behind or ahead by whole milliseconds.
+        """
+        self._behind_ms = milliseconds(kernel.now) - (milliseconds(self._kernel.now) - self._behind_ms)
+        self._kernel = kernel
+        self._port = bus.connect(self._from_servos)
+        self._transmit = transmit
+        self.intercept = lambda _turn: False
+        self._take(turn)
+
+    def _start(self, reason: int) -> None:
+        self._ticket += 1
+        stored = [(name if "/" in name else NAMESPACE + name, value) for name, value in self._nvs.items()]
+        self._program = Program(self._path, cause=reason, stored=stored)
+        self._behind_ms = milliseconds(self._kernel.now)
+        self.ready = False
+        self._arrived = []
+        self._wake(self._ticket)
+
+    def _from_servos(self, data: bytes) -> None:
+        self._arrive(self._program, (SERVOS, data))
+
+    def _arrive(self, program: Program | None, record: Record) -> None:
+        if program is not None and program is self._program:
+            self._arrived.append(record)
+            self._wake(self._ticket)
+
+    def _wake(self, ticket: int) -> None:
+        # Behind whatever else happens at this instant, so that the program sees all of it at once.
+        if ticket == self._ticket and not self._due:
+            self._due = True
+            self._kernel.call_at(self._kernel.now, self._turn)
+
+    def _turn(self) -> None:
+        self._due = False
+        if self._program is None:
+            return
+        arrived, self._arrived = self._arrived, []
+        turn = self._program.turn(round(self._kernel.now * 1e9) - self._behind_ms * 1_000_000, arrived)
+        if not self.intercept(turn):
+            self._take(turn)
+
+    def _take(self, turn: Turn) -> None:
+        """Let what the program did take effect at the present instant."""
+        for kind, data in turn.records:
+            if kind == HOST:
+                self._transmit(data)
+            elif kind == SERVOS:
+                self._port.write(data)
+            elif kind == STORE:
+                name, value = data.decode().rsplit("=", 1)
+                self._nvs.store(name.removeprefix(NAMESPACE), int(value))
+            elif kind == FORGET:
+                self._nvs.forget(data.decode().removeprefix(NAMESPACE))
+            elif kind == READY:
+                self.ready = True
+            elif kind == RESET:
+                self.stop()
+                self._start(SOFTWARE)
+                return
+        self._ticket += 1
+        if turn.wake_ms >= 0:
+            self._kernel.call_at((turn.wake_ms + self._behind_ms) / 1000.0, self._wake, self._ticket)

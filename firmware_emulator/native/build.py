@@ -1,0 +1,139 @@
+"""Builds a firmware program: the user's sketch, their servo library, and the host board of this package."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import tempfile
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+from firmware_emulator.native.compilers import SANITIZERS, Compiler, FirmwareBuildError, choose
+from firmware_emulator.native.sketch import HEADERS, UNITS, SketchError, translated
+
+HOST = Path(__file__).parent / "host"
+STANDARD = ("-std=gnu++17", "-funsigned-char", "-fwrapv", "-pthread", "-w")
+"""As the chip's compiler: characters have no sign, and an overflow of a signed number wraps."""
+DEFINES = ("ARDUINO=10819", "ESP32", "ARDUINO_ARCH_ESP32", "CONFIG_IDF_TARGET_ESP32S3=1", "ARDUINO_USB_CDC_ON_BOOT=1")
+
+
+def build(
+    source: Path,
+    out: Path,
+    *,
+    library: Path | None = None,
+    hand: str | None = None,
+    sanitize: Iterable[str] = (),
+    defines: Sequence[str] = (),
+    coverage: bool = False,
+) -> Compiler:
+    """Build a program and return the compiler that made it.
+
+    The host board and the library are kept below the user's cache folder, so that a second build compiles the sketch
+    only.
+
+    Args:
+        source: the sketch's folder.
+        out: the program to write.
+        library: folder of the servo library, FTServo_Arduino; None when the sketch brings it.
+        hand: `right` or `left` in place of the choice in `HandConfig.h`; None leaves that.
+        sanitize: any of `SANITIZERS`; the program then stops at the first error with file and line.
+        defines: further macros for the sketch, `NAME` or `NAME=VALUE`.
+        coverage: count executed lines of the sketch for gcov, in a folder beside it, `OUT.objects`; needs g++.
+
+    Raises:
+        FirmwareBuildError: no compiler, no sketch, or it does not compile; the message carries the compiler's.
+    """
+    wanted = frozenset(sanitize)
+    if unknown := wanted - set(SANITIZERS):
+        raise FirmwareBuildError(f"unknown sanitizer {', '.join(sorted(unknown))}; known are {', '.join(SANITIZERS)}")
+    compiler = choose(wanted)
+    own = [f"-D{macro}" for macro in (*defines, *([f"{hand.upper()}_HAND"] if hand else []))]
+    options = [*compiler.options, *STANDARD, *(f"-D{macro}" for macro in DEFINES), *_checks(wanted)]
+    if coverage and compiler.command != ("g++",):
+        raise FirmwareBuildError("counting executed lines needs g++ with its 32-bit libraries (g++-multilib)")
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        try:
+            units = translated(source, folder / "sketch", hand=hand)
+        except SketchError as error:
+            raise FirmwareBuildError(str(error)) from error
+        roots = [HOST, *([_root(library)] if library is not None else [])]
+        includes = [f"-I{root}" for root in (*roots, folder / "sketch", folder / "sketch/src")]
+        jobs: list[_Job] = []
+        for root in roots:
+            kept = _kept(root, compiler, options)
+            jobs += [_Job(unit, kept / f"{unit.name}.o", options) for unit in sorted(_units(root))]
+        counting = ["--coverage"] if coverage else []
+        keeping = ["-Wl,-u,__gcov_dump"] if coverage else []
+        objects = out.resolve().with_name(f"{out.name}.objects") if coverage else folder
+        objects.mkdir(parents=True, exist_ok=True)
+        jobs += [_Job(unit, objects / f"{unit.name}.o", [*options, *own, *counting]) for unit in units]
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            for message in pool.map(lambda job: _compile(compiler, job, includes), jobs):
+                if message is not None:
+                    raise FirmwareBuildError(message)
+        linking = [*compiler.options, *compiler.linking, "-pthread", *_checks(wanted), *counting, *keeping]
+        link = [*compiler.command, *linking, *(str(job.target) for job in jobs), "-o", str(out)]
+        done = subprocess.run(link, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise FirmwareBuildError(f"the firmware does not link:\n{done.stderr.strip()}")
+    return compiler
+
+
+def _checks(sanitize: frozenset[str]) -> list[str]:
+    if not sanitize:
+        return ["-O1", "-fno-sanitize=undefined"]
+    named = ",".join(sorted(sanitize))
+    return ["-O1", "-g", "-fno-omit-frame-pointer", f"-fsanitize={named}", "-fno-sanitize-recover=all"]
+
+
+class _Job(NamedTuple):
+    unit: Path
+    target: Path
+    options: list[str]
+
+
+def _compile(compiler: Compiler, job: _Job, includes: list[str]) -> str | None:
+    """Compile one unit unless it is there; return the compiler's message when it fails."""
+    unit, target, options = job
+    if target.exists():
+        return None
+    # Under another name first, so that a build that is cut short leaves no half object to be found.
+    draft = target.with_name(f"{target.name}.{os.getpid()}")
+    command = [*compiler.command, *options, *includes, "-c", str(unit), "-o", str(draft)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        draft.unlink(missing_ok=True)
+        hint = "\nThe servo library is given with --library." if "HLSCL.h" in done.stderr else ""
+        return f"the firmware does not compile:\n{done.stderr.strip()}{hint}"
+    draft.replace(target)
+    return None
+
+
+def _root(library: Path) -> Path:
+    """Return where a library's sources are: in `src` where it has one, as Arduino libraries do."""
+    root = library / "src" if (library / "src").is_dir() else library
+    if not any(_units(root)):
+        raise FirmwareBuildError(f"{library} holds no .cpp file; give the folder of FTServo_Arduino with --library")
+    return root.resolve()
+
+
+def _units(root: Path) -> list[Path]:
+    return [HOST / "board.cpp"] if root == HOST else [path for path in root.glob("*") if path.suffix in UNITS]
+
+
+def _kept(root: Path, compiler: Compiler, options: list[str]) -> Path:
+    """Return the cache folder for the objects of a root, named by everything that they are made from."""
+    digest = hashlib.sha256("\0".join([*compiler.command, *options]).encode())
+    for folder in sorted({HOST, root}):
+        for path in sorted(folder.rglob("*")):
+            if path.suffix in UNITS + HEADERS:
+                digest.update(path.name.encode() + path.read_bytes())
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    kept = cache / "aero-hil" / "firmware" / digest.hexdigest()[:16]
+    kept.mkdir(parents=True, exist_ok=True)
+    return kept

@@ -1,0 +1,12 @@
+// The EEPROM library is missing; Preferences is here. Using it stops the program with its name.
+#pragma once
+
+#include "scheduler.h"
+
+struct EEPROMClass {
+  bool begin(size_t) { board::missing("EEPROM.begin()"); }
+  uint8_t read(int) { board::missing("EEPROM.read()"); }
+  void write(int, uint8_t) { board::missing("EEPROM.write()"); }
+  bool commit() { board::missing("EEPROM.commit()"); }
+};
+inline EEPROMClass EEPROM;

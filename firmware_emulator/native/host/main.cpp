@@ -1,0 +1,17 @@
+// What arduino-esp32's own main does: `setup` once and `loop` for ever, in the task `loopTask`.
+#include "Arduino.h"
+#include "scheduler.h"
+#include "wire.h"
+
+int main() {
+  board::watch_for_signals();
+  wire::open();
+  board::run_main([] {
+    setup();
+    wire::send(wire::READY, "", 0);
+    for (;;) {
+      board::polled_clock("loop()");
+      loop();
+    }
+  });
+}

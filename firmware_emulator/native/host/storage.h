@@ -1,0 +1,14 @@
+// The non-volatile storage: whole numbers by `namespace/key`, kept by the kernel over resets.
+#pragma once
+
+#include <string>
+
+namespace storage {
+
+void load(const std::string& line);   // "namespace/key=value", from the kernel
+bool get(const std::string& name, int64_t& value);
+void put(const std::string& name, int64_t value);
+bool forget(const std::string& name);
+void forget_all(const std::string& prefix);
+
+}  // namespace storage

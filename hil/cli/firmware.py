@@ -1,0 +1,102 @@
+"""`aero-hil firmware`: build a firmware for the emulated hand, and compare what two of them do."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from firmware_emulator.compare.difference import compare
+from firmware_emulator.compare.run import contender
+from firmware_emulator.compare.sessions import MAKERS, sessions
+from firmware_emulator.native.build import build
+from firmware_emulator.native.compilers import FirmwareBuildError
+from firmware_emulator.native.program import FirmwareProgramError
+from hil.cli.exits import Ended, Exit
+
+
+@click.group()
+def firmware() -> None:
+    """Run your own firmware on the emulated hand, before flashing anything."""
+
+
+@firmware.command("build")
+@click.argument("source", type=click.Path(exists=True, path_type=Path))
+@click.option(
+    "--library", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder of FTServo_Arduino."
+)
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="The program to write.")
+@click.option("--hand", type=click.Choice(["right", "left"]), help="Hand, in place of the choice in HandConfig.h.")
+@click.option("--define", "defines", multiple=True, metavar="NAME[=VALUE]", help="A macro; may be repeated.")
+@click.option(
+    "--sanitize", default="", metavar="LIST", help="address, undefined or both: stop at the first such error."
+)
+@click.option("--coverage", is_flag=True, help="Count executed lines for gcov, in OUT.objects; needs g++.")
+def build_command(
+    *,
+    source: Path,
+    library: Path | None,
+    out: Path,
+    hand: str | None,
+    defines: tuple[str, ...],
+    sanitize: str,
+    coverage: bool,
+) -> None:
+    """Compile the sketch in the folder SOURCE for the emulated board.
+
+    Needs a compiler whose `long` has 32 bits: g++ with its 32-bit libraries, or `pip install aero-hil[firmware]`.
+    """
+    sanitizers = [name.strip() for name in sanitize.split(",") if name.strip()]
+    try:
+        compiler = build(
+            source, out, library=library, hand=hand, sanitize=sanitizers, defines=defines, coverage=coverage
+        )
+    except FirmwareBuildError as error:
+        raise Ended(str(error), Exit.USAGE) from error
+    click.echo(f"{out} made with {compiler.command[-1] if len(compiler.command) == 1 else 'zig c++'}")
+    if compiler.long_bits != 32:
+        click.echo(
+            "Its `long` has 64 bits, so positions do not wrap as on the chip: it finds errors, do not compare it."
+        )
+
+
+@firmware.command("compare")
+@click.argument("first")
+@click.argument("second")
+@click.option("--hand", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side of both.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the sessions.")
+@click.option("--seeds", type=click.IntRange(1), default=1, show_default=True, help="How many seeds, from that one on.")
+@click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Only these sessions; may be repeated.")
+def compare_command(
+    *, first: str, second: str, hand: Literal["right", "left"], seed: int, seeds: int, only: tuple[str, ...]
+) -> None:
+    """Give FIRST and SECOND the same seeded sessions, and show the first difference of each.
+
+    Both are a program of `firmware build` or an emulated version such as 0.2.0. Every byte to the host, to the servos
+    and to the storage has to be the same at the same instant. Exits with 1 when anything differs.
+    """
+    try:
+        contenders = contender(first, hand), contender(second, hand)
+    except ValueError as error:
+        raise Ended(str(error), Exit.USAGE) from error
+    frames = packets = differing = 0
+    seconds = 0.0
+    for number in range(seed, seed + seeds):
+        for name in only or MAKERS:
+            for session in sessions(name, number):
+                try:
+                    outcome = compare(session, *contenders)
+                except FirmwareProgramError as error:
+                    raise click.ClickException(f"seed {number}, {session.name}: {error}") from error
+                frames, packets = frames + session.frames, packets + outcome.packets
+                seconds += outcome.hand_seconds
+                if outcome.difference is None:
+                    continue
+                differing += 1
+                click.echo(f"seed {number}, {session.name}:")
+                click.echo("\n".join(outcome.difference.lines((first, second))))
+    verdict = f"{differing} sessions differ" if differing else "no difference"
+    click.echo(f"{verdict}: {frames} frames, {packets} servo packets, {seconds:.0f} s of hand time")
+    sys.exit(1 if differing else 0)

@@ -1,0 +1,3 @@
+#pragma once
+
+#define CHANNELS 7
