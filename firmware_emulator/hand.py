@@ -16,7 +16,7 @@ from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import profile_of
 from firmware_emulator.kernel import Kernel, Task
-from firmware_emulator.native.board import ProgramBoard
+from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.native.rehearsal import Rehearsed, rehearse
 from firmware_emulator.plant import Plant
 from firmware_emulator.servo.frame import Mounting

@@ -17,9 +17,9 @@ from firmware_emulator.firmware.frames import Opcode, reply
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.kernel import Kernel
-from firmware_emulator.native.board import ProgramBoard
 from firmware_emulator.native.program import READY, FirmwareProgramError, Turn
 from firmware_emulator.native.program import SERVOS as SERVO_BYTES
+from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.servo.registers import REGISTERS
 from firmware_emulator.servo.servo import Servo
 

@@ -36,6 +36,10 @@ class Exit(IntEnum):
     """A mistake of this program."""
 
 
+INTERRUPTED = 130
+"""What a shell makes of SIGINT."""
+
+
 class Ended(click.ClickException):
     """An ending with one line and its exit code."""
 
@@ -61,18 +65,18 @@ def ending(error: BaseException) -> tuple[int, str]:
     from firmware_emulator.native.program import FirmwareProgramError  # noqa: PLC0415
     from hil.targets.target import MissingCapabilityError, NoHandError  # noqa: PLC0415
 
+    codes: tuple[tuple[type[BaseException] | tuple[type[BaseException], ...], int], ...] = (
+        (SafetyStopError, Exit.STOPPED),
+        ((NoHandError, AeroError, ConnectionError), Exit.NO_HAND),
+        (FirmwareProgramError, Exit.FIRMWARE),
+        (MissingCapabilityError, Exit.USAGE),
+        (OSError, Exit.NOT_WRITTEN),
+    )
     if isinstance(error, KeyboardInterrupt):
-        return 130, "interrupted"
-    if isinstance(error, SafetyStopError):
-        return Exit.STOPPED, str(error)
-    if isinstance(error, (NoHandError, AeroError, ConnectionError)):
-        return Exit.NO_HAND, str(error)
-    if isinstance(error, FirmwareProgramError):
-        return Exit.FIRMWARE, str(error)
-    if isinstance(error, MissingCapabilityError):
-        return Exit.USAGE, str(error)
-    if isinstance(error, OSError):
-        return Exit.NOT_WRITTEN, str(error)
+        return INTERRUPTED, "interrupted"
+    for kinds, code in codes:
+        if isinstance(error, kinds):
+            return code, str(error)
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
 
 
@@ -81,7 +85,7 @@ def run(command: Callable[[], Any]) -> None:
     try:
         command()
     except click.exceptions.Abort:
-        code, line = 130, "interrupted"
+        code, line = INTERRUPTED, "interrupted"
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
