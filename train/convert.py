@@ -20,7 +20,7 @@ import numpy as np
 
 from aero.policy.file import Policy
 from aero.policy.network import Layer, Network
-from aero.policy.settings import Settings
+from aero.policy.settings import PolicySettings
 from aero.policy.task import ShownAction
 
 rebuild_numpy = np.empty(0).__reduce__()[0]
@@ -79,7 +79,7 @@ class _Unpickler(pickle.Unpickler):
 class Origin:
     """What a checkpoint does not say about its training; the defaults are those of the released environment."""
 
-    settings: Settings
+    settings: PolicySettings
     """Nominal grasp, scales and noise."""
     shown_action: ShownAction = ShownAction.BEFORE_LAST
     """Which action its observation shows; the released environment shows the one before the last."""

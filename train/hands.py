@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES, Channel, Joint
-from aero.policy.settings import Settings
+from aero.policy.settings import PolicySettings
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
 
@@ -134,7 +134,7 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
 
 def corrections(
     units: Sequence[Unit],
-    settings: Settings,
+    settings: PolicySettings,
     rng: np.random.Generator,
     *,
     error_m: float = 0.0,

@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from aero.policy.network import Layer, Network
-from aero.policy.settings import Settings
+from aero.policy.settings import PolicySettings
 from aero.policy.task import ACTION_LAYOUT, OBSERVATION_LAYOUT, ShownAction
 
 FORMAT = "aero-hil policy"
@@ -43,7 +43,7 @@ class Policy:
     """What a person calls it."""
     network: Network
     """The function from observation to action."""
-    settings: Settings
+    settings: PolicySettings
     """Rate, nominal grasp, scales and noise of its training."""
     shown_action: ShownAction
     """Which action its observation shows."""
@@ -126,7 +126,7 @@ def _policy(header: Mapping[str, Any], arrays: dict[str, Any]) -> Policy:
     return Policy(
         name=header["name"],
         network=network,
-        settings=Settings(**settings),
+        settings=PolicySettings(**settings),
         shown_action=ShownAction(header["shown_action"]),
         physics_rate_hz=float(header["physics_rate_hz"]),
         trained_lag_s=_span(header["trained_lag_s"]),

@@ -20,7 +20,7 @@ class Ending(Enum):
 
 
 @dataclass(frozen=True)
-class Limits:
+class RunLimits:
     """Bounds within which a policy may go on."""
 
     missing_readings: int = 4

@@ -19,7 +19,7 @@ from aero.errors import AeroError
 from aero.policy.file import Policy
 from aero.policy.limits import Ending, slewed
 from aero.policy.object_loss import ObjectLoss, drawn
-from aero.policy.running import Floats, Hand, Run, RunSettings, Step
+from aero.policy.running import Floats, PolicyHand, Run, RunSettings, Step
 from aero.policy.task import CHANNELS, ActionMemory, observe, targets
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
@@ -27,7 +27,7 @@ from aero.safety import SafetyStopError
 
 def run_policy(
     policy: Policy,
-    hand: Hand,
+    hand: PolicyHand,
     clock: Clock,
     actuation_map: ActuationMap,
     *,
@@ -98,7 +98,7 @@ class _Session:
     def __init__(
         self,
         policy: Policy,
-        hand: Hand,
+        hand: PolicyHand,
         clock: Clock,
         actuation_map: ActuationMap,
         settings: RunSettings,

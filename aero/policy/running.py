@@ -8,14 +8,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.policy.limits import Ending, Limits
-from aero.policy.settings import Settings
+from aero.policy.limits import Ending, RunLimits
+from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS
 
 Floats = NDArray[np.float64]
 
 
-class Hand(Protocol):
+class PolicyHand(Protocol):
     """What the loop needs of a hand; `aero.AeroHand` is one, and `aero.safety.GuardedHand`."""
 
     def read_codes(self) -> NDArray[np.uint16]:
@@ -41,12 +41,12 @@ class RunSettings:
 
     seconds: float = 15.0
     """Time under the policy, s."""
-    settings: Settings | None = None
+    settings: PolicySettings | None = None
     """Nominal grasp, scales and rate; None for those of the policy's training."""
     correction: tuple[float, ...] = (0.0,) * CHANNELS
     """By how much longer each channel of this hand must be commanded than the map says, (7,), m, abduction rad;
     taken off again from what it measures."""
-    limits: Limits = field(default_factory=Limits)
+    limits: RunLimits = field(default_factory=RunLimits)
     """When to stop."""
     approach_s: float = 1.5
     """Time from where the hand is to the nominal grasp, and at the end back, s."""

@@ -11,7 +11,7 @@ Row = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Settings:
+class PolicySettings:
     """The settings that may differ between training a policy and running it (paper table "policycfg").
 
     Raises:
@@ -46,14 +46,14 @@ class Settings:
         return 1.0 / self.control_rate_hz
 
 
-PAPER_TRAINING = Settings(
+PAPER_TRAINING = PolicySettings(
     nominal=(0.09, 0.09, 0.09, 0.09, 0.75, 0.035, 0.1),
     scale=(0.02, 0.02, 0.02, 0.02, 0.7, 0.003, 0.012),
     noise=(0.005, 0.005, 0.005, 0.005, 0.05, 0.005, 0.005),
 )
 """Paper eqs. (obs) and (action)."""
 
-PAPER_DEPLOYMENT = Settings(
+PAPER_DEPLOYMENT = PolicySettings(
     nominal=(0.083, 0.082, 0.082, 0.086, 0.75, 0.035, 0.1),
     scale=(0.026, 0.026, 0.026, 0.024, 0.7, 0.003, 0.012),
 )
@@ -62,7 +62,7 @@ PAPER_DEPLOYMENT = Settings(
 PRESETS = {"training": PAPER_TRAINING, "deployment": PAPER_DEPLOYMENT}
 
 
-def differences(a: Settings, b: Settings) -> dict[str, tuple[object, object]]:
+def differences(a: PolicySettings, b: PolicySettings) -> dict[str, tuple[object, object]]:
     """Return the fields in which two settings differ, each with the value in `a` and in `b`."""
-    pairs = {field.name: (getattr(a, field.name), getattr(b, field.name)) for field in fields(Settings)}
+    pairs = {field.name: (getattr(a, field.name), getattr(b, field.name)) for field in fields(PolicySettings)}
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}

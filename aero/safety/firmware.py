@@ -6,10 +6,10 @@ Sources: aero-open-firmware 46bc858 (`pre`), d7bd82e (0.1.0); aero-hand-open 890
 
 from __future__ import annotations
 
-from aero.safety.thresholds import Settings
+from aero.safety.thresholds import ServoSettings
 
-_FULL, _WEAKER = Settings(32766, 1023), Settings(32766, 700)
-USUAL: dict[str, Settings | None] = {
+_FULL, _WEAKER = ServoSettings(32766, 1023), ServoSettings(32766, 700)
+USUAL: dict[str, ServoSettings | None] = {
     "pre": None,
     "0.1.0": _FULL,
     "0.1.1": _FULL,
@@ -22,7 +22,7 @@ USUAL: dict[str, Settings | None] = {
 """By version; None where the firmware has no settings for them."""
 
 
-def usual_settings(firmware: str) -> Settings | None:
+def usual_settings(firmware: str) -> ServoSettings | None:
     """Return the limits a firmware starts with; None when it has no way to set them.
 
     Raises:

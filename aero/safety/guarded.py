@@ -23,7 +23,7 @@ from aero.safety.reading import Reading
 from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
 from aero.safety.stop import SafetyStopError
-from aero.safety.thresholds import Settings, Thresholds
+from aero.safety.thresholds import ServoSettings, Thresholds
 from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock
 from aero.transport import Transport
@@ -53,7 +53,7 @@ class GuardedHand(AeroHand):
         clock: Clock,
         *,
         spans_counts: ArrayLike,
-        usual: Settings | None,
+        usual: ServoSettings | None,
         thresholds: Thresholds | None = None,
         standby: Standby | None = None,
     ) -> None:
@@ -78,7 +78,7 @@ class GuardedHand(AeroHand):
         self._standby = standby
         self._owner = os.getpid()
         self._acting = False
-        self._limits: dict[Channel, Settings] = {}
+        self._limits: dict[Channel, ServoSettings] = {}
         self._disturbances = 0
         self._restarts = 0
         telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
@@ -137,7 +137,7 @@ class GuardedHand(AeroHand):
             weak = {*THUMB, *channels}
             for channel in Channel:
                 torque = min(self._usual.torque, self.thresholds.stop_torque) if channel in weak else self._usual.torque
-                self._limits[channel] = Settings(self._usual.speed, torque)
+                self._limits[channel] = ServoSettings(self._usual.speed, torque)
             self._send_limits()
 
     def limit_torques(self, share: float) -> None:
@@ -222,7 +222,9 @@ class GuardedHand(AeroHand):
         self.phase, self._is_open = Phase.OPENING, False
         self._disturbances, self._restarts = self._link.disturbances, self._link.restarts
         if self._usual is not None:
-            self._limits = dict.fromkeys(Channel, Settings(self.thresholds.gentle_speed, self.thresholds.gentle_torque))
+            self._limits = dict.fromkeys(
+                Channel, ServoSettings(self.thresholds.gentle_speed, self.thresholds.gentle_torque)
+            )
             self._send_limits()
         move_slowly(self, self.clock, health.codes, OPEN, self.thresholds.opening_s)
         self.clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)

@@ -12,7 +12,7 @@ from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
-from aero.safety.thresholds import Settings, Thresholds
+from aero.safety.thresholds import ServoSettings, Thresholds
 
 STEP_S = 0.02
 """Time from one command of the ramp to the next, s."""
@@ -91,7 +91,7 @@ def open_and_relax(
     return doubt
 
 
-def limit(hand: AeroHand, settings: Settings) -> None:
+def limit(hand: AeroHand, settings: ServoSettings) -> None:
     """Limit speed and torque of all channels; the board applies it with the next position command.
 
     Raises:
@@ -128,7 +128,7 @@ class _Attempt:
 
     def _limit(self, torque: int) -> None:
         if self._settable:
-            limit(self._hand, Settings(self._thresholds.gentle_speed, torque))
+            limit(self._hand, ServoSettings(self._thresholds.gentle_speed, torque))
 
     def _come_to_rest(self) -> None:
         """Wait until the hand no longer moves, so that what is weakened next is at its end."""

@@ -87,7 +87,7 @@ class Thresholds:
 
 
 @dataclass(frozen=True)
-class Settings:
+class ServoSettings:
     """Speed and torque limits of all channels."""
 
     speed: int

@@ -14,12 +14,12 @@ from firmware_emulator.firmware.homing_plan import (
     Calibrate,
     Go,
     HomingPlan,
+    HomingTarget,
     Limits,
     Move,
     ReadPosition,
     ShiftWindow,
     Step,
-    Target,
 )
 from firmware_emulator.firmware.servo_calls import (
     GOAL_ADDRESS,
@@ -150,14 +150,14 @@ class _Group:
             case ShiftWindow(counts):
                 board.window.shift(channel, counts * board.hand.direction[channel])
 
-    def _target(self, channel: int, to: Target) -> int:
+    def _target(self, channel: int, to: HomingTarget) -> int:
         window, direction = self._board.window, self._board.hand.direction[channel]
         return {
-            Target.CONTACT: self._position[channel],
-            Target.GRASP: window.grasp[channel],
-            Target.EXTEND: window.extend[channel],
-            Target.BACK_OFF: self._position[channel] + HALF_TURN * direction,
-            Target.SHORT_OF_EXTEND: window.extend[channel] - NEAR_EXTEND_COUNTS * direction,
+            HomingTarget.CONTACT: self._position[channel],
+            HomingTarget.GRASP: window.grasp[channel],
+            HomingTarget.EXTEND: window.extend[channel],
+            HomingTarget.BACK_OFF: self._position[channel] + HALF_TURN * direction,
+            HomingTarget.SHORT_OF_EXTEND: window.extend[channel] - NEAR_EXTEND_COUNTS * direction,
         }[to]
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 
-class Target(Enum):
+class HomingTarget(Enum):
     """Where a move goes."""
 
     CONTACT = auto()
@@ -40,7 +40,7 @@ class Move:
 class Go:
     """Write a goal and wait, whether or not it is reached."""
 
-    to: Target
+    to: HomingTarget
     """Where to."""
     move: Move
     """How."""
@@ -58,7 +58,7 @@ class Calibrate:
 
 @dataclass(frozen=True)
 class ReadPosition:
-    """Read where the channel is, for `Target.BACK_OFF`."""
+    """Read where the channel is, for `HomingTarget.BACK_OFF`."""
 
 
 @dataclass(frozen=True)
@@ -115,23 +115,23 @@ _WALK = Move(60, 50, 500)
 _RUN = Move(2400, 0, 1000)
 
 
-_SLOW_CONTACT: tuple[Step, ...] = (Go(Target.CONTACT, _HOLD, 30), Calibrate(50), ReadPosition())
-_SLOW_BACK_OFF: tuple[Step, ...] = (Go(Target.BACK_OFF, _WALK, 1500), Calibrate(500))
-_SLOW_ABDUCTION = (*_SLOW_CONTACT, Go(Target.GRASP, _WALK, 2000))
-_SLOW_CMC = (*_SLOW_CONTACT, Go(Target.EXTEND, _WALK, 1000))
-_SLOW_FLEXOR = (*_SLOW_CONTACT, *_SLOW_BACK_OFF, Go(Target.SHORT_OF_EXTEND, _WALK, 1000))
-_SLOW_FINGER = (*_SLOW_CONTACT, *_SLOW_BACK_OFF, Go(Target.EXTEND, _WALK, 1000))
+_SLOW_CONTACT: tuple[Step, ...] = (Go(HomingTarget.CONTACT, _HOLD, 30), Calibrate(50), ReadPosition())
+_SLOW_BACK_OFF: tuple[Step, ...] = (Go(HomingTarget.BACK_OFF, _WALK, 1500), Calibrate(500))
+_SLOW_ABDUCTION = (*_SLOW_CONTACT, Go(HomingTarget.GRASP, _WALK, 2000))
+_SLOW_CMC = (*_SLOW_CONTACT, Go(HomingTarget.EXTEND, _WALK, 1000))
+_SLOW_FLEXOR = (*_SLOW_CONTACT, *_SLOW_BACK_OFF, Go(HomingTarget.SHORT_OF_EXTEND, _WALK, 1000))
+_SLOW_FINGER = (*_SLOW_CONTACT, *_SLOW_BACK_OFF, Go(HomingTarget.EXTEND, _WALK, 1000))
 
-_FAST_CONTACT: tuple[Step, ...] = (Go(Target.CONTACT, _RUN, 30), Calibrate(30), ReadPosition())
-_FAST_ABDUCTION = (*_FAST_CONTACT, Go(Target.GRASP, _RUN, 250))
-_FAST_CMC = (*_FAST_CONTACT, Go(Target.EXTEND, _RUN, 250))
+_FAST_CONTACT: tuple[Step, ...] = (Go(HomingTarget.CONTACT, _RUN, 30), Calibrate(30), ReadPosition())
+_FAST_ABDUCTION = (*_FAST_CONTACT, Go(HomingTarget.GRASP, _RUN, 250))
+_FAST_CMC = (*_FAST_CONTACT, Go(HomingTarget.EXTEND, _RUN, 250))
 _FAST_FLEXOR = (
     *_FAST_CONTACT,
-    Go(Target.BACK_OFF, _RUN, 250),
+    Go(HomingTarget.BACK_OFF, _RUN, 250),
     Calibrate(30),
-    Go(Target.SHORT_OF_EXTEND, _RUN, 30),
+    Go(HomingTarget.SHORT_OF_EXTEND, _RUN, 30),
 )
-_FAST_FINGER = (*_FAST_CONTACT, Go(Target.BACK_OFF, _RUN, 300), Calibrate(30), Go(Target.EXTEND, _RUN, 0))
+_FAST_FINGER = (*_FAST_CONTACT, Go(HomingTarget.BACK_OFF, _RUN, 300), Calibrate(30), Go(HomingTarget.EXTEND, _RUN, 0))
 _SHIFT: tuple[Step, ...] = (ShiftWindow(113),)
 """Ten degrees of 4095 counts a turn, truncated."""
 

@@ -19,7 +19,7 @@ ENDLESS_COUNTS = 1e9
 """Goal of a motion without end, for the speed mode."""
 
 
-class Settings(NamedTuple):
+class LoopSettings(NamedTuple):
     """The control registers at one moment."""
 
     enable: int
@@ -40,7 +40,7 @@ class Settings(NamedTuple):
     """Torque limit register, 0.1 % of full duty."""
 
     @classmethod
-    def of(cls, memory: RegisterFile) -> Settings:
+    def of(cls, memory: RegisterFile) -> LoopSettings:
         """Read them from the registers."""
         return cls(
             memory.get("torque_enable"),

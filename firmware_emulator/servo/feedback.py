@@ -9,7 +9,7 @@ import math
 from random import Random
 from struct import Struct
 
-from firmware_emulator.servo.control import OFF, PWM, Settings
+from firmware_emulator.servo.control import OFF, PWM, LoopSettings
 from firmware_emulator.servo.electrical import static_current
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
@@ -45,7 +45,7 @@ class FeedbackBlock:
         self._load_units = 1000.0 / parameters.stall_torque
         self._back_emf = parameters.back_emf
         self._decivolts = round(10.0 * parameters.voltage)
-        self._settings: Settings | None = None
+        self._settings: LoopSettings | None = None
         self._limit = 0
         self._seen: Sample | None = None
         self._measured_at = 0.0
@@ -58,7 +58,7 @@ class FeedbackBlock:
         """Write the registers at the next refresh even if the shaft has not been sampled anew."""
         self._seen = None
 
-    def refresh(self, sample: Sample, settings: Settings, setpoint_counts: float) -> None:
+    def refresh(self, sample: Sample, settings: LoopSettings, setpoint_counts: float) -> None:
         """Write the registers from a sample of the shafts, unless it is the one they show already."""
         if sample is self._seen:
             return
@@ -89,7 +89,7 @@ class FeedbackBlock:
             current if current >= 0 else -current | 0x8000,
         )
 
-    def _current(self, winding: float, now: float, settings: Settings) -> int:
+    def _current(self, winding: float, now: float, settings: LoopSettings) -> int:
         """Reading (register units) for what drives the winding, N m."""
         if settings is not self._settings:
             self._settings = settings

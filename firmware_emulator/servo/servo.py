@@ -12,7 +12,7 @@ from random import Random
 
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.servo import control
-from firmware_emulator.servo.control import Settings
+from firmware_emulator.servo.control import LoopSettings
 from firmware_emulator.servo.electrical import temperature_after
 from firmware_emulator.servo.encoding import decode_signed
 from firmware_emulator.servo.feedback import FeedbackBlock
@@ -29,7 +29,7 @@ GOAL = span("goal_position", "goal_speed")
 GOAL_BLOCK = REGISTERS["acceleration"].address
 """Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do."""
 CONTROL = span("protection_current", "torque_limit")
-"""Addresses that `Settings` is read from lie in here."""
+"""Addresses that `LoopSettings` is read from lie in here."""
 OFFSET = span("offset")
 MID_COUNTS = 2048
 MAX_GOAL = 32767
@@ -173,10 +173,10 @@ class Servo:
         self._at_power_up()
         self._control_written()
 
-    def _at_power_up(self) -> Settings:
+    def _at_power_up(self) -> LoopSettings:
         # The goal starts where the shaft is, so that enabling the torque holds (assumption).
         self.memory.set("goal_position", min(max(self.frame.counts(self._angle()), -MAX_GOAL), MAX_GOAL))
-        return Settings.of(self.memory)
+        return LoopSettings.of(self.memory)
 
     def _refresh(self) -> None:
         self._feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
@@ -185,7 +185,7 @@ class Servo:
         return self._shafts.sample().angles[self._mounting.shaft]
 
     def _control_written(self) -> None:
-        wanted = Settings.of(self.memory)
+        wanted = LoopSettings.of(self.memory)
         if wanted == self._wanted:
             return
         if wanted.enable and not self._wanted.enable:
@@ -199,7 +199,7 @@ class Servo:
             at = self._kernel.now + self.parameters.goal_delay_s
             self._kernel.call_at(self._shafts.next_tick(at), self._act, wanted, self._epoch)
 
-    def _act(self, settings: Settings, epoch: int) -> None:
+    def _act(self, settings: LoopSettings, epoch: int) -> None:
         if epoch != self._epoch:
             return
         now = self._kernel.now
@@ -220,7 +220,7 @@ class Servo:
             return self._motion.at(now) if self._motion else (self._setpoint_counts, 0.0)
         return float(self.frame.counts(self._angle())), 0.0
 
-    def _planned(self, settings: Settings, now: float, position: float, velocity: float) -> Trapezoid | None:
+    def _planned(self, settings: LoopSettings, now: float, position: float, velocity: float) -> Trapezoid | None:
         if settings.enable != control.ON:
             return None
         limits = settings.limits(self.parameters)

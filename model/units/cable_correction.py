@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel, Joint
-from aero.policy.settings import Settings
+from aero.policy.settings import PolicySettings
 from firmware_emulator.plant import Drive
 from model.built import build_built
 from model.compiled_hand import SHAFTS, CompiledHand
@@ -35,7 +35,7 @@ HELD = Drive(stiffness=20.0, damping=0.1, limit=0.5)
 """How its shafts are held: five times as stiff as by a servo, so that friction leaves them where they were sent."""
 
 
-def correction(unit: Unit, settings: Settings) -> Floats:
+def correction(unit: Unit, settings: PolicySettings) -> Floats:
     """Return by how much longer each channel of `unit` must be commanded, (7,), m, abduction rad.
 
     Measured at the nominal posture of `settings`, against the unit `ideal`, which is what the map describes.

@@ -9,7 +9,7 @@ from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, 
 from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.protocol import MAX_CODE, Opcode
-from aero.safety import SafetyStopError, Settings, Thresholds, usual_settings
+from aero.safety import SafetyStopError, ServoSettings, Thresholds, usual_settings
 from firmware_emulator.firmware.profiles import PROFILES
 from hil import open_target
 
@@ -295,7 +295,7 @@ def test_the_limits_of_a_firmware_are_those_of_the_emulated_one(firmware):
     """Stated twice on purpose, as the wire format is."""
     profile = PROFILES[firmware]
     settable = {Opcode.SET_SPE, Opcode.SET_TOR} <= profile.opcodes
-    assert usual_settings(firmware) == (Settings(profile.speed, profile.torque) if settable else None)
+    assert usual_settings(firmware) == (ServoSettings(profile.speed, profile.torque) if settable else None)
 
 
 def test_an_encoder_whose_zero_shifts_stops_the_hand():

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import JOINT_BOX_RAD, Channel
-from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, Settings
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, PolicySettings
 from aero.policy.task import targets
 from model.routed import COMMAND_RANGE
 from train.actuation import DRAWS
@@ -261,7 +261,7 @@ def test_the_cube_is_lost_below_the_fall_height_only():
 
 def test_a_period_that_is_not_whole_physics_steps_is_refused():
     with pytest.raises(ValueError, match="whole"):
-        Task(settings=Settings(PAPER_TRAINING.nominal, PAPER_TRAINING.scale, control_rate_hz=30.0))
+        Task(settings=PolicySettings(PAPER_TRAINING.nominal, PAPER_TRAINING.scale, control_rate_hz=30.0))
 
 
 @given(st.lists(st.floats(-1, 1), min_size=7, max_size=7))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.policy.file import Policy
-from aero.policy.settings import Settings
+from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, targets
 from train import actuation
 from train.actuation import SPEED_LIMIT
@@ -65,7 +65,7 @@ class Episodes:
         }
 
 
-def task_of(policy: Policy, settings: Settings | None = None) -> Task:
+def task_of(policy: Policy, settings: PolicySettings | None = None) -> Task:
     """Return the paper's task as `policy` sees it, under its own settings unless others are given."""
     return Task(settings=settings or policy.settings, shown_action=policy.shown_action)
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from aero.actuation.arrays import Array, namespace
-from aero.policy.settings import PAPER_TRAINING, Settings
+from aero.policy.settings import PAPER_TRAINING, PolicySettings
 from aero.policy.task import ActionMemory, ShownAction, observe, targets
 from train import actuation
 from train.actuation import IDEAL, ActuationRanges, Parameters, ServoState
@@ -32,7 +32,7 @@ class Task:
         ValueError: a control period that is not a whole number of physics steps, or actuation out of range.
     """
 
-    settings: Settings = PAPER_TRAINING
+    settings: PolicySettings = PAPER_TRAINING
     """Nominal grasp, scales, noise, rate."""
     shown_action: ShownAction = ShownAction.LAST
     """Which action the observation shows."""

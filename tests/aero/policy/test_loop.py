@@ -9,7 +9,7 @@ from policies import policy, seeds
 
 from aero.actuation import ActuationMap
 from aero.errors import LinkTimeoutError
-from aero.policy.limits import Ending, Limits
+from aero.policy.limits import Ending, RunLimits
 from aero.policy.loop import actions_on, run_policy
 from aero.policy.running import RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
@@ -120,7 +120,7 @@ def test_a_replayed_recording_gives_the_same_actions(seed, shown):
 
 @given(seeds, st.floats(1.0, 20.0))
 def test_no_command_ever_jumps_and_all_stay_in_range(seed, speed):
-    settings = replace(SHORT, limits=Limits(shaft_speed_rad_s=speed))
+    settings = replace(SHORT, limits=RunLimits(shaft_speed_rad_s=speed))
     _, hand, _ = run(settings, the_policy=policy(seed))
     codes = np.array([codes for _, codes in hand.written], float)
     window = MAP.window_rad
@@ -153,7 +153,7 @@ def test_a_dry_run_writes_nothing():
 
 def test_a_command_can_be_a_period_late_like_the_official_nodes():
     def held(settings):
-        return run(replace(settings, limits=Limits(shaft_speed_rad_s=1e3)), the_policy=policy(3))[2]
+        return run(replace(settings, limits=RunLimits(shaft_speed_rad_s=1e3)), the_policy=policy(3))[2]
 
     on_time, late = held(SHORT), held(replace(SHORT, one_period_late=True))
     np.testing.assert_array_equal(late[0].command, MAP.codes_from_lengths(np.array(PAPER_TRAINING.nominal)))
@@ -226,7 +226,7 @@ def test_an_error_in_the_middle_still_brings_the_hand_back():
 
 def test_limits_that_make_no_sense_are_refused():
     with pytest.raises(ValueError, match="positive"):
-        Limits(late_s=0.0)
+        RunLimits(late_s=0.0)
 
 
 def test_a_hand_that_its_guard_has_stopped_is_left_as_the_guard_left_it():
@@ -277,7 +277,7 @@ def rehearsed(thumb_a, seconds=6.0):
 
     clock, steps, waited = StepClock(), [], []
     hand = Draws(clock)
-    settings = replace(SHORT, seconds=seconds, rehearsal_s=2.0, limits=Limits(grip_window_s=0.5))
+    settings = replace(SHORT, seconds=seconds, rehearsal_s=2.0, limits=RunLimits(grip_window_s=0.5))
     result = run_policy(
         policy(), hand, clock, MAP, settings=settings, on_wait=lambda: waited.append(clock.t), on_step=steps.append
     )
@@ -294,7 +294,7 @@ def test_a_hand_that_draws_no_more_than_in_its_rehearsal_has_lost_the_object():
 
 def test_a_rehearsal_is_told_apart_from_what_follows():
     clock, rehearsal, steps = StepClock(), [], []
-    settings = replace(SHORT, rehearsal_s=2.0, limits=Limits(grip_window_s=0.5))
+    settings = replace(SHORT, rehearsal_s=2.0, limits=RunLimits(grip_window_s=0.5))
     run_policy(
         policy(),
         FakeHand(clock),

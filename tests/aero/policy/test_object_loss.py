@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import Channel
-from aero.policy.limits import Limits
+from aero.policy.limits import RunLimits
 from aero.policy.object_loss import ObjectLoss, drawn
 from aero.policy.running import RunSettings
 
@@ -62,4 +62,4 @@ def test_a_rehearsal_that_tells_nothing_is_refused(settings, message):
 
 def test_no_window_is_refused():
     with pytest.raises(ValueError, match="positive"):
-        Limits(grip_window_s=0.0)
+        RunLimits(grip_window_s=0.0)

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from policies import actions, lengths
 
-from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, Settings, differences
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, PolicySettings, differences
 from aero.policy.task import OBSERVATION_LAYOUT, ActionMemory, ShownAction, observe, targets
 
 
@@ -66,4 +66,4 @@ def test_the_presets_differ_as_the_papers_table_says():
 )
 def test_settings_that_make_no_sense_are_refused(change):
     with pytest.raises(ValueError, match=r"needs 7 values|must be positive|share of the stall torque"):
-        Settings(**{"nominal": PAPER_TRAINING.nominal, "scale": PAPER_TRAINING.scale} | change)
+        PolicySettings(**{"nominal": PAPER_TRAINING.nominal, "scale": PAPER_TRAINING.scale} | change)

@@ -11,7 +11,7 @@ from policies import policy
 from recorded import policy_of
 
 from aero.policy.file import save
-from aero.policy.limits import Ending, Limits
+from aero.policy.limits import Ending, RunLimits
 from aero.policy.loop import actions_on
 from aero.policy.network import Layer
 from aero.policy.running import RunSettings
@@ -48,7 +48,7 @@ def test_a_policy_runs_through_every_byte_and_its_recording_replays():
 
 
 def test_a_rehearsal_is_recorded_and_replays_too():
-    settings = replace(SHORT, rehearsal_s=1.0, limits=Limits(grip_window_s=0.5))
+    settings = replace(SHORT, rehearsal_s=1.0, limits=RunLimits(grip_window_s=0.5))
     told = []
     with open_target("emulated") as target:
         _, recording = policy_of(target, policy(), settings, progress=lambda *said: told.append(said))
