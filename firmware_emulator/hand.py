@@ -117,7 +117,7 @@ class EmulatedHand:
         self._nvs = nvs if nvs is not None else Nvs()
         self._host_latency_s = host_latency_s
         self._program = program
-        self._board: Board | ProgramBoard = self._new_board()
+        self.board: Board | ProgramBoard = self._new_board()
         if start == "homed":
             self._resume()
             self.clock.sleep_until(SETTLE_S)
@@ -129,20 +129,20 @@ class EmulatedHand:
         if cause == "power_on":
             for servo in self.servos:
                 servo.power_up()
-        self._board.stop()
-        self._board = self._new_board() if self._program is None else self._new_program_board(self._program)
-        if isinstance(self._board, ProgramBoard):
-            self._board.boot(cause)
+        self.board.stop()
+        self.board = self._new_board() if self._program is None else self._new_program_board(self._program)
+        if isinstance(self.board, ProgramBoard):
+            self.board.boot(cause)
         else:
-            self._board.start(boot.run(self._board, cause))
+            self.board.start(boot.run(self.board, cause))
 
     def close(self) -> None:
         """Switch the board off; only one that runs a program holds anything that has to be given back."""
-        self._board.stop()
+        self.board.stop()
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the host at the present instant."""
-        self._board.receive(data)
+        self.board.receive(data)
 
     def take_output(self) -> bytes:
         """Return what is left of what the board sent while nobody listened, and forget it."""
@@ -179,13 +179,13 @@ class EmulatedHand:
         """Let the board go on as one that homed before."""
         board = self._new_board()
         if self._program is None:
-            self._board = board
+            self.board = board
             board.start(boot.resume(board))
             return
         # The program homes on a bus of its own, where every servo is at its stop; the servos here are then left as
         # homing leaves them, and the program goes on with them.
         ready = rehearse(self._program, nvs=self._nvs, host_latency_s=self._host_latency_s)
-        self._board = ready.board
+        self.board = ready.board
         board.start(self._take_over(board, ready))
 
     def _take_over(self, stand_in: Board, ready: Rehearsed) -> Task:

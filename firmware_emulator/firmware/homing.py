@@ -82,7 +82,7 @@ class _Group:
     """Channels that search together, and what each of them does afterwards."""
 
     def __init__(self, board: Board, plan: HomingPlan, channels: tuple[int, ...]) -> None:
-        self._board = board
+        self.board = board
         self._plan = plan
         self._channels = channels
         self._position = dict.fromkeys(channels, 0)
@@ -94,16 +94,16 @@ class _Group:
         for channel in self._channels:
             for step in self._plan.steps[channel]:
                 yield from self._take(channel, step)
-            yield from _close_limits(self._board, channel)
+            yield from _close_limits(self.board, channel)
 
     def _prepare(self, channel: int) -> Task:
-        uart = self._board.uart
-        yield from _open_limits(self._board, channel)
+        uart = self.board.uart
+        yield from _open_limits(self.board, channel)
         yield from write_register(uart, channel, "mode", 0)
         yield from uart.read(channel, FEEDBACK, FEEDBACK_SIZE)
 
     def _search(self) -> Task:
-        kernel, plan = self._board.kernel, self._plan
+        kernel, plan = self.board.kernel, self._plan
         alone = len(self._channels) == 1
         started = milliseconds(kernel.now)
         searching = list(self._channels)
@@ -121,12 +121,12 @@ class _Group:
                 return
 
     def _push(self, channel: int) -> Task:
-        beyond = BEYOND_COUNTS * self._board.hand.direction[channel]
-        yield from _go(self._board, channel, beyond, replace(self._plan.search, torque=self._plan.thresholds[channel]))
+        beyond = BEYOND_COUNTS * self.board.hand.direction[channel]
+        yield from _go(self.board, channel, beyond, replace(self._plan.search, torque=self._plan.thresholds[channel]))
 
     def _meets(self, channel: int) -> Task:
         """Read a channel; return whether its current says that it is stopped."""
-        board, plan = self._board, self._plan
+        board, plan = self.board, self._plan
         current = yield from read_signed(board.uart, channel, "present_current")
         self._position[channel] = yield from read_signed(board.uart, channel, "present_position")
         if abs(current) < plan.thresholds[channel]:
@@ -136,7 +136,7 @@ class _Group:
         return True
 
     def _take(self, channel: int, step: Step) -> Task:
-        board = self._board
+        board = self.board
         match step:
             case Go(to, move, wait_ms):
                 yield from _go(board, channel, self._target(channel, to), move)
@@ -151,7 +151,7 @@ class _Group:
                 board.window.shift(channel, counts * board.hand.direction[channel])
 
     def _target(self, channel: int, to: HomingTarget) -> int:
-        window, direction = self._board.window, self._board.hand.direction[channel]
+        window, direction = self.board.window, self.board.hand.direction[channel]
         return {
             HomingTarget.CONTACT: self._position[channel],
             HomingTarget.GRASP: window.grasp[channel],

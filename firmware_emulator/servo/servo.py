@@ -56,7 +56,7 @@ class Servo:
         self._mounting = mounting
         self._kernel = kernel
         self._shafts = shafts
-        self._feedback = FeedbackBlock(self.memory, self.frame, mounting, parameters, Random(f"{seed}/{servo}"))
+        self.feedback = FeedbackBlock(self.memory, self.frame, mounting, parameters, Random(f"{seed}/{servo}"))
         self._wanted = self._acting = self._at_power_up()
         self._epoch = 0
         self._motion: Trapezoid | None = None
@@ -69,7 +69,7 @@ class Servo:
     @property
     def status(self) -> int:
         """The error byte of its answers."""
-        return self._feedback.status
+        return self.feedback.status
 
     @property
     def response_level(self) -> int:
@@ -101,7 +101,7 @@ class Servo:
 
     def look_after(self, seconds: float) -> None:
         """Heat up or cool down over the last `seconds`, and apply the protections."""
-        feedback, memory = self._feedback, self.memory
+        feedback, memory = self.feedback, self.memory
         self._refresh()
         current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
         feedback.temperature_c = temperature_after(feedback.temperature_c, current_a**2, seconds, self.parameters)
@@ -114,7 +114,7 @@ class Servo:
 
     def heat_to(self, celsius: float) -> None:
         """Give the servo a temperature (°C)."""
-        self._feedback.temperature_c = celsius
+        self.feedback.temperature_c = celsius
 
     def hold_write(self, address: int, data: bytes) -> None:
         """Keep a write until `release_write` (REG WRITE)."""
@@ -142,7 +142,7 @@ class Servo:
 
     def _reframe(self) -> None:
         """Take the goal, which is in counts, for where it lies now that counts mean other angles."""
-        self._feedback.invalidate()
+        self.feedback.invalidate()
         self._last_goal = None
         self._motion = None
         self._setpoint_counts = float(self.frame.counts(self._angle()))
@@ -166,7 +166,7 @@ class Servo:
     def _start_over(self) -> None:
         self._held = self._last_goal = None
         self._protection.release()
-        self._feedback.status = 0
+        self.feedback.status = 0
         self.id = self.memory.get("id")
         self.frame.set_offset(self.memory.get("offset"))
         self.forget_turns()
@@ -179,7 +179,7 @@ class Servo:
         return LoopSettings.of(self.memory)
 
     def _refresh(self) -> None:
-        self._feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
+        self.feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
 
     def _angle(self) -> float:
         return self._shafts.sample().angles[self._mounting.shaft]

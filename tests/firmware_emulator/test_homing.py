@@ -60,7 +60,7 @@ def test_windows_after_homing(make_host, version, hand):
     host = make_host(plant=stopped_bench(), firmware=version, hand=hand, nvs=nvs)
     host.ask(0x03, 3, 10)
     home(host)
-    config, window = HANDS[hand], host.hand._board.window
+    config, window = HANDS[hand], host.hand.board.window
     sign = 1 if hand == "right" else -1
     shift = (-113 * sign, 113 * sign, 0, 0, 0, 0, 0) if version == "0.2.0" else (0,) * 7
     assert window.extend == [e + s for e, s in zip(config.extend, shift, strict=True)]
@@ -70,11 +70,11 @@ def test_windows_after_homing(make_host, version, hand):
 
 def test_the_three_calibration_states_of_0_2_0(make_host):
     nvs = Nvs()
-    unshifted = make_host(nvs=nvs, start="reset").hand._board.window
+    unshifted = make_host(nvs=nvs, start="reset").hand.board.window
     assert (unshifted.extend[:2], unshifted.grasp[:2]) == ([2048, 3231], [910, 2048])
-    homed = make_host(nvs=nvs, start="homed").hand._board.window
+    homed = make_host(nvs=nvs, start="homed").hand.board.window
     assert (homed.extend[:2], homed.grasp[:2]) == ([1935, 3344], [797, 2161])
-    mixed = make_host(nvs=nvs, start="reset").hand._board.window
+    mixed = make_host(nvs=nvs, start="reset").hand.board.window
     assert (mixed.extend[:2], mixed.grasp[:2]) == ([1935, 3344], [910, 2048])
 
 

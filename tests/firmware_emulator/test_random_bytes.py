@@ -14,7 +14,7 @@ GET_TEMP = b"\x25".ljust(16, b"\0")
 def test_the_board_ends_exactly_as_misaligned_as_the_bytes_it_took(make_host):
     rng = random.Random(0)
     host = make_host(plant=stopped_bench())
-    board = host.hand._board
+    board = host.hand.board
     for _ in range(MILLION // 500):
         data = rng.randbytes(500)
         host.hand.receive(data)

@@ -230,7 +230,7 @@ def test_restore_keeps_the_id_only():
 def test_too_hot_a_servo_lets_go_says_so_and_takes_no_goal():
     bus = Bus()
     bus.write_word(42, 3000)
-    bus.servo._feedback.temperature_c = 75.0
+    bus.servo.feedback.temperature_c = 75.0
     bus.wait(0.1)
     assert bus.say(1)[4] == 0x04
     assert bus.read(65, 1) == 0x04
@@ -238,7 +238,7 @@ def test_too_hot_a_servo_lets_go_says_so_and_takes_no_goal():
     bus.write_word(42, 2000)
     bus.wait(1.0)
     assert bus.read(40, 1) == 0
-    bus.servo._feedback.temperature_c = 60.0
+    bus.servo.feedback.temperature_c = 60.0
     bus.wait(0.1)
     assert bus.say(1)[4] == 0
 

@@ -16,7 +16,7 @@ def test_a_trim_survives_in_its_file(make_host, tmp_path):
     assert host.ask(0x03, 3, -100 & 0xFFFF)
     assert json.loads(path.read_text())["ext3"] == 2141
     again = make_host(firmware="0.1.0", start="reset", nvs=Nvs(path))
-    assert again.hand._board.window.extend[3] == 2141
+    assert again.hand.board.window.extend[3] == 2141
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -25,8 +25,8 @@ def test_a_hand_in_use_is_found_again_as_it_was_left(make_host, tmp_path, firmwa
     path = tmp_path / "hand.json"
     host = make_host(firmware=firmware, nvs=Nvs(path))
     host.ask(0x03, 5, 10)
-    left = host.hand._board.window
-    found = make_host(firmware=firmware, nvs=Nvs(path)).hand._board.window
+    left = host.hand.board.window
+    found = make_host(firmware=firmware, nvs=Nvs(path)).hand.board.window
     assert (found.extend, found.grasp) == (left.extend, left.grasp)
 
 
@@ -57,8 +57,8 @@ def test_a_reset_forgets_settings_speaks_again_and_leaves_the_servos_alone(make_
     assert len(host.link.read(241, 1.0)) == 241
     host.wait(0.05)
     assert host.words(0x22)[3] == before[3]
-    assert host.hand._board.speed == [32766] * 7
-    assert host.hand._board.window.extend[4] == 3278 + 113
+    assert host.hand.board.speed == [32766] * 7
+    assert host.hand.board.window.extend[4] == 3278 + 113
 
 
 def test_a_power_cycle_makes_the_servos_limp_and_0_2_0_home(make_host):

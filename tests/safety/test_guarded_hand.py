@@ -304,7 +304,7 @@ def test_an_encoder_whose_zero_shifts_stops_the_hand():
         wait(target, 3.0)
         servo = target.capability("electronics").servos[WIRE_ORDER.index(Channel.MIDDLE)]
         servo.frame.set_offset(900)
-        servo._feedback.invalidate()
+        servo.feedback.invalidate()
         with pytest.raises(SafetyStopError, match="middle's encoder jumped"):
             wait(target, 1.0)
 

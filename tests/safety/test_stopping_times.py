@@ -32,7 +32,7 @@ def shift_zero(counts, channel=Channel.MIDDLE):
     def shift(target):
         servo = target.capability("electronics").servos[WIRE_ORDER.index(channel)]
         servo.frame.set_offset(counts)
-        servo._feedback.invalidate()
+        servo.feedback.invalidate()
 
     return shift
 

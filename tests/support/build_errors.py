@@ -97,7 +97,7 @@ def rename(servo, new_id):
 
 def heat(servo, celsius):
     def change(electronics):
-        electronics.servos[servo]._feedback.temperature_c = celsius
+        electronics.servos[servo].feedback.temperature_c = celsius
 
     return change
 
