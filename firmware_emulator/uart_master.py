@@ -129,11 +129,15 @@ class UartMaster:
         taken = self._pull(count)
         deadline = _after_ms(self._kernel.now, BYTE_TIMEOUT_MS)
         while len(taken) < count:
-            if not (yield self._arrived, deadline):
-                return None
+            arrived = yield self._arrived, deadline
+            # A task whose tick has come goes before one that polls, as in the main loop.
+            yield 0.0
+            yield 0.0
             if more := self._pull(count - len(taken)):
                 taken += more
                 deadline = _after_ms(self._kernel.now, BYTE_TIMEOUT_MS)
+            elif not arrived:
+                return None
         return taken
 
 
