@@ -33,6 +33,10 @@ class ServoBusError(RuntimeError):
     """Something about the bus or a servo makes the request unsafe or impossible; the text says what to do."""
 
 
+class ServoValueError(ServoBusError):
+    """A value that no servo takes; nothing was sent."""
+
+
 @dataclass(frozen=True)
 class ServoReadout:
     """What one servo says about itself."""
@@ -119,7 +123,7 @@ class ServoSetup:
             ServoBusError: the new ID is out of range or taken, or the old one is not that of exactly one servo.
         """
         if new not in IDS:
-            raise ServoBusError(f"an ID is 0 to 253, got {new}")
+            raise ServoValueError(f"an ID is 0 to 253, got {new}")
         self._require_one(servo)
         if new == servo:
             return
@@ -137,7 +141,7 @@ class ServoSetup:
             ServoBusError: the limit is out of range, or the ID is not that of exactly one servo.
         """
         if not 0 <= limit <= MAX_CURRENT:
-            raise ServoBusError(f"a current limit is 0 to {MAX_CURRENT} units, got {limit}")
+            raise ServoValueError(f"a current limit is 0 to {MAX_CURRENT} units, got {limit}")
         self._keep(servo, _CURRENT, [limit & 0xFF, limit >> 8])
 
     def set_angle_limits(self, servo: int, low: int, high: int) -> None:
@@ -147,7 +151,7 @@ class ServoSetup:
             ServoBusError: the limits are out of range or order, or the ID is not that of exactly one servo.
         """
         if (low, high) != (0, 0) and not 0 <= low < high <= MAX_COUNTS:
-            raise ServoBusError(f"angle limits are 0 <= low < high <= {MAX_COUNTS}, or 0 and 0; got {low} and {high}")
+            raise ServoValueError(f"angle limits are 0 <= low < high <= {MAX_COUNTS}, or 0 and 0; got {low} and {high}")
         self._keep(servo, _LIMITS, [low & 0xFF, low >> 8, high & 0xFF, high >> 8])
 
     def centre(self, servo: int) -> None:
@@ -167,7 +171,7 @@ class ServoSetup:
 
     def _require_one(self, servo: int) -> None:
         if servo not in IDS:
-            raise ServoBusError(f"an ID is 0 to 253, got {servo}")
+            raise ServoValueError(f"an ID is 0 to 253, got {servo}")
         # Two servos answer a ping with the same bytes at the same time; their measurements differ and collide, if not
         # at once then soon, because the current is noisy. Two emulated servos at rest agree in 7 % of the answers,
         # often in several in a row.

@@ -8,7 +8,7 @@ from functools import update_wrapper
 
 import click
 
-from aero.servo_bus import ServoBusError, ServoSetup
+from aero.servo_bus import ServoBusError, ServoSetup, ServoValueError
 from hil.cli.exits import Ended, Exit
 
 
@@ -27,6 +27,8 @@ def _on_bus(action: Callable[..., None]) -> Callable[..., None]:
         try:
             with ServoSetup(click.get_current_context().obj) as setup:
                 action(setup, **arguments)
+        except ServoValueError as error:
+            raise Ended(str(error), Exit.USAGE) from error
         except (ServoBusError, OSError) as error:
             raise Ended(str(error), Exit.NO_HAND) from error
 

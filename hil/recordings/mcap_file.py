@@ -40,7 +40,18 @@ BUFFER_BYTES = 4096
 """Of compressed data that may wait in this program."""
 LARGEST_RECORD = 64 * 2**20
 """Bytes of a record beyond which a file is damaged; ours have a few kB."""
-DAMAGED = (McapError, ZstdError, struct.error, LookupError, TypeError, AttributeError, ValueError, OSError, MemoryError)
+DAMAGED = (
+    McapError,
+    ZstdError,
+    struct.error,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ValueError,
+    ArithmeticError,
+    OSError,
+    MemoryError,
+)
 """What the reader meets in a file with a flipped bit."""
 
 NUMBER = {"type": "number"}

@@ -81,7 +81,7 @@ def test_the_command_line(bus):
     assert "current_limit          1000" in shown
     assert "position_counts        2048" in shown
     refused = run("set-current", 6, 5000)
-    assert refused.exit_code == 1
+    assert refused.exit_code == 2
     assert "0 to 1023" in refused.output
 
 
