@@ -53,7 +53,7 @@ def choose(sanitize: frozenset[str]) -> Compiler:
         return Compiler(("g++",), (), (), long_bits=64)
     if find_spec("ziglang") is None:
         raise FirmwareBuildError(
-            "no compiler for 32-bit programs; `pip install aero-hil[firmware]` brings one, or install g++-multilib"
+            "no compiler for 32-bit programs; the extra `firmware` brings one, or install g++-multilib"
         )
     machine = platform.machine()
     if machine not in ZIG_TARGETS:

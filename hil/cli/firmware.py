@@ -46,7 +46,7 @@ def build_command(
 ) -> None:
     """Compile the sketch in the folder SOURCE for the emulated board.
 
-    Needs a compiler whose `long` has 32 bits: g++ with its 32-bit libraries, or `pip install aero-hil[firmware]`.
+    Needs a compiler whose `long` has 32 bits: g++ with its 32-bit libraries, or the extra `firmware`.
     """
     sanitizers = [name.strip() for name in sanitize.split(",") if name.strip()]
     try:
