@@ -1,6 +1,7 @@
 """The report says the verdict first, shows every number, and loads nothing."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -101,6 +102,18 @@ def test_each_limit_stands_beside_its_number(spoiled_page):
     html = spoiled_page
     row = html[html.index('Tracking RMS"') :]
     assert row.index("paper 0.45") < row.index("at most 0.9 mm") < row.index("</td>")
+
+
+def test_a_run_that_was_broken_off_says_so_and_shows_what_it_had(recording):
+    cut = replace(recording, header=replace(recording.header, finished=False, duration_s=12.5))
+    stopped = Finding(
+        "staircase", "hand", False, "broken off", "run to its end", "a person", "It was stopped.", "Again."
+    )
+    html = render_report(Validation({}, stopped, 1.0, broken_off=(cut,)))
+    assert "Broken off" in html
+    assert "staircase after 12.5 s" in html
+    assert "Out of limits" not in html
+    assert html.count("<figcaption>") == len(cut.series)
 
 
 def test_nothing_to_report_is_an_error():
