@@ -23,6 +23,7 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 from zstandard import ZstdError
 
+from aero.safety.interrupts import uninterrupted
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
 from hil.targets.wire_log import Direction, WireRecord
 
@@ -36,6 +37,8 @@ SEVERITIES = {level: severity for severity, level in LOG_LEVELS.items()}
 WIRE_TOPICS = {f"/wire/{direction}": direction for direction in DIRECTIONS}
 CHUNK_BYTES = 16_384
 """Of data that are compressed together: a quarter of a second of a staircase."""
+TOGETHER = 64
+"""Messages that are written together: a seventh of a second of a staircase."""
 BUFFER_BYTES = 4096
 """Of compressed data that may wait in this program."""
 LARGEST_RECORD = 64 * 2**20
@@ -77,7 +80,8 @@ class UnusableFileError(ValueError):
 class RecordingFile:
     """A recording that is written while it is made: after any ending, what was written can be read.
 
-    Data leave the program in small chunks, so that even a killed program loses less than a second of them.
+    Data leave the program in small chunks, so that even a killed program loses less than a second of them. Signals wait
+    while the file is written to: one that ended the program in the middle of a record would spoil all that comes after.
     """
 
     def __init__(self, path: Path, header: Header) -> None:
@@ -92,7 +96,10 @@ class RecordingFile:
         self._experiment = header.experiment
         self._epoch_ns = round(datetime.fromisoformat(header.started).timestamp() * 1e9) if header.started else 0
         self._channels: dict[str, int] = {}
-        self._add_header(header)
+        self._pending: list[tuple[int, int, bytes]] = []
+        """Channel, log time and content of messages that are not written yet."""
+        with uninterrupted():
+            self._add_header(header)
         for direction in DIRECTIONS:
             self._channel(f"/wire/{direction}", "aero.wire", WIRE_SCHEMA)
         self._channel("/events", "foxglove.Log", LOG_SCHEMA)
@@ -122,21 +129,32 @@ class RecordingFile:
 
     def finish(self, header: Header) -> None:
         """Write the final header and what readers need to jump about, and close the file."""
-        self._add_header(header)
-        self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves this one unannotated
-        self._stream.close()
+        with uninterrupted():
+            self._write_pending()
+            self._add_header(header)
+            self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves this one unannotated
+            self._stream.close()
 
     def _add_header(self, header: Header) -> None:
         self._writer.add_metadata(METADATA, {"format": FORMAT, "header": json.dumps(dataclasses.asdict(header))})
 
     def _channel(self, topic: str, schema_name: str, schema: dict[str, Any]) -> None:
         if topic not in self._channels:
-            schema_id = self._writer.register_schema(schema_name, "jsonschema", json.dumps(schema).encode())
-            self._channels[topic] = self._writer.register_channel(topic, "json", schema_id)
+            with uninterrupted():
+                schema_id = self._writer.register_schema(schema_name, "jsonschema", json.dumps(schema).encode())
+                self._channels[topic] = self._writer.register_channel(topic, "json", schema_id)
 
     def _add(self, topic: str, t: float, body: dict[str, Any]) -> None:
         time = self._nanoseconds(t)
-        self._writer.add_message(self._channels[topic], time, json.dumps({"t": t, **body}).encode(), time)
+        self._pending.append((self._channels[topic], time, json.dumps({"t": t, **body}).encode()))
+        if len(self._pending) >= TOGETHER:
+            with uninterrupted():
+                self._write_pending()
+
+    def _write_pending(self) -> None:
+        for channel, time, content in self._pending:
+            self._writer.add_message(channel, time, content, time)
+        self._pending.clear()
 
     def _nanoseconds(self, t: float) -> int:
         return self._epoch_ns + round(t * 1e9)

@@ -1,6 +1,7 @@
 """A recording survives the way to disk and back, and opens with the public reader."""
 
 import json
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from hil.recordings.mcap_file import RecordingFile, read_recording, write_recording
+from hil.recordings.mcap_file import TOGETHER, RecordingFile, read_recording, write_recording
 from hil.recordings.recording import Event, Header, Recording, Series
 from hil.targets.wire_log import WireRecord
 
@@ -96,6 +97,25 @@ def test_a_recording_that_was_begun_is_not_finished(tmp_path):
     RecordingFile(tmp_path / "run", replace(HEADER, finished=False)).finish(replace(HEADER, duration_s=3.0))
     assert read_recording(tmp_path / "run").header.duration_s == 3.0
     assert read_recording(tmp_path / "run").header.finished
+
+
+def test_a_signal_in_the_middle_of_a_record_spoils_nothing(tmp_path, monkeypatch):
+    write = Writer.add_message
+
+    def interrupted(self, *arguments):
+        signal.raise_signal(signal.SIGINT)
+        write(self, *arguments)
+
+    file = RecordingFile(tmp_path / "run", replace(HEADER, finished=False))
+    monkeypatch.setattr(Writer, "add_message", interrupted)
+    records = tuple(WireRecord(0.001 * i, "to_hand", bytes(16)) for i in range(TOGETHER))
+    for record in records[:-1]:
+        file.add_wire(record)
+    with pytest.raises(KeyboardInterrupt):
+        file.add_wire(records[-1])
+    monkeypatch.undo()
+    file.finish(HEADER)
+    assert read_recording(tmp_path / "run").wire == records
 
 
 @given(st.integers(0, 2**32 - 1))
