@@ -80,7 +80,7 @@ def validate(
             experiment.run(target, record, progress)
         except STOPPING as error:
             broken_off = (record.finish(ended=False),) if record.begun else ()
-            done = replace(so_far(_broken_off(name, error)), broken_off=broken_off, ended_by=error)
+            done = replace(so_far(_broken_off(name, *_reason(error))), broken_off=broken_off, ended_by=error)
             break
         recording = record.finish()
         measured = experiment.measure(recording)
@@ -117,34 +117,30 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
         measured = experiment.measure(recording)
         findings = compare(experiment, measured, load_limits(kind, header.firmware))
         results[header.experiment] = Result(recording, measured, findings)
-    stopped = _cut_short(broken_off[0].header.experiment) if broken_off else None
+    stopped = None
+    if broken_off:
+        cut = "The recording ends before the experiment does."
+        stopped = _broken_off(broken_off[0].header.experiment, "the recording", cut, "Run it again.")
     return Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off)
 
 
-def _broken_off(name: str, error: BaseException) -> Finding:
-    interrupted = isinstance(error, (KeyboardInterrupt, SystemExit))
+def _reason(error: BaseException) -> tuple[str, str, str]:
+    """Return who or what broke a run off, what that means, and what to do."""
+    if isinstance(error, (KeyboardInterrupt, SystemExit)):
+        return "a person or a signal", "The program was told to stop.", "Run it again."
+    return "the driver", str(error), "Mend this first; what comes after it was not run."
+
+
+def _broken_off(name: str, source: str, meaning: str, remedy: str) -> Finding:
     return Finding(
         check=name,
         subject="hand",
         passed=False,
         measured="broken off",
         expected="run to its end",
-        source="a person or a signal" if interrupted else "the driver",
-        meaning="The program was told to stop." if interrupted else str(error),
-        remedy="Run it again." if interrupted else "Mend this first; what comes after it was not run.",
-    )
-
-
-def _cut_short(name: str) -> Finding:
-    return Finding(
-        check=name,
-        subject="hand",
-        passed=False,
-        measured="broken off",
-        expected="run to its end",
-        source="the recording",
-        meaning="The recording ends before the experiment does.",
-        remedy="Run it again.",
+        source=source,
+        meaning=meaning,
+        remedy=remedy,
     )
 
 
