@@ -106,6 +106,8 @@ class RecordingFile:
 
     def add_series(self, name: str, columns: tuple[str, ...], units: tuple[str, ...]) -> None:
         """Make a series known, before its first sample; nothing happens when it is."""
+        if f"/{name}" in self._channels:
+            return
         properties = {"t": {**NUMBER, "unit": "s"}}
         properties |= {c: {**NUMBER, "unit": u} for c, u in zip(columns, units, strict=True)}
         self._channel(f"/{name}", SERIES_PREFIX + name, {"type": "object", "properties": properties})

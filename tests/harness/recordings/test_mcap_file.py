@@ -103,8 +103,8 @@ def test_a_signal_in_the_middle_of_a_record_spoils_nothing(tmp_path, monkeypatch
     write = Writer.add_message
 
     def interrupted(self, *arguments):
-        signal.raise_signal(signal.SIGINT)
         write(self, *arguments)
+        signal.raise_signal(signal.SIGINT)
 
     file = RecordingFile(tmp_path / "run", replace(HEADER, finished=False))
     monkeypatch.setattr(Writer, "add_message", interrupted)
