@@ -96,9 +96,8 @@ def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
         else:
             table[field] = gain + factor * table[field]
     servos = dataclasses.replace(unit.servos, **tables["servos"])
-    # The plant needs the back-EMF that belongs to the servo's no-load speed.
-    hand = _without_rise(tables["hand"]) | {"back_emf": servos.back_emf}
-    return dataclasses.replace(unit, servos=servos, hand=dataclasses.replace(unit.hand, **hand))
+    hand = dataclasses.replace(unit.hand, **_without_rise(tables["hand"]))
+    return dataclasses.replace(unit, servos=servos, hand=hand)
 
 
 def _with_rise(hand: dict[str, Any]) -> dict[str, Any]:
