@@ -19,7 +19,8 @@ from hil.judging.limits import compare, load_limits
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import PHYSICAL, Target
-from model.units import DEFAULT_LIMITS, load_unit
+from model.units import DEFAULT_LIMITS
+from model.units.naming import unit_named
 
 SESSION = "session"
 """Name in the header of the recording that holds every byte since the hand was opened."""
@@ -112,7 +113,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
         if not header.finished:
             continue
-        kind = DEFAULT_LIMITS if header.unit == PHYSICAL else load_unit(header.unit).limits
+        kind = DEFAULT_LIMITS if header.unit == PHYSICAL else unit_named(header.unit).limits
         experiment = EXPERIMENTS[header.experiment]
         measured = experiment.measure(recording)
         findings = compare(experiment, measured, load_limits(kind, header.firmware))

@@ -27,6 +27,8 @@ COMMANDS: dict[str, Row] = {
     "replay": Row("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
     "diff": Row("hil.cli.diff:diff", "Compare two recordings of one experiment."),
     "baseline": Row("hil.cli.baseline:baseline", "Keep a hand's figures, to be compared with later."),
+    "campaign": Row("hil.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
+    "limits": Row("hil.cli.limits:limits", "Compute the limits from the healthy hands of a campaign.", "campaign"),
     "endurance": Row("hil.cli.endurance:endurance", "Open and close the hand many times."),
     "emulate": Row("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "firmware": Row("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),

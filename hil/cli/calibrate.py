@@ -17,7 +17,7 @@ from hil.system_identification.search import pooled_rms
 from hil.system_identification.trace import load_trace
 from hil.system_identification.trace_plots import trace_svg
 from hil.system_identification.unit_file import unit_toml
-from model.units import load_unit
+from model.units.naming import unit_named
 
 
 @click.command("calibrate")
@@ -47,7 +47,7 @@ def calibrate_command(
         out.parent.mkdir(parents=True, exist_ok=True)
         result = calibrate(
             [load_trace(path) for path in recordings],
-            load_unit(start),
+            unit_named(start),
             firmware=firmware,
             jobs=jobs,
             yardstick=yardstick,

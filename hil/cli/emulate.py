@@ -14,7 +14,7 @@ from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, emulation
 from hil.targets.emulated_hand import build_emulated
-from model.units import load_unit
+from model.units.naming import unit_named
 
 
 @click.command()
@@ -42,7 +42,7 @@ def emulate(
         signal.signal(number, lambda caught, _frame: stopped.append(caught))
     with given():
         electronics, _ = build_emulated(
-            load_unit(hand.unit),
+            unit_named(hand.unit),
             firmware=hand.firmware,
             hand=hand.side,
             seed=hand.seed,

@@ -38,7 +38,7 @@ class ChosenHand:
     hand_id: str = ""
 
     def open(
-        self, *, guarded: bool | None = None, thresholds: Thresholds | None = None
+        self, *, guarded: bool | None = None, thresholds: Thresholds | None = None, homed: bool = False
     ) -> AbstractContextManager[Target]:
         """Return the hand as a context manager, see `hil.open_target`."""
         from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
@@ -55,6 +55,7 @@ class ChosenHand:
                     thresholds=thresholds,
                     hand_id=self.hand_id,
                     firmware_program=self.program,
+                    homed=homed,
                 )
             )
 
@@ -110,7 +111,7 @@ def emulation(command: Command) -> Command:
         click.option(
             "--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side."
         ),
-        click.option("--unit", default="reference", show_default=True, help="Unit of the emulated hand, or a .toml."),
+        click.option("--unit", default="reference", show_default=True, help="Unit of the emulated hand: a name, plausible:SEED, or a .toml."),
         click.option("--seed", type=int, default=0, show_default=True, help="Seed of the emulated hand's noise."),
         click.option(
             "--firmware-program",

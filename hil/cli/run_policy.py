@@ -23,7 +23,7 @@ from hil.cli.options import ChosenHand, Seconds, target
 from hil.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
-from model.units import load_unit
+from model.units.naming import unit_named
 from model.units.cable_correction import correction
 
 MOST_A = 4.5
@@ -88,7 +88,7 @@ def run_policy(
             one_period_late=late,
         )
         if twin:
-            found = correction(load_unit(twin), settings.settings or policy.settings)
+            found = correction(unit_named(twin), settings.settings or policy.settings)
             settings = replace(settings, correction=tuple(found.tolist()))
         if record is not None:
             prepared_file(record)

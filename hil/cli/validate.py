@@ -45,6 +45,10 @@ SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb fl
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="Also say what has become worse than in this folder, which `aero-hil baseline` made.",
 )
+@click.option(
+    "--zeros", type=click.Choice(["homed", "ideal"]), default="homed", show_default=True,
+    help="Encoder zeros of an emulated hand: as homing leaves them, as on every physical hand, or of the drawing.",
+)  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path),
@@ -55,6 +59,7 @@ def validate(
     hand: ChosenHand,
     names: tuple[str, ...],
     baseline: Path | None,
+    zeros: str,
     dry_run: bool,
     out: Path | None,
 ) -> None:
@@ -68,7 +73,7 @@ def validate(
     with given():
         if baseline is not None:
             load(baseline)
-        opening = hand.open()
+        opening = hand.open(homed=zeros == "homed")
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced", highlight=False, markup=False)

@@ -71,7 +71,11 @@ METRICS = (
         "stop_without_abduction",
         "% of the window",
         ("thumb_cmc_flexion",),
-        "Where CMC flexion stops without abduction.",
+        (
+            "Without abduction the palm stops CMC flexion in the wrong place. Ten per cent of the window (9.93 degrees) "
+            "are the difference between firmware 0.2.0 and the versions before it."
+        ),
+        "Check which firmware is on the board and name it. If it is the right one, home the hand and look at the palm.",
     ),
     Metric("stop_half_abducted", "% of the window", ("thumb_cmc_flexion",), "The same, half abducted."),
     Metric("stop_abducted", "% of the window", ("thumb_cmc_flexion",), "The same, fully abducted."),

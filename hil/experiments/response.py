@@ -6,16 +6,19 @@ Leaves `codes` and `command_codes`; encoders are read as fast as the link allows
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from aero.channels import Channel
+from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
 from hil.experiments.presence import round_trips
 from hil.experiments.shared import subjects
 from hil.experiments.shared.command_steps import find_steps
 from hil.experiments.shared.experiment import Experiment, Measured, Metric
 from hil.recordings.recorder import Progress, Recorder
-from hil.recordings.recording import Recording
+from hil.recordings.recording import Recording, Series
 from hil.targets.target import Target
+
+Floats = NDArray[np.float64]
 
 NUDGES = 6
 NUDGE = 0.15
@@ -32,6 +35,9 @@ OPENED, CLOSED = 0.06, 0.9
 """Parts of the range at which the fingers count as open and closed."""
 MOVED_CODES = 60
 """Change that counts as motion: three counts of a finger."""
+FAR, SETTING_OUT = 0.2, 0.05
+"""Parts of the range: further than the first from its goal a finger must be moving, unless it is nearer than the second
+to an end, where it sets out."""
 CHANNEL = Channel.RING
 """The finger that is watched: any would do."""
 
@@ -70,6 +76,8 @@ def measure(recording: Recording) -> Measured:
         moved = after[np.sign(step.after - step.before) * (trace[after] - trace[after[0]]) > MOVED_CODES]
         delays.append(codes.times[moved[0]] - step.start if moved.size else np.nan)
     changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
+    fast = _after(codes, cycles)
+    goals = goal_at(commands, fast.times)
     _, trips = round_trips(recording.wire)
     arrived = not any(event.severity == "warning" for event in recording.events)
     rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
@@ -78,9 +86,59 @@ def measure(recording: Recording) -> Measured:
             "round_trip": 1e3 * float(np.median(trips)),
             "command_to_motion": 1e3 * float(np.median(delays)),
             "telemetry_period": 1e3 * float(np.median(np.diff(changed))),
+            "longest_standstill": 1e3 * max(standstills(fast.times, fast.values, goals), default=np.nan),
+            "backward_readings": 100.0 * backward(fast.values, goals),
             "open_close_rate": float(rate),
         }
     }
+
+
+def standstills(times: Floats, codes: Floats, goals: Floats) -> list[float]:
+    """Return for how long (s) the same reading of a finger came again and again while it was on its way.
+
+    A program that was late does not count, because it read nothing meanwhile.
+
+    Args:
+        times: (n,) float, s.
+        codes: (n, 7) float, readings.
+        goals: (n, 7) float, commands in force.
+    """
+    found: list[float] = []
+    for finger in FINGERS:
+        part, goal = codes[:, finger] / MAX_CODE, goals[:, finger] / MAX_CODE
+        on_its_way = (np.abs(goal - part) > FAR) & (np.minimum(part, 1.0 - part) > SETTING_OUT)
+        changes = np.flatnonzero(np.diff(part) != 0) + 1
+        for first, last in zip(changes[:-1], changes[1:] - 1, strict=True):
+            if on_its_way[first] and on_its_way[last]:
+                found.append(float(times[last] - times[first]))
+    return found
+
+
+def backward(codes: Floats, goals: Floats) -> float:
+    """Return the share of a finger's new readings that lie behind the one before, seen from its goal.
+
+    Args:
+        codes: (n, 7) float, readings.
+        goals: (n, 7) float, commands in force.
+    """
+    fingers = list(FINGERS)
+    before, now, goal = codes[:-1, fingers], codes[1:, fingers], goals[1:, fingers]
+    way = (np.abs(goal - before) > FAR * MAX_CODE) & (goal == goals[:-1, fingers])
+    wrong = (now - before) * np.sign(goal - before) < 0
+    moving = way & (now != before)
+    return float(wrong[moving].mean()) if moving.any() else np.nan
+
+
+def goal_at(commands: Series, times: Floats) -> Floats:
+    """Return the commands (n, 7) in force at `times` (n,)."""
+    rows = np.maximum(np.searchsorted(commands.times, times, side="right") - 1, 0)
+    goals: Floats = commands.values[rows]
+    return goals
+
+
+def _after(series: Series, t: float) -> Series:
+    late = series.times >= t
+    return Series.of(series.columns, series.units, series.times[late], series.values[late])
 
 
 def _command(target: Target, recorder: Recorder, fraction: float, fingers: range | tuple[Channel, ...]) -> None:
@@ -128,6 +186,20 @@ METRICS = (
         subjects.HAND,
         "The hand opens and closes slowly, or does not get there.",
         "Slow closing: supply or a speed limit. Slow opening: return springs and friction.",
+    ),
+    Metric(
+        "longest_standstill",
+        "ms",
+        subjects.HAND,
+        "A finger on its way is reported at the same place for longer than the firmware refreshes its readings.",
+        "Look for a servo that answers only sometimes: its bus connector, then the cable to its neighbour.",
+    ),
+    Metric(
+        "backward_readings",
+        "% of new readings",
+        subjects.HAND,
+        "A reading lies behind the one before although the finger moves on: old replies are taken for new ones.",
+        "Look for a hub, a network or another program between the driver and the hand.",
     ),
     Metric("round_trip", "ms", subjects.HAND, "Median time from a request to its complete reply."),
 )

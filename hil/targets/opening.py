@@ -27,7 +27,8 @@ from hil.targets.target import DEFAULT_FIRMWARE, PHYSICAL, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
 from model.geometry import Side
-from model.units import DEFAULT_LIMITS, Unit, load_unit
+from model.units import DEFAULT_LIMITS, Unit
+from model.units.naming import unit_named
 
 
 def open_target(
@@ -41,6 +42,7 @@ def open_target(
     thresholds: Thresholds | None = None,
     hand_id: str = "",
     firmware_program: Path | str | None = None,
+    homed: bool = False,
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -53,13 +55,15 @@ def open_target(
         firmware: version that is emulated, or that the physical hand runs (no board can report its own); 0.2.0 when
             not given.
         hand: side.
-        unit: shipped name or `.toml` path of the emulated hand; a physical hand has none.
+        unit: shipped name, `plausible:SEED` or `.toml` path of the emulated hand; a physical hand has none.
         seed: of the emulated hand's noise.
         guarded: whether the hand is guarded; a physical one is unless this is False.
         thresholds: when a guarded hand is stopped; the defaults when None.
         hand_id: name of the individual hand, for its recordings; the serial number of its USB port when not given.
         firmware_program: what `aero-hil firmware build` made, to run on the board of an `emulated` or `pty` hand;
             `firmware` and `hand` then say what it was made from.
+        homed: whether an emulated hand is homed when it is opened, as every physical hand has been; its encoders' zeros
+            are ideal when not.
 
     Raises:
         ValueError: an unknown firmware, side or unit; a firmware program for a physical hand.
@@ -73,7 +77,7 @@ def open_target(
     if firmware_program is not None and target not in kinds:
         raise ValueError(f"a firmware program runs on an emulated hand, not on {target!r}; give `emulated` or `pty`")
     program = Path(firmware_program) if firmware_program is not None else None
-    request = Request(target, codec, version, hand, load_unit(unit), seed, guard, hand_id, program)
+    request = Request(target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed)
     return kinds.get(target, _physical)(request)
 
 
@@ -92,6 +96,8 @@ class Request:
     hand_id: str = ""
     program: Path | None = None
     """Firmware program on the board of an emulated hand."""
+    homed: bool = False
+    """Whether an emulated hand is homed first."""
 
     def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
@@ -118,6 +124,8 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
     clock = electronics.clock
     wire = WireLog(link, clock)
     with drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
+        if request.homed:
+            hand.home()
         yield request.granted(hand, clock, wire, capabilities={"ground_truth": plant, "electronics": electronics})
 
 
@@ -131,6 +139,8 @@ def _pty(request: Request) -> Iterator[Target]:
         program=request.program,
     )
     with served as path, _serial(request, path) as (hand, clock, wire):
+        if request.homed:
+            hand.home()
         yield request.granted(hand, clock, wire)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aero.channels import Joint
 from model.units import Unit, load_unit
 
 
@@ -38,8 +39,14 @@ RANGES = (
     Range("hand.supply_ratio", 1.1, "bench supply against battery"),
 )
 """Drawn by factors."""
-TAKE_UP_M = (0.0, 7.6e-3)
-"""Cable to wind in before a finger moves, m: tight, to the 48.5° of spool that one owner measured on an index."""
+TAKE_UP_M = (0.0, 2.3e-3)
+"""Cable to wind in before a finger moves, m: a spool is set to within one tooth of the servo's 25-tooth spline, 14.4°.
+The 7.6 mm that one owner measured on an index is slack that a tooth or three would have taken in: a fault."""
+CMC_STOP_RAD = (0.88, 0.97)
+"""Closed stop of CMC flexion, rad: homing finds it with the thumb abducted, and it then decides where the palm blocks
+the thumb without abduction: 55 to 61 % of 0.2.0's window, the recorded hand's 60.5 % included."""
+THENAR_M = (3e-3, 4.1e-3)
+"""Radius of the palm that the thumb meets, m: nothing to meet before the stop, to a little more than the recorded hand's."""
 FINGER_SPRING_FACTOR = 1.3
 """Springs of a finger, open and closed together: the fingers of one hand differ by as much."""
 
@@ -64,9 +71,13 @@ def plausible_unit(seed: int) -> Unit:
     take_up = np.array(hand["cable_take_up"])
     take_up[:4] = draw.uniform(*TAKE_UP_M, 4)
     hand["cable_take_up"] = tuple(take_up.tolist())
+    stops = np.array(hand["closed_stop"])
+    stops[Joint.THUMB_CMC] = draw.uniform(*CMC_STOP_RAD)
+    hand["closed_stop"] = tuple(stops.tolist())
+    hand["thenar_radius"] = float(draw.uniform(*THENAR_M))
     return dataclasses.replace(
         unit,
-        name=f"plausible {seed}",
+        name=f"plausible:{seed}",
         description=f"Drawn around the reference unit with seed {seed}",
         hand=dataclasses.replace(unit.hand, **hand),
         servos=dataclasses.replace(unit.servos, **tables["servos"]),

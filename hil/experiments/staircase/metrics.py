@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aero.channels import Channel
+from aero.protocol import MAX_CODE
 from hil.experiments.shared import subjects
-from hil.experiments.shared.experiment import Measured, Metric
+from hil.experiments.shared.experiment import Measured, Metric, map_of
 from hil.experiments.staircase.cable_loads import loads
 from hil.experiments.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.recordings.recording import Recording
@@ -18,13 +20,25 @@ def measure(recording: Recording) -> Measured:
     """Return each channel's row of the validation table, and each cable's take-up, spring load and friction."""
     found = {channel.label: _numbers(row) for channel, row in staircase_metrics(recording).items()}
     ranges = np.ptp(recording["command"].values, axis=0) * 1e3
+    spans = map_of(recording.header).window.spans_counts()
     for channel in Channel:
         row = found[channel.label]
         row["settled_percent"] = 100.0 * row["settled_samples"] / len(recording["hand"].times)
+        row["resolution"] = resolution(recording["codes"].values[:, channel], int(spans[channel]))
         row["worst_percent"] = 100.0 * abs(row["worst_residual"]) / float(ranges[channel])
     for channel, load in loads(recording).items():
         found[channel.label] |= {"take_up": load.take_up_mm, "spring": load.spring, "friction": load.friction}
     return found
+
+
+def resolution(codes: NDArray[np.float64], span_counts: int) -> float:
+    """Return the coarsest grid, in servo counts, on which nineteen of twenty differences of readings (n,) lie.
+
+    The board reports whole counts of the window; an encoder that has lost its lower bits moves in larger steps.
+    """
+    counts = np.ceil(np.unique(codes) * span_counts / MAX_CODE - 1e-9)
+    steps = np.diff(np.unique(counts))
+    return float(np.quantile(steps, 0.05)) if steps.size else np.nan
 
 
 def _numbers(row: ChannelMetrics) -> dict[str, float]:
@@ -157,6 +171,13 @@ METRICS = (
             "Unpower the hand and move each joint of the digit by hand; free the stiff one, then look along "
             "the cable's path."
         ),
+    ),
+    Metric(
+        "resolution",
+        "counts",
+        subjects.CHANNELS,
+        "The encoder moves in steps of several counts: its lower bits are lost.",
+        "Read the servo's position on a bus adapter while its shaft is turned slowly by hand; replace the servo.",
     ),
     Metric(
         "excursion_model",

@@ -74,9 +74,9 @@ def load_limits(kind: str, firmware: str) -> tuple[Limit, ...]:
     if kind not in kinds():
         raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
     table = tomllib.loads(resources.files(__name__).joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
-    if unknown := sorted(table.keys() - {"extends", "limit"}):
-        raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit")
-    limits = (parse_limit(entry) for entry in table["limit"])
+    if unknown := sorted(table.keys() - {"extends", "limit", "provenance"}):
+        raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit, provenance")
+    limits = (parse_limit(entry) for entry in table.get("limit", ()))
     own = tuple(limit for limit in limits if not limit.firmware or firmware in limit.firmware)
     return own + (without(load_limits(table["extends"], firmware), own) if "extends" in table else ())
 

@@ -1,0 +1,44 @@
+"""Which trials a campaign consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import cycle, islice, product
+from typing import get_args
+
+from hil.campaign.trial import Trial
+from hil.judging.limits.compute import FIRMWARE_GROUPS
+from model.geometry import Side
+from model.units import shipped_units
+from model.units.naming import PLAUSIBLE
+
+SIDES: tuple[Side, ...] = get_args(Side)
+USUAL_FIRMWARE = ("0.2.0", "0.1.5")
+"""What is found on hands: the newest, and the newest without its shifted windows."""
+
+
+def healthy_hands(first: int, count: int, firmware: Sequence[str] = USUAL_FIRMWARE) -> list[Trial]:
+    """Return trials of healthy hands with seeds from `first` on: sides and firmware in turn, homed."""
+    kinds = islice(cycle(product(firmware, SIDES)), count)
+    return [Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i) for i, (version, side) in enumerate(kinds)]
+
+
+def shipped_hands(seed: int = 0) -> list[Trial]:
+    """Return trials of the shipped units: one firmware of each group, homed and in ideal zeros, sides in turn."""
+    versions = [group[-1] for group in FIRMWARE_GROUPS]
+    kinds = product(shipped_units(), versions, (True, False))
+    return [
+        Trial(unit, side, version, seed, homed)
+        for (unit, version, homed), side in zip(kinds, cycle(SIDES), strict=False)
+    ]
+
+
+def faulty_hands(
+    faults: Sequence[str], first: int, hands: int, firmware: Sequence[str] = USUAL_FIRMWARE
+) -> list[Trial]:
+    """Return a trial of each fault on each of `hands` hands with seeds from `first` on."""
+    return [
+        Trial(hand.unit, hand.side, hand.firmware, hand.seed, faults=(fault,))
+        for fault in faults
+        for hand in healthy_hands(first, hands, firmware)
+    ]

@@ -1,0 +1,89 @@
+"""One run of a campaign: an emulated hand, healthy or not, goes through the experiments and leaves its numbers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hil.experiments import DEFAULT
+from hil.judging.findings import failed
+from hil.recordings.provenance import source_commit
+from hil.targets.opening import open_target
+from hil.validation import validate
+from model.geometry import Side
+
+
+@dataclass(frozen=True, order=True)
+class Trial:
+    """What is run: everything that the numbers depend on."""
+
+    unit: str
+    """As `open_target` takes it, mostly `plausible:SEED`."""
+    side: Side = "right"
+    firmware: str = "0.2.0"
+    """On the board."""
+    seed: int = 0
+    """Of the noise and of the faults."""
+    homed: bool = True
+    faults: tuple[str, ...] = ()
+    """As `hil.faults` writes them; none for a healthy hand."""
+    declared: str = ""
+    """Firmware that the host takes the board's for; the board's own when empty."""
+    experiments: tuple[str, ...] = DEFAULT
+
+    @property
+    def key(self) -> str:
+        """Name the trial; two trials with one key are the same."""
+        zeros = "homed" if self.homed else "ideal"
+        parts = (self.unit, self.side, self.firmware, self.declared or self.firmware, f"seed {self.seed}", zeros)
+        return " | ".join((*parts, " + ".join(self.faults) or "healthy", ",".join(self.experiments)))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a trial."""
+
+    trial: Trial
+    numbers: Mapping[str, Mapping[str, Mapping[str, float]]]
+    """Experiment to subject to metric to value, of every experiment that ended."""
+    failed: tuple[str, ...]
+    """Checks that failed, `experiment/metric/subject`."""
+    stopped: str
+    """What kept the rest from running; empty when all ran."""
+    wall_s: float
+    processor_s: float
+    hand_s: float
+    """Hand time of the recordings, s."""
+    physics_s: float = 0.0
+    """What the same steps of the same two models cost alone, s of processor time."""
+    commit: str = ""
+    """Of this project's source."""
+
+
+def perform(trial: Trial) -> Outcome:
+    """Run a trial on the virtual clock.
+
+    Raises:
+        ValueError: the trial names something that does not exist.
+    """
+    wall, processor = time.perf_counter(), time.process_time()
+    opening = open_target(
+        firmware=trial.firmware, hand=trial.side, unit=trial.unit, seed=trial.seed, homed=trial.homed
+    )
+    with opening as target:
+        done = validate(target, trial.experiments)
+    return Outcome(
+        trial,
+        {name: result.measured for name, result in done.results.items()},
+        tuple(
+            f"{name}/{finding.check}/{finding.subject}"
+            for name, result in done.results.items()
+            for finding in failed(result.findings)
+        ),
+        "" if done.stopped is None else done.stopped.sentence,
+        time.perf_counter() - wall,
+        time.process_time() - processor,
+        done.hand_seconds,
+        commit=source_commit(),
+    )

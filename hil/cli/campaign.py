@@ -1,0 +1,97 @@
+"""`aero-hil campaign`: many emulated hands, healthy and faulty, each validated once."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from hil.campaign.conduct import AHEAD, cluster, conduct, cores, usable_cores
+from hil.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
+from hil.campaign.store import NAME, missing, opened
+from hil.campaign.trial import Outcome, Trial
+from hil.cli.exits import given
+from hil.cli.options import FIRMWARE
+from hil.faults import CATALOGUE, parse_fault
+from hil.recordings.output import prepared_folder, run_folder
+
+
+@click.command()
+@click.option("--healthy", type=click.IntRange(0), default=0, help="Healthy hands of the population.")
+@click.option("--shipped", is_flag=True, help="The shipped units, homed and in ideal zeros, on each kind of firmware.")
+@click.option(
+    "--fault", "faults", multiple=True,
+    help="A fault as `aero-hil faults` lists it, or `all` for each of the list in its three severities; repeatable.",
+)  # fmt: skip
+@click.option("--hands", type=click.IntRange(1), default=5, show_default=True, help="Hands that each fault is put into.")
+@click.option("--first-seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the first hand.")
+@click.option("--firmware", type=click.Choice(FIRMWARE), multiple=True, default=USUAL_FIRMWARE, show_default=True,
+              help="Version on the boards; several take turns.")  # fmt: skip
+@click.option("--workers", type=click.IntRange(1), help="Processes on this machine; one for each core if not given.")
+@click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers, for example tcp://HOST:8786.")
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of the campaign; one that was broken off is gone on with. campaign/DATE-AND-TIME if not given.",
+)  # fmt: skip
+def campaign(
+    *,
+    healthy: int,
+    shipped: bool,
+    faults: tuple[str, ...],
+    hands: int,
+    first_seed: int,
+    firmware: tuple[str, ...],
+    workers: int | None,
+    scheduler: str | None,
+    out: Path | None,
+) -> None:
+    """Validate many emulated hands, and keep every number in OUT/campaign.duckdb.
+
+    Each result is kept as it comes. Ctrl-C or a dead machine lose what was running; the same command with the same
+    --out goes on.
+    """
+    console = Console()
+    with given():
+        trials = healthy_hands(first_seed, healthy, firmware) if healthy else []
+        trials += shipped_hands() if shipped else []
+        trials += faulty_hands(_written(faults), first_seed, hands, firmware)
+        if not trials:
+            raise ValueError("nothing to run; give --healthy, --shipped or --fault")
+        folder = prepared_folder(out) if out is not None else run_folder(Path("campaign"))
+        count = workers or usable_cores()
+        executor = partial(cluster, scheduler) if scheduler else partial(cores, count)
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        with opened(folder) as store, Progress(*columns, console=console) as bar:
+            done = store.keys()
+            left = missing(trials, done)
+            console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}", markup=False)
+            task = bar.add_task("validating", total=len(left))
+
+            def keep(outcome: Outcome) -> None:
+                store.add(outcome)
+                bar.advance(task)
+
+            conduct(left, executor, keep, at_once=AHEAD * count)
+            found = [outcome for outcome in store.outcomes() if _healthy(outcome.trial)]
+    accused = sum(bool(outcome.failed or outcome.stopped) for outcome in found)
+    if found:
+        console.print(f"{accused} of {len(found)} healthy hands accused")
+
+
+def _healthy(trial: Trial) -> bool:
+    return not trial.faults
+
+
+def _written(faults: tuple[str, ...]) -> list[str]:
+    """Return faults as they are written, `all` for the whole catalogue."""
+    found = []
+    for text in faults:
+        if text == "all":
+            found += [f"{name}={severity:g}" for name, kind in CATALOGUE.items() for severity in kind.severities]
+        else:
+            parse_fault(text)
+            found.append(text)
+    return found

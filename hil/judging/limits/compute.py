@@ -1,0 +1,166 @@
+"""Limits from the readings of healthy hands: the tail of each is fitted, and the limit is a far quantile of it.
+
+A validation has some two hundred sides of limits. They share one allowance for a false alarm, so each side may accuse
+one healthy hand in tens of thousands, far beyond what a campaign can count. So the tail is carried on by a generalised
+Pareto distribution, which is what the excesses over a high threshold tend to whatever the distribution is (Pickands
+1975), with its parameters from the first two L-moments of the excesses (Hosking and Wallis 1987).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import genpareto, lmoment
+
+from hil.judging.limits import Limit
+from hil.judging.limits.checks import Check
+
+Floats = NDArray[np.float64]
+
+FALSE_ALARMS = 0.004
+"""Probability that a healthy hand fails a whole validation, that the limits are computed for."""
+TAIL = 0.1
+"""Share of the readings that the tail is fitted to."""
+LEAST_EXCESSES = 8
+"""Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
+SHAPES = (-0.5, 0.1)
+"""Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential."""
+
+FIRMWARE_GROUPS = (("pre",), ("0.1.0", "0.1.1"), ("0.1.2",), ("0.1.3", "0.1.4", "0.1.5"), ("0.2.0",))
+"""Versions with the same motion profile, torque, homing and windows; hands of one group are alike."""
+
+Readings = Mapping[tuple[str, str, str], Floats]
+"""(experiment, metric, subject) to the readings (n,) of healthy hands."""
+
+
+@dataclass(frozen=True)
+class Healthy:
+    """Healthy hands of one group of firmware."""
+
+    firmware: tuple[str, ...]
+    population: Readings
+    """Readings whose tails are fitted."""
+    shipped: Readings
+    """Readings of single hands that no limit may accuse."""
+
+
+def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
+    """Return the limits of all checks, those with the same bounds in several groups of firmware as one.
+
+    Raises:
+        ValueError: a check has no healthy readings.
+    """
+    sides = sum({"both": 2}.get(check.side or "", 1) for check in checks)
+    found: list[Limit] = []
+    for check in checks:
+        if check.given:
+            found.append(
+                Limit(
+                    check.experiment,
+                    check.metric,
+                    check.subjects,
+                    check.source,
+                    check.at_least,
+                    check.at_most,
+                    firmware=check.firmware,
+                )
+            )
+            continue
+        for group in groups:
+            firmware = tuple(v for v in group.firmware if not check.firmware or v in check.firmware)
+            if firmware:
+                found.append(_limit(check, group, firmware, FALSE_ALARMS / sides))
+    return tuple(found)
+
+
+def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], chance: float) -> Limit:
+    values = _pooled(group.population, check)
+    if not values.size:
+        raise ValueError(f"no healthy hand of firmware {', '.join(firmware)} measured {check.experiment} {check.metric}")
+    # Each subject of a pool may accuse on its own, so they share the chance.
+    share = chance / len(check.subjects)
+    held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
+    upper = max(upper_bound(values, share), float(held.max()) + check.floor)
+    lower = -max(upper_bound(-values, share), float(-held.min()) + check.floor)
+    low, high = float(values.min()), float(values.max())
+    source = f"{values.size} readings of healthy hands, {_short(low)} to {_short(high)}"
+    if check.recorded:
+        source += f"; {check.recorded_by}"
+    return Limit(
+        check.experiment,
+        check.metric,
+        check.subjects,
+        source,
+        at_least=-math.inf if check.side == "above" else _outward(lower, -1),
+        at_most=math.inf if check.side == "below" else _outward(upper, 1),
+        firmware=firmware,
+    )
+
+
+def upper_bound(values: Floats, chance: float) -> float:
+    """Return what a reading exceeds with a probability of `chance`, by the tail of `values` (n,)."""
+    threshold = float(np.quantile(values, 1.0 - TAIL))
+    excesses = values[values > threshold] - threshold
+    if excesses.size < LEAST_EXCESSES or np.ptp(excesses) == 0.0:
+        return float(values.max())
+    mean, spread = (float(lmoment(excesses, order=order)) for order in (1, 2))
+    shape = float(np.clip(2.0 - mean / spread, *SHAPES))
+    return threshold + float(genpareto.isf(chance / TAIL, shape, scale=mean * (1.0 - shape)))
+
+
+def own_limits(checks: Sequence[Check], base: Sequence[Limit], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
+    """Return the limits of a kind of hand that departs from the population, where it does.
+
+    Args:
+        checks: all checks.
+        base: limits of the population.
+        groups: readings of the kind's own hands, as `shipped`.
+    """
+    by_metric = {
+        (limit.experiment, limit.metric, subject, version): limit
+        for limit in base
+        for subject in limit.subjects
+        for version in limit.firmware
+    }
+    found = []
+    for check in checks:
+        for group in groups:
+            values = _pooled(group.shipped, check)
+            firmware = tuple(v for v in group.firmware if not check.firmware or v in check.firmware)
+            if check.given or not values.size or not firmware:
+                continue
+            limit = by_metric[check.experiment, check.metric, check.subjects[0], firmware[0]]
+            low, high = float(values.min()) - check.floor, float(values.max()) + check.floor
+            if low >= limit.at_least and high <= limit.at_most:
+                continue
+            found.append(
+                replace(
+                    limit,
+                    source=f"{values.size} readings of this hand, {_short(values.min())} to {_short(values.max())}",
+                    at_least=limit.at_least if math.isinf(limit.at_least) else min(limit.at_least, _outward(low, -1)),
+                    at_most=limit.at_most if math.isinf(limit.at_most) else max(limit.at_most, _outward(high, 1)),
+                )
+            )
+    return tuple(found)
+
+
+def _pooled(readings: Readings, check: Check) -> Floats:
+    parts = [readings.get((check.experiment, check.metric, subject), np.empty(0)) for subject in check.subjects]
+    values = np.concatenate(parts)
+    return values[np.isfinite(values)]
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
+def _outward(value: float, sign: int) -> float:
+    """Round to three figures, away from the healthy readings."""
+    if value == 0.0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
+    return float(f"{unit * (math.ceil if sign > 0 else math.floor)(value / unit):.6g}")
