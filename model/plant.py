@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aero.channels import CABLES
 from firmware_emulator.plant import Drive
 from model.built import build_built
-from model.compiled_hand import SHAFTS, CompiledHand
+from model.compiled_hand import SHAFTS, UNPOWERED, CompiledHand
 from model.geometry import Side
 from model.parameters import BuiltHandParameters
 
@@ -34,6 +34,7 @@ class BuiltHandPlant:
 
     def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
         self.parameters = parameters or BuiltHandParameters()
+        self._hand: Side = hand
         self.compiled = CompiledHand(self._spec(hand), self.parameters)
         """The hand behind the motion; `drive` writes into it."""
         self._model = self.compiled.model
@@ -43,6 +44,7 @@ class BuiltHandPlant:
         self._time = 0.0
         # Rows: setpoint, stiffness, damping, torque, limit.
         self._drives = np.zeros((5, SHAFTS))
+        self._asked = [UNPOWERED] * SHAFTS
 
     @property
     def time(self) -> float:
@@ -92,6 +94,7 @@ class BuiltHandPlant:
         if not drive.current_limit >= 0.0:
             raise ValueError(f"a current limit is not negative, not {drive.current_limit}")
         self._drives[:, shaft] = values
+        self._asked[shaft] = drive
         self._data.ctrl[shaft] = drive.setpoint
         self.compiled.drive(shaft, drive)
 
@@ -106,6 +109,24 @@ class BuiltHandPlant:
         if not isfinite(setpoint):
             raise ValueError(f"a setpoint is a finite angle in rad, not {setpoint}")
         self._drives[0, shaft] = self._data.ctrl[shaft] = setpoint
+
+    def become(self, parameters: BuiltHandParameters) -> None:
+        """Go on as another hand from the present state: something broke, slipped or was mended.
+
+        Args:
+            parameters: of the same parts; contacts and the thenar stop stay as they are.
+
+        Raises:
+            ValueError: they describe a hand of other parts.
+        """
+        kept = self.parameters
+        if (parameters.contacts, parameters.thenar_radius) != (kept.contacts, kept.thenar_radius):
+            raise ValueError("a hand that moves keeps its parts: contacts and thenar_radius cannot change")
+        self.parameters = parameters
+        self.compiled = CompiledHand(self._spec(self._hand), parameters)
+        self._model = self.compiled.model
+        for shaft, drive in enumerate(self._asked):
+            self.compiled.drive(shaft, drive)
 
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (7,) float, rad, positive closes."""

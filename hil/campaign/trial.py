@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hil.experiments import DEFAULT
+from hil.faults import parse_fault
 from hil.judging.findings import failed
 from hil.recordings.provenance import source_commit
 from hil.targets.opening import open_target
@@ -22,21 +23,19 @@ class Trial:
     """As `open_target` takes it, mostly `plausible:SEED`."""
     side: Side = "right"
     firmware: str = "0.2.0"
-    """On the board."""
+    """As declared; on the board too, unless a fault puts another there."""
     seed: int = 0
     """Of the noise and of the faults."""
     homed: bool = True
     faults: tuple[str, ...] = ()
     """As `hil.faults` writes them; none for a healthy hand."""
-    declared: str = ""
-    """Firmware that the host takes the board's for; the board's own when empty."""
     experiments: tuple[str, ...] = DEFAULT
 
     @property
     def key(self) -> str:
         """Name the trial; two trials with one key are the same."""
         zeros = "homed" if self.homed else "ideal"
-        parts = (self.unit, self.side, self.firmware, self.declared or self.firmware, f"seed {self.seed}", zeros)
+        parts = (self.unit, self.side, self.firmware, f"seed {self.seed}", zeros)
         return " | ".join((*parts, " + ".join(self.faults) or "healthy", ",".join(self.experiments)))
 
 
@@ -69,7 +68,12 @@ def perform(trial: Trial) -> Outcome:
     """
     wall, processor = time.perf_counter(), time.process_time()
     opening = open_target(
-        firmware=trial.firmware, hand=trial.side, unit=trial.unit, seed=trial.seed, homed=trial.homed
+        firmware=trial.firmware,
+        hand=trial.side,
+        unit=trial.unit,
+        seed=trial.seed,
+        homed=trial.homed,
+        faults=[parse_fault(text) for text in trial.faults],
     )
     with opening as target:
         done = validate(target, trial.experiments)

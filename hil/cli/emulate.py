@@ -13,8 +13,11 @@ from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, emulation
+from hil.faults import Schedule, parse_fault
 from hil.targets.emulated_hand import build_emulated
 from model.units.naming import unit_named
+
+FAULT_HELP = "NAME[:CHANNEL][=SEVERITY][@SECONDS], may be given several times; `aero-hil faults` lists the names."
 
 
 @click.command()
@@ -23,6 +26,7 @@ from model.units.naming import unit_named
 @click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
 @click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
+@click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @click.option("--parent", type=int, hidden=True, help="Stop when this process is gone.")
 def emulate(
     *,
@@ -31,6 +35,7 @@ def emulate(
     bus_link: Path | None,
     bus_port: str | None,
     state: Path | None,
+    faults: tuple[str, ...],
     parent: int | None,
 ) -> None:
     """Serve an emulated hand until it is interrupted.
@@ -41,6 +46,7 @@ def emulate(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda caught, _frame: stopped.append(caught))
     with given():
+        schedule = Schedule(map(parse_fault, faults), hand.seed)
         electronics, _ = build_emulated(
             unit_named(hand.unit),
             firmware=hand.firmware,
@@ -49,8 +55,11 @@ def emulate(
             start="homed" if bus_port is None else "bare",
             nvs=Nvs(state),
             program=hand.program,
+            schedule=schedule,
         )
         server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
     with server, closing(electronics):
         click.echo(f"ready {server.name}")
         server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
+    with given():
+        schedule.require_all_fired()

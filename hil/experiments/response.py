@@ -115,18 +115,24 @@ def standstills(times: Floats, codes: Floats, goals: Floats) -> list[float]:
 
 
 def backward(codes: Floats, goals: Floats) -> float:
-    """Return the share of a finger's new readings that lie behind the one before, seen from its goal.
+    """Return the share of a finger's new readings that lie behind the one before, while it is on its way.
+
+    A finger that is told to turn back runs on for a moment, so each way counts from its furthest point on.
 
     Args:
         codes: (n, 7) float, readings.
         goals: (n, 7) float, commands in force.
     """
-    fingers = list(FINGERS)
-    before, now, goal = codes[:-1, fingers], codes[1:, fingers], goals[1:, fingers]
-    way = (np.abs(goal - before) > FAR * MAX_CODE) & (goal == goals[:-1, fingers])
-    wrong = (now - before) * np.sign(goal - before) < 0
-    moving = way & (now != before)
-    return float(wrong[moving].mean()) if moving.any() else np.nan
+    steps: list[Floats] = []
+    for finger in FINGERS:
+        ways = np.split(np.arange(len(codes)), np.flatnonzero(np.diff(goals[:, finger])) + 1)
+        for way in ways:
+            ahead = np.abs(goals[way, finger] - codes[way, finger]) / MAX_CODE
+            left = ahead[int(np.argmax(ahead)) :]
+            steps.append(np.diff(left[left > FAR]))
+    taken = np.concatenate(steps)
+    new = taken[taken != 0]
+    return float((new > 0).mean()) if new.size else np.nan
 
 
 def goal_at(commands: Series, times: Floats) -> Floats:

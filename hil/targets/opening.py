@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,9 @@ from aero.safety import GuardedHand, Thresholds
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from firmware_emulator.hand import EmulatedHand
-from firmware_emulator.links.in_process import InProcessLink
-from hil.targets.emulated_hand import build_emulated
+from hil.faults.fault import Fault
+from hil.faults.schedule import Schedule
+from hil.targets.emulated_hand import build_emulated, host_link
 from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
 from hil.targets.target import DEFAULT_FIRMWARE, PHYSICAL, NoHandError, Target
@@ -43,6 +44,7 @@ def open_target(
     hand_id: str = "",
     firmware_program: Path | str | None = None,
     homed: bool = False,
+    faults: Iterable[Fault] = (),
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -64,9 +66,12 @@ def open_target(
             `firmware` and `hand` then say what it was made from.
         homed: whether an emulated hand is homed when it is opened, as every physical hand has been; its encoders' zeros
             are ideal when not.
+        faults: what is wrong with an `emulated` or `pty` hand, see `hil.faults`; their chances come from `seed`.
 
     Raises:
-        ValueError: an unknown firmware, side or unit; a firmware program for a physical hand.
+        ValueError: an unknown firmware, side or unit; a firmware program or faults for a physical hand; faults that
+            cannot be combined.
+        FaultNeverFiredError: one of the faults had no effect, on leaving the context without another error.
         FirmwareProgramError: the firmware program does not run, on entering the context.
         NoHandError: nothing answers at the port, on entering the context.
     """
@@ -76,8 +81,15 @@ def open_target(
     guard = (thresholds or Thresholds()) if (target not in kinds if guarded is None else guarded) else None
     if firmware_program is not None and target not in kinds:
         raise ValueError(f"a firmware program runs on an emulated hand, not on {target!r}; give `emulated` or `pty`")
+    schedule = Schedule(faults, seed)
+    if schedule.faults and target not in kinds:
+        raise ValueError(
+            f"faults are put into an emulated hand, not into {target!r}; see `aero-hil proxy` for its link"
+        )
     program = Path(firmware_program) if firmware_program is not None else None
-    request = Request(target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed)
+    request = Request(
+        target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed, schedule
+    )
     return kinds.get(target, _physical)(request)
 
 
@@ -98,6 +110,8 @@ class Request:
     """Firmware program on the board of an emulated hand."""
     homed: bool = False
     """Whether an emulated hand is homed first."""
+    schedule: Schedule = field(default_factory=Schedule)
+    """Faults of an emulated hand."""
 
     def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
@@ -112,10 +126,17 @@ Opener = Callable[[Request], AbstractContextManager[Target]]
 @contextmanager
 def _emulated(request: Request) -> Iterator[Target]:
     electronics, plant = build_emulated(
-        request.unit, firmware=request.firmware, hand=request.side, seed=request.seed, program=request.program
+        request.unit,
+        firmware=request.firmware,
+        hand=request.side,
+        seed=request.seed,
+        program=request.program,
+        schedule=request.schedule,
     )
-    with closing(electronics), in_process(request, electronics, plant, InProcessLink(electronics)) as target:
+    link = host_link(electronics, request.schedule)
+    with closing(electronics), in_process(request, electronics, plant, link) as target:
         yield target
+    request.schedule.require_all_fired()
 
 
 @contextmanager
@@ -137,6 +158,7 @@ def _pty(request: Request) -> Iterator[Target]:
         unit=request.unit.name,
         seed=request.seed,
         program=request.program,
+        faults=request.schedule.faults,
     )
     with served as path, _serial(request, path) as (hand, clock, wire):
         if request.homed:

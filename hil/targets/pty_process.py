@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
+
+from hil.faults.fault import Fault
 
 STOP_TIMEOUT_S = 10.0
 """Time the child has to leave after SIGTERM."""
@@ -16,7 +18,13 @@ STOP_TIMEOUT_S = 10.0
 
 @contextmanager
 def serve_in_process(
-    *, firmware: str, hand: Literal["right", "left"], unit: str, seed: int, program: Path | None = None
+    *,
+    firmware: str,
+    hand: Literal["right", "left"],
+    unit: str,
+    seed: int,
+    program: Path | None = None,
+    faults: Sequence[Fault] = (),
 ) -> Iterator[str]:
     """Start an emulated hand on a pseudo-terminal and yield the path a client may open.
 
@@ -27,6 +35,8 @@ def serve_in_process(
     command += ["--unit", unit, "--seed", str(seed), "--parent", str(os.getpid())]
     if program is not None:
         command += ["--firmware-program", str(program)]
+    for fault in faults:
+        command += ["--fault", str(fault)]
     pipe = subprocess.PIPE
     # In a session of its own, so that Ctrl-C in a terminal reaches only this program, which opens the hand first.
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as child:

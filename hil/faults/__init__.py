@@ -1,0 +1,13 @@
+"""Faults: what may be wrong with a hand, its servos, its board or its link, as plain objects.
+
+`parse_fault("encoder_scale:index=1.05@20")` makes one, `CATALOGUE` lists them all, and
+`hil.open_target(faults=...)` puts them into an emulated hand.
+"""
+
+from __future__ import annotations
+
+from hil.faults.catalogue import CATALOGUE, parse_fault
+from hil.faults.fault import Fault, Kind
+from hil.faults.schedule import FaultNeverFiredError, Schedule
+
+__all__ = ["CATALOGUE", "Fault", "FaultNeverFiredError", "Kind", "Schedule", "parse_fault"]

@@ -1,0 +1,94 @@
+"""Faults of the board: another firmware than declared, lost or wrong memory, restarts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from aero.channels import WIRE_ORDER
+from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.hands import HandSide
+from firmware_emulator.firmware.profiles import PROFILES
+from firmware_emulator.hand import EmulatedHand
+from hil.faults.fault import ALL, ONCE, SWITCH, Fault, Kind
+
+Effect = Callable[[EmulatedHand, Fault], None]
+
+RUNS = "board_runs_"
+"""Begins the name of a fault that says which version the board runs in truth."""
+WRONG_SIDE = "board_of_other_side"
+OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
+
+
+def _restart(hand: EmulatedHand, fault: Fault) -> None:
+    hand.reset("reset")
+
+
+def _power_cycle(hand: EmulatedHand, fault: Fault) -> None:
+    hand.reset("power_on")
+
+
+def _hang(hand: EmulatedHand, fault: Fault) -> None:
+    hand.board.stop()
+
+
+def _forget(hand: EmulatedHand, fault: Fault) -> None:
+    board = _emulated(hand, fault)
+    for key, _ in board.nvs.items():
+        board.nvs.forget(key)
+    hand.reset("reset")
+
+
+def _trim(hand: EmulatedHand, fault: Fault) -> None:
+    assert fault.channel is not None
+    board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.channel)
+    board.window.extend[servo] += round(fault.severity)
+    board.nvs.store_extend(servo, board.window.extend[servo])
+
+
+def _emulated(hand: EmulatedHand, fault: Fault) -> Board:
+    if not isinstance(hand.board, Board):
+        raise ValueError(f"{fault} cannot be put into a firmware program; leave out the program or the fault")
+    return hand.board
+
+
+KINDS = (
+    *(
+        Kind(
+            f"{RUNS}{version}",
+            "firmware",
+            ("B8",),
+            "",
+            SWITCH,
+            f"the board runs {version}, another version than declared",
+            cause="version",
+            bounds=ONCE,
+            later=False,
+            excludes="version",
+        )
+        for version in PROFILES
+    ),
+    Kind(
+        WRONG_SIDE, "firmware", ("B7",), "", SWITCH, "the firmware is that of the other hand", bounds=ONCE, later=False
+    ),
+    Kind("board_restart", "firmware", ("B1",), "", SWITCH, "the board restarts", bounds=ONCE, at_s=5.0),
+    Kind("power_cycle", "firmware", ("B1", "C9"), "", SWITCH, "power is lost and returns", bounds=ONCE, at_s=5.0),
+    Kind("board_hangs", "firmware", ("B2",), "", SWITCH, "the board does nothing more", bounds=ONCE, at_s=5.0),
+    Kind("nvs_lost", "firmware", ("B6",), "", SWITCH, "the board restarts without its stored zeros", bounds=ONCE),
+    Kind(
+        "trim_left_in",
+        "firmware",
+        ("B6",),
+        "counts",
+        (40, 120, 400),
+        "the open end is trimmed away",
+        ALL,
+        bounds=(-2048, 2048),
+    ),
+)
+EFFECTS: dict[str, Effect] = {
+    "board_restart": _restart,
+    "power_cycle": _power_cycle,
+    "board_hangs": _hang,
+    "nvs_lost": _forget,
+    "trim_left_in": _trim,
+}

@@ -1,0 +1,189 @@
+"""Faults of an encoder: the angle that a servo reads is not the shaft's, and the servo controls on what it reads.
+
+A layer keeps the error of the present reading and gives the shaft the servo's goal less that error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from random import Random
+
+from firmware_emulator.plant import Drive, Plant
+from firmware_emulator.servo.parameters import RAD_PER_COUNT
+from hil.faults.fault import ALL, Fault, Kind
+from hil.faults.motor import Layered, shaft_of
+from hil.faults.shaft_layer import Floats, ShaftLayer
+
+Reading = Callable[[float, float], float]
+"""What an encoder reads, rad, at a shaft angle, rad, and a time since it went wrong, s."""
+
+
+class Encoder(ShaftLayer):
+    """An encoder that reads something else."""
+
+    def __init__(self, behind: Plant, shaft: int, reading: Reading) -> None:
+        super().__init__(behind, shaft)
+        self._reading = reading
+        self._since = 0.0
+        self._read = self._error = 0.0
+
+    def begin(self) -> None:
+        """Read wrongly from now on."""
+        self._since = self.time
+        self.active = True
+        self._look()
+        self.renew()
+
+    def advance_to(self, t: float) -> None:
+        """Integrate to `t`, s, and read anew."""
+        if t <= self.time:
+            return
+        super().advance_to(t)
+        if self.active:
+            self._look()
+            if self.asked.stiffness:
+                self.behind.set_setpoint(self.shaft, self.asked.setpoint - self._error)
+
+    def angles(self) -> Floats:
+        """Return what the encoders read, (7,), rad."""
+        angles = self.behind.angles()
+        if self.active:
+            angles[self.shaft] = self._read
+        return angles
+
+    def changed(self, drive: Drive) -> Drive:
+        """Return the drive to a goal in the encoder's terms."""
+        return replace(drive, setpoint=drive.setpoint - self._error)
+
+    def _look(self) -> None:
+        true = float(self.behind.angles()[self.shaft])
+        self._read = self._reading(true, self.time - self._since)
+        self._error = self._read - true
+
+
+class Frozen(Encoder):
+    """An encoder that reads the same for ever; the loop pushes with a constant torque."""
+
+    def changed(self, drive: Drive) -> Drive:
+        """Return the torque that the constant error asks for."""
+        torque = drive.torque + drive.stiffness * (drive.setpoint - self._read)
+        return replace(drive, setpoint=0.0, stiffness=0.0, damping=0.0, torque=torque)
+
+    def advance_to(self, t: float) -> None:
+        """Integrate to `t`, s."""
+        self.behind.advance_to(t)
+
+    def speeds(self) -> Floats:
+        """Return speeds, that of the frozen encoder zero, (7,), rad/s."""
+        speeds = self.behind.speeds()
+        if self.active:
+            speeds[self.shaft] = 0.0
+        return speeds
+
+
+class Play:
+    """A magnet that is loose on its shaft by an angle, rad."""
+
+    def __init__(self, play: float) -> None:
+        self._half = 0.5 * play
+        self._at = 0.0
+
+    def __call__(self, true: float, seconds: float) -> float:
+        """Return where the magnet is."""
+        self._at = min(max(self._at, true - self._half), true + self._half)
+        return self._at
+
+
+class Stays:
+    """The first reading for ever."""
+
+    def __init__(self) -> None:
+        self._at: float | None = None
+
+    def __call__(self, true: float, seconds: float) -> float:
+        """Return the first reading."""
+        self._at = true if self._at is None else self._at
+        return self._at
+
+
+def _quantised(step: float) -> Reading:
+    return lambda true, seconds: step * math.floor(true / step + 0.5)
+
+
+def _noisy(rms: float, random: Random) -> Reading:
+    return lambda true, seconds: true + random.gauss(0.0, rms)
+
+
+def _encoder(make: Callable[[float, Random], Reading]) -> Layered:
+    return lambda plant, fault, unit, random: Encoder(plant, shaft_of(fault), make(fault.severity, random))
+
+
+def _frozen(plant: Plant, fault: Fault, unit: object, random: Random) -> ShaftLayer:
+    return Frozen(plant, shaft_of(fault), Stays())
+
+
+KINDS = (
+    Kind(
+        "encoder_scale",
+        "servo",
+        ("D7",),
+        "factor",
+        (1.02, 1.05, 1.2),
+        "an encoder reads too much",
+        ALL,
+        bounds=(0.5, 2),
+    ),
+    Kind(
+        "encoder_offset",
+        "servo",
+        ("D7",),
+        "counts",
+        (40, 120, 400),
+        "an encoder's zero is displaced",
+        ALL,
+        cause="zero_displaced",
+        bounds=(-2048, 2048),
+    ),
+    Kind(
+        "encoder_slip",
+        "servo",
+        ("D7",),
+        "counts",
+        (40, 120, 400),
+        "a magnet slips once",
+        ALL,
+        cause="zero_displaced",
+        bounds=(-2048, 2048),
+        at_s=10.0,
+    ),
+    Kind(
+        "encoder_creep", "servo", ("D7",), "counts/s", (0.5, 2, 10), "an encoder's zero creeps", ALL, bounds=(-100, 100)
+    ),
+    Kind("encoder_noise", "servo", ("D9",), "counts rms", (3, 10, 40), "an encoder is noisy", ALL),
+    Kind(
+        "encoder_frozen", "servo", ("D9",), "", (1.0, 1.0, 1.0), "an encoder always reads the same", ALL, bounds=(1, 1)
+    ),
+    Kind(
+        "encoder_quantised",
+        "servo",
+        ("D9",),
+        "counts",
+        (8, 16, 64),
+        "an encoder's steps are coarse",
+        ALL,
+        bounds=(1, 1024),
+    ),
+    Kind("encoder_play", "servo", ("D10",), "counts", (15, 40, 150), "backlash at a shaft", ALL, bounds=(0, 2048)),
+)
+EFFECTS: dict[str, Layered] = {
+    "encoder_scale": _encoder(lambda scale, _: lambda true, seconds: scale * true),
+    "encoder_offset": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
+    "encoder_slip": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
+    "encoder_creep": _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),
+    "encoder_noise": _encoder(lambda rms, random: _noisy(rms * RAD_PER_COUNT, random)),
+    "encoder_frozen": _frozen,
+    "encoder_quantised": _encoder(lambda step, _: _quantised(step * RAD_PER_COUNT)),
+    "encoder_play": _encoder(lambda play, _: Play(play * RAD_PER_COUNT)),
+}

@@ -1,0 +1,73 @@
+"""A plant in front of a plant: what stands between the servos' shafts and the mechanics on one channel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_emulator.plant import Drive, Plant
+
+Floats = NDArray[np.float64]
+
+
+class ShaftLayer:
+    """Pass everything on; what a layer changes it changes from `begin` on. Layers stack."""
+
+    def __init__(self, behind: Plant, shaft: int) -> None:
+        self.behind = behind
+        self.shaft = shaft
+        self.active = False
+        self.asked = Drive(powered=False)
+        """What the servo asks for."""
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return self.behind.time
+
+    def begin(self) -> None:
+        """Be there from now on."""
+        self.active = True
+        self.renew()
+
+    def advance_to(self, t: float) -> None:
+        """Integrate to `t`, s."""
+        self.behind.advance_to(t)
+
+    def drive(self, shaft: int, drive: Drive) -> None:
+        """Replace the drive of a shaft."""
+        if shaft == self.shaft:
+            self.asked = drive
+            drive = self.changed(drive) if self.active else drive
+        self.behind.drive(shaft, drive)
+
+    def set_setpoint(self, shaft: int, setpoint: float) -> None:
+        """Change the goal angle of a shaft, rad."""
+        if shaft != self.shaft:
+            self.behind.set_setpoint(shaft, setpoint)
+            return
+        self.asked = replace(self.asked, setpoint=setpoint)
+        self.renew()
+
+    def angles(self) -> Floats:
+        """Return shaft angles, (7,), rad."""
+        return self.behind.angles()
+
+    def speeds(self) -> Floats:
+        """Return shaft speeds, (7,), rad/s."""
+        return self.behind.speeds()
+
+    def efforts(self) -> Floats:
+        """Return the efforts of the drives, (7,), N m."""
+        return self.behind.efforts()
+
+    def renew(self) -> None:
+        """Give the shaft what it has to have by now."""
+        drive = self.changed(self.asked) if self.active else self.asked
+        self.behind.drive(self.shaft, drive)
+
+    def changed(self, drive: Drive) -> Drive:
+        """Return what the shaft gets of what its servo asks for."""
+        return drive

@@ -1,0 +1,74 @@
+"""Faults put into an emulated hand: in time, together, and never silently without effect."""
+
+import numpy as np
+import pytest
+
+from hil import open_target
+from hil.faults import FaultNeverFiredError, parse_fault
+
+
+def session(*texts, seconds=2.4, **options):
+    """Open and close the hand; return the bytes that crossed the link and the readings."""
+    with open_target(faults=[parse_fault(text) for text in texts], seed=3, **options) as target:
+        codes = []
+        for step in range(round(seconds / 0.1)):
+            target.hand.command_codes([65000 * (step // 6 % 2)] * 7)
+            target.clock.sleep_until(target.clock.now() + 0.1)
+            codes.append(target.hand.read_codes())
+        return target.wire.since(0, 0.0), np.array(codes)
+
+
+def test_the_same_seed_gives_the_same_bytes():
+    texts = "encoder_noise:ring=10", "reply_delayed=30", "motor_weak:index=0.4@1"
+    assert session(*texts)[0] == session(*texts)[0]
+
+
+def test_without_a_fault_the_bytes_are_those_of_a_hand_without_a_schedule():
+    with open_target(seed=3, faults=()) as target:
+        assert type(target.capability("electronics")).__name__ == "EmulatedHand"
+
+
+@pytest.mark.parametrize("text", ["motor_dead:index", "cable_snapped:ring", "encoder_slip:index=200", "servo_missing"])
+def test_a_fault_begins_at_its_time(text):
+    healthy, _ = session()
+    faulty, _ = session(f"{text}@1.2")
+    first = next(i for i, (a, b) in enumerate(zip(healthy, faulty, strict=False)) if a != b)
+    opened = healthy[0].t
+    assert opened + 1.1 < faulty[first].t < opened + 1.6
+
+
+@pytest.mark.parametrize(
+    "text", ["board_restart@60", "motor_dead@60", "reply_lost=0", "link_silent=1@60", "boot_text@60"]
+)
+def test_a_fault_that_never_fired_fails_the_run(text):
+    with pytest.raises(FaultNeverFiredError, match=text.partition("=")[0].partition("@")[0]):
+        session(text, seconds=0.5)
+
+
+def test_another_error_is_not_hidden_by_a_fault_that_never_fired():
+    with pytest.raises(KeyError), open_target(faults=[parse_fault("motor_dead@60")]):
+        raise KeyError
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("encoder_scale=1.1", "encoder_scale=1.2"),
+        ("board_runs_pre", "board_runs_0.1.0"),
+        ("motor_dead", "motor_runaway"),
+        ("motor_weak", "motor_weak"),
+    ],
+)
+def test_what_cannot_be_combined_is_refused(texts):
+    with pytest.raises(ValueError, match=texts[0].partition("=")[0]):
+        session(*texts)
+
+
+def test_a_board_that_runs_what_is_declared_is_no_fault():
+    with pytest.raises(ValueError, match=r"runs 0\.2\.0 as declared"):
+        session("board_runs_0.2.0")
+
+
+def test_a_physical_port_takes_no_faults():
+    with pytest.raises(ValueError, match="aero-hil proxy"):
+        open_target("/dev/ttyNoSuchHand", faults=[parse_fault("reply_lost")])
