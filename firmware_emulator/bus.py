@@ -92,7 +92,7 @@ class ServoBus:
     def _listening(self, wanted: int) -> list[Servo]:
         """Servos that take a packet for this ID."""
         now = self.kernel.now
-        return [s for s in self.servos if wanted in (s.id, BROADCAST) and s.silent_until <= now]
+        return [s for s in self.servos if (s.id == wanted or wanted == BROADCAST) and s.silent_until <= now]
 
     def _single(self, packet: Packet) -> list[bytes]:
         execute = EXECUTE.get(packet.code)
@@ -118,9 +118,10 @@ class ServoBus:
             return []
         answers: dict[int, bytes] = {}
         for servo in self._listening(BROADCAST):
-            if servo.id in wanted:
-                answer = pack(servo.id, servo.status, servo.read(address, count))
-                answers[servo.id] = _meet(answers.get(servo.id), answer)
+            number = servo.id
+            if number in wanted:
+                answer = pack(number, servo.status, servo.read(address, count))
+                answers[number] = _meet(answers.get(number), answer)
         return [answers[number] for number in wanted if number in answers]
 
     def _sync_write(self, packet: Packet) -> None:

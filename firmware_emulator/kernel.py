@@ -83,17 +83,17 @@ class Runner:
             wanted = self._task.send(fired if ticket else None)
         except StopIteration:
             return
-        kernel = self._kernel
-        if isinstance(wanted, Signal):
-            wanted._add(self, self.ticket)
+        kernel, ticket = self._kernel, self.ticket
+        if isinstance(wanted, Until):
+            kernel.call_at(wanted, self.wake, ticket, False)
         elif isinstance(wanted, tuple):
             signal, deadline = wanted
-            signal._add(self, self.ticket)
-            kernel.call_at(deadline, self.wake, self.ticket, False)
-        elif isinstance(wanted, Until):
-            kernel.call_at(wanted, self.wake, self.ticket, False)
+            signal._add(self, ticket)
+            kernel.call_at(deadline, self.wake, ticket, False)
+        elif isinstance(wanted, Signal):
+            wanted._add(self, ticket)
         else:
-            kernel.call_at(kernel.now + wanted, self.wake, self.ticket, False)
+            kernel.call_at(kernel.now + wanted, self.wake, ticket, False)
 
     def stop(self) -> None:
         """End the task where it waits."""

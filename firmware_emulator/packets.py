@@ -8,6 +8,7 @@ Source: FTServo_Arduino v2.0.0 (64922cd), `SCS.cpp`.
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import lru_cache
 from typing import NamedTuple
 
 BROADCAST = 0xFE
@@ -43,8 +44,19 @@ class Packet(NamedTuple):
 
 def pack(servo: int, code: int, parameters: bytes = b"") -> bytes:
     """Return the bytes of one packet."""
-    body = bytes((servo, len(parameters) + 2, code)) + parameters
-    return HEADER + body + bytes((~sum(body) & 0xFF,))
+    head, total = _head(servo, len(parameters) + 2, code)
+    return head + parameters + _CHECKSUMS[(total + sum(parameters)) & 0xFF]
+
+
+@lru_cache(maxsize=512)
+def _head(servo: int, length: int, code: int) -> tuple[bytes, int]:
+    """Return what stands before the parameters, and what it adds to the sum."""
+    body = bytes((servo, length, code))
+    return HEADER + body, sum(body)
+
+
+_CHECKSUMS = [bytes((~total & 0xFF,)) for total in range(256)]
+"""Checksum by the low byte of the sum."""
 
 
 class PacketParser:

@@ -84,6 +84,8 @@ class UartMaster:
             taken += self._pull(size - len(taken))
         # The buffer is not emptied: behind a train that was cut short stands what came before.
         self._trains[: len(taken)] = taken
+        if _is_regular(taken, servos, count):
+            return [taken[at + 5 : at + 5 + count] for at in range(0, size, count + 6)]
         train = bytes(self._trains)
         answers = [_find_answer(train, len(taken), servo, count) for servo in servos]
         return None if None in answers else answers
@@ -139,6 +141,22 @@ class UartMaster:
             elif not arrived:
                 return None
         return taken
+
+
+def _is_regular(train: bytes, servos: Sequence[int], count: int) -> bool:
+    """Whether a train holds the right answers in their places and nothing else that looks like a header.
+
+    A search would then find them there, at many times the cost.
+    """
+    each, answers = count + 6, len(servos)
+    return (
+        len(train) == answers * each
+        and train.count(HEADER) == answers
+        and train[::each] == train[1::each] == b"\xff" * answers
+        and train[2::each] == bytes(servos)
+        and train[3::each] == bytes((count + 2,)) * answers
+        and all((sum(train[at + 2 : at + each]) + 1) & 0xFF == 0 for at in range(0, len(train), each))
+    )
 
 
 def _find_answer(train: bytes, size: int, servo: int, count: int) -> bytes | None:

@@ -11,11 +11,11 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
-from hil.experiments import DEFAULT, EXPERIMENTS
+from hil.experiments import DEFAULT, EXPERIMENTS, Experiment
 from hil.judging.baseline import load, regressions
 from hil.judging.findings import Finding, failed
 from hil.judging.judged_run import Result, Validation
-from hil.judging.limits import compare, load_limits
+from hil.judging.limits import Limit, compare, load_limits
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import PHYSICAL, Target
@@ -73,7 +73,11 @@ def validate(
 
     session, done = recorder(SESSION), so_far()
     session.begin(from_opening=True)
+    failed_gate = ""
     for name in names:
+        if failed_gate and not (EXPERIMENTS[name].gentle and _gentle_allowed(results[failed_gate])):
+            done = so_far(_kept_back(failed_gate))
+            break
         experiment, record = EXPERIMENTS[name], recorder(name)
         try:
             if any(experiment.furthest):
@@ -84,13 +88,11 @@ def validate(
             done = replace(so_far(_broken_off(name, *_reason(error))), broken_off=broken_off, ended_by=error)
             break
         recording = record.finish()
-        measured = experiment.measure(recording)
-        results[name] = Result(recording, measured, compare(experiment, measured, limits))
+        results[name] = _judged(experiment, recording, limits)
         done = so_far()
         on_result(done)
-        if experiment.gate and failed(results[name].findings) and name != names[-1]:
-            done = so_far(_kept_back(name))
-            break
+        if experiment.gate and failed(results[name].findings):
+            failed_gate = name
     return replace(done, session=session.finish(ended=done.ended_by is None))
 
 
@@ -115,14 +117,40 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
             continue
         kind = DEFAULT_LIMITS if header.unit == PHYSICAL else unit_named(header.unit).limits
         experiment = EXPERIMENTS[header.experiment]
-        measured = experiment.measure(recording)
-        findings = compare(experiment, measured, load_limits(kind, header.firmware))
-        results[header.experiment] = Result(recording, measured, findings)
+        results[header.experiment] = _judged(experiment, recording, load_limits(kind, header.firmware))
     stopped = None
     if broken_off:
         cut = "The recording ends before the experiment does."
         stopped = _broken_off(broken_off[0].header.experiment, "the recording", cut, "Run it again.")
     return Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off)
+
+
+def _gentle_allowed(result: Result) -> bool:
+    """Return whether what failed at a gate lets the hand be moved gently."""
+    allowed = EXPERIMENTS[result.recording.header.experiment].gentle_after
+    return all(finding.check in allowed for finding in failed(result.findings))
+
+
+def _judged(experiment: Experiment, recording: Recording, limits: tuple[Limit, ...]) -> Result:
+    """Measure and judge; a hand that moved in no way that can be measured fails, and is no mistake of the program."""
+    try:
+        measured = experiment.measure(recording)
+    except ValueError as error:
+        return Result(recording, {}, (_not_measured(experiment.name, str(error)),))
+    return Result(recording, measured, compare(experiment, measured, limits))
+
+
+def _not_measured(name: str, reason: str) -> Finding:
+    return Finding(
+        check=name,
+        subject="hand",
+        passed=False,
+        measured="not measurable",
+        expected="measured",
+        source="the recording",
+        meaning=f"The hand did not move in a way that can be measured: {reason}.",
+        remedy="Mend what the other checks found, then validate again.",
+    )
 
 
 def _reason(error: BaseException) -> tuple[str, str, str]:
@@ -152,7 +180,7 @@ def _kept_back(name: str) -> Finding:
         passed=False,
         measured="not run",
         expected="run",
-        source=f"a hand that fails {name} is not moved",
-        meaning=f"The checks of {name} failed, so nothing that moves the hand was run.",
+        source=f"a hand that fails {name} is not moved further",
+        meaning=f"The checks of {name} failed, so nothing that moves the hand through its range was run.",
         remedy=f"Mend what {name} found, then validate again.",
     )

@@ -53,7 +53,9 @@ class CompiledHand:
         """Whether the friction of the spools depends on the tensions."""
         self._shaft_joints = [shaft.id for shaft in shafts]
         self._cables = np.array([model.tendon(cable_name(channel)).id for channel in CABLES])
+        self._tendons = model.ntendon
         self._spools = self.shaft_dofs[cables]
+        self._friction = model.dof_frictionloss
         self._spool_friction = model.dof_frictionloss[self._spools].copy()
         self._sheath_radius = SPOOL_RADIUS * np.array(parameters.cable_friction)[cables]
         model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
@@ -75,12 +77,12 @@ class CompiledHand:
 
     def rub(self, tensions: Floats | float) -> None:
         """Let sheaths and spools rub as they do at these tensions of the cables, (6,), N, in the order of `CABLES`."""
-        self.model.dof_frictionloss[self._spools] = self._spool_friction + self._sheath_radius * tensions
+        self._friction[self._spools] = self._spool_friction + self._sheath_radius * tensions
 
     def tensions(self, data: mujoco.MjData) -> Floats:
         """Return the tensions of the cables, (6,), N, as last solved for, in the order of `CABLES`."""
         pulling = data.efc_type == TENDON_LIMIT
-        forces = np.zeros(self.model.ntendon)
+        forces = np.zeros(self._tendons)
         forces[data.efc_id[pulling]] = data.efc_force[pulling]
         tensions: Floats = forces[self._cables]
         return tensions

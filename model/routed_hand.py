@@ -22,12 +22,14 @@ class RoutedHand:
         self._data = mujoco.MjData(self._model)
         self._tendon_ids = np.array([self._model.tendon(name).id for name in TENDONS.values()])
         self._tendon_channels = np.array(list(TENDONS))
+        self._command_range = [COMMAND_RANGE[channel] for channel in Channel]
+        self._timestep = float(self._model.opt.timestep)
         self.reset()
 
     @property
     def command_range(self) -> NDArray[np.float64]:
         """Admissible commands, (7, 2) float, command order; m, abduction rad."""
-        return np.array([COMMAND_RANGE[channel] for channel in Channel])
+        return np.array(self._command_range)
 
     @property
     def time(self) -> float:
@@ -37,7 +39,7 @@ class RoutedHand:
     @property
     def timestep(self) -> float:
         """Length of one step, s."""
-        return float(self._model.opt.timestep)
+        return self._timestep
 
     def reset(self) -> None:
         """Return to rest in the extended pose at time zero, commanded to stay there."""
@@ -57,12 +59,11 @@ class RoutedHand:
         goal = np.asarray(lengths, dtype=float)
         if goal.shape != (len(Channel),):
             raise ValueError(f"a command has shape (7,), command order, not {goal.shape}")
-        low, high = self.command_range.T
-        for channel in Channel:
-            if not low[channel] <= goal[channel] <= high[channel]:
+        for number, (value, (low, high)) in enumerate(zip(goal.tolist(), self._command_range, strict=True)):
+            if not low <= value <= high:
                 raise ValueError(
-                    f"{channel.label}: command {goal[channel]} is outside "
-                    f"[{low[channel]}, {high[channel]}]; clip it to `command_range` if that is meant"
+                    f"{Channel(number).label}: command {value} is outside "
+                    f"[{low}, {high}]; clip it to `command_range` if that is meant"
                 )
         self._data.ctrl[:] = goal
 
@@ -72,13 +73,13 @@ class RoutedHand:
         Raises:
             ValueError: negative, or not a multiple of the step.
         """
-        steps = round(seconds / self.timestep)
-        if steps < 0 or abs(steps * self.timestep - seconds) > 1e-6:
-            raise ValueError(f"{seconds} s is not a whole number of {self.timestep} s steps")
-        if steps:
-            mujoco.mj_step(self._model, self._data, steps)
-            # mj_step leaves the sensors where they were before its last integration.
-            mujoco.mj_fwdPosition(self._model, self._data)
+        steps = round(seconds / self._timestep)
+        if steps < 0 or abs(steps * self._timestep - seconds) > 1e-6:
+            raise ValueError(f"{seconds} s is not a whole number of {self._timestep} s steps")
+        # Halves of mj_step in turned order: the positions that the sensors show are the next step's as well.
+        for _ in range(steps):
+            mujoco.mj_step2(self._model, self._data)
+            mujoco.mj_step1(self._model, self._data)
 
     def lengths(self) -> NDArray[np.float64]:
         """Return what the sensors read now, (7,) float, command order; cable lengths in m, abduction in rad."""

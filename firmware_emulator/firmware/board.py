@@ -6,29 +6,20 @@ holder (homing, SET_ID) freezes the telemetry and delays nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from firmware_emulator.firmware.frames import CHANNELS, FRAME_SIZE
 from firmware_emulator.firmware.hands import SERVOS, HandConfig
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import FirmwareProfile
+from firmware_emulator.firmware.reading import NOTHING_READ
 from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task, on_grid
 from firmware_emulator.uart_master import UartMaster
 
 QUEUE_SIZE = 256
 """Receive queue of the USB driver; bytes beyond it are dropped (arduino-esp32 HWCDC)."""
 POSITION, TORQUE = "position", "torque"
-
-
-@dataclass
-class Telemetry:
-    """The last complete reading of all servos, as host words by servo ID."""
-
-    positions: Sequence[int] = (0,) * CHANNELS
-    speeds: Sequence[int] = (0,) * CHANNELS
-    currents: Sequence[int] = (0,) * CHANNELS
-    temperatures: Sequence[int] = (0,) * CHANNELS
 
 
 class Window:
@@ -88,7 +79,7 @@ class Board:
         self.torque = [profile.torque] * CHANNELS
         self.mode = POSITION
         self.torque_mode = TorqueState()
-        self.telemetry = Telemetry()
+        self.telemetry = NOTHING_READ
         self._host_latency_s = host_latency_s
         self._tasks: list[Runner] = []
         self._queue = bytearray()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, RECORDED_COUNTS, ServoParameters
@@ -14,18 +15,29 @@ def static_current(effort: float, servo: ServoParameters) -> float:
     The recorded curve as far as it was recorded (30 mA per count of error below 10 counts, 37 at 20, 43 at 30, 50 at
     46), and from there straight to the reading at full duty, whatever the gain.
     """
-    counts = abs(effort) / (servo.stall_torque * servo.duty_per_count)
-    if counts <= RECORDED_COUNTS:
-        return _recorded_current(counts, servo)
-    start = _recorded_current(RECORDED_COUNTS, servo)
-    share = (counts - RECORDED_COUNTS) / (1.0 / servo.duty_per_count - RECORDED_COUNTS)
-    return start + share * (servo.full_duty_units - start)
+    return current_curve(servo)(effort)
 
 
-def _recorded_current(counts: float, servo: ServoParameters) -> float:
-    square = counts * counts
-    rise = servo.current_rise_ma * square / (square + servo.current_knee_counts**2)
-    return counts * (servo.current_floor_ma + rise) / CURRENT_UNIT_MA
+def current_curve(servo: ServoParameters) -> Callable[[float], float]:
+    """Return `static_current` of one servo as a function of effort, its constants worked out."""
+    effort_per_count = servo.stall_torque * servo.duty_per_count
+    floor, largest_rise, knee = servo.current_floor_ma, servo.current_rise_ma, servo.current_knee_counts**2
+
+    def recorded(counts: float) -> float:
+        square = counts * counts
+        rise = largest_rise * square / (square + knee)
+        return counts * (floor + rise) / CURRENT_UNIT_MA
+
+    start, beyond = recorded(RECORDED_COUNTS), 1.0 / servo.duty_per_count - RECORDED_COUNTS
+    gain = servo.full_duty_units - start
+
+    def current(effort: float) -> float:
+        counts = abs(effort) / effort_per_count
+        if counts <= RECORDED_COUNTS:
+            return recorded(counts)
+        return start + (counts - RECORDED_COUNTS) / beyond * gain
+
+    return current
 
 
 @lru_cache(maxsize=512)
@@ -34,12 +46,13 @@ def effort_limit(current_units: int, servo: ServoParameters) -> float:
 
     The inverse of `static_current`, so that a blocked servo's reading reaches exactly its goal torque, as homing needs.
     """
-    if static_current(servo.stall_torque, servo) <= current_units:
+    current = current_curve(servo)
+    if current(servo.stall_torque) <= current_units:
         return servo.stall_torque
     low, high = 0.0, servo.stall_torque
     while high - low > 1e-12:
         middle = 0.5 * (low + high)
-        if static_current(middle, servo) < current_units:
+        if current(middle) < current_units:
             low = middle
         else:
             high = middle

@@ -5,12 +5,12 @@ Refreshed for all seven servos a hundred times a second, so what does not change
 
 from __future__ import annotations
 
-import math
+from math import exp
 from random import Random
 from struct import Struct
 
 from firmware_emulator.servo.control import OFF, PWM, LoopSettings
-from firmware_emulator.servo.electrical import static_current
+from firmware_emulator.servo.electrical import current_curve
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, SPEED_UNIT_COUNTS, ServoParameters
@@ -22,6 +22,8 @@ PHASE = REGISTERS["phase"].address
 ASYNC_FLAG = REGISTERS["async_flag"].address
 MULTI_TURN = 0x10
 """Bit of the phase register: the reading counts turns."""
+MAX_WORD = 0x7FFF
+"""Largest magnitude of a sign-magnitude word."""
 MAX_UNITS = 2047
 """What the current register can hold."""
 REACHED_COUNTS = 30
@@ -37,13 +39,15 @@ class FeedbackBlock:
         self._memory = memory.bytes
         self._frame = frame
         self._shaft = mounting.shaft
-        self._parameters = parameters
+        self._static_current = current_curve(parameters)
+        self._filter_s = parameters.current_filter_s
         self._noise = noise.gauss
+        self._noise_units = parameters.current_noise_units
         # The sign of load and current is that of a goal torque: positive toward lower counts.
         self._sign = -mounting.direction
         self._speed_units = frame.counts_per_rad / SPEED_UNIT_COUNTS
         self._load_units = 1000.0 / parameters.stall_torque
-        self._back_emf = parameters.back_emf
+        self._back_emf = self._sign * parameters.back_emf
         self._decivolts = round(10.0 * parameters.voltage)
         self._settings: LoopSettings | None = None
         self._limit = 0
@@ -63,29 +67,29 @@ class FeedbackBlock:
         if sample is self._seen:
             return
         self._seen = sample
-        shaft = self._shaft
-        shaft_speed = sample.speeds[shaft]
-        counts = self._frame.counts(sample.angles[shaft])
-        if not self._memory[PHASE] & MULTI_TURN:
+        now, angles, speeds, efforts = sample
+        shaft, memory = self._shaft, self._memory
+        shaft_speed = speeds[shaft]
+        counts = self._frame.counts(angles[shaft])
+        if not memory[PHASE] & MULTI_TURN:
             counts %= COUNTS_PER_TURN
         speed = round(self._speed_units * shaft_speed)
-        effort = self._sign * sample.efforts[shaft]
+        effort = self._sign * efforts[shaft]
         load = round(self._load_units * effort)
-        winding = effort - self._sign * self._back_emf * shaft_speed
-        self.current_units = current = self._current(winding, sample.time, settings)
-        moving = bool(speed) | (abs(setpoint_counts - counts) > REACHED_COUNTS) << 1
+        self.current_units = current = self._current(effort - self._back_emf * shaft_speed, now, settings)
+        target = round(setpoint_counts)
         BLOCK.pack_into(
-            self._memory,
+            memory,
             FEEDBACK,
-            _word(counts),
-            _word(speed),
+            counts if 0 <= counts <= MAX_WORD else _word(counts),
+            speed if 0 <= speed <= MAX_WORD else _word(speed),
             load if load >= 0 else -load | 0x400,
             self._decivolts,
             int(self.temperature_c),
-            self._memory[ASYNC_FLAG],
+            memory[ASYNC_FLAG],
             self.status,
-            moving,
-            _word(round(setpoint_counts)),
+            (1 if speed else 0) | (2 if abs(setpoint_counts - counts) > REACHED_COUNTS else 0),
+            target if 0 <= target <= MAX_WORD else _word(target),
             current if current >= 0 else -current | 0x8000,
         )
 
@@ -96,18 +100,20 @@ class FeedbackBlock:
             self._limit = MAX_UNITS if settings.mode == PWM else settings.current
         # The loop clips what it drives; a blocked servo comes to read its goal torque exactly, as homing needs.
         limit = self._limit
-        units = 0.0 if settings.enable == OFF else min(static_current(winding, self._parameters), limit)
-        if winding < 0.0:
-            units = -units
-        share = math.exp((self._measured_at - now) / self._parameters.current_filter_s)
+        units = 0.0
+        if settings.enable != OFF:
+            units = self._static_current(winding)
+            if units > limit:
+                units = limit
+            if winding < 0.0:
+                units = -units
+        share = exp((self._measured_at - now) / self._filter_s)
         self._measured_at = now
         self._measured_units = measured = units + share * (self._measured_units - units)
-        noisy = round(measured + self._noise(0.0, self._parameters.current_noise_units))
+        noisy = round(measured + self._noise(0.0, self._noise_units))
         return noisy if -limit <= noisy <= limit else limit if noisy > 0 else -limit
 
 
 def _word(value: int) -> int:
     """Sign-magnitude word of a measurement; readings beyond 15 bits stay at the end of the range."""
-    if value >= 0:
-        return value if value <= 0x7FFF else 0x7FFF
-    return -value | 0x8000 if value >= -0x7FFF else 0xFFFF
+    return min(value, MAX_WORD) if value >= 0 else min(-value, MAX_WORD) | 0x8000

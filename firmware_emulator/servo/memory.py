@@ -53,7 +53,8 @@ class RegisterFile:
 
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes; addresses behind the map read as zero."""
-        return bytes(self.bytes[address : address + count]).ljust(count, b"\0")
+        data = bytes(self.bytes[address : address + count])
+        return data if len(data) == count else data.ljust(count, b"\0")
 
     def write(self, address: int, data: bytes) -> None:
         """Apply a bus write: read-only bytes are left, values out of a register's range are brought to its edge."""

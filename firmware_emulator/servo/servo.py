@@ -79,7 +79,7 @@ class Servo:
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes from `address`, measurements as of the last tick."""
         if address + count > FEEDBACK:
-            self._refresh()
+            self.feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
         return self.memory.read(address, count)
 
     def write(self, address: int, data: bytes) -> None:
@@ -102,7 +102,7 @@ class Servo:
     def look_after(self, seconds: float) -> None:
         """Heat up or cool down over the last `seconds`, and apply the protections."""
         feedback, memory = self.feedback, self.memory
-        self._refresh()
+        feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
         current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
         feedback.temperature_c = temperature_after(feedback.temperature_c, current_a**2, seconds, self.parameters)
         feedback.status = int(self._protection.status(memory, seconds))
@@ -177,9 +177,6 @@ class Servo:
         # The goal starts where the shaft is, so that enabling the torque holds (assumption).
         self.memory.set("goal_position", min(max(self.frame.counts(self._angle()), -MAX_GOAL), MAX_GOAL))
         return LoopSettings.of(self.memory)
-
-    def _refresh(self) -> None:
-        self.feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
 
     def _angle(self) -> float:
         return self._shafts.sample().angles[self._mounting.shaft]

@@ -35,7 +35,8 @@ class Shafts:
         self._plant = plant
         self._period = loop_period_s
         self._refresh = refresh_period_s
-        self._sampled = -1
+        # Seven servos look at one instant: a look at the time of the last one finds the sample without any arithmetic.
+        self._sampled, self._looked = -1, -1.0
         self._sample = Sample(0.0, [], [], [])
         self._moving: dict[int, Callable[[float], float | None]] = {}
         self._ticking = False
@@ -46,12 +47,16 @@ class Shafts:
 
     def sample(self) -> Sample:
         """Return the state at the last refresh that is over."""
-        refresh = math.floor(self._kernel.now / self._refresh + 1e-6)
+        now = self._kernel.now
+        if now == self._looked:
+            return self._sample
+        refresh = math.floor(now / self._refresh + 1e-6)
         if refresh != self._sampled:
             plant, t = self._plant, refresh * self._refresh
             plant.advance_to(t)
             self._sample = Sample(t, plant.angles().tolist(), plant.speeds().tolist(), plant.efforts().tolist())
             self._sampled = refresh
+        self._looked = now
         return self._sample
 
     def advance(self) -> None:
@@ -62,7 +67,7 @@ class Shafts:
         """Change a shaft's drive from the last tick on."""
         self.advance()
         self._plant.drive(shaft, drive)
-        self._sampled = -1
+        self._forget_sample()
 
     def follow(self, shaft: int, setpoint: Callable[[float], float | None] | None) -> None:
         """Move a shaft's setpoint along a function of time (s) to rad at every refresh until it returns None."""
@@ -74,10 +79,13 @@ class Shafts:
             self._ticking = True
             self._tick()
 
+    def _forget_sample(self) -> None:
+        self._sampled, self._looked = -1, -1.0
+
     def _tick(self) -> None:
         now = self._kernel.now
         self.advance()
-        self._sampled = -1
+        self._forget_sample()
         for shaft, setpoint in list(self._moving.items()):
             angle = setpoint(now)
             if angle is None:

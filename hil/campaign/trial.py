@@ -6,9 +6,11 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from aero.errors import AeroError
 from hil.experiments import DEFAULT
-from hil.faults import parse_fault
+from hil.faults import FaultNeverFiredError, parse_fault
 from hil.judging.findings import failed
+from hil.judging.judged_run import Validation
 from hil.recordings.provenance import source_commit
 from hil.targets.opening import open_target
 from hil.validation import validate
@@ -67,6 +69,7 @@ def perform(trial: Trial) -> Outcome:
         ValueError: the trial names something that does not exist.
     """
     wall, processor = time.perf_counter(), time.process_time()
+    done, stopped = Validation({}, None, 0.0), ""
     opening = open_target(
         firmware=trial.firmware,
         hand=trial.side,
@@ -75,8 +78,14 @@ def perform(trial: Trial) -> Outcome:
         homed=trial.homed,
         faults=[parse_fault(text) for text in trial.faults],
     )
-    with opening as target:
-        done = validate(target, trial.experiments)
+    try:
+        with opening as target:
+            done = validate(target, trial.experiments)
+            stopped = "" if done.stopped is None else done.stopped.sentence
+    except FaultNeverFiredError as error:
+        stopped = stopped or str(error)
+    except (AeroError, OSError) as error:
+        stopped = f"the hand does not answer: {error}"
     return Outcome(
         trial,
         {name: result.measured for name, result in done.results.items()},
@@ -85,7 +94,7 @@ def perform(trial: Trial) -> Outcome:
             for name, result in done.results.items()
             for finding in failed(result.findings)
         ),
-        "" if done.stopped is None else done.stopped.sentence,
+        stopped,
         time.perf_counter() - wall,
         time.process_time() - processor,
         done.hand_seconds,

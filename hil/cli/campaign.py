@@ -90,7 +90,7 @@ def _written(faults: tuple[str, ...]) -> list[str]:
     found = []
     for text in faults:
         if text == "all":
-            found += [f"{name}={severity:g}" for name, kind in CATALOGUE.items() for severity in kind.severities]
+            found += [str(kind.fault(severity)) for kind in CATALOGUE.values() for severity in sorted({*kind.severities})]
         else:
             parse_fault(text)
             found.append(text)

@@ -143,5 +143,13 @@ METRICS = (
 """What is measured, and what it means when it is off."""
 
 EXPERIMENT = Experiment(
-    "presence", "A hand answers, completely and freshly", run, measure, (0.0,) * 7, METRICS, rank=10, gate=True
+    "presence",
+    "A hand answers, completely and freshly",
+    run,
+    measure,
+    (0.0,) * 7,
+    METRICS,
+    rank=10,
+    gate=True,
+    gentle_after=frozenset({"idle_current"}),
 )

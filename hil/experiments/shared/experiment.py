@@ -61,7 +61,11 @@ class Experiment:
     rank: int
     """Place in the order in which a hand goes through the experiments: what asks least of it comes first."""
     gate: bool = False
-    """Whether a hand that fails it is not moved."""
+    """Whether a hand that fails it is kept from what follows."""
+    gentle_after: frozenset[str] = frozenset()
+    """Metrics of a gate whose failure alone does not keep gentle experiments back, so that they tell more."""
+    gentle: bool = False
+    """Whether it moves little enough for a hand that pushes against something."""
     by_default: bool = True
     """Whether it runs without being asked for by name."""
 
