@@ -19,7 +19,7 @@ from hil.campaign.trial import Outcome, Trial
 NAME = "campaign.duckdb"
 _TABLES = """
 CREATE TABLE IF NOT EXISTS trials (
-    key VARCHAR PRIMARY KEY, trial JSON, failed VARCHAR[], stopped VARCHAR,
+    key VARCHAR PRIMARY KEY, trial JSON, failed VARCHAR[], stopped VARCHAR, ended VARCHAR,
     wall_s DOUBLE, processor_s DOUBLE, hand_s DOUBLE, physics_s DOUBLE, commit VARCHAR
 );
 CREATE TABLE IF NOT EXISTS numbers (
@@ -46,11 +46,20 @@ class Store:
             for subject, metrics in subjects.items()
             for metric, value in metrics.items()
         ]
-        row = (key, trial, list(outcome.failed), outcome.stopped, outcome.wall_s, outcome.processor_s, outcome.hand_s)
-        self._connection.begin()
-        self._connection.execute(
-            "INSERT INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", (*row, outcome.physics_s, outcome.commit)
+        row = (
+            key,
+            trial,
+            list(outcome.failed),
+            outcome.stopped,
+            outcome.ended,
+            outcome.wall_s,
+            outcome.processor_s,
+            outcome.hand_s,
+            outcome.physics_s,
+            outcome.commit,
         )
+        self._connection.begin()
+        self._connection.execute("INSERT INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
         if numbers:
             self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
         self._connection.commit()
@@ -65,12 +74,13 @@ class Store:
         for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():
             numbers.setdefault(key, {}).setdefault(experiment, {}).setdefault(subject, {})[metric] = value
         rows = self._connection.execute("SELECT * FROM trials ORDER BY rowid").fetchall()
-        for key, trial, failed, stopped, wall_s, processor_s, hand_s, physics_s, commit in rows:
+        for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, physics_s, commit in rows:
             yield Outcome(
                 trial=_trial(trial),
                 numbers=numbers.get(key, {}),
                 failed=tuple(failed),
                 stopped=stopped,
+                ended=ended,
                 wall_s=wall_s,
                 processor_s=processor_s,
                 hand_s=hand_s,

@@ -52,6 +52,8 @@ class Outcome:
     """Checks that failed, `experiment/metric/subject`."""
     stopped: str
     """What kept the rest from running; empty when all ran."""
+    ended: str
+    """Name of the error that did; empty when there was none."""
     wall_s: float
     processor_s: float
     hand_s: float
@@ -69,7 +71,7 @@ def perform(trial: Trial) -> Outcome:
         ValueError: the trial names something that does not exist.
     """
     wall, processor = time.perf_counter(), time.process_time()
-    done, stopped = Validation({}, None, 0.0), ""
+    done, stopped, ended = Validation({}, None, 0.0), "", ""
     opening = open_target(
         firmware=trial.firmware,
         hand=trial.side,
@@ -82,10 +84,11 @@ def perform(trial: Trial) -> Outcome:
         with opening as target:
             done = validate(target, trial.experiments)
             stopped = "" if done.stopped is None else done.stopped.sentence
+            ended = "" if done.ended_by is None else type(done.ended_by).__name__
     except FaultNeverFiredError as error:
-        stopped = stopped or str(error)
+        stopped, ended = stopped or str(error), ended or type(error).__name__
     except (AeroError, OSError) as error:
-        stopped = f"the hand does not answer: {error}"
+        stopped, ended = f"the hand does not answer: {error}", type(error).__name__
     return Outcome(
         trial,
         {name: result.measured for name, result in done.results.items()},
@@ -95,6 +98,7 @@ def perform(trial: Trial) -> Outcome:
             for finding in failed(result.findings)
         ),
         stopped,
+        ended,
         time.perf_counter() - wall,
         time.process_time() - processor,
         done.hand_seconds,

@@ -18,6 +18,8 @@ from hil.experiments import Experiment, Measured, Metric
 from hil.experiments.shared.subjects import SUBJECTS
 from hil.judging.findings import Finding
 
+UNMEASURED = 3.0
+"""Excess of a reading that is not there."""
 REQUIRED = ("experiment", "metric", "subjects", "source")
 
 
@@ -34,6 +36,22 @@ class Limit:
     at_most: float = math.inf
     firmware: tuple[str, ...] = ()
     """Firmware versions it holds for; empty for all."""
+    healthy: tuple[float, float] | None = None
+    """Least and greatest reading of the healthy hands that it was computed from; None for a bound that is given."""
+
+    def excess(self, value: float) -> float:
+        """Return how far a reading lies beyond the healthy ones: 0 among them, 1 at the limit, negative below them.
+
+        A reading that could not be measured, or is beyond a given bound, counts as `UNMEASURED`.
+        """
+        if self.healthy is None or math.isnan(value):
+            return 0.0 if self.at_least <= value <= self.at_most else UNMEASURED
+        low, high = self.healthy
+        if low <= value <= high:
+            return 0.0
+        margins = [margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin)]
+        above, below = (margins if len(margins) == 2 else margins * 2)
+        return (value - high) / above if value > high else (value - low) / below
 
     def text(self, unit: str) -> str:
         """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""
@@ -117,7 +135,7 @@ def parse_limit(table: Mapping[str, Any]) -> Limit:
         raise ValueError(f"limit {dict(table)}: unknown keys {sorted(unknown)}, missing keys {sorted(missing)}")
     if not table["subjects"] or any(subject not in SUBJECTS for subject in table["subjects"]):
         raise ValueError(f"limit on {table['metric']}: subjects are some of {', '.join(SUBJECTS)}")
-    sequences = {"subjects": tuple(table["subjects"]), "firmware": tuple(table.get("firmware", ()))}
+    sequences = {key: tuple(table[key]) for key in ("subjects", "firmware", "healthy") if key in table}
     limit = Limit(**{**table, **sequences})
     if not limit.at_least < limit.at_most or (math.isinf(limit.at_least) and math.isinf(limit.at_most)):
         raise ValueError(f"limit on {limit.metric}: give at_least, at_most, or both with at_least the lower")

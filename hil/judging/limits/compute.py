@@ -84,10 +84,10 @@ def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], chance: floa
     # Each subject of a pool may accuse on its own, so they share the chance.
     share = chance / len(check.subjects)
     held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
-    upper = max(upper_bound(values, share), float(held.max()) + check.floor)
-    lower = -max(upper_bound(-values, share), float(-held.min()) + check.floor)
-    low, high = float(values.min()), float(values.max())
-    source = f"{values.size} readings of healthy hands, {_short(low)} to {_short(high)}"
+    low, high = float(held.min()), float(held.max())
+    upper = max(upper_bound(values, share), high + check.floor)
+    lower = -max(upper_bound(-values, share), check.floor - low)
+    source = f"{values.size} readings of healthy hands"
     if check.recorded:
         source += f"; {check.recorded_by}"
     return Limit(
@@ -98,6 +98,7 @@ def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], chance: floa
         at_least=-math.inf if check.side == "above" else _outward(lower, -1),
         at_most=math.inf if check.side == "below" else _outward(upper, 1),
         firmware=firmware,
+        healthy=(float(f"{low:.6g}"), float(f"{high:.6g}")),
     )
 
 
@@ -137,10 +138,12 @@ def own_limits(checks: Sequence[Check], base: Sequence[Limit], groups: Sequence[
             low, high = float(values.min()) - check.floor, float(values.max()) + check.floor
             if low >= limit.at_least and high <= limit.at_most:
                 continue
+            known = limit.healthy or (low, high)
             found.append(
                 replace(
                     limit,
                     source=f"{values.size} readings of this hand, {_short(values.min())} to {_short(values.max())}",
+                    healthy=(min(known[0], low + check.floor), max(known[1], high - check.floor)),
                     at_least=limit.at_least if math.isinf(limit.at_least) else min(limit.at_least, _outward(low, -1)),
                     at_most=limit.at_most if math.isinf(limit.at_most) else max(limit.at_most, _outward(high, 1)),
                 )

@@ -1,0 +1,1 @@
+"""Which faults explain all the numbers of a run, and what would tell the likeliest two apart."""

@@ -1,0 +1,47 @@
+"""The fault dictionary: what each known fault does to the readings, learned from a campaign, as small data."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from hil.diagnosis.signature import Signature
+
+FILE = "dictionary.json"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One fault on one hand of the campaign."""
+
+    cause: str
+    """What a finding names: a group of faults that no reading tells apart."""
+    fault: str
+    """As `hil.faults` writes it."""
+    kind: str
+    """Sort of channel it sits on, a value of `signature.KINDS`; empty for the whole hand."""
+    features: Signature
+
+
+def load_dictionary() -> tuple[Entry, ...]:
+    """Return the dictionary that ships."""
+    text = resources.files(__package__).joinpath(FILE).read_text(encoding="utf-8")
+    return tuple(_entry(table) for table in json.loads(text)["entries"])
+
+
+def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int]) -> str:
+    """Return a dictionary as JSON, an entry a line."""
+    lines = [json.dumps({"fault": e.fault, "cause": e.cause, "kind": e.kind, **_rounded(e.features)}) for e in entries]
+    head = json.dumps({"provenance": provenance})[:-1]
+    return f'{head}, "entries": [\n' + ",\n".join(lines) + "\n]}\n"
+
+
+def _entry(table: dict[str, Any]) -> Entry:
+    return Entry(table.pop("cause"), table.pop("fault"), table.pop("kind"), table)
+
+
+def _rounded(features: Signature) -> dict[str, float]:
+    return {name: round(value, 2) for name, value in sorted(features.items())}
