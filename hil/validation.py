@@ -11,13 +11,15 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
+from hil.diagnosis.diagnose import diagnose
 from hil.experiments import DEFAULT, EXPERIMENTS, Experiment
 from hil.judging.baseline import load, regressions
+from hil.judging.explanation import Explanation
 from hil.judging.findings import Finding, failed
 from hil.judging.judged_run import Result, Validation
 from hil.judging.limits import Limit, compare, load_limits
 from hil.recordings.recorder import Progress, Recorder, silent
-from hil.recordings.recording import Recording
+from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from model.units import DEFAULT_LIMITS
 from model.units.naming import unit_named
@@ -93,7 +95,8 @@ def validate(
         on_result(done)
         if experiment.gate and failed(results[name].findings):
             failed_gate = name
-    return replace(done, session=session.finish(ended=done.ended_by is None))
+    done = replace(done, session=session.finish(ended=done.ended_by is None))
+    return done if done.passed else replace(done, explanations=_explained(done, names, limits))
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
@@ -115,14 +118,30 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
         if not header.finished:
             continue
-        kind = DEFAULT_LIMITS if header.unit == PHYSICAL else unit_named(header.unit).limits
-        experiment = EXPERIMENTS[header.experiment]
-        results[header.experiment] = _judged(experiment, recording, load_limits(kind, header.firmware))
+        limits = load_limits(_kind(header), header.firmware)
+        results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
     stopped = None
     if broken_off:
         cut = "The recording ends before the experiment does."
         stopped = _broken_off(broken_off[0].header.experiment, "the recording", cut, "Run it again.")
-    return Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off)
+    done = Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off)
+    if done.passed or not results:
+        return done
+    header = next(iter(results.values())).recording.header
+    return replace(done, explanations=_explained(done, tuple(results), load_limits(_kind(header), header.firmware)))
+
+
+def _kind(header: Header) -> str:
+    return DEFAULT_LIMITS if header.unit == PHYSICAL else unit_named(header.unit).limits
+
+
+def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> tuple[Explanation, ...]:
+    """Return what may have caused a run's failures; nothing for one that a person broke off."""
+    if isinstance(done.ended_by, (KeyboardInterrupt, SystemExit)):
+        return ()
+    numbers = {name: result.measured for name, result in done.results.items() if result.measured}
+    ended = "" if done.ended_by is None else type(done.ended_by).__name__
+    return diagnose(numbers, limits, ended, [name for name in names if name not in numbers])
 
 
 def _gentle_allowed(result: Result) -> bool:

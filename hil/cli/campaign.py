@@ -10,9 +10,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hil.campaign.conduct import AHEAD, cluster, conduct, cores, usable_cores
+from hil.campaign.learning import accused
 from hil.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
 from hil.campaign.store import NAME, missing, opened
-from hil.campaign.trial import Outcome, Trial
+from hil.campaign.trial import Outcome
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE
 from hil.faults import CATALOGUE, parse_fault
@@ -26,7 +27,9 @@ from hil.recordings.output import prepared_folder, run_folder
     "--fault", "faults", multiple=True,
     help="A fault as `aero-hil faults` lists it, or `all` for each of the list in its three severities; repeatable.",
 )  # fmt: skip
-@click.option("--hands", type=click.IntRange(1), default=5, show_default=True, help="Hands that each fault is put into.")
+@click.option(
+    "--hands", type=click.IntRange(1), default=5, show_default=True, help="Hands that each fault is put into."
+)
 @click.option("--first-seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the first hand.")
 @click.option("--firmware", type=click.Choice(FIRMWARE), multiple=True, default=USUAL_FIRMWARE, show_default=True,
               help="Version on the boards; several take turns.")  # fmt: skip
@@ -61,28 +64,27 @@ def campaign(
         if not trials:
             raise ValueError("nothing to run; give --healthy, --shipped or --fault")
         folder = prepared_folder(out) if out is not None else run_folder(Path("campaign"))
-        count = workers or usable_cores()
-        executor = partial(cluster, scheduler) if scheduler else partial(cores, count)
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        with opened(folder) as store, Progress(*columns, console=console) as bar:
-            done = store.keys()
-            left = missing(trials, done)
-            console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}", markup=False)
-            task = bar.add_task("validating", total=len(left))
+        opening = opened(folder)
+    count = workers or usable_cores()
+    executor = partial(cluster, scheduler) if scheduler else partial(cores, count)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with opening as store, Progress(*columns, console=console) as bar:
+        left = missing(trials, store.keys())
+        console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}", markup=False)
+        task = bar.add_task("validating", total=len(left))
 
-            def keep(outcome: Outcome) -> None:
-                store.add(outcome)
-                bar.advance(task)
+        def keep(outcome: Outcome) -> None:
+            store.add(outcome)
+            bar.advance(task)
 
-            conduct(left, executor, keep, at_once=AHEAD * count)
-            found = [outcome for outcome in store.outcomes() if _healthy(outcome.trial)]
-    accused = sum(bool(outcome.failed or outcome.stopped) for outcome in found)
-    if found:
-        console.print(f"{accused} of {len(found)} healthy hands accused")
-
-
-def _healthy(trial: Trial) -> bool:
-    return not trial.faults
+        conduct(left, executor, keep, at_once=AHEAD * count)
+        outcomes = list(store.outcomes())
+    for name, some in (
+        ("healthy", [outcome for outcome in outcomes if not outcome.trial.faults]),
+        ("faulty", [outcome for outcome in outcomes if outcome.trial.faults]),
+    ):
+        if some:
+            console.print(f"{sum(map(accused, some))} of {len(some)} {name} hands accused")
 
 
 def _written(faults: tuple[str, ...]) -> list[str]:
@@ -90,7 +92,9 @@ def _written(faults: tuple[str, ...]) -> list[str]:
     found = []
     for text in faults:
         if text == "all":
-            found += [str(kind.fault(severity)) for kind in CATALOGUE.values() for severity in sorted({*kind.severities})]
+            found += [
+                str(kind.fault(severity)) for kind in CATALOGUE.values() for severity in sorted({*kind.severities})
+            ]
         else:
             parse_fault(text)
             found.append(text)

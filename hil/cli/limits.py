@@ -14,7 +14,6 @@ from hil.judging.limits.checks import load_checks
 from hil.judging.limits.compute import FALSE_ALARMS, computed_limits, own_limits
 from hil.judging.limits.writing import limits_text
 from hil.recordings.output import prepared_folder
-from hil.recordings.provenance import source_commit
 from model.units import DEFAULT_LIMITS
 
 

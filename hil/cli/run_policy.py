@@ -23,8 +23,8 @@ from hil.cli.options import ChosenHand, Seconds, target
 from hil.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
-from model.units.naming import unit_named
 from model.units.cable_correction import correction
+from model.units.naming import unit_named
 
 MOST_A = 4.5
 """What a motor draws at the boards' usual torque limit, A (700 units of 6.5 mA); a guard beyond it never acts."""

@@ -27,6 +27,8 @@ from hil.report.page import table
 from hil.report.results import write_figures, write_results
 from hil.validation import validate as run_validation
 
+SHOWN = 3
+"""Causes that are told."""
 SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
 """For a terminal of 80 columns."""
 
@@ -113,7 +115,7 @@ def _furthest(names: tuple[str, ...]) -> Sequence[float]:
 
 
 def _print(console: Console, result: Validation, out: Path) -> None:
-    if "staircase" in result.results:
+    if result.measured("staircase") is not None:
         console.print(_staircase_table(result))
     for name, ran in result.results.items():
         bad = len(failed(ran.findings))
@@ -122,6 +124,8 @@ def _print(console: Console, result: Validation, out: Path) -> None:
     failures = failed(result.findings)
     for finding in failures:
         console.print(f"[bold]failed[/bold] {finding.sentence}. {finding.meaning} {finding.remedy}", highlight=False)
+    for explanation in result.explanations[:SHOWN]:
+        console.print(f"[bold]perhaps[/bold] {explanation.sentence} {explanation.next_look}", highlight=False)
     verdict = f"{len(failures)} of {len(result.findings)} checks failed" if failures else "within limits"
     console.print(
         f"{verdict}; {result.hand_seconds:.0f} s of hand time in {result.wall_seconds:.1f} s; {out / 'report.html'}"

@@ -5,25 +5,14 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from aero.channels import Channel
 from hil.diagnosis.dictionary import Entry
 from hil.diagnosis.signature import KINDS, Excesses, Signature, signature
+from hil.judging.explanation import Explanation
 
 SCALE = 0.6
 """Distance between signatures over which a likeness falls to 1/e; chosen on the dictionary's own hands, one left out."""
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """One cause, where it sits, and how likely it is."""
-
-    cause: str
-    channel: Channel | None
-    probability: float
-    fault: str
-    """The entry of the dictionary that is most like the run."""
 
 
 def explain(

@@ -24,7 +24,7 @@ LEAST = 0.1
 MOST = 20.0
 """Excess from which on a reading counts as no further off."""
 KINDS: dict[str, str] = {
-    **{channel: "finger" for channel in CHANNELS[:4]},
+    **dict.fromkeys(CHANNELS[:4], "finger"),
     **{channel: channel for channel in CHANNELS[4:]},
 }
 """Channels that are built alike."""

@@ -108,5 +108,12 @@ METRICS = (
 """What is measured, and what it means when it is off."""
 
 EXPERIMENT = Experiment(
-    "audit", "Each command moves its own encoder, the right way", run, measure, (NUDGE,) * 7, METRICS, rank=20, gentle=True
+    "audit",
+    "Each command moves its own encoder, the right way",
+    run,
+    measure,
+    (NUDGE,) * 7,
+    METRICS,
+    rank=20,
+    gentle=True,
 )

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hil.experiments import Measured
+from hil.judging.explanation import Explanation
 from hil.judging.findings import Finding, failed
 from hil.recordings.recording import Recording
 
@@ -37,6 +38,13 @@ class Validation:
     """What ended the run before its time, None when it was not."""
     session: Recording | None = None
     """Every byte since the hand was opened, for an exact replay; None when judged from files."""
+    explanations: tuple[Explanation, ...] = ()
+    """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+
+    def measured(self, name: str) -> Result | None:
+        """Return an experiment's result, None when it did not run or could not be measured."""
+        result = self.results.get(name)
+        return result if result is not None and result.measured else None
 
     @property
     def findings(self) -> tuple[Finding, ...]:

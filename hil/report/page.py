@@ -92,19 +92,20 @@ def render_report(validation: Validation) -> str:
 
 def _staircase(validation: Validation) -> dict[str, Any] | None:
     """Return what the page says about the staircase, None when there was none."""
-    if "staircase" not in validation.results:
+    result = validation.measured("staircase")
+    if result is None:
         return None
-    recording = validation.results["staircase"].recording
+    recording = result.recording
     metrics, attributions = staircase_metrics(recording), residual_sources(recording)
     return {
-        "rows": table(metrics, validation.results["staircase"].findings),
+        "rows": table(metrics, result.findings),
         "causes": [(title(channel), row, attributions[channel]) for channel, row in metrics.items()],
     }
 
 
 def _figures(validation: Validation) -> dict[str, dict[str, str]]:
     """Return the page's figures: experiment to panel to SVG."""
-    drawn = {name: figures_of(name, result.recording) for name, result in validation.results.items()}
+    drawn = {name: figures_of(name, result.recording) for name, result in validation.results.items() if result.measured}
     return {name: {panel: as_svg(draw) for panel, draw in draws.items()} for name, draws in drawn.items() if draws}
 
 
@@ -118,7 +119,7 @@ def _traces(recording: Recording) -> dict[str, str]:
 
 def _shown(figure: PaperFigure, validation: Validation) -> bool:
     """Whether there is a number, or a reason why there is none, to show beside the paper's."""
-    return not figure.experiment or figure.experiment in validation.results
+    return not figure.experiment or validation.measured(figure.experiment) is not None
 
 
 def _text_row(figure: PaperFigure, validation: Validation) -> TextRow:
@@ -126,9 +127,9 @@ def _text_row(figure: PaperFigure, validation: Validation) -> TextRow:
         return TextRow(figure.name, figure.paper, "", "not measured", "", figure.note)
     result = validation.results[figure.experiment]
     ours = f"{result.measured[figure.subject][figure.metric]:.4g} {figure.unit}"
-    model = ""
-    if figure.model and "staircase" in validation.results:
-        model = f"{validation.results['staircase'].measured[figure.subject][figure.model]:.4g} {figure.unit}"
+    model, staircase = "", validation.measured("staircase")
+    if figure.model and staircase is not None:
+        model = f"{staircase.measured[figure.subject][figure.model]:.4g} {figure.unit}"
     limits = limits_of(result.findings).get((figure.metric, figure.subject), "none")
     return TextRow(figure.name, figure.paper, model, ours, limits, figure.note)
 

@@ -34,7 +34,7 @@ def write_figures(validation: Validation, out: Path) -> None:
         OSError: the folder cannot be written.
     """
     (out / "checks.json").write_text(json.dumps(checks_json(validation), indent=2) + "\n", encoding="utf-8")
-    if STAIRCASE.name in validation.results:
+    if validation.measured(STAIRCASE.name) is not None:
         (out / "metrics.json").write_text(json.dumps(metrics_json(validation), indent=2) + "\n", encoding="utf-8")
 
 
@@ -45,7 +45,7 @@ def write_results(validation: Validation, out: Path) -> None:
         OSError: the folder cannot be written.
     """
     write_figures(validation, out)
-    if STAIRCASE.name in validation.results:
+    if validation.measured(STAIRCASE.name) is not None:
         validation_figure(validation.results[STAIRCASE.name].recording).savefig(out / "validation.svg")
     (out / "report.html").write_text(render_report(validation), encoding="utf-8")
 
@@ -80,6 +80,11 @@ def checks_json(validation: Validation) -> dict[str, object]:
             for name, result in validation.results.items()
         },
         "findings": [dataclasses.asdict(finding) for finding in validation.findings],
+        "explanations": [
+            dataclasses.asdict(explanation)
+            | {"channel": None if explanation.channel is None else explanation.channel.label}
+            for explanation in validation.explanations
+        ],
     }
 
 

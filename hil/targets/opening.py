@@ -87,9 +87,7 @@ def open_target(
             f"faults are put into an emulated hand, not into {target!r}; see `aero-hil proxy` for its link"
         )
     program = Path(firmware_program) if firmware_program is not None else None
-    request = Request(
-        target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed, schedule
-    )
+    request = Request(target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed, schedule)
     return kinds.get(target, _physical)(request)
 
 

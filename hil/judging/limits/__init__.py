@@ -50,7 +50,7 @@ class Limit:
         if low <= value <= high:
             return 0.0
         margins = [margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin)]
-        above, below = (margins if len(margins) == 2 else margins * 2)
+        above, below = margins if len(margins) == 2 else margins * 2
         return (value - high) / above if value > high else (value - low) / below
 
     def text(self, unit: str) -> str:

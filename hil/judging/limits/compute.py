@@ -80,7 +80,9 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
 def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], chance: float) -> Limit:
     values = _pooled(group.population, check)
     if not values.size:
-        raise ValueError(f"no healthy hand of firmware {', '.join(firmware)} measured {check.experiment} {check.metric}")
+        raise ValueError(
+            f"no healthy hand of firmware {', '.join(firmware)} measured {check.experiment} {check.metric}"
+        )
     # Each subject of a pool may accuse on its own, so they share the chance.
     share = chance / len(check.subjects)
     held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])

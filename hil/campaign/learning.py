@@ -1,0 +1,45 @@
+"""Entries of the fault dictionary from the faulty hands of a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from hil.campaign.trial import Outcome
+from hil.diagnosis.dictionary import Entry
+from hil.diagnosis.signature import KINDS, excesses, signature
+from hil.faults import CATALOGUE, Fault, parse_fault
+from hil.judging.limits import load_limits
+from model.units.naming import unit_named
+
+
+def cause_of(fault: Fault) -> str:
+    """Return what a finding should name for a fault."""
+    return CATALOGUE[fault.name].cause
+
+
+def accused(outcome: Outcome) -> bool:
+    """Return whether the present limits accuse the hand of a trial."""
+    return bool(outcome.stopped) or any(abs(excess) > 1.0 for excess in judged(outcome).values())
+
+
+def judged(outcome: Outcome) -> dict[tuple[str, str, str], float]:
+    """Return the excesses of a trial by the present limits of its hand."""
+    return excesses(outcome.numbers, load_limits(unit_named(outcome.trial.unit).limits, outcome.trial.firmware))
+
+
+def not_run(outcome: Outcome) -> list[str]:
+    """Return the experiments that did not come to their end or could not be measured."""
+    return [name for name in outcome.trial.experiments if not outcome.numbers.get(name)]
+
+
+def entries(outcomes: Iterable[Outcome]) -> list[Entry]:
+    """Return an entry for each trial of a single fault that its hand is accused for."""
+    found = []
+    for outcome in outcomes:
+        if len(outcome.trial.faults) != 1 or outcome.ended == "FaultNeverFiredError" or not accused(outcome):
+            continue
+        fault = parse_fault(outcome.trial.faults[0])
+        features = signature(judged(outcome), outcome.ended, not_run(outcome), fault.channel)
+        kind = "" if fault.channel is None else KINDS[fault.channel.label]
+        found.append(Entry(cause_of(fault), str(fault), kind, features))
+    return found
