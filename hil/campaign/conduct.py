@@ -6,7 +6,7 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 from hil.campaign.trial import Outcome, Trial, perform
 
@@ -36,16 +36,16 @@ def cluster(scheduler: str) -> Iterator[Executor]:
     from distributed import Client  # noqa: PLC0415 - only a cluster needs it
 
     try:
-        client = Client(scheduler, timeout="10s", set_as_default=False)
+        client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise ValueError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     with client:
-        yield client.get_executor(pure=False)
+        yield client.get_executor(pure=False)  # type: ignore[no-untyped-call]
 
 
 def conduct(
     trials: Sequence[Trial],
-    executor: Callable[[], Executor],
+    executor: Callable[[], AbstractContextManager[Executor]],
     on_outcome: Callable[[Outcome], None],
     *,
     at_once: int,

@@ -27,9 +27,7 @@ from hil.recordings.output import prepared_folder, run_folder
     "--fault", "faults", multiple=True,
     help="A fault as `aero-hil faults` lists it, or `all` for each of the list in its three severities; repeatable.",
 )  # fmt: skip
-@click.option(
-    "--hands", type=click.IntRange(1), default=5, show_default=True, help="Hands that each fault is put into."
-)
+@click.option("--hands", type=click.IntRange(1), default=5, show_default=True, help="Hands for each fault.")
 @click.option("--first-seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the first hand.")
 @click.option("--firmware", type=click.Choice(FIRMWARE), multiple=True, default=USUAL_FIRMWARE, show_default=True,
               help="Version on the boards; several take turns.")  # fmt: skip

@@ -31,7 +31,7 @@ def limits(*, campaign: Path, out: Path) -> None:
         groups = healthy_hands_of(outcomes)
         base = computed_limits(checks, groups)
         prepared_folder(out)
-    provenance = {
+    provenance: dict[str, str | int | float] = {
         "population": "model/units/plausible.py, homed, both sides",
         "hands": sum(1 for outcome in outcomes if not outcome.trial.faults),
         "seeds": _seeds([outcome.trial.seed for outcome in outcomes if not outcome.trial.faults]),

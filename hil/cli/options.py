@@ -115,7 +115,7 @@ def emulation(command: Command) -> Command:
             "--unit",
             default="reference",
             show_default=True,
-            help="Unit of the emulated hand: a name, plausible:SEED, or a .toml.",
+            help="Unit: a name, plausible:SEED, or a .toml.",
         ),
         click.option("--seed", type=int, default=0, show_default=True, help="Seed of the emulated hand's noise."),
         click.option(

@@ -12,7 +12,7 @@ from hil.diagnosis.signature import KINDS, Excesses, Signature, signature
 from hil.judging.explanation import Explanation
 
 SCALE = 0.6
-"""Distance between signatures over which a likeness falls to 1/e; chosen on the dictionary's own hands, one left out."""
+"""Distance between signatures over which a likeness falls to 1/e; chosen on the hands of the dictionary."""
 
 
 def explain(

@@ -103,7 +103,13 @@ METRICS = (
         ),
         "Home the hand, which drops trims and restores the window.",
     ),
-    Metric("pull", "A", subjects.CHANNELS, "Change of the closing current with the nudge."),
+    Metric(
+        "pull",
+        "A",
+        subjects.CHANNELS,
+        "The nudge does not load the servo as on a good hand: nothing pulls back, or too much holds it.",
+        "Move the digit by hand with the power off; look for a loose cable, a missing spring or a stiff joint.",
+    ),
 )
 """What is measured, and what it means when it is off."""
 

@@ -72,14 +72,26 @@ METRICS = (
         "% of the window",
         ("thumb_cmc_flexion",),
         (
-            "Without abduction the palm stops CMC flexion in the wrong place. Ten per cent of the window (9.93 degrees) "
-            "are the difference between firmware 0.2.0 and the versions before it."
+            "Without abduction the palm stops CMC flexion in the wrong place. Ten per cent of the window (9.93 "
+            "degrees) are the difference between firmware 0.2.0 and the versions before it."
         ),
         "Check which firmware is on the board and name it. If it is the right one, home the hand and look at the palm.",
     ),
     Metric("stop_half_abducted", "% of the window", ("thumb_cmc_flexion",), "The same, half abducted."),
-    Metric("stop_abducted", "% of the window", ("thumb_cmc_flexion",), "The same, fully abducted."),
-    Metric("dragged_by_cmc", "% of the window", ("thumb_flexor",), "How far the flexor moves when CMC flexion closes."),
+    Metric(
+        "stop_abducted",
+        "% of the window",
+        ("thumb_cmc_flexion",),
+        "The abducted thumb does not meet its flexion stop where homing found it.",
+        "Home the hand again; look for what the thumb meets, and for a cable that slips on its spool.",
+    ),
+    Metric(
+        "dragged_by_cmc",
+        "% of the window",
+        ("thumb_flexor",),
+        "The flexor's servo gives way when CMC flexion closes: it is weak or has no power.",
+        "Compare the flexor's holding current with the other channels'; check its plug.",
+    ),
 )
 """What is measured, and what it means when it is off."""
 

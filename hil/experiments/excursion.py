@@ -110,23 +110,27 @@ METRICS = (
         ),
     ),
     Metric(
-        "closed_angle",
-        "deg",
-        ("thumb_abduction",),
-        (
-            "The abduction meets its stop where another command window would put it: the map is for the wrong"
-            " firmware window, or the linkage is mounted off its spline."
-        ),
-        (
-            "Home the hand, or power-cycle it. Then check which firmware is on the board: 0.2.0 shifts this "
-            "window by 9.93 degrees when it homes. Name the calibration that the hand has if it must not be "
-            "homed."
-        ),
+        "stop_current",
+        "A",
+        subjects.CHANNELS,
+        "The channel is held with another current where it stops: its stop lies elsewhere, or its servo is weak.",
+        "Home the hand, then validate again; if it stays, compare the servo with its neighbours on a bus adapter.",
     ),
-    Metric("stop_current", "A", subjects.CHANNELS, "Current that holds the channel where it stops, positive closes."),
-    Metric("fist_travel", "length", subjects.CHANNELS, "Travel from the open hand to a fist of all channels."),
-    Metric("closed_percent", "% of the window", ("thumb_abduction",), "Where the abduction stops; judged as an angle."),
-    Metric("closed_angle", "deg", subjects.CABLES, "Shaft angle where the channel stops."),
+    Metric(
+        "fist_travel",
+        "length",
+        subjects.CHANNELS,
+        "In the fist the channel travels another way than alone: digits meet, or the supply sags.",
+        "Watch the hand close; measure the supply while it does.",
+    ),
+    Metric(
+        "closed_percent",
+        "% of the window",
+        ("thumb_abduction",),
+        "The abduction does not reach the end of its window.",
+        "Look for what the thumb meets; check the linkage screw.",
+    ),
+    Metric("closed_angle", "deg", subjects.CHANNELS, "Shaft angle where the channel stops."),
 )
 """What is measured, and what it means when it is off."""
 

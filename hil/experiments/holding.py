@@ -69,7 +69,13 @@ METRICS = (
         "The servo heats faster than its current explains.",
         "Check that its case is not enclosed; compare the currents with the neighbours'.",
     ),
-    Metric("holding_current", "A", subjects.THUMB, "Median current that holds the grasp, positive closes."),
+    Metric(
+        "holding_current",
+        "A",
+        subjects.THUMB,
+        "The thumb holds its grasp with another current than a good hand's.",
+        "Compare with the staircase's spring load and friction of the same channel.",
+    ),
 )
 """What is measured, and what it means when it is off."""
 

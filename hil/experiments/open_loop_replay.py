@@ -92,9 +92,21 @@ METRICS = (
         ),
     ),
     Metric("replay_rms", "length", subjects.CHANNELS, "Hand less simulator at the same time."),
-    Metric("replay_delay", "ms", subjects.CHANNELS, "Delay at which the two agree best."),
+    Metric(
+        "replay_delay",
+        "ms",
+        subjects.CHANNELS,
+        "The hand follows later than a good one, so a policy would act on an older state.",
+        "Look at the response and the rise times first: the link, a servo, its supply.",
+    ),
     Metric("replay_offset", "length", subjects.CHANNELS, "Mean difference at that delay."),
-    Metric("replay_shape", "length", subjects.THUMB, "Hand less simulator at that delay, apart from the mean."),
+    Metric(
+        "replay_shape",
+        "length",
+        subjects.THUMB,
+        "In motion the thumb departs from the simulator further than a good hand's.",
+        "Look at the staircase of this channel first; a good staircase points to speed, friction or supply.",
+    ),
 )
 """What is measured, and what it means when it is off."""
 
