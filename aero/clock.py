@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 
 def _going_on() -> Callable[[], float]:
@@ -44,8 +43,7 @@ class WallClock:
         time.sleep(max(0.0, t - _NOW()))
 
 
-@dataclass(frozen=True)
-class Deadline:
+class Deadline(NamedTuple):
     """A point in time that several waits share, so that retries cannot add up to more than was asked for."""
 
     clock: Clock

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from aero.clock import Clock, Deadline
 from aero.errors import DesyncError, LinkTimeoutError
@@ -28,8 +28,7 @@ _DRAIN_BYTES = 4096
 _TEXT_KEPT = 4096
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     """A reply, and the exchange that brought it."""
 
     reply: Reply
@@ -239,6 +238,8 @@ class HostLink:
                 )
 
     def _note(self, stray: bytes) -> None:
+        if not stray:
+            return
         self._stray += stray
         if holds_boot_text(stray):
             self._overdue.forget()

@@ -14,8 +14,10 @@ Source: TetherIA aero-open-firmware d7bd82e and aero-hand-open 6a3022d (firmware
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
+from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,7 +30,10 @@ FILLER = 0
 """Second byte of a frame."""
 _HEAD = range(2)
 """Bytes of a frame by which a reply is known."""
-_WIRE_INDEX = np.array(WIRE_ORDER)
+_CHANNELS = len(Channel)
+# Of seven values, which stay plain numbers: for so few, arrays cost more than they spare.
+_to_wire = itemgetter(*map(int, WIRE_ORDER))
+_from_wire = itemgetter(*(WIRE_ORDER.index(channel) for channel in Channel))
 
 MAX_CODE = 0xFFFF
 """Largest position code; 0 is one end of the command window and this the other, closed one."""
@@ -70,8 +75,7 @@ PADDING = b"\0"
 """A byte that does no harm wherever the board reads it: opcode 0 is unknown and swallows its frame in silence."""
 
 
-@dataclass(frozen=True)
-class Reply:
+class Reply(NamedTuple):
     """One frame from the board."""
 
     opcode: int
@@ -80,9 +84,10 @@ class Reply:
     """Seven unsigned words in the order of the wire."""
 
 
+@lru_cache
 def make_query(opcode: Opcode) -> bytes:
     """Return a request whose payload the board ignores: a GET or HOMING."""
-    return _FRAME.pack(opcode, FILLER, *(0,) * len(Channel))
+    return _FRAME.pack(opcode, FILLER, *(0,) * _CHANNELS)
 
 
 def make_positions(codes: ArrayLike) -> bytes:
@@ -148,14 +153,12 @@ def parse_reply(frame: bytes) -> Reply:
 def make_reply(opcode: Opcode, values: ArrayLike) -> bytes:
     """Return the reply that carries values (7,), command order, rounded to its words; negative ones as int16."""
     words = np.rint(np.asarray(values, np.float64)).astype(np.int64) & 0xFFFF
-    return _FRAME.pack(opcode, FILLER, *words[_WIRE_INDEX].tolist())
+    return _FRAME.pack(opcode, FILLER, *_to_wire(words.tolist()))
 
 
 def unsigned_values(reply: Reply) -> NDArray[np.uint16]:
     """Return the words of a reply as (7,) uint16 in command order: position codes or °C."""
-    values = np.empty(len(Channel), np.uint16)
-    values[_WIRE_INDEX] = reply.words
-    return values
+    return np.array(_from_wire(reply.words), np.uint16)
 
 
 def signed_values(reply: Reply) -> NDArray[np.int16]:
@@ -217,15 +220,15 @@ class ReplyScanner:
 
 def _make_channel_words(opcode: Opcode, values: ArrayLike, highest: int, what: str) -> bytes:
     array = np.asarray(values)
-    if array.shape != (len(Channel),):
-        raise ValueError(f"{what}: expected shape ({len(Channel)},), one a channel in command order, got {array.shape}")
+    if array.shape != (_CHANNELS,):
+        raise ValueError(f"{what}: expected shape ({_CHANNELS},), one a channel in command order, got {array.shape}")
     if array.dtype.kind not in "iu":
         raise ValueError(f"{what}: expected integers in 0..{highest}, got {array.dtype} {array.tolist()}")
-    outside = np.flatnonzero((array < 0) | (array > highest))
-    if outside.size:
-        named = ", ".join(f"{Channel(int(i)).label} {array[i]}" for i in outside)
+    words = array.tolist()
+    if min(words) < 0 or max(words) > highest:
+        named = ", ".join(f"{Channel(i).label} {word}" for i, word in enumerate(words) if not 0 <= word <= highest)
         raise ValueError(f"{what}: expected 0..{highest}, got {named}")
-    return _FRAME.pack(opcode, FILLER, *array[_WIRE_INDEX].tolist())
+    return _FRAME.pack(opcode, FILLER, *_to_wire(words))
 
 
 def _make_setting(opcode: Opcode, channel: Channel, word: int) -> bytes:

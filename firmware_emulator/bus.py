@@ -92,7 +92,8 @@ class ServoBus:
     def _listening(self, wanted: int) -> list[Servo]:
         """Servos that take a packet for this ID."""
         now = self.kernel.now
-        return [s for s in self.servos if (s.id == wanted or wanted == BROADCAST) and s.silent_until <= now]
+        addressed = self.servos if wanted == BROADCAST else [s for s in self.servos if s.id == wanted]
+        return [s for s in addressed if s.silent_until <= now]
 
     def _single(self, packet: Packet) -> list[bytes]:
         execute = EXECUTE.get(packet.code)
@@ -121,7 +122,7 @@ class ServoBus:
             number = servo.id
             if number in wanted:
                 answer = pack(number, servo.status, servo.read(address, count))
-                answers[number] = _meet(answers.get(number), answer)
+                answers[number] = _meet(answers[number], answer) if number in answers else answer
         return [answers[number] for number in wanted if number in answers]
 
     def _sync_write(self, packet: Packet) -> None:

@@ -21,9 +21,6 @@ Floats = NDArray[np.float64]
 SHAFTS = len(Channel)
 UNBOUNDED = 1e6
 """What stands for no bound on a torque, N m."""
-# A number, because NumPy compares an array with an enumeration element by element, a hundred times slower.
-TENDON_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
-"""The kind of constraint that a taut cable is."""
 UNPOWERED = Drive(powered=False)
 
 
@@ -34,9 +31,20 @@ class CompiledHand:
         """Compile.
 
         Args:
-            spec: from `model.build_built` for the same parameters; more may have been added to it.
+            spec: from `model.build_built` for the same parameters; more may have been added to it. The tensions of the
+                cables, in the order of `CABLES`, become its last sensors: each is the force of the limit that a taut
+                cable is at.
             parameters: of the hand.
         """
+        sensors = [
+            spec.add_sensor(
+                name=f"{channel.label}_tension",
+                type=mujoco.mjtSensor.mjSENS_TENDONLIMITFRC,
+                objtype=mujoco.mjtObj.mjOBJ_TENDON,
+                objname=cable_name(channel),
+            )
+            for channel in CABLES
+        ]
         spec.compiler.discardvisual = True  # geoms that nothing touches cost a seventh of a step
         self.parameters = parameters
         self.model = model = spec.compile()
@@ -53,7 +61,8 @@ class CompiledHand:
         """Whether the friction of the spools depends on the tensions."""
         self._shaft_joints = [shaft.id for shaft in shafts]
         self._cables = np.array([model.tendon(cable_name(channel)).id for channel in CABLES])
-        self._tendons = model.ntendon
+        first = model.sensor(sensors[0].name).adr[0]
+        self._tensions = slice(first, first + len(sensors))
         self._spools = self.shaft_dofs[cables]
         self._friction = model.dof_frictionloss
         self._spool_friction = model.dof_frictionloss[self._spools].copy()
@@ -81,10 +90,7 @@ class CompiledHand:
 
     def tensions(self, data: mujoco.MjData) -> Floats:
         """Return the tensions of the cables, (6,), N, as last solved for, in the order of `CABLES`."""
-        pulling = data.efc_type == TENDON_LIMIT
-        forces = np.zeros(self._tendons)
-        forces[data.efc_id[pulling]] = data.efc_force[pulling]
-        tensions: Floats = forces[self._cables]
+        tensions: Floats = data.sensordata[self._tensions].copy()
         return tensions
 
     def loose(self, data: mujoco.MjData) -> Floats:

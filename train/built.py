@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import CABLES, OBSERVATION_ORDER, Channel, Joint
-from model.built import build_built, cable_name, shaft_name
+from model.built import build_built, shaft_name
 from model.compiled_hand import CompiledHand
 from model.geometry.winding import SPOOL_RADIUS
 from model.scene import add_cube
@@ -63,13 +63,6 @@ def build_scene(unit: Unit, torque_limit: float | None) -> CompiledHand:
         force = spec.sensor(f"{channel.label}_force")
         force.type, force.objtype = mujoco.mjtSensor.mjSENS_JOINTACTFRC, mujoco.mjtObj.mjOBJ_JOINT
         force.objname = shaft_name(channel)
-    for channel in CABLES:
-        spec.add_sensor(
-            name=f"{channel.label}_tension",
-            type=mujoco.mjtSensor.mjSENS_TENDONLIMITFRC,
-            objtype=mujoco.mjtObj.mjOBJ_TENDON,
-            objname=cable_name(channel),
-        )
     scene = CompiledHand(spec, parameters)
     for channel in Channel:
         scene.drive(channel, unit.position_drive(1.0 if torque_limit is None else torque_limit))

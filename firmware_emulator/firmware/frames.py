@@ -37,5 +37,5 @@ def words_of(frame: bytes) -> tuple[int, ...]:
 
 def reply(opcode: int, words: Sequence[int]) -> bytes:
     """Return a frame from up to seven words (unsigned, or signed 16-bit); missing ones are zero."""
-    payload = [word & 0xFFFF for word in words] + [0] * (CHANNELS - len(words))
-    return _WORDS.pack(opcode, 0, *payload)
+    payload = [word & 0xFFFF for word in words]
+    return _WORDS.pack(opcode, 0, *payload, *(0,) * (CHANNELS - len(payload)))

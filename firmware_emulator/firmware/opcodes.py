@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 from firmware_emulator.firmware import homing
 from firmware_emulator.firmware.board import POSITION, Board
@@ -26,17 +27,23 @@ NO_CHANNEL = (0xFFFF, 0)
 
 def ctrl_pos(board: Board, words: tuple[int, ...]) -> Task:
     """Send all seven goals in one sync write; nothing is acknowledged."""
-    window = board.window
-    rows = []
-    for servo, word in zip(SERVOS, words, strict=True):
-        position = to_counts(word, window.extend[servo], window.grasp[servo])
-        torque = board.torque_cap(servo, board.torque[servo])
-        move = goal(position, speed=board.speed[servo], acceleration=board.profile.acceleration, torque=torque)
-        rows.append((servo, move))
+    window, acceleration = board.window, board.profile.acceleration
+    torques = map(board.torque_cap, SERVOS, board.torque)
+    ends = zip(window.extend, window.grasp, strict=True)
+    rows = [
+        (servo, _move(word, between, speed, acceleration, torque))
+        for servo, word, between, speed, torque in zip(SERVOS, words, ends, board.speed, torques, strict=True)
+    ]
     yield from board.lock.take()
     yield from board.enter_mode(POSITION, 0)
     board.uart.sync_write(GOAL_ADDRESS, rows)
     board.lock.give()
+
+
+# A stream of commands says the same of most channels again and again.
+@lru_cache(maxsize=1024)
+def _move(word: int, ends: tuple[int, int], speed: int, acceleration: int, torque: int) -> bytes:
+    return goal(to_counts(word, *ends), speed=speed, acceleration=acceleration, torque=torque)
 
 
 def home(board: Board, _words: tuple[int, ...]) -> Task:

@@ -15,7 +15,8 @@ class InProcessLink:
 
     def __init__(self, emulated_hand: EmulatedHand, name: str = "emulated") -> None:
         """Connect to a hand; what it sent before is there to be read."""
-        self.log: list[WireEntry] = []
+        self.log: list[WireEntry] | None = None
+        """Everything that crosses the link, when set to a list."""
         self._hand = emulated_hand
         self._name = name
         self._received = bytearray(emulated_hand.take_output())
@@ -35,7 +36,8 @@ class InProcessLink:
             ConnectionError: the link was closed.
         """
         self._check_open()
-        self.log.append((self._hand.kernel.now, ">", bytes(data)))
+        if self.log is not None:
+            self.log.append((self._hand.kernel.now, ">", bytes(data)))
         self._hand.receive(data)
 
     def read(self, size: int, timeout: float) -> bytes:
@@ -66,7 +68,8 @@ class InProcessLink:
             self._hand.on_transmit = self._hand.keep
 
     def _arrive(self, data: bytes) -> None:
-        self.log.append((self._hand.kernel.now, "<", data))
+        if self.log is not None:
+            self.log.append((self._hand.kernel.now, "<", data))
         self._received += data
         if self._wanted and len(self._received) >= self._wanted:
             self._hand.kernel.pause()

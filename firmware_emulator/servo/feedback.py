@@ -102,9 +102,7 @@ class FeedbackBlock:
         limit = self._limit
         units = 0.0
         if settings.enable != OFF:
-            units = self._static_current(winding)
-            if units > limit:
-                units = limit
+            units = min(self._static_current(winding), limit)
             if winding < 0.0:
                 units = -units
         share = exp((self._measured_at - now) / self._filter_s)

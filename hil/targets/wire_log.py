@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from aero.clock import Clock
 from aero.transport import Transport
@@ -12,8 +11,7 @@ from aero.transport import Transport
 Direction = Literal["to_hand", "from_hand"]
 
 
-@dataclass(frozen=True)
-class WireRecord:
+class WireRecord(NamedTuple):
     """Bytes that crossed the host link at one time."""
 
     t: float
@@ -70,7 +68,7 @@ class WireLog:
 
     def since(self, mark: int, start: float) -> tuple[WireRecord, ...]:
         """Return what was logged after `mark`, with times relative to `start` (s on the clock)."""
-        return tuple(replace(record, t=record.t - start) for record in self._records[mark:])
+        return tuple(WireRecord(t - start, direction, data) for t, direction, data in self._records[mark:])
 
     def _log(self, direction: Direction, data: bytes) -> None:
         record = WireRecord(self._clock.now(), direction, data)

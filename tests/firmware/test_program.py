@@ -23,6 +23,7 @@ class Host:
     def __init__(self, program, **options):
         self.hand = EmulatedHand(Bench(), program=program, **options)
         self.link = InProcessLink(self.hand)
+        self.link.log = []
 
     def ask(self, opcode, *words, timeout=0.05):
         self.link.discard_input()

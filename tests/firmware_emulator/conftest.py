@@ -27,6 +27,7 @@ class Host:
         plant = options.pop("plant", None)
         self.hand = EmulatedHand(plant or Bench(), **options)
         self.link = InProcessLink(self.hand)
+        self.link.log = []
 
     def send(self, opcode: int, *words: int) -> None:
         self.link.write(struct.pack("<BB7H", opcode, 0, *words, *[0] * (7 - len(words))))

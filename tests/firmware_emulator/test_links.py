@@ -43,6 +43,7 @@ def test_reading_moves_virtual_time_by_the_timeout_and_no_further_than_the_answe
 
 def test_an_answer_takes_the_time_from_host_to_firmware():
     link = InProcessLink(EmulatedHand(Bench(), host_latency_s=0.003))
+    link.log = []
     link.write(GET_TEMP)
     assert len(link.read(16, 0.1)) == 16
     (asked, *_), (answered, *_) = link.log
@@ -93,6 +94,7 @@ def test_answers_over_a_terminal_are_those_of_the_same_bytes_at_the_same_instant
             port.write(b"\x11\0" + bytes((0, word * 6)) * 7 + b"\x24".ljust(16, b"\0"))
             assert len(port.read(16)) == 16
     again = InProcessLink(EmulatedHand(Bench(), seed=7, firmware="0.1.0", start="reset"))
+    again.log = []
     hand = again._hand
     for t, direction, data in server.log:
         if direction == ">":
