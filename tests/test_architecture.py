@@ -31,8 +31,9 @@ HIL_LAYERS = (
     {"recordings"},
     {"experiments"},
     {"judging"},
+    {"diagnosis"},
     {"validation", "report", "policies", "map_identification"},
-    {"system_identification"},
+    {"system_identification", "campaign"},
     {"cli", "pytest_plugin"},
 )
 """The folders and files of `hil`, lowest first; each may import itself and what lies below."""

@@ -29,7 +29,7 @@ COMMANDS: dict[str, Row] = {
     "baseline": Row("hil.cli.baseline:baseline", "Keep a hand's figures, to be compared with later."),
     "campaign": Row("hil.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
     "limits": Row("hil.cli.limits:limits", "Compute the limits from the healthy hands of a campaign.", "campaign"),
-    "dictionary": Row("hil.cli.dictionary:dictionary", "Learn what each fault does to the readings.", "campaign"),
+    "learn": Row("hil.cli.learn:learn", "Learn what faults do to the readings, for the diagnosis.", "campaign"),
     "endurance": Row("hil.cli.endurance:endurance", "Open and close the hand many times."),
     "emulate": Row("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "faults": Row("hil.cli.faults:faults", "List the faults that can be put into a hand or a link.", "emulate"),

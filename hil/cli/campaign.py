@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -11,11 +12,14 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from hil.campaign.conduct import AHEAD, cluster, conduct, cores, usable_cores
 from hil.campaign.learning import accused
+from hil.campaign.page import render_campaign
 from hil.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
 from hil.campaign.store import NAME, missing, opened
 from hil.campaign.trial import Outcome
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE
+from hil.diagnosis.dictionary import load_dictionary
+from hil.experiments import EXPERIMENTS
 from hil.faults import CATALOGUE, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 
@@ -31,6 +35,7 @@ from hil.recordings.output import prepared_folder, run_folder
 @click.option("--first-seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the first hand.")
 @click.option("--firmware", type=click.Choice(FIRMWARE), multiple=True, default=USUAL_FIRMWARE, show_default=True,
               help="Version on the boards; several take turns.")  # fmt: skip
+@click.option("--only", "names", multiple=True, type=click.Choice(list(EXPERIMENTS)), help="Run only this experiment.")
 @click.option("--workers", type=click.IntRange(1), help="Processes on this machine; one for each core if not given.")
 @click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers, for example tcp://HOST:8786.")
 @click.option(
@@ -45,6 +50,7 @@ def campaign(
     hands: int,
     first_seed: int,
     firmware: tuple[str, ...],
+    names: tuple[str, ...],
     workers: int | None,
     scheduler: str | None,
     out: Path | None,
@@ -59,6 +65,8 @@ def campaign(
         trials = healthy_hands(first_seed, healthy, firmware) if healthy else []
         trials += shipped_hands() if shipped else []
         trials += faulty_hands(_written(faults), first_seed, hands, firmware)
+        if names:
+            trials = [replace(trial, experiments=names) for trial in trials]
         if not trials:
             raise ValueError("nothing to run; give --healthy, --shipped or --fault")
         folder = prepared_folder(out) if out is not None else run_folder(Path("campaign"))
@@ -77,12 +85,15 @@ def campaign(
 
         conduct(left, executor, keep, at_once=AHEAD * count)
         outcomes = list(store.outcomes())
+    page = folder / "campaign.html"
+    page.write_text(render_campaign(outcomes, load_dictionary()), encoding="utf-8")
     for name, some in (
         ("healthy", [outcome for outcome in outcomes if not outcome.trial.faults]),
         ("faulty", [outcome for outcome in outcomes if outcome.trial.faults]),
     ):
         if some:
             console.print(f"{sum(map(accused, some))} of {len(some)} {name} hands accused")
+    console.print(str(page), markup=False, highlight=False)
 
 
 def _written(faults: tuple[str, ...]) -> list[str]:

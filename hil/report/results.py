@@ -7,6 +7,7 @@ import json
 import math
 from pathlib import Path
 
+from hil.diagnosis.sight import Sight, load_sight
 from hil.experiments.staircase import EXPERIMENT as STAIRCASE
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.judged_run import Validation
@@ -80,12 +81,20 @@ def checks_json(validation: Validation) -> dict[str, object]:
             for name, result in validation.results.items()
         },
         "findings": [dataclasses.asdict(finding) for finding in validation.findings],
+        "sight": {check: dataclasses.asdict(sight) for check, sight in _sight(validation).items()},
         "explanations": [
             dataclasses.asdict(explanation)
             | {"channel": None if explanation.channel is None else explanation.channel.label}
             for explanation in validation.explanations
         ],
     }
+
+
+def _sight(validation: Validation) -> dict[str, Sight]:
+    """Return what the checks of a run can see, as far as it is known."""
+    known = load_sight()
+    names = {f"{name}/{finding.check}" for name, result in validation.results.items() for finding in result.findings}
+    return {check: known[check] for check in sorted(names & known.keys())}
 
 
 def _jsonable(value: float | str) -> float | str | None:

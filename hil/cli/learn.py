@@ -1,0 +1,38 @@
+"""`aero-hil learn`: what the faults of a campaign do to the readings, and what each check can see of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hil.campaign.learning import entries
+from hil.campaign.store import opened
+from hil.campaign.summary import sights
+from hil.cli.exits import given
+from hil.diagnosis import dictionary, sight
+from hil.recordings.output import prepared_folder
+
+
+@click.command()
+@click.argument("campaign", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), required=True,
+    help="Folder for dictionary.json and sight.json; `hil/diagnosis` of a checkout replaces the project's.",
+)  # fmt: skip
+def learn(*, campaign: Path, out: Path) -> None:
+    """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
+    with given(), opened(campaign, read_only=True) as store:
+        outcomes = list(store.outcomes())
+        found, seen = entries(outcomes), sights(outcomes)
+        prepared_folder(out)
+    seeds = [outcome.trial.seed for outcome in outcomes]
+    provenance: dict[str, str | int] = {
+        "healthy": sum(not outcome.trial.faults for outcome in outcomes),
+        "faulty": sum(bool(outcome.trial.faults) for outcome in outcomes),
+        "seeds": f"{min(seeds)} to {max(seeds)}" if seeds else "",
+        "commit": ", ".join(sorted({outcome.commit for outcome in outcomes})),
+    }
+    (out / dictionary.FILE).write_text(dictionary.dictionary_text(found, provenance), encoding="utf-8")
+    (out / sight.FILE).write_text(sight.sight_text(seen, provenance), encoding="utf-8")
+    click.echo(f"{len(found)} entries, {len(seen)} checks in {out}")
