@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -14,7 +13,7 @@ from hil.campaign.learning import judged
 from hil.campaign.summary import Detection, confusion, detections, false_alarms
 from hil.campaign.trial import Outcome
 from hil.diagnosis.dictionary import Entry
-from hil.report.plots import as_svg
+from hil.report.plots import svg_of
 
 LISTED = 10
 """Rows of the slowest and the strangest."""
@@ -43,8 +42,8 @@ def render_campaign(outcomes: Sequence[Outcome], dictionary: Sequence[Entry]) ->
         alarms="" if alarms is None else str(alarms),
         by_check=sorted(by_check.items(), key=lambda item: -item[1]),
         rows=rows,
-        matrix=as_svg(partial(_matrix, rows=rows)) if rows else "",
-        curves=as_svg(partial(_curves, rows=rows)) if rows else "",
+        matrix=svg_of(_matrix(rows)) if rows else "",
+        curves=svg_of(_curves(rows)) if rows else "",
         confused=sorted(confused.items(), key=lambda item: -item[1])[: 3 * LISTED],
         slowest=[(o.trial.key, o.wall_s) for o in sorted(outcomes, key=lambda o: -o.wall_s)[:LISTED]],
         strangest=_strangest(healthy),

@@ -189,7 +189,13 @@ def as_svg(draw: Draw, *, width_inches: float = 4.6, height_inches: float = 2.9)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width_inches, height_inches), layout="constrained")
         draw(figure.add_subplot())
-        out = io.StringIO()
+        return svg_of(figure)
+
+
+def svg_of(figure: Figure) -> str:
+    """Return a figure as an SVG element; the same figure gives the same text."""
+    out = io.StringIO()
+    with mpl.rc_context(STYLE):
         figure.savefig(out, format="svg", metadata={"Date": None})
     text = out.getvalue()
     return text[text.index("<svg") :]
