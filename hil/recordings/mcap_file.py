@@ -121,7 +121,8 @@ class RecordingFile:
 
     def add_wire(self, record: WireRecord) -> None:
         """Write bytes that crossed the link."""
-        self._add(f"/wire/{record.direction}", record.t, {"hex": record.data.hex()})
+        # What `json.dumps` makes of it, at a fifth of the cost: most of a file's messages are these.
+        self._add_text(f"/wire/{record.direction}", record.t, f'{{"t": {record.t!r}, "hex": "{record.data.hex()}"}}')
 
     def add_event(self, event: Event) -> None:
         """Write an event."""
@@ -147,8 +148,10 @@ class RecordingFile:
                 self._channels[topic] = self._writer.register_channel(topic, "json", schema_id)
 
     def _add(self, topic: str, t: float, body: dict[str, Any]) -> None:
-        time = self._nanoseconds(t)
-        self._pending.append((self._channels[topic], time, json.dumps({"t": t, **body}).encode()))
+        self._add_text(topic, t, json.dumps({"t": t, **body}))
+
+    def _add_text(self, topic: str, t: float, text: str) -> None:
+        self._pending.append((self._channels[topic], self._nanoseconds(t), text.encode()))
         if len(self._pending) >= TOGETHER:
             with uninterrupted():
                 self._write_pending()
