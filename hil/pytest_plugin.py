@@ -7,7 +7,7 @@ heavy is imported when a test first asks for a hand.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ import pytest
 
 if TYPE_CHECKING:
     from aero import AeroHand
+    from hil.faults.fault import Fault
     from hil.targets.target import Target
 
 IN_SOFTWARE = ("emulated", "pty")
@@ -32,6 +33,7 @@ MARKERS = (
     "homes: drives the hand into its stops; on a hand in real time only with --hil-homing",
     "takes_long: takes more than a few seconds of hand time; in real time only with --hil-long",
     "needs(capability): needs what only some targets can do, such as ground_truth",
+    "fault(text, ...): gets an emulated hand of its own with these faults, NAME[:CHANNEL][=SEVERITY][@SECONDS]",
 )
 
 _TARGET = pytest.StashKey["Target"]()
@@ -103,7 +105,12 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the presence tests first; the rest keeps its order."""
+    """Put the presence tests first, the rest in its order; refuse faults that do not exist."""
+    for item in items:
+        try:
+            _faults(item)
+        except ValueError as error:
+            raise pytest.UsageError(f"{item.nodeid}: {error}") from error
     items.sort(key=lambda item: item.get_closest_marker("presence") is None)
 
 
@@ -112,10 +119,15 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     if not _uses_a_hand(item):
         return
     target = item.config.stash[_TARGET]
+    faults = _faults(item)
+    if faults and target.name not in IN_SOFTWARE:
+        pytest.skip("its faults are put into an emulated hand; run with --hil=emulated, or see `aero-hil proxy`")
     if reason := _reason_to_skip(item, target):
         pytest.skip(reason)
     for name, value in _properties(target).items():
         item.user_properties.append((f"hil_{name}", value))
+    if faults:
+        item.user_properties.append(("hil_faults", " ".join(map(str, faults))))
 
 
 @pytest.hookimpl(wrapper=True)
@@ -127,10 +139,15 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
     return report
 
 
-@pytest.fixture(scope="session")
-def aero_target(pytestconfig: pytest.Config) -> Target:
-    """The hand chosen by `--hil`, opened once for the session; see `hil.Target`."""
-    return pytestconfig.stash[_TARGET]
+@pytest.fixture
+def aero_target(request: pytest.FixtureRequest) -> Iterator[Target]:
+    """The hand chosen by `--hil`, see `hil.Target`: one for the session, and one of its own for a test with faults."""
+    faults = _faults(request.node)
+    if not faults:
+        yield request.config.stash[_TARGET]
+        return
+    with _opener(request.config, faults) as target:
+        yield target
 
 
 @pytest.fixture
@@ -167,6 +184,16 @@ def _reason_to_skip(item: pytest.Item, target: Target) -> str | None:
     return None
 
 
+def _faults(item: pytest.Item) -> tuple[Fault, ...]:
+    """Return the faults of a test's marks."""
+    texts = [text for mark in item.iter_markers("fault") for text in mark.args]
+    if not texts:
+        return ()
+    from hil.faults.catalogue import parse_fault  # noqa: PLC0415 - loads a physics engine
+
+    return tuple(map(parse_fault, texts))
+
+
 def _properties(target: Target) -> dict[str, str]:
     """Return what a JUnit report should say about the hand under test."""
     from hil.recordings.provenance import source_commit  # noqa: PLC0415 - loads NumPy
@@ -183,7 +210,7 @@ def _properties(target: Target) -> dict[str, str]:
     }
 
 
-def _opener(config: pytest.Config) -> AbstractContextManager[Target]:
+def _opener(config: pytest.Config, faults: Sequence[Fault] = ()) -> AbstractContextManager[Target]:
     """Return the target's context manager, not yet entered."""
     from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
 
@@ -195,6 +222,7 @@ def _opener(config: pytest.Config) -> AbstractContextManager[Target]:
             hand=option("--hil-hand"),
             unit=option("--hil-unit"),
             seed=option("--hil-seed"),
+            faults=faults,
         )
     except ValueError as error:
         raise pytest.UsageError(str(error)) from error

@@ -33,6 +33,7 @@ COMMANDS: dict[str, Row] = {
     "endurance": Row("hil.cli.endurance:endurance", "Open and close the hand many times."),
     "emulate": Row("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "faults": Row("hil.cli.faults:faults", "List the faults that can be put into a hand or a link.", "emulate"),
+    "proxy": Row("hil.cli.proxy:proxy", "Put faults between a program and a port.", "emulate"),
     "firmware": Row("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
     "map": Row("hil.cli.map:map_command", "Convert a posture between representations."),
     "identify": Row("hil.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),

@@ -61,5 +61,4 @@ def emulate(
     with server, closing(electronics):
         click.echo(f"ready {server.name}")
         server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
-    with given():
-        schedule.require_all_fired()
+    schedule.require_all_fired()

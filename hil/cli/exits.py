@@ -63,13 +63,14 @@ def ending(error: BaseException) -> tuple[int, str]:
     from aero.errors import AeroError  # noqa: PLC0415 - help is quick
     from aero.safety import SafetyStopError  # noqa: PLC0415
     from firmware_emulator.native.program import FirmwareProgramError  # noqa: PLC0415
+    from hil.faults.schedule import FaultNeverFiredError  # noqa: PLC0415
     from hil.targets.target import MissingCapabilityError, NoHandError  # noqa: PLC0415
 
     codes: tuple[tuple[type[BaseException] | tuple[type[BaseException], ...], int], ...] = (
         (SafetyStopError, Exit.STOPPED),
         ((NoHandError, AeroError, ConnectionError), Exit.NO_HAND),
         (FirmwareProgramError, Exit.FIRMWARE),
-        (MissingCapabilityError, Exit.USAGE),
+        ((MissingCapabilityError, FaultNeverFiredError), Exit.USAGE),
         (OSError, Exit.NOT_WRITTEN),
     )
     if isinstance(error, KeyboardInterrupt):

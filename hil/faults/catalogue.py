@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 from aero.channels import Channel
-from hil.faults import answers, board, encoder, host, link, mechanics, motor, servo
+from hil.faults import answers, board, encoder, host, link, mechanics, motor, servo, supply
 from hil.faults.fault import Fault, Kind
 
-SEAMS = (mechanics, motor, encoder, servo, answers, board, link, host)
+SEAMS = (mechanics, supply, motor, encoder, servo, answers, board, link, host)
 CATALOGUE: dict[str, Kind] = {kind.name: kind for seam in SEAMS for kind in seam.KINDS}
 """Every kind of fault, from the hand to the host."""
 WORDS = ("mild", "medium", "severe")

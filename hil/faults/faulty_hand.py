@@ -10,7 +10,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import HANDS, HandSide
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Plant
-from hil.faults import answers, board, encoder, mechanics, motor, servo
+from hil.faults import answers, board, encoder, mechanics, motor, servo, supply
 from hil.faults.answers import SpoiledAnswers
 from hil.faults.fault import Fault
 from hil.faults.link import LinkFaults
@@ -19,7 +19,7 @@ from hil.faults.shaft_layer import ShaftLayer
 from model import BuiltHandPlant
 from model.units import Unit
 
-LAYERS = motor.EFFECTS | encoder.EFFECTS
+LAYERS = supply.EFFECTS | motor.EFFECTS | encoder.EFFECTS
 AT_ONCE: dict[str, Callable[[EmulatedHand, Fault], None]] = servo.EFFECTS | board.EFFECTS
 """What is done to the electronics when a fault begins."""
 

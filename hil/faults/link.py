@@ -15,8 +15,8 @@ from hil.faults.fault import ONCE, SHARE, SWITCH, Fault, Kind
 Direction = Literal["to_hand", "from_hand"]
 Pieces = list[tuple[float, bytes]]
 """Delays, s, and bytes."""
-Act = Callable[[bytes, float, Random], Pieces]
-"""What becomes of a piece, given the severity."""
+Act = Callable[[bytes, float, Random, float], Pieces]
+"""What becomes of a piece, given the severity, and the time, s."""
 
 APART_S = 0.02
 """How much later the second part of a piece that was cut comes, s."""
@@ -32,12 +32,16 @@ MEASUREMENTS = range(0x22, 0x26)
 
 def _sometimes(change: Callable[[bytes, Random], Pieces]) -> Act:
     """Let a change happen to a share of the pieces."""
-    return lambda data, share, random: change(data, random) if random.random() < share else [(0.0, data)]
+    return lambda data, share, random, now: change(data, random) if random.random() < share else [(0.0, data)]
 
 
 def _byte_dropped(data: bytes, random: Random) -> Pieces:
     at = random.randrange(len(data))
     return [(0.0, data[:at] + data[at + 1 :])]
+
+
+def _truncated(data: bytes, random: Random) -> Pieces:
+    return [(0.0, data[: random.randrange(len(data))])]
 
 
 def _byte_doubled(data: bytes, random: Random) -> Pieces:
@@ -70,15 +74,16 @@ def _other_opcode(data: bytes, random: Random) -> Pieces:
     return [(0.0, bytes((random.choice([code for code in MEASUREMENTS if code != data[0]]),)) + data[1:])]
 
 
-def _delayed(data: bytes, milliseconds: float, random: Random) -> Pieces:
+def _delayed(data: bytes, milliseconds: float, random: Random, now: float) -> Pieces:
     return [(random.uniform(0.0, milliseconds / 1000.0), data)]
 
 
-def _on_timer(data: bytes, milliseconds: float, random: Random) -> Pieces:
-    return [(milliseconds / 1000.0, data)]
+def _on_timer(data: bytes, milliseconds: float, random: Random, now: float) -> Pieces:
+    period = milliseconds / 1000.0
+    return [(period - now % period if period else 0.0, data)]
 
 
-def _bandwidth(data: bytes, bauds: float, random: Random) -> Pieces:
+def _bandwidth(data: bytes, bauds: float, random: Random, now: float) -> Pieces:
     return [((at + 1) * BITS / bauds, data[at : at + 1]) for at in range(len(data))]
 
 
@@ -88,7 +93,7 @@ class Stale:
     def __init__(self) -> None:
         self._last: dict[int, bytes] = {}
 
-    def __call__(self, data: bytes, share: float, random: Random) -> Pieces:
+    def __call__(self, data: bytes, share: float, random: Random, now: float) -> Pieces:
         """Return the reply, or the one before."""
         old = self._last.get(data[0], data)
         if random.random() < share:
@@ -102,12 +107,13 @@ def _same(act: Act) -> Callable[[], Act]:
 
 
 BOTH: dict[str, tuple[str, str, tuple[float, float, float], Act]] = {
-    "lost": ("A19", "are lost", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [])),
+    "truncated": ("A19", "lose their end", (0.01, 0.05, 0.3), _sometimes(_truncated)),
+    "lost": ("A1", "are lost", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [])),
     "byte_dropped": ("A1", "lose a byte", (0.01, 0.05, 0.3), _sometimes(_byte_dropped)),
     "byte_doubled": ("A3", "have a byte twice", (0.01, 0.05, 0.3), _sometimes(_byte_doubled)),
     "byte_inserted": ("A4", "have a byte more", (0.01, 0.05, 0.3), _sometimes(_byte_inserted)),
     "bit_flipped": ("A2", "have a wrong bit", (0.01, 0.05, 0.3), _sometimes(_bit_flipped)),
-    "doubled": ("A3", "come twice", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [(0.0, data + data)])),
+    "doubled": ("A15", "come twice", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [(0.0, data + data)])),
 }
 """Faults of both directions: row of the list, what happens, severities, how."""
 WAYS: tuple[tuple[str, str], ...] = (("reply", "replies"), ("command", "commands"))
@@ -120,7 +126,15 @@ KINDS = (
     ),
     Kind("reply_delayed", "link", ("A8", "A13"), "ms at most", (5, 30, 400), "replies come late", cause="late"),
     Kind("command_delayed", "link", ("A8", "B3", "D5"), "ms at most", (5, 30, 400), "commands come late", cause="late"),
-    Kind("usb_timer", "link", ("A8",), "ms", (4, 16, 50), "a USB adapter holds every reply back", cause="late"),
+    Kind(
+        "usb_timer",
+        "link",
+        ("A8", "A7"),
+        "ms",
+        (4, 16, 50),
+        "a USB adapter hands replies over on a timer",
+        cause="late",
+    ),
     Kind(
         "reply_stale", "link", ("A13", "B11"), "of replies", (0.05, 0.2, 0.6), "replies repeat older ones", bounds=SHARE
     ),
@@ -128,7 +142,7 @@ KINDS = (
     Kind(
         "reply_reordered",
         "link",
-        ("A7", "A13"),
+        ("A13",),
         "of replies",
         (0.01, 0.05, 0.3),
         "replies overtake each other",
@@ -198,7 +212,7 @@ class LinkFaults:
                 continue
             before, pieces = pieces, []
             for delay, piece in before:
-                pieces += [(delay + more, part) for more, part in act(piece, fault.severity, random) if part]
+                pieces += [(delay + more, part) for more, part in act(piece, fault.severity, random, now) if part]
             if pieces != before:
                 self._fired(fault)
                 late |= fault.name in OVERTAKING

@@ -122,7 +122,7 @@ KINDS = (
     Kind("cable_long", "hand", ("D14",), "mm", (3, 7.6, 20), "a cable is slack at the open hand", CABLES),
     Kind("cable_short", "hand", ("D14",), "mm", (3, 7, 12), "a cable is too short and holds the digit bent", CABLES),
     Kind("cable_soft", "hand", ("D14",), "µm/N", (15, 60, 200), "the cables stretch"),
-    Kind("cable_snapped", "hand", ("D15",), "", SWITCH, "a cable is torn or off its spool", CABLES, bounds=ONCE),
+    Kind("cable_snapped", "hand", ("D15", "B12"), "", SWITCH, "a cable is torn or off its spool", CABLES, bounds=ONCE),
     Kind(
         "spool_wrong",
         "hand",
@@ -154,7 +154,7 @@ KINDS = (
     Kind(
         "stop_gone",
         "hand",
-        ("D19", "B12"),
+        ("D19",),
         "deg",
         (3, 10, 40),
         "closed stops let the joints go on",

@@ -131,7 +131,8 @@ def shaft_of(fault: Fault) -> int:
     return int(fault.channel)
 
 
-def _weak(drive: Drive, lost: float, unit: Unit) -> Drive:
+def weaker(drive: Drive, lost: float) -> Drive:
+    """Return a drive with all torques less by the share `lost`."""
     left = 1.0 - lost
     return replace(
         drive,
@@ -149,8 +150,10 @@ def _runaway(drive: Drive, share: float, unit: Unit) -> Drive:
 
 
 KINDS = (
-    Kind("motor_dead", "servo", ("D2",), "", SWITCH, "a motor gets no current", ALL, bounds=ONCE, excludes="motor"),
-    Kind("motor_weak", "servo", ("D3",), "of torque lost", (0.15, 0.4, 0.8), "a motor is weak", ALL, bounds=SHARE),
+    Kind(
+        "motor_dead", "servo", ("D2", "B12"), "", SWITCH, "a motor gets no current", ALL, bounds=ONCE, excludes="motor"
+    ),
+    Kind("motor_weak", "servo", ("D3",), "of torque lost", (0.15, 0.4, 0.8), "a motor is weak", ALL, bounds=(0, 0.99)),
     Kind(
         "motor_intermittent",
         "servo",
@@ -211,7 +214,7 @@ KINDS = (
 )
 EFFECTS: dict[str, Layered] = {
     "motor_dead": _motor(lambda drive, severity, unit: UNPOWERED),
-    "motor_weak": _motor(_weak),
+    "motor_weak": _motor(lambda drive, lost, unit: weaker(drive, lost)),
     "motor_runaway": _motor(_runaway),
     "motor_intermittent": lambda plant, fault, unit, _: Intermittent(plant, shaft_of(fault), fault.severity),
     "winding_reversed": lambda plant, fault, unit, _: Reversed(plant, shaft_of(fault)),

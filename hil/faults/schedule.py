@@ -9,8 +9,10 @@ from random import Random
 from hil.faults.catalogue import CATALOGUE, checked
 from hil.faults.fault import Fault, Layer
 
+NEVER_FIRED = "never fired"
 
-class FaultNeverFiredError(ValueError):
+
+class FaultNeverFiredError(Exception):
     """A fault was asked for and never had an effect: it begins after the end, or nothing came its way."""
 
 
@@ -64,6 +66,6 @@ class Schedule:
         """
         if unfired := self.unfired():
             raise FaultNeverFiredError(
-                f"never fired: {', '.join(map(str, unfired))}; let the run go on past the time at which it begins, "
+                f"{NEVER_FIRED}: {', '.join(map(str, unfired))}; let the run go on past the time at which it begins, "
                 "and send or read what it acts on"
             )

@@ -63,7 +63,16 @@ def _protection(hand: EmulatedHand, fault: Fault) -> None:
 
 
 KINDS = (
-    Kind("servo_missing", "bus", ("C1", "C5", "B10"), "", SWITCH, "a servo is not on the bus", ALL, bounds=ONCE),
+    Kind(
+        "servo_missing",
+        "bus",
+        ("C1", "C5", "B10", "A17", "C12"),
+        "",
+        SWITCH,
+        "a servo is not on the bus",
+        ALL,
+        bounds=ONCE,
+    ),
     Kind(
         "servo_id_doubled",
         "bus",

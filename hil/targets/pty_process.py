@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 from hil.faults.fault import Fault
+from hil.faults.schedule import NEVER_FIRED, FaultNeverFiredError
 
 STOP_TIMEOUT_S = 10.0
 """Time the child has to leave after SIGTERM."""
@@ -29,6 +30,7 @@ def serve_in_process(
     """Start an emulated hand on a pseudo-terminal and yield the path a client may open.
 
     Raises:
+        FaultNeverFiredError: a fault had no effect until it was stopped.
         RuntimeError: it did not start, or did not stop cleanly; the message carries what it printed.
     """
     command = [sys.executable, "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
@@ -54,5 +56,7 @@ def serve_in_process(
             except subprocess.TimeoutExpired:
                 child.kill()
                 raise RuntimeError(f"`aero-hil emulate` did not stop within {STOP_TIMEOUT_S:g} s") from None
+        if NEVER_FIRED in errors:
+            raise FaultNeverFiredError(errors.strip().removeprefix("Error: "))
         if child.returncode:
             raise RuntimeError(f"`aero-hil emulate` ended with status {child.returncode}: {errors.strip()}")

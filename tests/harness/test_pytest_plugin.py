@@ -137,3 +137,39 @@ def test_the_junit_report_says_which_hand_it_was(pytester):
     for name, value in (("target", "emulated"), ("firmware", "0.2.0"), ("map", "paper"), ("seed", "6")):
         assert f'<property name="hil_{name}" value="{value}"' in report
     assert "hil_commit" in report
+
+
+WITH_FAULTS = """
+import pytest
+
+@pytest.mark.fault("motor_dead:ring", "encoder_offset:index=100")
+def test_a_faulty_hand(aero_target, aero_hand):
+    aero_hand.command_codes([30000] * 7)
+    aero_target.clock.sleep_until(aero_target.clock.now() + 1.0)
+    codes = aero_hand.read_codes()
+    assert codes[2] < 5000 < 25000 < codes[1]
+
+def test_the_others_have_a_good_one(aero_target, aero_hand):
+    aero_hand.command_codes([30000] * 7)
+    aero_target.clock.sleep_until(aero_target.clock.now() + 1.0)
+    assert aero_hand.read_codes()[2] > 25000
+"""
+
+
+def test_a_test_with_faults_has_a_hand_of_its_own(pytester):
+    pytester.makepyfile(WITH_FAULTS)
+    pytester.runpytest().assert_outcomes(passed=2)
+
+
+def test_a_fault_that_never_fired_fails_its_test(pytester):
+    pytester.makepyfile(WITH_FAULTS.replace('"motor_dead:ring"', '"motor_dead:ring", "boot_text@60"'))
+    result = pytester.runpytest()
+    result.assert_outcomes(passed=2, errors=1)
+    result.stdout.fnmatch_lines(["*FaultNeverFiredError: never fired: boot_text*"])
+
+
+def test_a_fault_that_does_not_exist_is_a_usage_error(pytester):
+    pytester.makepyfile(WITH_FAULTS.replace("motor_dead", "motor_deaf"))
+    result = pytester.runpytest()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert "there is no fault 'motor_deaf'" in result.stderr.str()

@@ -7,7 +7,7 @@ SETTLE_S, SETTLE_TRIES = 0.4, 8
 STILL_RAD_S = 0.1
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def target(aero_target):
     """The short name, in the project's own suite."""
     return aero_target

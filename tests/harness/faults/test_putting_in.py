@@ -72,3 +72,33 @@ def test_a_board_that_runs_what_is_declared_is_no_fault():
 def test_a_physical_port_takes_no_faults():
     with pytest.raises(ValueError, match="aero-hil proxy"):
         open_target("/dev/ttyNoSuchHand", faults=[parse_fault("reply_lost")])
+
+
+VERSIONS = ("pre", "0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5", "0.2.0")
+
+
+def test_every_pair_of_versions_can_be_declared_wrongly():
+    """The board is told by its profile, the driver's map by what was declared."""
+    for runs in VERSIONS:
+        for declared in VERSIONS:
+            if runs == declared:
+                continue
+            with open_target(firmware=declared, faults=[parse_fault(f"board_runs_{runs}")]) as target:
+                assert target.firmware == declared
+                assert target.capability("electronics").board.profile.version == runs
+
+
+def test_a_program_on_the_board_takes_no_faults_of_the_firmware(tmp_path):
+    with (
+        pytest.raises(ValueError, match="cannot be put into a firmware program"),
+        open_target(faults=[parse_fault("board_restart")], firmware_program=tmp_path / "none"),
+    ):
+        pytest.fail("there is no such program")
+
+
+def test_the_pty_target_says_what_never_fired():
+    with (
+        pytest.raises(FaultNeverFiredError, match="boot_text"),
+        open_target("pty", faults=[parse_fault("boot_text@600")]),
+    ):
+        pass

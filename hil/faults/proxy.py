@@ -1,0 +1,126 @@
+"""A proxy: a pseudo-terminal in front of a port, with faults in between.
+
+The bytes of any program and any hand go through it in real time, a physical hand's too. Faults act on what a port
+delivers in one piece, which is a reply where the hand sends 16 bytes at once.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import threading
+from collections.abc import Callable
+from heapq import heappop, heappush
+from pathlib import Path
+from queue import SimpleQueue
+
+from aero.clock import Clock, WallClock
+from aero.transport import Transport
+from firmware_emulator.links.terminal import Terminal
+from hil.faults.catalogue import CATALOGUE
+from hil.faults.link import Direction, LinkFaults
+from hil.faults.schedule import Schedule
+
+IDLE_S = 0.05
+"""Longest wait before `stop` is looked at again, s."""
+LARGEST = 4096
+
+
+class LinkProxy:
+    """Bytes between a client on a pseudo-terminal and a port."""
+
+    def __init__(self, port: Transport, schedule: Schedule, *, link: Path | None = None, clock: Clock | None = None):
+        """Open the pseudo-terminal; nothing passes before `run`.
+
+        Args:
+            port: the hand's end.
+            schedule: of faults of the link; their times count from now.
+            link: symbolic link to the terminal.
+            clock: real time.
+
+        Raises:
+            ValueError: a fault that is none of the link.
+            FileExistsError: the link exists already.
+        """
+        for fault in schedule.faults:
+            if CATALOGUE[fault.name].layer != "link":
+                raise ValueError(
+                    f"{fault} sits in the {CATALOGUE[fault.name].layer}; a proxy has faults of the link only"
+                )
+        self._port = port
+        self._clock = clock or WallClock()
+        self._faults = LinkFaults(
+            schedule.faults, start_s=self._clock.now(), random=schedule.random, fired=schedule.fire
+        )
+        self._client = Terminal(link)
+        self._arrived: SimpleQueue[bytes | ConnectionError] = SimpleQueue()
+        self._awake, self._wake = os.pipe()
+        self._due: list[tuple[float, int, Callable[[bytes], None], bytes]] = []
+        self._sent = 0
+
+    @property
+    def name(self) -> str:
+        """Path of the terminal, as clients open it."""
+        return self._client.name
+
+    def run(self, stop: Callable[[], bool]) -> None:
+        """Pass bytes on until `stop()` holds or a fault takes the port away.
+
+        Raises:
+            ConnectionError: the hand's port is gone.
+        """
+        ended = threading.Event()
+        reader = threading.Thread(target=self._read_port, args=(ended,), daemon=True)
+        reader.start()
+        try:
+            while not stop() and not self._faults.gone(self._clock.now()):
+                self._pass_on()
+        finally:
+            ended.set()
+            reader.join()
+
+    def close(self) -> None:
+        """Close the terminal and remove its link; the port stays open."""
+        self._client.close()
+        os.close(self._awake)
+        os.close(self._wake)
+
+    def _pass_on(self) -> None:
+        now = self._clock.now()
+        events = [t for t in self._faults.times() if t > now]
+        due = min([now + IDLE_S, *events, *(entry[0] for entry in self._due[:1])])
+        client = self._client.fileno()
+        ready, _, _ = select.select([client, self._awake], [], [], max(0.0, due - now))
+        if client in ready:
+            self._send("to_hand", self._client.read(), self._port.write)
+        if self._awake in ready:
+            os.read(self._awake, LARGEST)
+        while not self._arrived.empty():
+            arrived = self._arrived.get()
+            if isinstance(arrived, ConnectionError):
+                raise arrived
+            self._send("from_hand", arrived, self._client.write)
+        if text := self._faults.inserted(self._clock.now()):
+            self._client.write(text)
+        while self._due and self._due[0][0] <= self._clock.now():
+            _, _, write, piece = heappop(self._due)
+            write(piece)
+
+    def _send(self, direction: Direction, data: bytes, write: Callable[[bytes], None]) -> None:
+        for t, piece in self._faults.passed(direction, self._clock.now(), data):
+            self._sent += 1
+            heappush(self._due, (t, self._sent, write, piece))
+
+    def _read_port(self, ended: threading.Event) -> None:
+        """Read in a thread of its own, because not every port can be waited for together with a terminal."""
+        while not ended.is_set():
+            arrived: bytes | ConnectionError
+            try:
+                arrived = self._port.read(1, IDLE_S)
+                arrived += self._port.read(LARGEST, 0.0)
+            except ConnectionError as error:
+                arrived = error
+                ended.set()
+            if arrived:
+                self._arrived.put(arrived)
+                os.write(self._wake, b"\0")

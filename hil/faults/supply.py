@@ -1,0 +1,63 @@
+"""A supply that sags: all motors lose torque while they draw much."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from firmware_emulator.plant import Drive, Plant
+from hil.faults.fault import Kind
+from hil.faults.motor import Layered, weaker
+from hil.faults.shaft_layer import ShaftLayer
+
+NOTICEABLE = 0.01
+"""Change of the voltage, share, from which on the motors are driven anew."""
+SHAFTS = range(7)
+
+
+class Sagging(ShaftLayer):
+    """A supply with a resistance in front of all motors."""
+
+    def __init__(self, behind: Plant, lost_at_stall: float, stall_torque: float) -> None:
+        super().__init__(behind, shaft=0)
+        self._lost_per_effort = lost_at_stall / (len(SHAFTS) * stall_torque)
+        self._lost = 0.0
+        self._all_asked = [Drive(powered=False) for _ in SHAFTS]
+
+    def advance_to(self, t: float) -> None:
+        """Integrate to `t`, s, and look at what the motors draw."""
+        super().advance_to(t)
+        lost = self._lost_per_effort * float(abs(self.behind.efforts()).sum()) if self.active else 0.0
+        if abs(lost - self._lost) > NOTICEABLE:
+            self._lost = lost
+            self.renew()
+
+    def drive(self, shaft: int, drive: Drive) -> None:
+        """Replace the drive of a shaft."""
+        self._all_asked[shaft] = drive
+        self.behind.drive(shaft, weaker(drive, self._lost))
+
+    def set_setpoint(self, shaft: int, setpoint: float) -> None:
+        """Change the goal angle of a shaft, rad."""
+        self._all_asked[shaft] = replace(self._all_asked[shaft], setpoint=setpoint)
+        self.behind.set_setpoint(shaft, setpoint)
+
+    def renew(self) -> None:
+        """Drive all motors with the present voltage."""
+        for shaft in SHAFTS:
+            self.drive(shaft, self._all_asked[shaft])
+
+
+KINDS = (
+    Kind(
+        "supply_sags",
+        "hand",
+        ("D13", "D11"),
+        "of voltage lost when all motors stall",
+        (0.3, 0.6, 0.9),
+        "the supply is weak under load",
+        bounds=(0, 0.95),
+    ),
+)
+EFFECTS: dict[str, Layered] = {
+    "supply_sags": lambda plant, fault, unit, _: Sagging(plant, fault.severity, unit.servos.stall_torque),
+}

@@ -1,0 +1,38 @@
+"""The table of docs/faults.md is the catalogue, and the page says what is left out."""
+
+import re
+from pathlib import Path
+
+from click.testing import CliRunner
+
+from hil.cli.faults import faults
+from hil.faults import CATALOGUE
+from hil.faults.table import markdown
+
+PAGE = (Path(__file__).parents[3] / "docs" / "faults.md").read_text()
+ALL_ROWS = [
+    f"{layer}{row}" for layer, rows in zip("ABCDEF", (19, 13, 15, 21, 5, 6), strict=True) for row in range(1, rows + 1)
+]
+
+
+def test_the_page_holds_the_table_of_the_command():
+    assert markdown() in PAGE, "run `aero-hil faults` and put its table into docs/faults.md"
+
+
+def test_the_command_prints_the_table():
+    assert CliRunner().invoke(faults).output.strip() == markdown()
+
+
+def test_every_row_of_the_list_is_covered_or_left_out_with_a_reason():
+    covered = {row for kind in CATALOGUE.values() for row in kind.ids}
+    left_out = set(re.findall(r"^\| ([A-F]\d+) \| .+ \| .{20,} \|$", PAGE, re.M))
+    assert covered | left_out == set(ALL_ROWS)
+    assert not covered & left_out
+
+
+def test_what_no_measurement_tells_apart_shares_a_cause():
+    causes = {}
+    for kind in CATALOGUE.values():
+        causes.setdefault(kind.cause, []).append(kind.name)
+    assert sorted(causes["fingers_exchanged"]) == ["finger_cables_swapped", "finger_ids_exchanged"]
+    assert len(causes["version"]) == 8

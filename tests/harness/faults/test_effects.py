@@ -1,0 +1,153 @@
+"""Every kind of fault at its severe severity does what its row says, against a healthy hand of the same seed.
+
+An effect is looked for where it is felt: in the true joints, in what the driver reads, in the time that a session takes
+or in calls that fail; never in a field that was set.
+"""
+
+import functools
+
+import numpy as np
+import pytest
+
+from aero import Channel
+from aero.channels import FINGERS
+from aero.errors import AeroError
+from hil import open_target
+from hil.faults import CATALOGUE
+from hil.faults.mechanics import JOINTS
+
+STEPS, STEP_S = 10, 0.15
+LEVELS = np.array([60000, 48000, 36000, 30000, 40000, 24000, 50000])
+"""Of the closed hand: each channel its own, so that two that are exchanged differ."""
+FAILURES = 3
+"""Calls that fail before a session is given up."""
+BEGINS_S = 0.4
+
+LEAST = {
+    "joints": {  # rad
+        **dict.fromkeys(("gear_friction", "gear_jammed", "slow_servo", "late_goals", "supply_low", "supply_sags"), 0.3),
+        **dict.fromkeys(
+            ("cable_long", "cable_short", "cable_snapped", "spring_off", "digit_jammed", "winding_reversed"), 0.5
+        ),
+        **dict.fromkeys(("cable_friction", "stiff_joint", "spool_wrong", "thumb_derailed", "stop_early"), 0.2),
+        **dict.fromkeys(("motor_dead", "motor_weak", "motor_intermittent", "motor_runaway", "spring_strong"), 0.5),
+        **dict.fromkeys(("finger_cables_swapped", "thumb_cables_swapped", "finger_ids_exchanged"), 0.2),
+        **dict.fromkeys(("thumb_ids_exchanged", "encoder_frozen", "servo_missing", "protection_low"), 0.5),
+        **dict.fromkeys(("encoder_scale", "encoder_offset", "encoder_slip", "cable_soft", "servo_id_doubled"), 0.1),
+        **dict.fromkeys((name for name in CATALOGUE if name.startswith("board_runs_")), 0.1),
+        **dict.fromkeys(("board_of_other_side", "board_restart", "nvs_lost", "trim_left_in", "servo_hot"), 0.1),
+        **dict.fromkeys(("power_cycle", "board_hangs", "link_hangs_up", "command_lost"), 0.3),
+        "encoder_play": 0.02,
+        "encoder_creep": 0.01,
+        "encoder_quantised": 0.01,
+        "command_delayed": 0.3,
+        "command_doubled": 0.1,
+        "command_bit_flipped": 0.1,
+    },
+    "codes": dict.fromkeys(
+        ("slow_turnaround", "servo_silent", "answers_damaged", "position_garbage", "reply_stale", "reply_bit_flipped"),
+        1000,
+    )
+    | {"position_coarse": 200},
+    "currents": {"encoder_noise": 1.0, "stop_gone": 0.4, "current_wrong": 1.0},  # A
+    "temperatures": {"temperature_wrong": 35},  # °C
+    "failures": dict.fromkeys(
+        (
+            *(
+                "command_truncated",
+                "command_byte_dropped",
+                "command_byte_doubled",
+                "command_byte_inserted",
+                "link_silent",
+            ),
+        ),
+        1,
+    ),
+    "seconds": dict.fromkeys(  # that the session takes longer
+        (
+            *("reply_truncated", "reply_lost", "reply_byte_dropped", "reply_byte_doubled", "reply_byte_inserted"),
+            *("reply_doubled", "reply_delayed", "usb_timer", "reply_cut", "reply_reordered", "reply_other_opcode"),
+            *("link_slow", "host_stalls"),
+        ),
+        0.2,
+    ),
+    "bytes": {"reply_junk": 1, "boot_text": 1},
+}
+"""What is felt most of each, and how much of it at least."""
+
+
+def session(*faults, firmware=None):
+    """Close and open a hand twice; return what was felt, by name."""
+    felt = {"joints": [], "codes": [], "currents": [], "temperatures": []}
+    failures = 0
+    with open_target(faults=faults, seed=3, firmware=firmware) as target:
+        hand, plant, clock = target.hand, target.capability("ground_truth"), target.clock
+        calls = {"codes": hand.read_codes, "currents": hand.read_currents, "temperatures": hand.read_temperatures}
+        for step in range(STEPS):
+            if failures < FAILURES:
+                failures += attempt(lambda level=step // 3 % 2: hand.command_codes(level * LEVELS)) is None
+            clock.sleep_until(clock.now() + STEP_S)
+            felt["joints"].append(plant.joint_angles())
+            for name, call in calls.items():
+                read = attempt(call) if failures < FAILURES else np.full(7, np.nan)
+                failures += read is None
+                felt[name].append(np.full(7, np.nan) if read is None else read)
+        read_bytes = sum(len(record.data) for record in target.wire.since(0, 0.0) if record.direction == "from_hand")
+        return {name: np.array(values, float) for name, values in felt.items()} | {
+            "failures": failures,
+            "seconds": clock.now(),
+            "bytes": read_bytes,
+        }
+
+
+def attempt(call):
+    try:
+        result = call()
+    except (AeroError, ConnectionError):
+        return None
+    return () if result is None else result
+
+
+@functools.cache
+def healthy(firmware):
+    return session(firmware=firmware)
+
+
+def declared(name):
+    return "0.1.5" if name == "board_runs_0.2.0" else "0.2.0"
+
+
+def severe(kind):
+    return kind.fault(kind.severities[2], at_s=min(kind.at_s, BEGINS_S))
+
+
+def test_every_kind_is_judged():
+    judged = [name for names in LEAST.values() for name in names]
+    assert sorted(judged) == sorted(CATALOGUE)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of a reading that never came
+@pytest.mark.parametrize(
+    ("quantity", "name"), [(quantity, name) for quantity, names in LEAST.items() for name in names]
+)
+def test_a_severe_fault_is_felt(quantity, name):
+    kind = CATALOGUE[name]
+    good, bad = healthy(declared(name)), session(severe(kind), firmware=declared(name))
+    assert np.nanmax(np.abs(bad[quantity] - good[quantity])) >= LEAST[quantity][name]
+
+
+ONE_FINGER = [
+    name
+    for name, kind in CATALOGUE.items()
+    if kind.subjects == tuple(Channel) and kind.later and kind.layer in ("hand", "servo")
+]
+
+
+@pytest.mark.parametrize("name", ONE_FINGER)
+def test_a_fault_of_a_finger_leaves_the_other_fingers_alone(name):
+    """And one that is not the default finger."""
+    bad = session(CATALOGUE[name].fault(CATALOGUE[name].severities[2], Channel.RING, BEGINS_S))
+    good = healthy("0.2.0")
+    for finger in set(FINGERS) - {Channel.RING}:
+        moved = np.abs(bad["joints"] - good["joints"])[:, list(JOINTS[finger])]
+        assert np.max(moved) < 0.02, finger

@@ -1,0 +1,137 @@
+"""`aero-hil proxy` and `aero-hil emulate --fault` as a user starts them, and the proxy's order of bytes."""
+
+import contextlib
+import signal
+import subprocess
+import sys
+
+import pytest
+import serial
+
+from aero.clock import WallClock
+from hil.faults import Schedule, parse_fault
+from hil.faults.proxy import LinkProxy
+
+PATIENCE_S = 20.0
+ASK = bytes([0x22]).ljust(16, b"\0")
+
+
+@contextlib.contextmanager
+def started(*arguments, code=0, says="", stop=True):
+    """A command that serves a port; yields the path, and checks how it ends, by itself unless it is to be stopped."""
+    command = [sys.executable, "-m", "hil.cli", *map(str, arguments)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        try:
+            ready = process.stdout.readline().split(maxsplit=1)
+            assert ready[0] == "ready", process.communicate(timeout=PATIENCE_S)
+            yield ready[1].strip()
+        finally:
+            if stop:
+                process.send_signal(signal.SIGTERM)
+            _, errors = process.communicate(timeout=PATIENCE_S)
+        assert (process.returncode, says in errors) == (code, True), errors
+
+
+def asked(path, times=1):
+    with serial.Serial(path, timeout=PATIENCE_S) as port:
+        answers = []
+        for _ in range(times):
+            port.write(ASK)
+            answers.append(port.read(16))
+        return answers
+
+
+def test_a_proxy_passes_bytes_on_and_puts_faults_between(tmp_path):
+    link = tmp_path / "proxied"
+    with started("emulate") as hand, started("proxy", hand, "--link", link, "--fault", "reply_other_opcode=1") as path:
+        assert path == str(link)
+        answer = asked(path)[0]
+        assert (len(answer), answer[0] in {0x23, 0x24, 0x25}) == (16, True)
+    assert not link.is_symlink()
+
+
+def test_a_port_that_hangs_up_ends_the_proxy():
+    with (
+        started("emulate") as hand,
+        started("proxy", hand, "--fault", "link_hangs_up@0.2", stop=False) as path,
+        serial.Serial(path, timeout=PATIENCE_S) as port,
+        pytest.raises(OSError, match=r"Input/output error|returned no data"),
+    ):
+        ask_for_ever(port)
+
+
+def ask_for_ever(port):
+    while port.write(ASK):
+        port.read(16)
+
+
+def test_a_fault_that_never_fired_is_said_when_the_proxy_ends():
+    with (
+        started("emulate") as hand,
+        started("proxy", hand, "--fault", "boot_text@600", code=2, says="never fired") as path,
+    ):
+        assert asked(path)[0][0] == 0x22
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (("proxy", "/dev/ttyNoSuchHand"), 3, "no such port"),
+        (("proxy", "/dev/ttyNoSuchHand", "--fault", "gremlin"), 2, "no fault 'gremlin'"),
+        (("emulate", "--fault", "motor_weak:toe"), 2, "no channel 'toe'"),
+        (("emulate", "--fault", "motor_dead", "--fault", "motor_runaway"), 2, "cannot be combined"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_line(arguments, code, says):
+    command = [sys.executable, "-m", "hil.cli", *arguments]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+    assert (ended.returncode, says in ended.stderr, ended.stderr.count("\n")) == (code, True, 1), ended.stderr
+
+
+def test_an_emulated_hand_is_served_with_its_faults():
+    with started("emulate", "--fault", "reply_doubled=1") as path, serial.Serial(path, timeout=PATIENCE_S) as port:
+        port.write(ASK)
+        first = port.read(16)
+        assert port.read(16) == first
+
+
+def test_the_ids_of_a_fault_that_is_none_of_the_link_are_refused():
+    with pytest.raises(ValueError, match="a proxy has faults of the link only"):
+        LinkProxy(None, Schedule([parse_fault("motor_dead")]))
+
+
+class Echo:
+    """A port that answers what it is sent."""
+
+    name = "echo"
+
+    def __init__(self):
+        self.clock, self.held = WallClock(), b""
+
+    def write(self, data):
+        self.held += data
+
+    def read(self, size, timeout):
+        if not self.held:
+            self.clock.sleep_until(self.clock.now() + min(timeout, 0.005))
+        data, self.held = self.held[:size], self.held[size:]
+        return data
+
+
+def test_bytes_keep_their_order_through_delays(tmp_path):
+    proxy = LinkProxy(Echo(), Schedule([parse_fault("reply_delayed=20"), parse_fault("command_delayed=20")], seed=1))
+    sent = bytes(range(1, 200))
+    received = bytearray()
+    with contextlib.closing(proxy), serial.Serial(proxy.name, timeout=0) as port:
+        position = iter(range(0, len(sent), 7))
+
+        def enough():
+            at = next(position, None)
+            if at is not None:
+                port.write(sent[at : at + 7])
+            received.extend(port.read(64))
+            return len(received) >= len(sent)
+
+        proxy.run(enough)
+    assert bytes(received) == sent
