@@ -46,7 +46,7 @@ CMC_STOP_RAD = (0.88, 0.97)
 """Closed stop of CMC flexion, rad: homing finds it with the thumb abducted, and it then decides where the palm blocks
 the thumb without abduction: 55 to 61 % of 0.2.0's window, the recorded hand's 60.5 % included."""
 THENAR_M = (3e-3, 4.1e-3)
-"""Radius of the palm that the thumb meets, m: nothing to meet before the stop, to a little above the recorded hand's."""
+"""Radius of the palm that the thumb meets, m: nothing to meet before the stop, to just above the recorded one."""
 FINGER_SPRING_FACTOR = 1.3
 """Springs of a finger, open and closed together: the fingers of one hand differ by as much."""
 

@@ -1,0 +1,89 @@
+"""The dictionary explains a run by the fault whose readings are most like it, wherever it sits."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.channels import FINGERS, Channel
+from hil.diagnosis.dictionary import Entry, dictionary_text
+from hil.diagnosis.explain import distance, explain, telling
+from hil.diagnosis.signature import compressed, signature
+
+SLACK = Entry("slack", "cable_snapped:index=1", "finger", {"own/staircase/take_up": 2.5, "own/staircase/spring": -1.5})
+WEAK = Entry("weak", "motor_weak:index=0.8", "finger", {"own/excursion/closed_percent": -2.0})
+DEAF = Entry("deaf", "reply_lost=0.3", "", {"ended/LinkTimeoutError": 1.4})
+DICTIONARY = (SLACK, WEAK, DEAF)
+
+NAMES = st.sampled_from(["own/a", "own/b", "hand/c", "others/d"])
+SIGNATURES = st.dictionaries(NAMES, st.floats(-3, 3))
+
+
+def reading(channel, experiment, metric, excess):
+    return {(experiment, metric, channel.label): excess}
+
+
+@given(st.sampled_from(FINGERS))
+def test_a_fault_that_was_learned_on_one_finger_is_known_on_all(finger):
+    found = reading(finger, "staircase", "take_up", 11.0) | reading(finger, "staircase", "spring", -3.5)
+    first = explain(found, "", (), DICTIONARY)[0]
+    assert (first.cause, first.channel) == ("slack", finger)
+
+
+def test_a_fault_of_a_finger_is_not_looked_for_on_the_thumb():
+    found = reading(Channel.THUMB_FLEXOR, "staircase", "take_up", 11.0)
+    assert all(e.channel in (None, *FINGERS) for e in explain(found, "", (), DICTIONARY))
+
+
+@given(st.floats(-20, 20), st.sampled_from(list(Channel)))
+def test_probabilities_add_up_to_one(excess, channel):
+    ranked = explain(reading(channel, "staircase", "take_up", excess), "", ("replay",), DICTIONARY)
+    assert sum(e.probability for e in ranked) == pytest.approx(1.0)
+    assert [e.probability for e in ranked] == sorted((e.probability for e in ranked), reverse=True)
+
+
+def test_how_a_run_ended_is_evidence():
+    assert explain({}, "LinkTimeoutError", (), DICTIONARY)[0].cause == "deaf"
+
+
+def test_many_entries_of_one_cause_are_no_argument_for_it():
+    found = reading(Channel.INDEX, "excursion", "closed_percent", -6.4)
+    crowded = explain(found, "", (), (SLACK, WEAK, DEAF, *[SLACK] * 50))
+    assert crowded[0].probability == pytest.approx(explain(found, "", (), DICTIONARY)[0].probability)
+
+
+@given(SIGNATURES, SIGNATURES)
+def test_distance_is_symmetric_and_zero_only_for_the_same(one, other):
+    assert distance(one, other) == distance(other, one)
+    assert distance(one, one) == 0.0
+
+
+@given(st.floats(-1000, 1000))
+def test_compression_keeps_the_sign_and_the_order(excess):
+    assert compressed(excess) * excess >= 0.0
+    assert abs(compressed(excess)) <= abs(compressed(2 * excess))
+
+
+def test_a_signature_sees_the_own_channel_and_the_worst_of_the_others():
+    found = {
+        ("audit", "followed", "index"): -4.0,
+        ("audit", "followed", "ring"): 2.0,
+        ("audit", "followed", "pinky"): -9.0,
+        ("presence", "round_trip", "hand"): 3.0,
+    }
+    seen = signature(found, "", ["replay"], Channel.INDEX)
+    assert seen["own/audit/followed"] == compressed(-4.0)
+    assert seen["others/audit/followed"] == compressed(-9.0)
+    assert seen["hand/presence/round_trip"] == compressed(3.0)
+    assert "not run/replay" in seen
+
+
+def test_what_tells_two_causes_apart_is_what_was_not_yet_seen():
+    assert telling(SLACK.features, WEAK.features, {"own/staircase/take_up": 2.4}) == "own/excursion/closed_percent"
+    assert telling(SLACK.features, SLACK.features, SLACK.features) is None
+
+
+def test_a_dictionary_is_read_as_it_was_written():
+    import json  # noqa: PLC0415
+
+    table = json.loads(dictionary_text(DICTIONARY, {"trials": 3}))
+    assert [row["cause"] for row in table["entries"]] == ["slack", "weak", "deaf"]
