@@ -38,6 +38,24 @@ def test_emulating_needs_the_extra_emulate_only():
     assert "--link" in helped.stdout
 
 
+HEAVY = ("jinja2", "matplotlib", "mcap", "mujoco", "pandas", "rich", "scipy")
+"""What takes a tenth of a second and more to import, alone or together; NumPy comes with the driver."""
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("validate", "--help")])
+def test_help_imports_nothing_heavy(arguments):
+    shown = run(HEAVY, *arguments)
+    assert shown.returncode == 0, shown.stderr
+    assert shown.stdout.startswith("Usage:")
+
+
+def test_an_unknown_experiment_lists_those_there_are():
+    refused = run((), "validate", "--only", "nothing")
+    assert refused.returncode == 2
+    assert "'presence'" in refused.stderr
+    assert "'staircase'" in refused.stderr
+
+
 def test_validating_does_not_need_pytest():
-    program = "import sys, hil.cli.validate, hil.cli.record, hil.cli.calibrate; sys.exit('pytest' in sys.modules)"
+    program = "import sys, hil.cli.validation_run, hil.cli.record, hil.cli.calibrate; sys.exit('pytest' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

@@ -1,0 +1,120 @@
+"""What `aero-hil validate` does; apart from its options, because it loads a physics engine and a plotting library."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+import click
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from hil.cli.before_moving import before_moving
+from hil.cli.exits import Ended, Exit, ending, given
+from hil.cli.options import ChosenHand
+from hil.experiments import DEFAULT, EXPERIMENTS
+from hil.experiments.staircase.tracking import staircase_metrics
+from hil.judging.baseline import load
+from hil.judging.findings import failed
+from hil.judging.judged_run import Validation
+from hil.recordings.output import emptied, prepared_folder, run_folder
+from hil.report.page import table
+from hil.report.results import write_figures, write_results
+from hil.validation import validate as run_validation
+
+SHOWN = 3
+"""Causes that are told."""
+SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
+"""For a terminal of 80 columns."""
+
+
+def run(
+    hand: ChosenHand, names: Sequence[str], *, baseline: Path | None, homed: bool, dry_run: bool, out: Path | None
+) -> None:
+    """Validate the chosen hand, show the result and end the program with its exit code.
+
+    Args:
+        hand: what to open.
+        names: experiments to run; the default ones when empty.
+        baseline: folder of the hand's earlier figures.
+        homed: whether an emulated hand is homed first.
+        dry_run: read and show only.
+        out: folder of the results; one named by the time when None.
+    """
+    console = Console()
+    columns = (TextColumn("{task.description:28}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with given():
+        if baseline is not None:
+            load(baseline)
+        opening = hand.open(homed=homed)
+        folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
+        if folder is not None and (folder / "checks.json").exists():
+            console.print(f"the results in {folder} are replaced", highlight=False, markup=False)
+    with emptied(folder), opening as opened, Progress(*columns, console=console, transient=True) as bar:
+        if dry_run or opened.guard is not None:
+            console.print(before_moving(opened, _furthest(names or DEFAULT)))
+        if folder is None:
+            return
+        task = bar.add_task("opening", total=1.0)
+        result = run_validation(
+            opened,
+            names or DEFAULT,
+            baseline=baseline,
+            folder=folder,
+            progress=lambda done, doing: bar.update(task, completed=done, description=doing),
+            on_result=lambda so_far: write_figures(so_far, folder),
+        )
+    _print(console, result, folder)
+    write_results(result, folder)
+    _end(result, folder)
+
+
+def _end(result: Validation, folder: Path) -> NoReturn:
+    """Leave with the exit code of the run."""
+    if result.ended_by is None:
+        sys.exit(Exit.WITHIN_LIMITS if result.passed else Exit.OUT_OF_LIMITS)
+    if isinstance(result.ended_by, SystemExit):
+        click.echo(f"terminated; what was recorded is in {folder}", err=True)
+        raise result.ended_by
+    code, line = ending(result.ended_by)
+    raise Ended(f"{line}; what was recorded is in {folder}", code)
+
+
+def _furthest(names: Sequence[str]) -> Sequence[float]:
+    """Return how far each channel is sent at most, (7,) share of its window."""
+    return tuple(np.max([EXPERIMENTS[name].furthest for name in names], axis=0))
+
+
+def _print(console: Console, result: Validation, out: Path) -> None:
+    if result.measured("staircase") is not None:
+        console.print(_staircase_table(result))
+    for name, ran in result.results.items():
+        bad = len(failed(ran.findings))
+        verdict = f"[bold]{bad} of {len(ran.findings)} failed[/bold]" if bad else f"{len(ran.findings)} checks passed"
+        console.print(f"{name:10} {EXPERIMENTS[name].title}: {verdict}", highlight=False)
+    failures = failed(result.findings)
+    for finding in failures:
+        console.print(f"[bold]failed[/bold] {finding.sentence}. {finding.meaning} {finding.remedy}", highlight=False)
+    for explanation in result.explanations[:SHOWN]:
+        console.print(f"[bold]perhaps[/bold] {explanation.sentence} {explanation.next_look}", highlight=False)
+    verdict = f"{len(failures)} of {len(result.findings)} checks failed" if failures else "within limits"
+    console.print(
+        f"{verdict}; {result.hand_seconds:.0f} s of hand time in {result.wall_seconds:.1f} s; {out / 'report.html'}"
+    )
+
+
+def _staircase_table(result: Validation) -> Table:
+    rows = table(staircase_metrics(result.results["staircase"].recording))
+    title = "Simulator and hand on one staircase; mm, abduction in mrad, rise in ms"
+    shown = Table("Channel", title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
+    for cell in rows[0].cells:
+        shown.add_column(cell.short, justify="right")
+    for row in rows:
+        shown.add_row(SHORT_TITLES.get(row.title, row.title), *(c.ours for c in row.cells))
+        shown.add_row("  paper", *(cell.paper for cell in row.cells), style="dim")
+    return shown
