@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 FALSE_ALARMS = 0.004
 """Probability that a healthy hand fails a whole validation, that the limits are computed for."""
-TAIL = 0.1
+TAIL = 0.15
 """Share of the readings that the tail is fitted to."""
 LEAST_EXCESSES = 8
 """Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
@@ -70,26 +70,33 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
                 )
             )
             continue
-        for group in groups:
-            firmware = tuple(v for v in group.firmware if not check.firmware or v in check.firmware)
-            if firmware:
-                found.append(_limit(check, group, firmware, FALSE_ALARMS / sides))
+        versions = {v for group in groups for v in group.firmware if not check.firmware or v in check.firmware}
+        meant = [group for group in groups if versions.intersection(group.firmware)]
+        deviations = np.concatenate([_deviations(group, check) for group in meant])
+        # Each subject of a pool may accuse on its own, so they share the chance.
+        chance = FALSE_ALARMS / sides / len(check.subjects)
+        beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
+        for group in meant:
+            firmware = tuple(version for version in group.firmware if version in versions)
+            found.append(_limit(check, group, firmware, beyond, deviations.size))
     return tuple(found)
 
 
-def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], chance: float) -> Limit:
+def _deviations(group: Healthy, check: Check) -> Floats:
+    """Return the readings of a group less their median: what is left is alike in all versions of the firmware."""
+    values = _pooled(group.population, check)
+    return values - np.median(values) if values.size else values
+
+
+def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float], count: int) -> Limit:
+    """Return a limit from a group's median and how far readings of all groups go above and below theirs."""
     values = _pooled(group.population, check)
     if not values.size:
-        raise ValueError(
-            f"no healthy hand of firmware {', '.join(firmware)} measured {check.experiment} {check.metric}"
-        )
-    # Each subject of a pool may accuse on its own, so they share the chance.
-    share = chance / len(check.subjects)
+        raise ValueError(f"no healthy hand of firmware {firmware[-1]} measured {check.experiment} {check.metric}")
     held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
-    low, high = float(held.min()), float(held.max())
-    upper = max(upper_bound(values, share), high + check.floor)
-    lower = -max(upper_bound(-values, share), check.floor - low)
-    source = f"{values.size} readings of healthy hands"
+    low, high, median = float(held.min()), float(held.max()), float(np.median(values))
+    upper, lower = max(median + beyond[0], high + check.floor), min(median - beyond[1], low - check.floor)
+    source = f"{values.size} readings of healthy hands with such firmware, spread of {count}"
     if check.recorded:
         source += f"; {check.recorded_by}"
     return Limit(
