@@ -223,6 +223,8 @@ def _opener(config: pytest.Config, faults: Sequence[Fault] = ()) -> AbstractCont
             unit=option("--hil-unit"),
             seed=option("--hil-seed"),
             faults=faults,
+            # As an owner's hand has been; one with faults might not come through it.
+            homed=not faults and not option("--hil-still"),
         )
     except ValueError as error:
         raise pytest.UsageError(str(error)) from error

@@ -76,6 +76,7 @@ METRICS = (
             "degrees) are the difference between firmware 0.2.0 and the versions before it."
         ),
         "Check which firmware is on the board and name it. If it is the right one, home the hand and look at the palm.",
+        end_of_scale=100.0,
     ),
     Metric("stop_half_abducted", "% of the window", ("thumb_cmc_flexion",), "The same, half abducted."),
     Metric(
@@ -84,6 +85,7 @@ METRICS = (
         ("thumb_cmc_flexion",),
         "The abducted thumb does not meet its flexion stop where homing found it.",
         "Home the hand again; look for what the thumb meets, and for a cable that slips on its spool.",
+        end_of_scale=100.0,
     ),
     Metric(
         "dragged_by_cmc",

@@ -82,6 +82,7 @@ METRICS = (
             "it never met its end stop, so its cable is slack or pulls nothing."
         ),
         "Watch the finger close. Compare with its neighbours.",
+        end_of_scale=100.0,
     ),
     Metric(
         "closed_percent",
@@ -95,6 +96,7 @@ METRICS = (
             "Watch the thumb while this channel alone closes: it must swing over the palm, not curl. If it "
             "curls, swap the two cables back."
         ),
+        end_of_scale=100.0,
     ),
     Metric(
         "closed_percent",
@@ -108,6 +110,7 @@ METRICS = (
             "Watch the thumb while this channel alone closes: it must curl, not swing over the palm. If it "
             "swings, swap the two cables back."
         ),
+        end_of_scale=100.0,
     ),
     Metric(
         "stop_current",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +42,8 @@ class Metric:
     """What it usually means when it is off; what the number is, when it has no limit."""
     remedy: str = ""
     """What to do then; empty when it has no limit."""
+    end_of_scale: float = math.inf
+    """Reading at which the board clamps: what is really there may be anything beyond."""
 
 
 @dataclass(frozen=True)

@@ -62,12 +62,20 @@ class Limit:
         return f"{self.at_least:g} to {self.at_most:g} {unit}"
 
     def judge(self, metric: Metric, subject: str, value: float) -> Finding:
-        """Compare one value of a metric with the bound; a value that could not be measured (NaN) fails."""
+        """Compare one value of a metric with the bound.
+
+        A value that could not be measured (NaN) fails, and so does one at the end of its scale.
+        """
+        at_the_end = value >= metric.end_of_scale
+        if math.isnan(value):
+            measured = "not measurable"
+        else:
+            measured = f"{value:.4g} {metric.unit}" + (", at the end of the window" if at_the_end else "")
         return Finding(
             check=self.metric,
             subject=subject,
-            passed=self.at_least <= value <= self.at_most,
-            measured="not measurable" if math.isnan(value) else f"{value:.4g} {metric.unit}",
+            passed=self.at_least <= value <= self.at_most and not at_the_end,
+            measured=measured,
             expected=self.text(metric.unit),
             source=self.source,
             meaning=metric.meaning,
