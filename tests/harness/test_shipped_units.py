@@ -1,4 +1,4 @@
-"""The shipped units, homed as a physical hand is, pass a full staircase against their limits: the project's regression."""
+"""The shipped units, homed as physical hands are, pass a full staircase against their limits: the regression."""
 
 import pytest
 
