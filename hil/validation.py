@@ -12,7 +12,7 @@ from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.diagnosis.diagnose import diagnose
-from hil.experiments import DEFAULT, EXPERIMENTS, Experiment
+from hil.experiments import DEFAULT, EXPERIMENTS, WHOLE_RUN, Experiment, whole_run
 from hil.judging.baseline import load, regressions
 from hil.judging.explanation import Explanation
 from hil.judging.findings import Finding, failed
@@ -24,7 +24,7 @@ from hil.targets.target import PHYSICAL, Target
 from model.units import DEFAULT_LIMITS
 from model.units.naming import unit_named
 
-SESSION = "session"
+SESSION = WHOLE_RUN.name
 """Name in the header of the recording that holds every byte since the hand was opened."""
 STOPPING = (AeroError, SafetyStopError, OSError, FirmwareProgramError, KeyboardInterrupt, SystemExit)
 """What ends a run before its time, and leaves what was recorded."""
@@ -95,24 +95,27 @@ def validate(
         on_result(done)
         if experiment.gate and failed(results[name].findings):
             failed_gate = name
-    done = replace(done, session=session.finish(ended=done.ended_by is None))
+    whole = session.finish(ended=done.ended_by is None)
+    done = replace(done, session=whole, whole_run=_link_judged(whole, limits))
     return done if done.passed else replace(done, explanations=_explained(done, names, limits))
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     """Measure and judge recordings made earlier, by the limits of the hand in their headers.
 
-    The recording of a whole session, which `validate` writes too, has no figures of its own and is passed over.
+    The recording of a whole session, which `validate` writes too, tells about the link.
 
     Raises:
         ValueError: a recording is of no experiment of `EXPERIMENTS`, or its unit or its limits are unknown.
     """
     start = time.perf_counter()
     results: dict[str, Result] = {}
+    session: Result | None = None
     broken_off = tuple(r for r in recordings if not r.header.finished and r.header.experiment != SESSION)
     for recording in recordings:
         header = recording.header
         if header.experiment == SESSION:
+            session = _link_judged(recording, load_limits(_kind(header), header.firmware))
             continue
         if header.experiment not in EXPERIMENTS:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
@@ -124,11 +127,16 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     if broken_off:
         cut = "The recording ends before the experiment does."
         stopped = _broken_off(broken_off[0].header.experiment, "the recording", cut, "Run it again.")
-    done = Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off)
+    done = Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off, whole_run=session)
     if done.passed or not results:
         return done
     header = next(iter(results.values())).recording.header
     return replace(done, explanations=_explained(done, tuple(results), load_limits(_kind(header), header.firmware)))
+
+
+def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
+    measured = whole_run.measure(session)
+    return Result(session, measured, compare(WHOLE_RUN, measured, limits))
 
 
 def _kind(header: Header) -> str:
@@ -139,7 +147,7 @@ def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]
     """Return what may have caused a run's failures; nothing for one that a person broke off."""
     if isinstance(done.ended_by, (KeyboardInterrupt, SystemExit)):
         return ()
-    numbers = {name: result.measured for name, result in done.results.items() if result.measured}
+    numbers = done.numbers
     ended = "" if done.ended_by is None else type(done.ended_by).__name__
     return diagnose(numbers, limits, ended, [name for name in names if name not in numbers])
 

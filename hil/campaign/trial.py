@@ -91,10 +91,10 @@ def perform(trial: Trial) -> Outcome:
         stopped, ended = f"the hand does not answer: {error}", type(error).__name__
     return Outcome(
         trial,
-        {name: result.measured for name, result in done.results.items()},
+        done.numbers,
         tuple(
             f"{name}/{finding.check}/{finding.subject}"
-            for name, result in done.results.items()
+            for name, result in done.judged.items()
             for finding in failed(result.findings)
         ),
         stopped,

@@ -6,7 +6,8 @@ A new experiment is a new file; nothing else has to know it. Its limits stand in
 from importlib import import_module
 from pkgutil import iter_modules
 
-from hil.experiments.shared.experiment import Experiment, Measured, Metric
+from hil.experiments.shared.experiment import Experiment, Measured, Measuring, Metric, metric_of
+from hil.experiments.whole_run import WHOLE_RUN
 
 
 def _found() -> list[Experiment]:
@@ -21,4 +22,17 @@ EXPERIMENTS: dict[str, Experiment] = {
 DEFAULT = tuple(name for name, experiment in EXPERIMENTS.items() if experiment.by_default)
 """Run unless others are asked for."""
 
-__all__ = ["DEFAULT", "EXPERIMENTS", "Experiment", "Measured", "Metric"]
+JUDGED: dict[str, Measuring] = {**EXPERIMENTS, WHOLE_RUN.name: WHOLE_RUN}
+"""Everything that limits can be set on: the experiments, and the run as a whole."""
+
+__all__ = [
+    "DEFAULT",
+    "EXPERIMENTS",
+    "JUDGED",
+    "WHOLE_RUN",
+    "Experiment",
+    "Measured",
+    "Measuring",
+    "Metric",
+    "metric_of",
+]

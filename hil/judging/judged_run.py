@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hil.experiments import Measured
+from hil.experiments import WHOLE_RUN, Measured
 from hil.judging.explanation import Explanation
 from hil.judging.findings import Finding, failed
 from hil.recordings.recording import Recording
@@ -38,8 +38,20 @@ class Validation:
     """What ended the run before its time, None when it was not."""
     session: Recording | None = None
     """Every byte since the hand was opened, for an exact replay; None when judged from files."""
+    whole_run: Result | None = None
+    """What the bytes of the session say about the link; None when judged without them."""
     explanations: tuple[Explanation, ...] = ()
     """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+
+    @property
+    def numbers(self) -> Mapping[str, Measured]:
+        """What was measured: by experiment that could be measured, and `session` for the whole run."""
+        return {name: result.measured for name, result in self.judged.items() if result.measured}
+
+    @property
+    def judged(self) -> Mapping[str, Result]:
+        """Every experiment that ended, and `session`, the whole run."""
+        return dict(self.results) | ({} if self.whole_run is None else {WHOLE_RUN.name: self.whole_run})
 
     def measured(self, name: str) -> Result | None:
         """Return an experiment's result, None when it did not run or could not be measured."""
@@ -49,7 +61,7 @@ class Validation:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Every finding, and the reason for stopping if there is one."""
-        found = tuple(finding for result in self.results.values() for finding in result.findings) + self.regressions
+        found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
         return found if self.stopped is None else (self.stopped, *found)
 
     @property

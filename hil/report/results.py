@@ -76,9 +76,9 @@ def checks_json(validation: Validation) -> dict[str, object]:
         "measured": {
             name: {
                 subject: {metric: _jsonable(value) for metric, value in row.items()}
-                for subject, row in result.measured.items()
+                for subject, row in measured.items()
             }
-            for name, result in validation.results.items()
+            for name, measured in validation.numbers.items()
         },
         "findings": [dataclasses.asdict(finding) for finding in validation.findings],
         "sight": {check: dataclasses.asdict(sight) for check, sight in _sight(validation).items()},

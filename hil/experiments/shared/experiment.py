@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,6 +47,20 @@ class Metric:
     """Reading at which the board clamps: what is really there may be anything beyond."""
 
 
+class Measuring(Protocol):
+    """What is measured on a recording and judged."""
+
+    @property
+    def name(self) -> str:
+        """Name in files and in limits."""
+        ...
+
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """Everything that it measures."""
+        ...
+
+
 @dataclass(frozen=True)
 class Experiment:
     """One experiment: how to run it, what its recording says, and what that means."""
@@ -72,16 +87,17 @@ class Experiment:
     by_default: bool = True
     """Whether it runs without being asked for by name."""
 
-    def metric(self, name: str, subject: str) -> Metric:
-        """Return what is known of a number.
 
-        Raises:
-            KeyError: the experiment does not measure it on that subject.
-        """
-        for metric in self.metrics:
-            if metric.name == name and subject in metric.subjects:
-                return metric
-        raise KeyError(f"{self.name} does not measure {name} on {subject}")
+def metric_of(measuring: Measuring, name: str, subject: str) -> Metric:
+    """Return what is known of a number.
+
+    Raises:
+        KeyError: it is not measured on that subject.
+    """
+    for metric in measuring.metrics:
+        if metric.name == name and subject in metric.subjects:
+            return metric
+    raise KeyError(f"{measuring.name} does not measure {name} on {subject}")
 
 
 def record(

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields, replace
 from importlib import resources
 from typing import Any
 
-from hil.experiments import Experiment, Measured, Metric
+from hil.experiments import Measured, Measuring, Metric, metric_of
 from hil.experiments.shared.subjects import SUBJECTS
 from hil.judging.findings import Finding
 
@@ -118,16 +118,16 @@ def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, .
     return tuple(left)
 
 
-def compare(experiment: Experiment, measured: Measured, limits: tuple[Limit, ...]) -> tuple[Finding, ...]:
-    """Compare what one experiment measured, by subject and metric, with the limits for that experiment.
+def compare(measuring: Measuring, measured: Measured, limits: tuple[Limit, ...]) -> tuple[Finding, ...]:
+    """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
 
     Raises:
-        KeyError: a limit is set on something the experiment did not measure.
+        KeyError: a limit is set on something that was not measured.
     """
     return tuple(
-        limit.judge(experiment.metric(limit.metric, subject), subject, float(measured[subject][limit.metric]))
+        limit.judge(metric_of(measuring, limit.metric, subject), subject, float(measured[subject][limit.metric]))
         for limit in limits
-        if limit.experiment == experiment.name
+        if limit.experiment == measuring.name
         for subject in limit.subjects
     )
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.experiments import EXPERIMENTS
+from hil.experiments import EXPERIMENTS, JUDGED, metric_of
 from hil.judging.findings import failed
 from hil.judging.limits import SUBJECTS, compare, kinds, load_limits, parse_limit
 
@@ -18,7 +18,7 @@ TABLE = {
     "source": "paper",
 }
 
-TRACKING = EXPERIMENTS["staircase"].metric("tracking_rms", "index")
+TRACKING = metric_of(EXPERIMENTS["staircase"], "tracking_rms", "index")
 
 
 @given(st.floats(-10, 10), st.floats(0.01, 10), st.floats(-30, 30))
@@ -76,7 +76,7 @@ def test_the_shipped_limits_belong_to_an_experiment(kind):
         assert limit.subjects
         assert set(limit.subjects) <= set(SUBJECTS)
         for subject in limit.subjects:
-            metric = EXPERIMENTS[limit.experiment].metric(limit.metric, subject)
+            metric = metric_of(JUDGED[limit.experiment], limit.metric, subject)
             assert metric.meaning
             assert metric.remedy
 
