@@ -7,6 +7,7 @@ Leaves `codes`, `command_codes`, `currents` and `temperatures`.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
@@ -27,6 +28,12 @@ from hil.recordings.recorder import LENGTH_UNITS, Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
+Floats = NDArray[np.float64]
+
+MOVING = 0.02
+"""Part of the window from one reading to the next from which a channel moves."""
+REFRESHED_S = 0.015
+"""Time in which every firmware but `pre` has refreshed its readings, s."""
 HOLD_S = 0.9
 """Time at either end, s: a finger of firmware `pre` needs 0.7 s for its range."""
 
@@ -45,7 +52,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, by channel, where it stops alone and in the fist, and the current that holds it there."""
+    """Return where each channel stops alone and in the fist, under which current, and how many readings are stale."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)
     pull = closing_current(currents.values, recording.header.hand)
@@ -64,7 +71,22 @@ def measure(recording: Recording) -> Measured:
             "stop_current": float(last_before(currents.times, pull, step.end)[step.channel]),
             "fist_travel": scale * float(travel[1, step.channel] - travel[0, step.channel]),
         }
-    return found
+    return found | {"hand": {"stale_readings": 100.0 * stale(codes.times, codes.values)}}
+
+
+def stale(times: Floats, codes: Floats) -> float:
+    """Return the share of readings that repeat the one before although the channel moved before and after it.
+
+    Args:
+        times: (n,) float, s; readings closer than `REFRESHED_S` may repeat and do not count.
+        codes: (n, 7) float, readings.
+    """
+    steps = np.abs(np.diff(codes, axis=0)) / MAX_CODE
+    before, now, after = steps[:-2], steps[1:-1], steps[2:]
+    apart = (np.diff(times)[1:-1] > REFRESHED_S)[:, None]
+    on_its_way = (before > MOVING) & (after > MOVING) & apart
+    repeated = on_its_way & (now == 0)
+    return float(repeated.sum() / on_its_way.sum()) if on_its_way.any() else np.nan
 
 
 def _at(recording: Recording, t: float) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
@@ -111,6 +133,13 @@ METRICS = (
             "swings, swap the two cables back."
         ),
         end_of_scale=100.0,
+    ),
+    Metric(
+        "stale_readings",
+        "% of readings on the way",
+        subjects.HAND,
+        "Readings repeat although the channel moves: old replies are taken for new ones, or telemetry stands still.",
+        "Look for a hub, a network or another program between driver and hand, then for a servo that is silent.",
     ),
     Metric(
         "stop_current",
