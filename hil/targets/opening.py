@@ -109,6 +109,7 @@ class Request:
         """Return the target, with `more` in place of what was asked."""
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
         asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id, "capabilities": {}} | more
+        asked["faults"] = self.schedule.faults
         return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
 
