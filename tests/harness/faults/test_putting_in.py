@@ -82,6 +82,12 @@ def test_a_board_that_runs_what_is_declared_is_no_fault():
         session("board_runs_0.2.0")
 
 
+@pytest.mark.parametrize("text", ["host_stalls", "link_hangs_up"])
+def test_a_hand_behind_a_port_takes_no_faults_of_the_program(text):
+    with pytest.raises(ValueError, match="the program's end"):
+        open_target("pty", faults=[parse_fault(text)])
+
+
 def test_a_physical_port_takes_no_faults():
     with pytest.raises(ValueError, match="aero-hil proxy"):
         open_target("/dev/ttyNoSuchHand", faults=[parse_fault("reply_lost")])
