@@ -14,6 +14,7 @@ from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, emulation
 from hil.faults import Schedule, parse_fault
+from hil.faults.host import refuse_at_a_port
 from hil.targets.emulated_hand import build_emulated
 from model.units.naming import unit_named
 
@@ -47,6 +48,7 @@ def emulate(
         signal.signal(number, lambda caught, _frame: stopped.append(caught))
     with given():
         schedule = Schedule(map(parse_fault, faults), hand.seed)
+        refuse_at_a_port(schedule.faults)
         electronics, _ = build_emulated(
             unit_named(hand.unit),
             firmware=hand.firmware,

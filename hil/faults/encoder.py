@@ -63,6 +63,21 @@ class Encoder(ShaftLayer):
         self._error = self._read - true
 
 
+class Scaled(Encoder):
+    """An encoder whose counts stand for another angle, in speeds too."""
+
+    def __init__(self, behind: Plant, shaft: int, scale: float) -> None:
+        super().__init__(behind, shaft, lambda true, seconds: scale * true)
+        self._scale = scale
+
+    def speeds(self) -> Floats:
+        """Return what the encoders make of the speeds, (7,), rad/s."""
+        speeds = self.behind.speeds()
+        if self.active:
+            speeds[self.shaft] *= self._scale
+        return speeds
+
+
 class Frozen(Encoder):
     """An encoder that reads the same for ever; the loop pushes with a constant torque."""
 
@@ -178,7 +193,7 @@ KINDS = (
     Kind("encoder_play", "servo", ("D10",), "counts", (15, 40, 150), "backlash at a shaft", ALL, bounds=(0, 2048)),
 )
 EFFECTS: dict[str, Layered] = {
-    "encoder_scale": _encoder(lambda scale, _: lambda true, seconds: scale * true),
+    "encoder_scale": lambda plant, fault, unit, _: Scaled(plant, shaft_of(fault), fault.severity),
     "encoder_offset": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
     "encoder_slip": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
     "encoder_creep": _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),

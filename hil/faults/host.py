@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from random import Random
 
 from aero.clock import Clock
 from aero.transport import Transport
-from hil.faults.fault import Kind
+from hil.faults.fault import Fault, Kind
 
 STALL_SHARE = 0.02
 """Share of the writes before which a program is held up."""
 KINDS = (Kind("host_stalls", "host", ("E1", "E5"), "s", (0.02, 0.1, 0.5), "the program is held up now and then"),)
+
+AT_THE_PROGRAM = ("host_stalls", "link_hangs_up")
+"""Names of faults of the program's own end."""
+
+
+def refuse_at_a_port(faults: Iterable[Fault]) -> None:
+    """Refuse faults that a hand behind a port of its own cannot have.
+
+    Raises:
+        ValueError: one is of the program's end of the link.
+    """
+    for fault in faults:
+        if fault.name in AT_THE_PROGRAM:
+            raise ValueError(
+                f"{fault} sits at the program's end of the link, where a hand on a port of its own cannot put it; use "
+                "the target `emulated`, and for link_hangs_up `aero-hil proxy`"
+            )
 
 
 class Passing:

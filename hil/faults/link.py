@@ -95,11 +95,9 @@ class Stale:
 
     def __call__(self, data: bytes, share: float, random: Random, now: float) -> Pieces:
         """Return the reply, or the one before."""
-        old = self._last.get(data[0], data)
-        if random.random() < share:
-            return [(0.0, old)]
-        self._last[data[0]] = data
-        return [(0.0, data)]
+        if data[0] not in self._last or random.random() >= share:
+            self._last[data[0]] = data
+        return [(0.0, self._last[data[0]])]
 
 
 def _same(act: Act) -> Callable[[], Act]:

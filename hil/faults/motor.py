@@ -25,6 +25,19 @@ NEIGHBOUR = {
 ALIKE = "the fingers are alike, so every reading is that of a good hand; look which finger moves"
 
 
+def weaker(drive: Drive, lost: float) -> Drive:
+    """Return a drive with all torques less by the share `lost`."""
+    left = 1.0 - lost
+    return replace(
+        drive,
+        stiffness=left * drive.stiffness,
+        damping=left * drive.damping,
+        torque=left * drive.torque,
+        limit=left * drive.limit,
+        current_limit=left * drive.current_limit,
+    )
+
+
 class Motor(ShaftLayer):
     """A motor that makes something else of what it is asked for."""
 
@@ -35,6 +48,25 @@ class Motor(ShaftLayer):
     def changed(self, drive: Drive) -> Drive:
         """Return what the motor makes of it."""
         return self._change(drive)
+
+
+class Weak(ShaftLayer):
+    """A motor that gives less torque for its current, as with magnets that were hot."""
+
+    def __init__(self, behind: Plant, shaft: int, lost: float) -> None:
+        super().__init__(behind, shaft)
+        self._lost = lost
+
+    def changed(self, drive: Drive) -> Drive:
+        """Return the drive with less torque."""
+        return weaker(drive, self._lost)
+
+    def efforts(self) -> Floats:
+        """Return efforts, (7,), N m, that of the weak motor as its current tells it."""
+        efforts = self.behind.efforts()
+        if self.active:
+            efforts[self.shaft] /= 1.0 - self._lost
+        return efforts
 
 
 class Intermittent(ShaftLayer):
@@ -131,19 +163,6 @@ def shaft_of(fault: Fault) -> int:
     return int(fault.channel)
 
 
-def weaker(drive: Drive, lost: float) -> Drive:
-    """Return a drive with all torques less by the share `lost`."""
-    left = 1.0 - lost
-    return replace(
-        drive,
-        stiffness=left * drive.stiffness,
-        damping=left * drive.damping,
-        torque=left * drive.torque,
-        limit=left * drive.limit,
-        current_limit=left * drive.current_limit,
-    )
-
-
 def _runaway(drive: Drive, share: float, unit: Unit) -> Drive:
     torque = share * unit.servos.stall_torque
     return Drive(torque=torque, limit=torque)
@@ -153,7 +172,16 @@ KINDS = (
     Kind(
         "motor_dead", "servo", ("D2", "B12"), "", SWITCH, "a motor gets no current", ALL, bounds=ONCE, excludes="motor"
     ),
-    Kind("motor_weak", "servo", ("D3",), "of torque lost", (0.15, 0.4, 0.8), "a motor is weak", ALL, bounds=(0, 0.99)),
+    Kind(
+        "motor_weak",
+        "servo",
+        ("D3",),
+        "of torque lost",
+        (0.15, 0.4, 0.8),
+        "a motor gives little torque for its current",
+        ALL,
+        bounds=(0, 0.99),
+    ),
     Kind(
         "motor_intermittent",
         "servo",
@@ -214,7 +242,7 @@ KINDS = (
 )
 EFFECTS: dict[str, Layered] = {
     "motor_dead": _motor(lambda drive, severity, unit: UNPOWERED),
-    "motor_weak": _motor(lambda drive, lost, unit: weaker(drive, lost)),
+    "motor_weak": lambda plant, fault, unit, _: Weak(plant, shaft_of(fault), fault.severity),
     "motor_runaway": _motor(_runaway),
     "motor_intermittent": lambda plant, fault, unit, _: Intermittent(plant, shaft_of(fault), fault.severity),
     "winding_reversed": lambda plant, fault, unit, _: Reversed(plant, shaft_of(fault)),

@@ -176,4 +176,5 @@ class Recorder:
             command=command_line(),
             operator=operator(),
             hand_id=target.hand_id,
+            faults=" ".join(map(str, target.faults)),
         )

@@ -20,6 +20,7 @@ from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from firmware_emulator.hand import EmulatedHand
 from hil.faults.fault import Fault
+from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
 from hil.targets.emulated_hand import build_emulated, host_link
 from hil.targets.guarding import drive, ready_for_the_worst
@@ -86,6 +87,8 @@ def open_target(
         raise ValueError(
             f"faults are put into an emulated hand, not into {target!r}; see `aero-hil proxy` for its link"
         )
+    if target == "pty":
+        refuse_at_a_port(schedule.faults)
     program = Path(firmware_program) if firmware_program is not None else None
     request = Request(target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed, schedule)
     return kinds.get(target, _physical)(request)
@@ -115,6 +118,7 @@ class Request:
         """Return the target, with `more` in place of what was asked."""
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
         asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id, "capabilities": {}} | more
+        asked["faults"] = self.schedule.faults
         return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
 

@@ -15,6 +15,7 @@ from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.safety import GuardedHand, WatchedClock
+from hil.faults.fault import Fault
 from hil.targets.wire_log import WireLog
 from model.geometry import Side
 
@@ -53,6 +54,8 @@ class Target:
     """Everything that crossed the link since it was opened."""
     capabilities: Mapping[str, Any]
     """`ground_truth`: the plant (joint angles, cable tensions, slack); `electronics`: the emulated hand."""
+    faults: tuple[Fault, ...] = ()
+    """What was made wrong with an emulated hand."""
 
     def __repr__(self) -> str:
         """Return one line, for a failing test shows it."""
@@ -94,4 +97,5 @@ class Target:
         """Say in one line what this is."""
         individual = f" {self.hand_id}" if self.hand_id else ""
         which = "" if self.unit == PHYSICAL else f", unit {self.unit}, seed {self.seed}"
-        return f"{self.side} hand{individual} on {self.name}, firmware {self.firmware}{which}"
+        wrong = f", with {', '.join(map(str, self.faults))}" if self.faults else ""
+        return f"{self.side} hand{individual} on {self.name}, firmware {self.firmware}{which}{wrong}"

@@ -119,6 +119,23 @@ class Echo:
         return data
 
 
+class Cut(Echo):
+    """A port that is gone once something was sent."""
+
+    def read(self, size, timeout):
+        if self.held:
+            raise ConnectionError("cannot read from the cut port")
+        return super().read(size, timeout)
+
+
+def test_a_hand_that_is_unplugged_ends_the_proxy():
+    with contextlib.closing(LinkProxy(Cut(), Schedule())) as proxy, serial.Serial(proxy.name) as port:
+        port.write(ASK)
+        late = WallClock().now() + PATIENCE_S
+        with pytest.raises(ConnectionError, match="cut port"):
+            proxy.run(lambda: WallClock().now() > late)
+
+
 def test_bytes_keep_their_order_through_delays(tmp_path):
     proxy = LinkProxy(Echo(), Schedule([parse_fault("reply_delayed=20"), parse_fault("command_delayed=20")], seed=1))
     sent = bytes(range(1, 200))

@@ -5,6 +5,7 @@ import pytest
 
 from hil import open_target
 from hil.faults import FaultNeverFiredError, parse_fault
+from hil.recordings.recorder import Recorder
 
 
 def session(*texts, seconds=2.4, **options):
@@ -45,6 +46,18 @@ def test_a_fault_that_never_fired_fails_the_run(text):
         session(text, seconds=0.5)
 
 
+def test_target_and_recording_say_what_is_wrong(tmp_path):
+    with open_target(faults=[parse_fault("motor_weak:ring=0.4"), parse_fault("reply_stale=1")]) as target:
+        assert target.describe().endswith(", with motor_weak:ring=0.4, reply_stale=1.0")
+        recorder = Recorder(target, "excursion")
+        recorder.begin()
+        for code in (0, 30000):
+            target.hand.command_codes([code] * 7)
+            target.clock.sleep_until(target.clock.now() + 0.5)
+            assert max(target.hand.read_codes()) < 5000
+        assert recorder.finish().header.faults == "motor_weak:ring=0.4 reply_stale=1.0"
+
+
 def test_another_error_is_not_hidden_by_a_fault_that_never_fired():
     with pytest.raises(KeyError), open_target(faults=[parse_fault("motor_dead@60")]):
         raise KeyError
@@ -67,6 +80,12 @@ def test_what_cannot_be_combined_is_refused(texts):
 def test_a_board_that_runs_what_is_declared_is_no_fault():
     with pytest.raises(ValueError, match=r"runs 0\.2\.0 as declared"):
         session("board_runs_0.2.0")
+
+
+@pytest.mark.parametrize("text", ["host_stalls", "link_hangs_up"])
+def test_a_hand_behind_a_port_takes_no_faults_of_the_program(text):
+    with pytest.raises(ValueError, match="the program's end"):
+        open_target("pty", faults=[parse_fault(text)])
 
 
 def test_a_physical_port_takes_no_faults():

@@ -1,0 +1,89 @@
+"""What stands between servos and shafts, on a bench of seven bare shafts: one channel is changed, and only that one."""
+
+import numpy as np
+import pytest
+
+from aero import Channel
+from firmware_emulator.bench import Bench
+from firmware_emulator.plant import Drive
+from hil import open_target
+from hil.faults import Schedule, parse_fault
+from hil.faults.faulty_hand import LAYERS
+from model.units import load_unit
+
+UNIT = load_unit("ideal")
+GOALS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1)
+RING = Channel.RING
+
+
+def driven(text, seconds=1.0):
+    """Drive a bench to GOALS through the layer of a fault; return bench and layer."""
+    fault, bench = parse_fault(text), Bench()
+    layer = LAYERS[fault.name](bench, fault, UNIT, Schedule((), 1).random(fault))
+    layer.begin()
+    for shaft, goal in enumerate(GOALS):
+        layer.drive(shaft, Drive(setpoint=goal, stiffness=3.0, damping=0.05, limit=0.5))
+    for tick in range(1, round(seconds / 0.002) + 1):
+        layer.advance_to(tick * 0.002)
+    return bench, layer
+
+
+@pytest.mark.parametrize(
+    ("text", "angle"),
+    [
+        ("encoder_scale:ring=1.25", 0.7 / 1.25),
+        ("encoder_offset:ring=100", 0.7 - 100 * 2 * np.pi / 4096),
+        ("winding_reversed:ring", -0.7),
+        ("motor_dead:ring", 0.0),
+        ("encoder_quantised:ring=64", 0.7),
+        ("encoder_play:ring=40", 0.7 + 20 * 2 * np.pi / 4096),
+    ],
+)
+def test_the_servo_goes_by_what_it_reads(text, angle):
+    """The shaft stands where the wrong reading is the goal; the six others where they were sent."""
+    bench, layer = driven(text)
+    others = [channel for channel in Channel if channel is not RING]
+    assert bench.angles()[RING] == pytest.approx(angle, abs=0.05)
+    np.testing.assert_allclose(bench.angles()[others], np.array(GOALS)[others], atol=0.02)
+    np.testing.assert_allclose(layer.angles()[others], bench.angles()[others])
+    if "motor" not in text:
+        assert layer.angles()[RING] == pytest.approx(0.7, abs=0.1)
+
+
+def test_a_frozen_encoder_lets_the_shaft_run():
+    bench, layer = driven("encoder_frozen:ring")
+    assert bench.angles()[RING] > 3.0
+    assert (layer.angles()[RING], layer.speeds()[RING]) == (0.0, 0.0)
+
+
+def test_a_scaled_encoder_scales_speeds():
+    bench, layer = driven("encoder_scale:ring=2", seconds=0.05)
+    assert layer.speeds()[RING] == pytest.approx(2 * bench.speeds()[RING])
+
+
+def test_a_weak_motor_says_what_it_would_give():
+    bench, layer = driven("motor_weak:ring=0.5", seconds=0.02)
+    assert layer.efforts()[RING] == pytest.approx(2 * bench.efforts()[RING])
+
+
+def test_exchanged_cables_turn_each_others_shafts():
+    bench, layer = driven("thumb_cables_swapped")
+    np.testing.assert_allclose(bench.angles()[5:], [1.1, 1.0], atol=0.02)
+    np.testing.assert_allclose(layer.angles(), GOALS, atol=0.02)
+
+
+def test_a_sagging_supply_weakens_all_motors_while_they_draw():
+    sagging, _ = driven("supply_sags=0.9", seconds=0.15)
+    good, _ = driven("supply_sags=0", seconds=0.15)
+    assert np.all(sagging.angles() < good.angles() - 0.01)
+
+
+def test_answers_of_one_servo_are_spoiled_and_no_others():
+    def reported(*faults):
+        with open_target(seed=3, faults=faults) as target:
+            target.hand.command_codes([30000] * 7)
+            target.clock.sleep_until(target.clock.now() + 0.5)
+            return target.hand.read_codes().astype(int)
+
+    differ = reported(parse_fault("position_coarse:ring=1024")) - reported()
+    assert np.flatnonzero(differ).tolist() == [RING]
