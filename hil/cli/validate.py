@@ -16,7 +16,7 @@ from rich.table import Table
 
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import Ended, Exit, ending, given
-from hil.cli.options import ChosenHand, target
+from hil.cli.options import ChosenHand, NewFolder, target
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.baseline import load
@@ -47,7 +47,7 @@ SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb fl
 )
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path),
+    "--out", type=NewFolder(),
     help="Folder for the report, the metrics and the recordings; validation/DATE-AND-TIME if not given.",
 )  # fmt: skip
 def validate(
