@@ -24,7 +24,7 @@ from hil.policies.cube_trial import Trial
 from hil.policies.transmission_gap import ChannelGap
 from hil.recordings.output import prepared_folder, write_whole
 from train.evaluation.backends import in_plain_mujoco, on_built_hands, over_mjx
-from train.evaluation.figures import video
+from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log, task_of
 from train.task.grasp import NOMINAL_RESET
 
@@ -91,8 +91,8 @@ def evaluate(
     with given():
         policy = find_policy(policy_name)
         prepared_folder(out)
-        if with_video and find_spec("imageio") is None:
-            raise ValueError("--video needs the extra `train`")
+        if with_video:
+            check_video()
         if "mjx" in backends and find_spec("mujoco.mjx") is None:
             raise ValueError("--on mjx needs the extra `train`")
     results: dict[str, dict[str, dict[str, float]]] = {}

@@ -11,7 +11,7 @@ from rich.console import Console
 from hil.cli.exits import Ended, Exit, given
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.recordings.output import prepared_folder
-from train.evaluation.figures import video
+from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log
 from train.progress import PICTURE, Checkpoint
 from train.recipe import RECIPES, on_gpu
@@ -55,6 +55,8 @@ def train(
     """
     with given():
         prepared_folder(out)
+        if with_video:
+            check_video()
     try:
         from train import ppo  # noqa: PLC0415 - the extra is asked for where it is used
     except ImportError as error:
