@@ -123,16 +123,17 @@ def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
     size = sum(file.stat().st_size for file in files)
     if size > MAX_BYTES:
         raise CheckpointError(f"{path} has {size} bytes; a checkpoint of this task has about 1.5 million")
-    content = b"".join(file.read_bytes() for file in files)
     try:
+        content = b"".join(file.read_bytes() for file in files)
         normaliser, actor, *_ = _folder(path) if path.is_dir() else _Unpickler(io.BytesIO(content)).load()
         mean, std = (_state_part(statistics) for statistics in (normaliser.mean, normaliser.std))
         net = network(mean, std, actor["params"])
     except CheckpointError as error:
         raise CheckpointError(f"{path}: {error}") from error
-    except (pickle.UnpicklingError, EOFError, ValueError, TypeError, AttributeError, KeyError, IndexError) as error:
+    except Exception as error:  # of damaged bytes, the unpickler and what reads folders raise all there is
+        said = " ".join(str(error).split()) or type(error).__name__
         raise CheckpointError(
-            f"{path} is not a Brax PPO checkpoint of this task (normaliser, policy, value): {error}"
+            f"{path} is not a Brax PPO checkpoint of this task (normaliser, policy, value): {said}"
         ) from error
     provenance = {"source": path.name, "sha256": hashlib.sha256(content).hexdigest()}
     return Policy(name or path.stem, net, origin.settings, origin.shown_action, provenance=provenance)

@@ -7,16 +7,18 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
+from aero.npz import read_npz
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PolicySettings
 from aero.policy.task import ACTION_LAYOUT, OBSERVATION_LAYOUT, ShownAction
 
 FORMAT = "aero-hil policy"
 VERSION = 1
+LARGEST_BYTES = 64 * 2**20
+"""Of a policy, unpacked; the shipped ones have half a million."""
 FIXED: dict[str, Any] = {
     "format": FORMAT,
     "version": VERSION,
@@ -84,19 +86,16 @@ def load(path: Path) -> Policy:
             or weights that do not fit.
     """
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
+        arrays = read_npz(path, LARGEST_BYTES)
         header = json.loads(str(arrays.pop("header")))
-    except FileNotFoundError:
-        raise
-    except (OSError, ValueError, KeyError, EOFError, TypeError, BadZipFile) as error:
+    except (ValueError, KeyError, RecursionError) as error:
         raise PolicyFileError(
             f"{path} is not a policy file ({error}); turn a checkpoint into one with `aero-hil convert-policy`"
         ) from error
     _check_entries(path, header)
     try:
         return _policy(header, arrays)
-    except (TypeError, ValueError, KeyError) as error:
+    except (TypeError, ValueError, LookupError, AttributeError, OverflowError) as error:
         raise PolicyFileError(f"{path}: {error}") from error
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,7 @@ def contender(name: str, hand: HandSide) -> Contender:
     """
     if name in PROFILES:
         return Contender(name, hand, version=name)
-    if not Path(name).is_file():
+    if not (Path(name).is_file() and os.access(name, os.X_OK)):
         raise ValueError(f"{name!r} is neither a version ({', '.join(PROFILES)}) nor a program of `firmware build`")
     return Contender(Path(name).name, hand, program=Path(name))
 

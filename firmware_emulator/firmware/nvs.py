@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
+from tempfile import TemporaryFile
+
+LARGEST_BYTES = 2**20
+"""Of a file with state; a board's has some hundred."""
 
 
 class Nvs:
@@ -13,12 +18,10 @@ class Nvs:
         """Open the storage; with a path it is read from and written to that JSON file.
 
         Raises:
-            ValueError: the file is not a JSON object of integers.
+            ValueError: the file is not a JSON object of integers, or there is no folder to keep one in.
         """
         self._path = path
-        self._values: dict[str, int] = {}
-        if path is not None and path.exists():
-            self._values = _checked(path)
+        self._values: dict[str, int] = _stored(path) if path is not None else {}
 
     def extend(self, channel: int, baseline: int) -> int:
         """Return a channel's stored extend value (counts), the baseline when there is none in 0..4095."""
@@ -46,15 +49,28 @@ class Nvs:
     def _write(self) -> None:
         if self._path is not None:
             # Replaced as a whole, so that a crash leaves the old values and never half a file.
-            draft = self._path.with_name(self._path.name + ".new")
-            draft.write_text(json.dumps(self._values, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+            draft = self._path.with_name(f".{self._path.name}.{os.getpid()}")
+            draft.unlink(missing_ok=True)
+            with draft.open("x", encoding="utf-8") as stream:  # never through a link that waits there
+                stream.write(json.dumps(self._values, indent=1, sort_keys=True) + "\n")
             draft.replace(self._path)
 
 
-def _checked(path: Path) -> dict[str, int]:
+def _stored(path: Path) -> dict[str, int]:
+    """Return what a file holds, nothing when there is none yet."""
+    if path.name and not (path.is_symlink() or path.exists()):
+        try:
+            with TemporaryFile(dir=path.parent):
+                return {}
+        except OSError as error:
+            raise ValueError(f"the state of an emulated hand cannot be kept in {path}: {error}") from error
+    if not path.is_file():
+        raise ValueError(f"{path} is not the state of an emulated hand: not a regular file")
     try:
+        if path.stat().st_size > LARGEST_BYTES:
+            raise ValueError(f"larger than {LARGEST_BYTES} bytes")
         values = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise ValueError(f"{path} is not the state of an emulated hand: {error}; delete it to start afresh") from error
     if not isinstance(values, dict) or not all(type(value) is int for value in values.values()):
         raise ValueError(f"{path} must hold an object of integers such as {{'ext0': 2048}}; delete it to start afresh")

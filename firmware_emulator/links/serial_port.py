@@ -20,9 +20,12 @@ class SerialPort:
         """Open a port (device path or pyserial URL) at 1 Mbit/s.
 
         Raises:
-            serial.SerialException: it cannot be opened.
+            serial.SerialException: it cannot be opened; the message names it.
         """
-        self._port = serial.serial_for_url(port, BAUD, timeout=0, write_timeout=0.1)
+        try:
+            self._port = serial.serial_for_url(port, BAUD, timeout=0, write_timeout=0.1)
+        except (OSError, ValueError) as error:
+            raise serial.SerialException(f"cannot open the servo bus port {port!r}: {error}") from error
 
     @property
     def name(self) -> str:

@@ -86,7 +86,7 @@ class Terminal:
 
 
 def _point(link: Path, target: str) -> None:
-    if link.is_symlink() and not _is_served(str(link.readlink()), target):
+    if link.is_symlink() and str(link.readlink()).startswith("/dev/") and not _is_served(str(link.readlink()), target):
         link.unlink()
     if link.exists() or link.is_symlink():
         raise FileExistsError(f"{link} exists already; stop what serves it, or remove it, or choose another path")

@@ -11,7 +11,9 @@ from rich.console import Console
 from rich.table import Table
 
 from aero.channels import Channel
-from hil.cli.options import FIRMWARE
+from hil.cli.exits import given
+from hil.cli.options import FIRMWARE, NewFolder
+from hil.recordings.output import prepared_file, prepared_folder, write_whole
 from hil.system_identification.calibration import Calibration, calibrate, held_out_rms
 from hil.system_identification.search import pooled_rms
 from hil.system_identification.trace import load_trace
@@ -25,9 +27,9 @@ from model.units.naming import unit_named
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Unit file to write.")
 @click.option("--start", default="reference", show_default=True, help="Unit to start from, or a .toml.")
 @click.option("--firmware", type=click.Choice(FIRMWARE), help="Of the hand; what the recordings say if not given.")
-@click.option("--plots", type=click.Path(file_okay=False, path_type=Path), help="Folder for predicted and recorded.")
+@click.option("--plots", type=NewFolder(), help="Folder for predicted and recorded.")
 @click.option("--yardstick", is_flag=True, help="Also search and score a plain P-and-damping model, minutes more.")
-@click.option("--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default=True, help="Processes.")
+@click.option("--jobs", type=click.IntRange(1, 1000), default=os.cpu_count() or 1, show_default=True, help="Processes.")
 def calibrate_command(
     *,
     recordings: tuple[Path, ...],
@@ -43,25 +45,25 @@ def calibrate_command(
     Prints the fit by channel and what it is worth on recordings it has not seen.
     """
     console = Console()
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
+    with given():
+        unit = unit_named(start)
+        prepared_file(out)
+        if plots is not None:
+            prepared_folder(plots)
+        traces = [load_trace(path) for path in recordings]
+    with given():
         result = calibrate(
-            [load_trace(path) for path in recordings],
-            unit_named(start),
+            traces,
+            unit,
             firmware=firmware,
             jobs=jobs,
             yardstick=yardstick,
             report=lambda line: console.print(line, style="dim"),
         )
-        out.write_text(
-            unit_toml(result.unit, f"Fitted to {len(recordings)} recordings", result.fitted), encoding="utf-8"
-        )
-        if plots is not None:
-            plots.mkdir(parents=True, exist_ok=True)
-            for trace, prediction in zip(result.traces, result.predictions, strict=True):
-                (plots / f"{trace.name}.svg").write_text(trace_svg(trace, prediction), encoding="utf-8")
-    except (KeyError, ValueError, OSError) as error:
-        raise click.UsageError(str(error)) from error
+    write_whole(out, unit_toml(result.unit, f"Fitted to {len(recordings)} recordings", result.fitted))
+    if plots is not None:
+        for trace, prediction in zip(result.traces, result.predictions, strict=True):
+            write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
     _print(console, result, out)
 
 

@@ -15,7 +15,9 @@ from hil.recordings.output import prepared_file
 
 @click.command()
 @target
-@click.option("--cycles", type=click.IntRange(min=2), required=True, help="Cycles the log shall hold in the end.")
+@click.option(
+    "--cycles", type=click.IntRange(2, 1_000_000), required=True, help="Cycles the log shall hold in the end."
+)
 @click.option(
     "--log", type=click.Path(dir_okay=False, path_type=Path), default=Path("endurance.jsonl"), show_default=True,
     help="One line a cycle; an existing log is continued.",

@@ -18,17 +18,19 @@ from aero.policy.task import CHANNELS
 from aero.safety import unwinding
 from hil.cli.evaluation_tables import print_figures, print_gaps
 from hil.cli.exits import given
-from hil.cli.options import Seconds
+from hil.cli.options import SEED, NewFolder, Seconds
 from hil.policies.byte_evaluation import cases, figures, open_loop_gaps, run_trials
 from hil.policies.cube_trial import Trial
 from hil.policies.transmission_gap import ChannelGap
-from hil.recordings.output import prepared_folder
+from hil.recordings.output import prepared_folder, write_whole
 from train.evaluation.backends import in_plain_mujoco, on_built_hands, over_mjx
-from train.evaluation.figures import video
+from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log, task_of
 from train.task.grasp import NOMINAL_RESET
 
 BACKENDS = ("mujoco", "mjx", "built", "bytes")
+MOST = 1_000_000
+"""Episodes, trials or hands that one may ask for."""
 WIDTH = 120
 """Columns where no terminal says how many there are: for a name and the figures beside it."""
 
@@ -42,26 +44,30 @@ WIDTH = 120
 )  # fmt: skip
 @click.option(
     "--episodes",
-    type=click.IntRange(min=1),
+    type=click.IntRange(1, MOST),
     default=100,
     show_default=True,
     help="Episodes of each condition in simulation.",
 )
 @click.option(
-    "--trials", type=click.IntRange(min=1), default=10, show_default=True, help="Trials of each hand through the bytes."
+    "--trials",
+    type=click.IntRange(1, MOST),
+    default=10,
+    show_default=True,
+    help="Trials of each hand through the bytes.",
 )
 @click.option(
     "--units",
-    type=click.IntRange(min=0),
+    type=click.IntRange(0, MOST),
     default=5,
     show_default=True,
     help="Random hands that share one set of trials.",
 )
 @click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of an episode.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything that is drawn.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of everything that is drawn.")
 @click.option("--video", "with_video", is_flag=True, help="Render one episode.")
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), default=Path("evaluation"), show_default=True,
+    "--out", type=NewFolder(), default=Path("evaluation"), show_default=True,
     help="Folder for evaluation.json, delay.png and policy.mp4.",
 )  # fmt: skip
 def evaluate(
@@ -85,8 +91,8 @@ def evaluate(
     with given():
         policy = find_policy(policy_name)
         prepared_folder(out)
-        if with_video and find_spec("imageio") is None:
-            raise ValueError("--video needs the extra `train`")
+        if with_video:
+            check_video()
         if "mjx" in backends and find_spec("mujoco.mjx") is None:
             raise ValueError("--on mjx needs the extra `train`")
     results: dict[str, dict[str, dict[str, float]]] = {}
@@ -114,7 +120,7 @@ def evaluate(
         if made_trials:
             results["every byte"] = figures(made_trials)
         report = {"policy": policy.name, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
-        (out / "evaluation.json").write_text(json.dumps(report, indent=1))
+        write_whole(out / "evaluation.json", json.dumps(report, indent=1))
         for backend, rows in results.items():
             print_figures(console, backend, rows)
     if gaps:

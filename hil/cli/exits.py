@@ -5,6 +5,7 @@ A broken tool must never look like a broken hand, so every ending has a code of 
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator
@@ -60,6 +61,10 @@ def given() -> Iterator[None]:
 
 def ending(error: BaseException) -> tuple[int, str]:
     """Return the exit code of an exception that reached the command line, and the line that is said."""
+    if _of_drawing(error):
+        named = os.environ.get("MUJOCO_GL", "")
+        said = f"MUJOCO_GL={named}: MuJoCo cannot load this OpenGL here ({type(error).__name__}: {error})"
+        return Exit.USAGE, f"{said}; unset it, or set it to `egl` where there is no display"
     from aero.errors import AeroError  # noqa: PLC0415 - help is quick
     from aero.safety import SafetyStopError  # noqa: PLC0415
     from firmware_emulator.native.program import FirmwareProgramError  # noqa: PLC0415
@@ -79,6 +84,12 @@ def ending(error: BaseException) -> tuple[int, str]:
         if isinstance(error, kinds):
             return code, str(error)
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
+
+
+def _of_drawing(error: BaseException) -> bool:
+    """Return whether MuJoCo has failed where it loads the OpenGL that `MUJOCO_GL` names, on being imported."""
+    modules = [frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_tb(error.__traceback__)]
+    return any(name.startswith("mujoco.") and name.endswith("gl_context") for name in modules)
 
 
 def run(command: Callable[[], Any]) -> None:

@@ -14,7 +14,9 @@ from firmware_emulator.compare.sessions import MAKERS, sessions
 from firmware_emulator.native.build import build
 from firmware_emulator.native.compilers import FirmwareBuildError
 from firmware_emulator.native.program import FirmwareProgramError
-from hil.cli.exits import Ended, Exit
+from hil.cli.exits import Ended, Exit, given
+from hil.cli.options import SEED
+from hil.recordings.output import prepared_file
 
 
 @click.group()
@@ -48,6 +50,8 @@ def build_command(
 
     Needs a compiler whose `long` has 32 bits: g++ with its 32-bit libraries, or the extra `firmware`.
     """
+    with given():
+        prepared_file(out)
     sanitizers = [name.strip() for name in sanitize.split(",") if name.strip()]
     try:
         compiler = build(
@@ -66,8 +70,10 @@ def build_command(
 @click.argument("first")
 @click.argument("second")
 @click.option("--hand", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side of both.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the sessions.")
-@click.option("--seeds", type=click.IntRange(1), default=1, show_default=True, help="How many seeds, from that one on.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of the sessions.")
+@click.option(
+    "--seeds", type=click.IntRange(1, 1_000_000), default=1, show_default=True, help="How many seeds, from that one on."
+)
 @click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Only these sessions; may be repeated.")
 def compare_command(
     *, first: str, second: str, hand: Literal["right", "left"], seed: int, seeds: int, only: tuple[str, ...]
@@ -89,7 +95,7 @@ def compare_command(
                 try:
                     outcome = compare(session, *contenders)
                 except FirmwareProgramError as error:
-                    raise click.ClickException(f"seed {number}, {session.name}: {error}") from error
+                    raise Ended(f"seed {number}, {session.name}: {error}", Exit.FIRMWARE) from error
                 frames, packets = frames + session.frames, packets + outcome.packets
                 seconds += outcome.hand_seconds
                 if outcome.difference is None:

@@ -10,11 +10,12 @@ from rich.console import Console
 from rich.table import Table
 
 from hil.cli.exits import given
+from hil.cli.options import NewFolder
 from hil.map_identification.figure import draw_thumb_figure
 from hil.map_identification.files import coefficient_toml, report, table
 from hil.map_identification.identify import identify
 from hil.map_identification.radii import flexor_radius, two_pose_radii
-from hil.recordings.output import prepared_folder
+from hil.recordings.output import prepared_folder, write_whole
 from model import RoutedHand
 from model.geometry import Side
 
@@ -25,7 +26,7 @@ from model.geometry import Side
     "--out",
     default="identification",
     show_default=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=NewFolder(),
     help="Folder for coefficients.toml, report.json and thumb.svg.",
 )
 @click.option("--figure", default="svg", show_default=True, type=click.Choice(["svg", "png", "pdf"]))
@@ -40,8 +41,8 @@ def identify_command(*, hand: Side, out: Path, figure: str) -> None:
         prepared_folder(out)
     result = identify(RoutedHand(hand), lambda step: console.print(step, style="dim"))
     radii = {"two_pose_m_per_rad": two_pose_radii(hand).tolist(), "flexor_m_per_rad": flexor_radius(hand)}
-    (out / "coefficients.toml").write_text(coefficient_toml(result, hand), encoding="utf-8")
-    (out / "report.json").write_text(json.dumps({**report(result), "radii": radii}, indent=2), encoding="utf-8")
+    write_whole(out / "coefficients.toml", coefficient_toml(result, hand))
+    write_whole(out / "report.json", json.dumps({**report(result), "radii": radii}, indent=2))
     draw_thumb_figure(result, out / f"thumb.{figure}")
     shown = Table("", "identified", "paper", "difference")
     for row in table(result):

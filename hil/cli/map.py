@@ -47,7 +47,7 @@ def map_command(
     """  # noqa: D301 - the backspace tells Click to keep the paragraph as it is
     with given():
         codec = ActuationMap.for_firmware(firmware, calibration, hand=hand, coefficients=coefficients)
-        values = _read(posture.read(), source)
+        values = _read(posture, source)
         result = convert(codec, values, source, target, saturate=saturate)
     representation = REPRESENTATIONS[target]
     names = REPRESENTATIONS["codes"].labels
@@ -66,13 +66,16 @@ def map_command(
     )
 
 
-def _read(text: str, source: str) -> list[float]:
+def _read(posture: TextIO, source: str) -> list[float]:
     """Return the values of a posture in the order of its representation.
 
     Raises:
         ValueError: no JSON, another representation, or names that are missing or unknown.
     """
-    data: Any = json.loads(text)
+    try:
+        data: Any = json.load(posture)
+    except (OSError, ValueError, RecursionError) as error:
+        raise ValueError(f"{posture.name} is no posture in JSON: {error}") from error
     if isinstance(data, dict) and "representation" in data:
         if data["representation"] != source:
             raise ValueError(f"the input says that it is {data['representation']!r}, not {source!r}")

@@ -69,6 +69,34 @@ def _unwound(opening: AbstractContextManager[Target]) -> Iterator[Target]:
         yield opened
 
 
+SEED = click.IntRange(0, 2**32 - 1)
+"""What NumPy, JAX and the firmware sessions all take as a seed."""
+
+
+class Finite(click.FloatRange):
+    """A number in a range; click's own lets NaN through."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number, or say what is expected."""
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is no finite number", param, ctx)
+        return number
+
+
+class NewFolder(click.Path):
+    """A folder to write into, there or not; an empty name is a mistake and not the present folder."""
+
+    def __init__(self) -> None:
+        super().__init__(file_okay=False, path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path, or say what is expected."""
+        if not str(value):
+            self.fail("the name is empty; give a folder", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
     """A finite time, s, from `least` on, or above zero when `least` is None."""
 
@@ -112,15 +140,12 @@ def emulation(command: Command) -> Command:
             "--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side."
         ),
         click.option(
-            "--unit",
-            default="reference",
-            show_default=True,
-            help="Unit: a name, plausible:SEED, or a .toml.",
+            "--unit", default="reference", show_default=True, help="Unit: a name, plausible:SEED, or a .toml."
         ),
-        click.option("--seed", type=int, default=0, show_default=True, help="Seed of the emulated hand's noise."),
+        click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the emulated hand's noise."),
         click.option(
             "--firmware-program",
-            type=click.Path(exists=True, dir_okay=False, path_type=Path),
+            type=click.Path(exists=True, dir_okay=False, executable=True, path_type=Path),
             help="What `aero-hil firmware build` made, on the emulated board; --firmware says what it was made from.",
         ),
     )

@@ -11,7 +11,7 @@ from rich.progress import Progress
 from aero.channels import Channel
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import given
-from hil.cli.options import ChosenHand, target
+from hil.cli.options import ChosenHand, Finite, target
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 from hil.system_identification.excitation import MOTIONS, REACH, excitation
@@ -23,7 +23,13 @@ LABELS = tuple(channel.label for channel in Channel)
 @click.command("record")
 @target
 @click.option("--excite", type=click.Choice([*MOTIONS, "all"]), default="all", show_default=True, help="What to play.")
-@click.option("--scale", type=float, default=0.5, show_default=True, help="Share of the safe reach, up to 1.")
+@click.option(
+    "--scale",
+    type=Finite(0.0, 1.0, min_open=True),
+    default=0.5,
+    show_default=True,
+    help="Share of the safe reach, up to 1.",
+)
 @click.option("--channel", "channels", multiple=True, type=click.Choice(LABELS), help="Only this one; repeatable.")
 @click.option("--dry-run", is_flag=True, help="Read the hand, show what would move, and stop there.")
 @click.option(

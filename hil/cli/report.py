@@ -9,7 +9,7 @@ import click
 
 from hil.cli.exits import given
 from hil.cli.reading import RECORDING, read
-from hil.recordings.output import prepared_file
+from hil.recordings.output import prepared_file, write_whole
 from hil.report.page import render_report
 from hil.validation import judge_recordings
 
@@ -23,6 +23,6 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
         prepared_file(out)
         judged = judge_recordings([read(path) for path in recordings])
         page = render_report(judged)
-    out.write_text(page, encoding="utf-8")
+    write_whole(out, page)
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(0 if judged.passed else 1)

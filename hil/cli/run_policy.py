@@ -19,7 +19,7 @@ from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import Thresholds
 from hil.cli.exits import Exit, given
-from hil.cli.options import ChosenHand, Seconds, target
+from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
@@ -50,7 +50,7 @@ MOST_A = 4.5
     help="Unit of this hand, from `aero-hil calibrate` or shipped: its cables are corrected for.",
 )  # fmt: skip
 @click.option(
-    "--max-current", type=click.FloatRange(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
+    "--max-current", type=Finite(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
     show_default=True, help="Current of a motor at which the hand is stopped, A.",
 )  # fmt: skip
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
@@ -87,7 +87,7 @@ def run_policy(
             dry=dry_run,
             one_period_late=late,
         )
-        if twin:
+        if twin is not None:
             found = correction(unit_named(twin), settings.settings or policy.settings)
             settings = replace(settings, correction=tuple(found.tolist()))
         if record is not None:

@@ -8,8 +8,10 @@ from typing import Literal
 import click
 from rich.console import Console
 
-from hil.cli.exits import Ended, Exit
-from train.evaluation.figures import video
+from hil.cli.exits import Ended, Exit, given
+from hil.cli.options import SEED, Finite, NewFolder
+from hil.recordings.output import prepared_folder
+from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log
 from train.progress import PICTURE, Checkpoint
 from train.recipe import RECIPES, on_gpu
@@ -23,13 +25,17 @@ EPISODE_S = 15.0
     "--backend", type=click.Choice(["native", "mjx"]),
     help="Physics: `native` on all cores, `mjx` on GPUs; by default what this machine has.",
 )  # fmt: skip
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything that is drawn.")
-@click.option("--minutes", type=float, help="Wall time, restarts included; without it the recipe's steps decide.")
-@click.option("--steps", type=int, help="Environment steps instead of the recipe's.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of everything that is drawn.")
+@click.option(
+    "--minutes",
+    type=Finite(0.0, min_open=True),
+    help="Wall time, restarts included; without it the recipe's steps decide.",
+)
+@click.option("--steps", type=click.IntRange(1, 10**12), help="Environment steps instead of the recipe's.")
 @click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
 @click.option("--video", "with_video", is_flag=True, help="Render an episode of the best checkpoint at the end.")
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), default=Path("training"), show_default=True,
+    "--out", type=NewFolder(), default=Path("training"), show_default=True,
     help="Folder for the policy, the curve and the checkpoint.",
 )  # fmt: skip
 def train(
@@ -47,6 +53,10 @@ def train(
 
     The best checkpoint, by true rotation and survival, is written to the folder as it comes; Ctrl-C keeps it.
     """
+    with given():
+        prepared_folder(out)
+        if with_video:
+            check_video()
     try:
         from train import ppo  # noqa: PLC0415 - the extra is asked for where it is used
     except ImportError as error:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from hil.cli.options import ChosenHand, target
+from hil.cli.options import ChosenHand, NewFolder, target
 
 
 class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
@@ -42,7 +42,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 )  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path),
+    "--out", type=NewFolder(),
     help="Folder for the report, the metrics and the recordings; validation/DATE-AND-TIME if not given.",
 )  # fmt: skip
 def validate(

@@ -19,6 +19,8 @@ from hil.experiments.shared.experiment import SAMPLE_S, Measured
 from hil.recordings.recorder import Progress, silent
 from hil.targets.target import Target
 
+LONGEST_LINE = 4096
+"""Characters of a line of the log; a cycle has some 600."""
 HALF_S = 0.9
 """Time to close, and to open again, s."""
 ENDS = 0.1
@@ -47,16 +49,23 @@ def read_cycles(log: Path) -> list[Cycle]:
     """
     if not log.exists():
         return []
-    cycles = []
-    for number, line in enumerate(log.read_text(encoding="utf-8").splitlines(), 1):
-        try:
-            cycle = Cycle(**json.loads(line))
-            if any(len(values) != len(Channel) for values in asdict(cycle).values()):
-                raise ValueError(f"each list needs {len(Channel)} values")
-            cycles.append(cycle)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"{log}, line {number}, is no endurance cycle: {error}") from error
+    cycles, number = [], 0
+    try:
+        with log.open(encoding="utf-8") as stream:
+            while line := stream.readline(LONGEST_LINE):
+                number += 1
+                cycles.append(_read_cycle(line))
+    except (OSError, TypeError, ValueError, RecursionError) as error:
+        raise ValueError(f"{log}, line {max(number, 1)}, is no endurance cycle: {error}") from error
     return cycles
+
+
+def _read_cycle(line: str) -> Cycle:
+    cycle = Cycle(**json.loads(line))
+    values = [value for row in asdict(cycle).values() for value in row]
+    if any(len(row) != len(Channel) for row in asdict(cycle).values()) or not np.isfinite(values).all():
+        raise ValueError(f"each list needs {len(Channel)} finite numbers")
+    return cycle
 
 
 def run_endurance(target: Target, cycles: int, log: Path, *, progress: Progress = silent) -> list[Cycle]:

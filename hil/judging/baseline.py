@@ -27,6 +27,8 @@ class Tolerance:
     """What growth usually means."""
 
 
+LARGEST_BYTES = 16 * 2**20
+"""Of the figures of a run, which have some ten thousand."""
 TOLERANCES = (
     Tolerance("staircase", "worst_percent", 1.0, 0.3, "% of range", "It tracks worse: slack, friction or a zero."),
     Tolerance("staircase", "rise_hand_ms", 15.0, 0.2, "ms", "The servo has become slower: friction, supply, heat."),
@@ -60,12 +62,27 @@ def load(baseline: Path) -> Mapping[str, Measured]:
     Raises:
         ValueError: the folder is no baseline.
     """
+    path = baseline / "checks.json"
     try:
-        checks = json.loads((baseline / "checks.json").read_text(encoding="utf-8"))
-        measured: Mapping[str, Measured] = checks["measured"]
-    except (OSError, KeyError, json.JSONDecodeError) as error:
+        if path.stat().st_size > LARGEST_BYTES:
+            raise ValueError(f"checks.json is larger than {LARGEST_BYTES} bytes")
+        checks = json.loads(path.read_text(encoding="utf-8"))
+        return {
+            experiment: {
+                subject: {metric: value for metric, value in row.items() if _is_figure(metric, value)}
+                for subject, row in rows.items()
+            }
+            for experiment, rows in checks["measured"].items()
+        }
+    except (OSError, LookupError, TypeError, AttributeError, ValueError, RecursionError) as error:
         raise ValueError(f"{baseline} is no baseline of `aero-hil baseline`: {error}") from error
-    return measured
+
+
+def _is_figure(metric: str, value: object) -> bool:
+    """Return whether a metric has a value; one that could not be measured is kept as null."""
+    if not (value is None or isinstance(value, (int, float, str))) or isinstance(value, bool):
+        raise TypeError(f"{metric} is {value!r}, not a number")
+    return isinstance(value, (int, float))
 
 
 def regressions(before: Mapping[str, Measured], now: Mapping[str, Measured], where: str) -> tuple[Finding, ...]:

@@ -17,11 +17,11 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Channel, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import Writer
 from numpy.typing import NDArray
-from zstandard import ZstdError
+from zstandard import ZstdError, frame_content_size
 
 from aero.safety.interrupts import uninterrupted
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
@@ -43,6 +43,10 @@ BUFFER_BYTES = 4096
 """Of compressed data that may wait in this program."""
 LARGEST_RECORD = 64 * 2**20
 """Bytes of a record beyond which a file is damaged; ours have a few kB."""
+LARGEST_RATIO = 40
+"""Of unpacked to packed bytes, above which a file is damaged or made to fill the memory; ours have 6 to 12."""
+SLACK_BYTES = 2**20
+"""Unpacked bytes that are not counted."""
 DAMAGED = (
     McapError,
     ZstdError,
@@ -203,11 +207,25 @@ def read_recording(path: Path) -> Recording:
 
 def _records(stream: BinaryIO) -> Iterator[McapRecord]:
     """Return the records in the order of the file, up to its end or its cut."""
+    packed = unpacked = 0
     try:
-        yield from StreamReader(stream, record_size_limit=LARGEST_RECORD).records
+        for record in StreamReader(stream, record_size_limit=LARGEST_RECORD, emit_chunks=True).records:
+            if not isinstance(record, Chunk):
+                yield record
+                continue
+            packed, unpacked = packed + len(record.data), unpacked + _unpacked_size(record)
+            if unpacked > LARGEST_RATIO * packed + SLACK_BYTES:
+                raise McapError(f"{packed} bytes unpack to {unpacked}")
+            yield from breakup_chunk(record)
     except (EndOfFile, struct.error):
         if stream.read(1):
             raise  # damaged, and not cut by the end of the program that wrote it
+
+
+def _unpacked_size(chunk: Chunk) -> int:
+    """Return what a chunk takes in memory, by its own word and by its content's."""
+    said = frame_content_size(chunk.data) if chunk.compression == "zstd" else len(chunk.data)
+    return max(chunk.uncompressed_size, said)
 
 
 def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:

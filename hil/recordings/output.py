@@ -17,11 +17,14 @@ def prepared_folder(folder: Path) -> Path:
     """Make a folder and try to write into it.
 
     Raises:
-        OSError: it cannot be made or written.
+        OSError: it cannot be made or written; the message names it.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    with TemporaryFile(dir=folder) as probe:
-        probe.write(b"\0" * 4096)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder) as probe:
+            probe.write(b"\0" * 4096)
+    except OSError as error:
+        raise OSError(error.errno, f"cannot write into the folder: {error.strerror}", str(folder)) from error
     return folder
 
 
@@ -39,14 +42,38 @@ def prepared_file(path: Path) -> Path:
     """Make the folder of a file and try to write there; what is at `path` stays.
 
     Raises:
-        OSError: it cannot be written, or is a folder.
+        OSError: it cannot be written, or is no regular file: a folder, a device, a link that leads nowhere.
     """
-    if path.is_dir():
-        raise IsADirectoryError(f"{path} is a folder; name a file")
-    prepared_folder(path.parent)
+    if path.is_dir() or not path.name:
+        raise IsADirectoryError(f"{str(path)!r} is a folder; name a file")
+    try:
+        prepared_folder(path.parent)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    if (path.is_symlink() or path.exists()) and not path.is_file():
+        raise OSError(f"{path} is there already and no regular file; choose another name")
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(f"{path} cannot be written")
     return path
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file such that another program sees the old one or the whole new one, and a full disk costs neither.
+
+    A link at `path` is replaced by the file; what it points at stays as it is.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        draft.unlink(missing_ok=True)
+        with draft.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+        draft.replace(path)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
 
 
 def run_folder(base: Path) -> Path:

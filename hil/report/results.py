@@ -11,6 +11,7 @@ from hil.diagnosis.sight import Sight, load_sight
 from hil.experiments.staircase import EXPERIMENT as STAIRCASE
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.judged_run import Validation
+from hil.recordings.output import write_whole
 from hil.report.page import render_report
 from hil.report.plots import validation_figure
 
@@ -34,9 +35,9 @@ def write_figures(validation: Validation, out: Path) -> None:
     Raises:
         OSError: the folder cannot be written.
     """
-    (out / "checks.json").write_text(json.dumps(checks_json(validation), indent=2) + "\n", encoding="utf-8")
+    write_whole(out / "checks.json", json.dumps(checks_json(validation), indent=2) + "\n")
     if validation.measured(STAIRCASE.name) is not None:
-        (out / "metrics.json").write_text(json.dumps(metrics_json(validation), indent=2) + "\n", encoding="utf-8")
+        write_whole(out / "metrics.json", json.dumps(metrics_json(validation), indent=2) + "\n")
 
 
 def write_results(validation: Validation, out: Path) -> None:
@@ -48,7 +49,7 @@ def write_results(validation: Validation, out: Path) -> None:
     write_figures(validation, out)
     if validation.measured(STAIRCASE.name) is not None:
         validation_figure(validation.results[STAIRCASE.name].recording).savefig(out / "validation.svg")
-    (out / "report.html").write_text(render_report(validation), encoding="utf-8")
+    write_whole(out / "report.html", render_report(validation))
 
 
 def metrics_json(validation: Validation) -> dict[str, object]:

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import WIRE_ORDER, Channel
+from aero.npz import read_npz
 from aero.protocol import MAX_CODE
 from firmware_emulator.firmware.hands import HandSide
-from hil.recordings.mcap_file import read_recording
+from hil.recordings.mcap_file import UnusableFileError, read_recording
 from hil.recordings.recording import Recording
 from hil.system_identification.servo_windows import closing_current_sign, window_counts
 
 CHANNELS = len(Channel)
+LARGEST_BYTES = 128 * 2**20
+"""Of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
 
 
 @dataclass(frozen=True)
@@ -74,19 +77,21 @@ class Trace:
             OSError: no such file.
         """
         try:
-            opened = np.load(path)
-        except (EOFError, BadZipFile) as error:
-            raise ValueError(f"{path.name} is no .npz log: {error}") from error
-        with opened as file:
-            if missing := {"t_cmd", "cmd", "t_pos", "pos", "cur_ma", "temp_c", "span_counts"} - set(file.files):
-                raise ValueError(f"{path.name} lacks {', '.join(sorted(missing))}; see docs/calibration.md")
-            data = {key: np.asarray(file[key], float) for key in file.files}
+            arrays = read_npz(path, LARGEST_BYTES)
+            if missing := {"t_cmd", "cmd", "t_pos", "pos", "cur_ma", "temp_c", "span_counts"} - set(arrays):
+                raise ValueError(f"it lacks {', '.join(sorted(missing))}")
+            return cls._of_arrays({key: np.asarray(values, float) for key, values in arrays.items()}, path.stem)
+        except (ValueError, TypeError, LookupError) as error:
+            raise ValueError(f"{path} is no .npz log as docs/calibration.md describes it: {error}") from error
+
+    @classmethod
+    def _of_arrays(cls, data: Mapping[str, NDArray[np.float64]], name: str) -> Self:
         wire = [WIRE_ORDER.index(channel) for channel in Channel]
         sent = np.isfinite(data["t_cmd"]) & np.isfinite(data["cmd"]).all(axis=1)
         read = np.isfinite(data["t_pos"]) & np.isfinite(data["pos"]).all(axis=1)
         spans = data["span_counts"][wire]
         return cls(
-            path.stem,
+            name,
             data["t_cmd"][sent],
             np.rint(data["cmd"][sent][:, wire] * MAX_CODE).astype(np.int64),
             data["t_pos"][read],
@@ -136,11 +141,16 @@ def load_trace(path: Path) -> Trace:
     """Read an `.mcap` recording of this project or an `.npz` log.
 
     Raises:
-        ValueError: neither of the two, or a file that lacks what calibration needs.
+        ValueError: neither of the two, or a file that lacks what calibration needs; the message names it.
         OSError: no such file.
     """
     if path.suffix == ".npz":
         return Trace.from_npz(path)
     if path.suffix == ".mcap":
-        return Trace.from_recording(read_recording(path), path.stem)
-    raise ValueError(f"{path.name}: calibration reads .mcap recordings and .npz logs")
+        try:
+            return Trace.from_recording(read_recording(path), path.stem)
+        except UnusableFileError:
+            raise
+        except (KeyError, ValueError) as error:
+            raise ValueError(f"{path}: {error.args[0]}") from error
+    raise ValueError(f"{path}: calibration reads .mcap recordings and .npz logs")

@@ -66,8 +66,10 @@ def load_unit(name: str) -> Unit:
     if name.endswith(".toml"):
         try:
             text = Path(name).read_text(encoding="utf-8")
-        except OSError as error:
-            raise ValueError(f"cannot read the unit file {name}: {error.strerror}") from error
+        except (OSError, UnicodeDecodeError) as error:
+            raise ValueError(f"cannot read the unit file {name}: {error}") from error
+        if not text.strip():
+            raise ValueError(f"the unit file {name} is empty")
     elif name in shipped_units():
         text = resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
     else:

@@ -137,7 +137,7 @@ def test_a_port_that_cannot_be_opened_leaves_no_link(tmp_path):
 
 def test_a_stale_link_is_replaced_and_a_live_one_is_not(tmp_path):
     stale, live = tmp_path / "stale", tmp_path / "live"
-    stale.symlink_to(tmp_path / "gone")
+    stale.symlink_to("/dev/pts/999999")
     with Terminal(stale) as terminal:
         assert str(stale.readlink()) == terminal.path
         live.symlink_to(stale)
@@ -145,6 +145,14 @@ def test_a_stale_link_is_replaced_and_a_live_one_is_not(tmp_path):
             Terminal(live)
     assert live.is_symlink()
     assert not stale.is_symlink()
+
+
+def test_a_dangling_link_that_no_emulator_made_is_left_alone(tmp_path):
+    link = tmp_path / "link"
+    link.symlink_to(tmp_path / "nothing")
+    with pytest.raises(FileExistsError):
+        Terminal(link)
+    assert link.readlink() == tmp_path / "nothing"
 
 
 def test_a_link_that_points_elsewhere_by_now_is_left_alone(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from importlib.util import find_spec
 from pathlib import Path
 
 import mujoco
@@ -58,6 +60,25 @@ def frames(rows: Floats) -> list[np.ndarray]:
             renderer.update_scene(data, camera)
             pictures.append(renderer.render())
     return pictures
+
+
+def check_video() -> None:
+    """Try what a video needs, before any work.
+
+    Raises:
+        ValueError: the extra `train` is not installed, or nothing can be drawn here.
+    """
+    if find_spec("imageio") is None:
+        raise ValueError("--video needs the extra `train`")
+    try:
+        with (
+            warnings.catch_warnings(action="ignore"),
+            mujoco.Renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), 8, 8),
+        ):
+            pass
+    except Exception as error:  # each OpenGL library has errors of its own
+        said = " ".join(str(error).split())
+        raise ValueError(f"--video: nothing can be drawn here ({said}); set MUJOCO_GL=egl") from error
 
 
 def video(rows: Floats, path: Path) -> None:

@@ -82,7 +82,16 @@ def load_coefficients(name_or_path: str | Path) -> Coefficients:
     """
     if name_or_path in SHIPPED:
         return _load_shipped(str(name_or_path))
-    return coefficients_from_toml(Path(name_or_path).read_text(encoding="utf-8"))
+    path = Path(name_or_path)
+    try:
+        return coefficients_from_toml(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        hint = (
+            f"cannot read these coefficients: {error.strerror}; shipped are {', '.join(SHIPPED)}, or give a .toml file"
+        )
+        raise OSError(error.errno, hint, str(name_or_path)) from error
+    except (ValueError, TypeError, AttributeError, KeyError) as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def coefficients_from_toml(text: str) -> Coefficients:

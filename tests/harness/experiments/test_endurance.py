@@ -35,7 +35,7 @@ def test_a_guarded_hand_closes_as_often_as_it_should(tmp_path):
 def test_a_cycle_needs_every_channel(tmp_path):
     log = tmp_path / "cycles.jsonl"
     log.write_text('{"closed_percent": [1], "open_percent": [1], "closing_current": [1], "temperature": [1]}\n')
-    with pytest.raises(ValueError, match="needs 7 values"):
+    with pytest.raises(ValueError, match="needs 7 finite numbers"):
         read_cycles(log)
 
 
