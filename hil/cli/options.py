@@ -139,9 +139,7 @@ def emulation(command: Command) -> Command:
         click.option(
             "--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side."
         ),
-        click.option(
-            "--unit", default="reference", show_default=True, help="Unit: a name, plausible:SEED, or a .toml."
-        ),
+        click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml."),
         click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the emulated hand's noise."),
         click.option(
             "--firmware-program",
