@@ -6,12 +6,13 @@ from pathlib import Path
 
 import click
 
+from hil.campaign.detection_table import detection_table
 from hil.campaign.learning import entries
 from hil.campaign.store import opened
-from hil.campaign.summary import sights
+from hil.campaign.summary import detections, false_alarms, sights
 from hil.cli.exits import given
 from hil.diagnosis import dictionary, sight
-from hil.recordings.output import prepared_folder
+from hil.recordings.output import prepared_file, prepared_folder
 
 
 @click.command()
@@ -20,12 +21,18 @@ from hil.recordings.output import prepared_folder
     "--out", type=click.Path(file_okay=False, path_type=Path), required=True,
     help="Folder for dictionary.json and sight.json; `hil/diagnosis` of a checkout replaces the project's.",
 )  # fmt: skip
-def learn(*, campaign: Path, out: Path) -> None:
+@click.option(
+    "--table", type=click.Path(dir_okay=False, path_type=Path),
+    help="Also write what was found of each fault as a Markdown table, the project's docs/detection.md.",
+)  # fmt: skip
+def learn(*, campaign: Path, out: Path, table: Path | None) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
     with given(), opened(campaign, read_only=True) as store:
         outcomes = list(store.outcomes())
         found, seen = entries(outcomes), sights(outcomes)
         prepared_folder(out)
+        if table is not None:
+            prepared_file(table)
     seeds = [outcome.trial.seed for outcome in outcomes]
     provenance: dict[str, str | int] = {
         "healthy": sum(not outcome.trial.faults for outcome in outcomes),
@@ -35,4 +42,8 @@ def learn(*, campaign: Path, out: Path) -> None:
     }
     (out / dictionary.FILE).write_text(dictionary.dictionary_text(found, provenance), encoding="utf-8")
     (out / sight.FILE).write_text(sight.sight_text(seen, provenance), encoding="utf-8")
+    if table is not None:
+        healthy = any(not outcome.trial.faults for outcome in outcomes)
+        alarms = false_alarms(outcomes)[0] if healthy else None
+        table.write_text(detection_table(detections(outcomes, found), alarms), encoding="utf-8")
     click.echo(f"{len(found)} entries, {len(seen)} checks in {out}")
