@@ -9,6 +9,8 @@ from functools import cache
 from importlib import resources
 
 FILE = "sight.json"
+LISTED = 6
+"""Faults that a sentence names."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,19 @@ class Sight:
     at_most: float
     """Upper end of the interval, of 95 %, for the share of healthy hands that it accuses."""
     sees: tuple[Seen, ...]
+
+    @property
+    def sentence(self) -> str:
+        """What the check is worth, in a sentence or two."""
+        alarms = f"This check accused {self.accused} of {self.healthy} healthy hands (at most {self.at_most:.1%})."
+        if not self.sees:
+            return f"{alarms} It found no fault of the catalogue on every hand."
+        faults = ", ".join(
+            f"{seen.fault.replace('_', ' ')}" + (f" from {seen.severity:g} {seen.unit} on" if seen.unit else "")
+            for seen in self.sees[:LISTED]
+        )
+        more = f" and {len(self.sees) - LISTED} more" if len(self.sees) > LISTED else ""
+        return f"{alarms} It found on every hand that had it: {faults}{more}."
 
 
 @cache

@@ -11,6 +11,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aero.channels import Channel
+from hil.diagnosis.sight import load_sight
 from hil.experiments import EXPERIMENTS
 from hil.experiments.staircase.residual_sources import residual_sources
 from hil.experiments.staircase.tracking import ChannelMetrics, staircase_metrics
@@ -80,6 +81,7 @@ def render_report(validation: Validation) -> str:
         header=recordings[0].header,
         validation=validation,
         failures=failed(validation.findings),
+        sight=_sight(validation),
         staircase=_staircase(validation),
         text_rows=[_text_row(figure, validation) for figure in PAPER_TEXT if _shown(figure, validation)],
         figures=_figures(validation),
@@ -88,6 +90,17 @@ def render_report(validation: Validation) -> str:
         events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
         subjects=(*(channel.label for channel in Channel), "hand"),
     )
+
+
+def _sight(validation: Validation) -> dict[str, str]:
+    """Return, by the sentence of a failed finding, what its check is worth; nothing for one that no campaign tried."""
+    known = load_sight()
+    return {
+        finding.sentence: known[f"{name}/{finding.check}"].sentence
+        for name, result in validation.judged.items()
+        for finding in failed(result.findings)
+        if f"{name}/{finding.check}" in known
+    }
 
 
 def _staircase(validation: Validation) -> dict[str, Any] | None:
