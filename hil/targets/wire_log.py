@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
+from itertools import islice
 from typing import Literal, NamedTuple
 
 from aero.clock import Clock
 from aero.transport import Transport
 
 Direction = Literal["to_hand", "from_hand"]
+
+
+KEPT = 500_000
+"""Records that are kept in memory: more than an hour of 50 readings and commands a second, some 100 MB."""
 
 
 class WireRecord(NamedTuple):
@@ -32,8 +38,9 @@ class WireLog:
         self._clock = clock
         self.opened = clock.now()
         """Time at which the tap was put on, s on the clock."""
-        self._records: list[WireRecord] = []
-        """With times of the clock."""
+        self._records: deque[WireRecord] = deque(maxlen=KEPT)
+        """The last ones, with times of the clock."""
+        self._logged = 0
         self.listeners: list[Callable[[WireRecord], None]] = []
         """Called with every record as it comes, time on the clock."""
 
@@ -64,14 +71,20 @@ class WireLog:
 
     def mark(self) -> int:
         """Return a position in the log, for `since`."""
-        return len(self._records)
+        return self._logged
 
     def since(self, mark: int, start: float) -> tuple[WireRecord, ...]:
-        """Return what was logged after `mark`, with times relative to `start` (s on the clock)."""
-        return tuple(WireRecord(t - start, direction, data) for t, direction, data in self._records[mark:])
+        """Return what was logged after `mark`, with times relative to `start` (s on the clock).
+
+        Of more than `KEPT` records the last ones; a recording's file has them all.
+        """
+        forgotten = self._logged - len(self._records)
+        late = islice(self._records, max(0, mark - forgotten), None)
+        return tuple(WireRecord(t - start, direction, data) for t, direction, data in late)
 
     def _log(self, direction: Direction, data: bytes) -> None:
         record = WireRecord(self._clock.now(), direction, data)
         self._records.append(record)
+        self._logged += 1
         for listener in self.listeners:
             listener(record)

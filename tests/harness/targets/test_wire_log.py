@@ -1,0 +1,42 @@
+"""The log of a link keeps the last records, and knows where it was."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.targets import wire_log
+from hil.targets.wire_log import WireLog
+
+
+class Clock:
+    """Counts."""
+
+    def __init__(self):
+        self.t = 0.0
+
+    def now(self):
+        self.t += 1.0
+        return self.t
+
+
+class Sink:
+    """Takes everything and sends nothing."""
+
+    name = "sink"
+
+    def write(self, data):
+        pass
+
+
+@given(st.integers(0, 12), st.integers(0, 12))
+def test_what_came_after_a_mark_is_there_as_far_as_it_is_kept(before, after):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(wire_log, "KEPT", 5)
+        log = WireLog(Sink(), Clock())
+    for i in range(before):
+        log.write(bytes([i]))
+    mark = log.mark()
+    for i in range(after):
+        log.write(bytes([100 + i]))
+    assert [record.data[0] for record in log.since(mark, 0.0)] == [100 + i for i in range(after)][-5:]
+    assert len(log.since(0, 0.0)) == min(5, before + after)
