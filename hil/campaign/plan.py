@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import cycle, islice, product
 from typing import get_args
+
+import numpy as np
 
 from hil.campaign.trial import Trial
 from hil.judging.limits.compute import FIRMWARE_GROUPS
@@ -36,9 +39,8 @@ def shipped_hands(seed: int = 0) -> list[Trial]:
 def faulty_hands(
     faults: Sequence[str], first: int, hands: int, firmware: Sequence[str] = USUAL_FIRMWARE
 ) -> list[Trial]:
-    """Return a trial of each fault on each of `hands` hands with seeds from `first` on."""
+    """Return a trial of each fault on each of `hands` hands of its own, with seeds from `first` on."""
+    every = healthy_hands(first, hands * len(faults), firmware)
     return [
-        Trial(hand.unit, hand.side, hand.firmware, hand.seed, faults=(fault,))
-        for fault in faults
-        for hand in healthy_hands(first, hands, firmware)
+        replace(hand, faults=(fault,)) for fault, hand in zip(np.repeat(faults, hands).tolist(), every, strict=True)
     ]
