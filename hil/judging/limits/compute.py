@@ -25,6 +25,8 @@ FALSE_ALARMS = 0.004
 """Probability that a healthy hand fails a whole validation, that the limits are computed for."""
 TAIL = 0.15
 """Share of the readings that the tail is fitted to."""
+FURTHEST = 0.5
+"""How far a limit goes beyond the extreme readings at most, as a part of their range."""
 LEAST_EXCESSES = 8
 """Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
 SHAPES = (-0.5, 0.1)
@@ -95,7 +97,10 @@ def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tupl
         raise ValueError(f"no healthy hand of firmware {firmware[-1]} measured {check.experiment} {check.metric}")
     held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
-    upper, lower = max(median + beyond[0], high + check.floor), min(median - beyond[1], low - check.floor)
+    # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.
+    most = FURTHEST * float(np.ptp(values))
+    upper = max(min(median + beyond[0], float(values.max()) + most), high + check.floor)
+    lower = min(max(median - beyond[1], float(values.min()) - most), low - check.floor)
     source = f"{values.size} readings of healthy hands with such firmware, spread of {count}"
     if check.recorded:
         source += f"; {check.recorded_by}"
