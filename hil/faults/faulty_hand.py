@@ -153,5 +153,10 @@ def _begin(
                 begin(fault)
     if link := schedule.of("link"):
         hand.link_faults = faults = LinkFaults(link, start_s=start_s, random=schedule.random, fired=schedule.fire)
+
+        def insert() -> None:
+            if text := faults.inserted(hand.kernel.now):
+                hand.say(text)
+
         for t in faults.times():
-            hand.kernel.call_at(t, lambda: hand.say(faults.inserted(hand.kernel.now)))
+            hand.kernel.call_at(t, insert)

@@ -86,14 +86,20 @@ class Unplugged(Passing):
 class HeldUp(Passing):
     """A program that the system keeps from running now and then, before it writes."""
 
-    def __init__(self, behind: Transport, clock: Clock, *, stall_s: float, random: Random, fired: Callable[[], None]):
+    def __init__(
+        self,
+        behind: Transport,
+        clock: Clock,
+        *,
+        stall_s: float,
+        from_s: float,
+        random: Random,
+        fired: Callable[[], None],
+    ) -> None:
+        """Be held up for `stall_s` (s) now and then, from `from_s` on (s on the clock)."""
         super().__init__(behind)
-        self._clock, self._stall_s, self._random, self._fired = clock, stall_s, random, fired
-        self._from_s = clock.now()
-
-    def begin_at(self, t: float) -> None:
-        """Be held up from `t` on, s on the clock."""
-        self._from_s = t
+        self._clock, self._stall_s, self._from_s = clock, stall_s, from_s
+        self._random, self._fired = random, fired
 
     def write(self, data: bytes) -> None:
         """Send all of `data`, perhaps late."""

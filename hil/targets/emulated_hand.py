@@ -61,8 +61,12 @@ def host_link(electronics: EmulatedHand, schedule: Schedule) -> Transport:
     if isinstance(electronics, FaultyHand) and (faults := electronics.link_faults) is not None:
         link = Unplugged(link, lambda: faults.gone(clock.now()))
     for fault in schedule.of("host"):
-        fired = partial(schedule.fire, fault)
-        stalls = HeldUp(link, clock, stall_s=fault.severity, random=schedule.random(fault), fired=fired)
-        stalls.begin_at(clock.now() + fault.at_s)
-        link = stalls
+        link = HeldUp(
+            link,
+            clock,
+            stall_s=fault.severity,
+            from_s=clock.now() + fault.at_s,
+            random=schedule.random(fault),
+            fired=partial(schedule.fire, fault),
+        )
     return link
