@@ -162,7 +162,25 @@ METRICS = (
         "The abduction does not reach the end of its window.",
         "Look for what the thumb meets; check the linkage screw.",
     ),
-    Metric("closed_angle", "deg", subjects.CHANNELS, "Shaft angle where the channel stops."),
+    Metric(
+        "closed_angle",
+        "deg",
+        ("thumb_cmc_flexion",),
+        (
+            "The palm stops CMC flexion where another command window would put it: the map is for the wrong firmware "
+            "window. A board of another version, or 0.2.0 in another state, moves it by 9.93 degrees."
+        ),
+        (
+            "Home the hand, or power-cycle it. Then check which firmware is on the board, and name it. Name the "
+            "calibration that the hand has if it must not be homed."
+        ),
+    ),
+    Metric(
+        "closed_angle",
+        "deg",
+        tuple(channel for channel in subjects.CHANNELS if channel != "thumb_cmc_flexion"),
+        "Shaft angle where the channel stops.",
+    ),
 )
 """What is measured, and what it means when it is off."""
 

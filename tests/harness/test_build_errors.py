@@ -18,7 +18,7 @@ FOUND_BY = {
     "stiff joint": ("staircase", "friction", "index", "stiff joint"),
     "trimmed servo": ("audit", "quantum_fits", "middle", "trimmed"),
     "servo of the wrong ID": ("presence", "distinct_readings", "hand", "wrong ID"),
-    "wrong firmware window": ("excursion", "closed_angle", "thumb_abduction", "wrong firmware window"),
+    "wrong firmware window": ("excursion", "closed_angle", "thumb_cmc_flexion", "wrong firmware window"),
     "reversed abduction": ("audit", "followed", "thumb_abduction", "reversed"),
     "hot servo": ("presence", "temperature", "ring", "hot servo"),
     "lossy cable": ("presence", "lost_replies", "hand", "lossy cable"),

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hil.experiments import EXPERIMENTS, JUDGED, metric_of
 from hil.judging.findings import failed
 from hil.judging.limits import SUBJECTS, compare, kinds, load_limits, parse_limit
+from hil.judging.limits.checks import load_checks
 
 TABLE = {
     "experiment": "staircase",
@@ -86,22 +87,34 @@ def test_an_unknown_kind_of_hand_lists_the_known():
         load_limits("mechanical", "0.2.0")
 
 
-def bounds(limit):
-    return limit.at_least, limit.at_most
-
-
-def test_a_kind_that_extends_another_replaces_only_its_own_limits():
-    parent = {(f.experiment, f.metric, s): f for f in load_limits("aero_hand_open", "pre") for s in f.subjects}
-    child = {(f.experiment, f.metric, s): f for f in load_limits("paper_hand", "pre") for s in f.subjects}
+@pytest.mark.parametrize("firmware", ["pre", "0.1.5", "0.2.0"])
+@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind != "aero_hand_open"])
+def test_a_kind_that_extends_another_only_widens_its_limits(kind, firmware):
+    parent = {(f.experiment, f.metric, s): f for f in load_limits("aero_hand_open", firmware) for s in f.subjects}
+    child = {(f.experiment, f.metric, s): f for f in load_limits(kind, firmware) for s in f.subjects}
     assert parent.keys() == child.keys()
-    changed = {key for key in parent if bounds(parent[key]) != bounds(child[key])}
-    assert changed == {
-        ("presence", "idle_current", "thumb_abduction"),
-        ("staircase", "tracking_rms", "thumb_abduction"),
-        ("excursion", "closed_angle", "thumb_abduction"),
-        ("response", "open_close_rate", "hand"),
-        ("response", "command_to_motion", "hand"),
-    }
+    for key, limit in parent.items():
+        assert child[key].at_least <= limit.at_least, key
+        assert child[key].at_most >= limit.at_most, key
+
+
+def test_the_limits_are_those_of_the_checks():
+    """Change a check or the population, then make the limits again with `aero-hil limits`."""
+    for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
+        checks = [check for check in load_checks() if not check.firmware or version in check.firmware]
+        limits = load_limits("aero_hand_open", version)
+        found = {(limit.experiment, limit.metric, subject): limit for limit in limits for subject in limit.subjects}
+        assert found.keys() == {(check.experiment, check.metric, s) for check in checks for s in check.subjects}
+        for check in checks:
+            for subject in check.subjects:
+                limit = found[check.experiment, check.metric, subject]
+                if check.given:
+                    assert (limit.at_least, limit.at_most) == (check.at_least, check.at_most)
+                    continue
+                assert math.isinf(limit.at_least) == (check.side == "above"), limit
+                assert math.isinf(limit.at_most) == (check.side == "below"), limit
+                for reading in check.recorded or ():
+                    assert limit.at_least < reading < limit.at_most, limit
 
 
 @pytest.mark.parametrize("kind", kinds())

@@ -3,10 +3,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aero import AeroHand
+from aero.channels import Joint
 from firmware_emulator.links.in_process import InProcessLink
 from hil.targets.emulated_hand import build_emulated
 from model.units import load_unit
-from model.units.plausible import RANGES, plausible_unit
+from model.units.plausible import CMC_STOP_RAD, RANGES, TAKE_UP_M, THENAR_M, plausible_unit
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -18,8 +19,13 @@ def test_stays_in_its_ranges(seed):
     for span in RANGES:
         section, field = span.field.split(".")
         drawn, origin = (np.array(getattr(getattr(u, section), field)) for u in (unit, reference))
+        if field == "closed_stop":
+            assert CMC_STOP_RAD[0] <= drawn[Joint.THUMB_CMC] <= CMC_STOP_RAD[1]
+            drawn[Joint.THUMB_CMC] = origin[Joint.THUMB_CMC]
         assert np.all(drawn <= origin * span.factor * (1 + 1e-12))
         assert np.all(drawn >= origin / span.factor * (1 - 1e-12))
+    assert all(TAKE_UP_M[0] <= take_up <= TAKE_UP_M[1] for take_up in unit.hand.cable_take_up[:4])
+    assert THENAR_M[0] <= unit.hand.thenar_radius <= THENAR_M[1]
 
 
 def test_same_seed_same_unit():
