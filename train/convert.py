@@ -147,7 +147,7 @@ def _unpickled(content: bytes) -> Any:
     tens of gigabytes.
     """
     for opcode, argument, _ in pickletools.genops(content):
-        if opcode.name.endswith("PUT") and argument > len(content):
+        if opcode.name.endswith("PUT") and argument is not None and argument > len(content):
             raise CheckpointError(f"it remembers object {argument} in {len(content)} bytes")
     return _Unpickler(io.BytesIO(content)).load()
 
