@@ -12,6 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import Writer
 
+from hil.recordings.mcap_file import FORMAT, METADATA
+
 try:
     import resource
 except ImportError:  # Windows
@@ -116,6 +118,16 @@ def test_deep_nesting_is_refused(tmp_path):
     deep = b"[" * 100_000
     for name in ("checks.json", "cycles.jsonl", "state.json", "unit.toml", "coefficients.toml"):
         assert answered(BY_NAME[name], b"a = " * name.endswith("toml") + deep, tmp_path)
+
+
+def test_a_recording_whose_header_nests_deeply_is_refused(tmp_path):
+    path = tmp_path / "deep"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        writer.add_metadata(METADATA, {"format": FORMAT, "header": "[" * 100_000})
+        writer.finish()
+    assert answered(BY_NAME["recording.mcap"], path.read_bytes(), tmp_path)
 
 
 def test_a_pickle_that_remembers_too_much_is_refused(tmp_path):
