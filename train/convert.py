@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import io
 import pickle
+import pickletools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -125,7 +126,7 @@ def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
         raise CheckpointError(f"{path} has {size} bytes; a checkpoint of this task has about 1.5 million")
     try:
         content = b"".join(file.read_bytes() for file in files)
-        normaliser, actor, *_ = _folder(path) if path.is_dir() else _Unpickler(io.BytesIO(content)).load()
+        normaliser, actor, *_ = _folder(path) if path.is_dir() else _unpickled(content)
         mean, std = (_state_part(statistics) for statistics in (normaliser.mean, normaliser.std))
         net = network(mean, std, actor["params"])
     except CheckpointError as error:
@@ -137,6 +138,18 @@ def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
         ) from error
     provenance = {"source": path.name, "sha256": hashlib.sha256(content).hexdigest()}
     return Policy(name or path.stem, net, origin.settings, origin.shown_action, provenance=provenance)
+
+
+def _unpickled(content: bytes) -> Any:
+    """Return what a pickle holds.
+
+    Python's unpickler makes room for as many remembered objects as the largest index says; one damaged byte can ask for
+    tens of gigabytes.
+    """
+    for opcode, argument, _ in pickletools.genops(content):
+        if opcode.name.endswith("PUT") and argument is not None and argument > len(content):
+            raise CheckpointError(f"it remembers object {argument} in {len(content)} bytes")
+    return _Unpickler(io.BytesIO(content)).load()
 
 
 def _files(path: Path) -> list[Path]:

@@ -8,17 +8,22 @@ from pathlib import Path
 import click
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from aero.channels import Channel
+from aero.safety import unwinding
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE, NewFolder
 from hil.recordings.output import prepared_file, prepared_folder, write_whole
-from hil.system_identification.calibration import Calibration, calibrate, held_out_rms
+from hil.system_identification.calibration import Calibration, calibrate
+from hil.system_identification.held_out import FEWEST, PARTS, held_out_rms
 from hil.system_identification.search import pooled_rms
 from hil.system_identification.trace import load_trace
 from hil.system_identification.trace_plots import trace_svg
-from hil.system_identification.unit_file import unit_toml
+from hil.system_identification.unit_file import PHYSICAL_UNITS, unit_toml
+from hil.system_identification.unit_parameters import numbers
 from model.units.naming import unit_named
 
 
@@ -42,43 +47,72 @@ def calibrate_command(
 ) -> None:
     """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right hand and write it to a file.
 
-    Prints the fit by channel and what it is worth on recordings it has not seen.
+    Prints each fitted number with its 95 % interval, the fit by channel, and what it is worth on recordings, or on
+    parts of them when there are fewer than three, that it has not seen. What the recordings do not tell stays as in the
+    starting unit. Ctrl-C and a termination write the best unit so far.
     """
     console = Console()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with given():
         unit = unit_named(start)
         prepared_file(out)
         if plots is not None:
             prepared_folder(plots)
         traces = [load_trace(path) for path in recordings]
-    with given():
+    with given(), unwinding(), Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("replays, about", total=None)
         result = calibrate(
             traces,
             unit,
             firmware=firmware,
             jobs=jobs,
             yardstick=yardstick,
-            report=lambda line: console.print(line, style="dim"),
+            report=lambda line: console.print(line, style="dim", highlight=False, markup=False),
+            progress=lambda done, about: bar.update(task, completed=done, total=about),
         )
-    write_whole(out, unit_toml(result.unit, f"Fitted to {len(recordings)} recordings", result.fitted))
-    if plots is not None:
-        for trace, prediction in zip(result.traces, result.predictions, strict=True):
+    stopped = result.found.interrupted
+    early = ", stopped before its end" if stopped is not None else ""
+    write_whole(out, unit_toml(result.unit, f"Fitted to {len(recordings)} recordings{early}", result.intervals))
+    if plots is not None and stopped is None:
+        for trace, prediction in zip(result.traces, result.predictions(), strict=True):
             write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
-    _print(console, result, out)
+    _print(console, result)
+    console.print(f"unit written to {out}{early}; use it as `--unit {out}`", highlight=False, markup=False)
+    if stopped is not None:
+        raise stopped
 
 
-def _print(console: Console, result: Calibration, out: Path) -> None:
+def _print(console: Console, result: Calibration) -> None:
+    console.print(_fitted(result))
     table = Table("Recording", title="Counts rms, readings on their best phase of the telemetry grid", box=SIMPLE_HEAD)
     for channel in Channel:
         table.add_column(channel.label, justify="right")
     for trace, row in zip(result.traces, result.channel_rms(), strict=True):
-        table.add_row(trace.name, *(f"{value:.1f}" for value in row))
+        table.add_row(escape(trace.name), *(f"{value:.1f}" for value in row))
     console.print(table)
     console.print(f"all recordings: {pooled_rms(result.found.residuals):.2f} counts rms")
     if result.held_out:
-        console.print(
-            f"each predicted from the others, telemetry phase unknown: {held_out_rms(result.held_out):.2f} counts rms"
+        what = (
+            "each predicted from the others, telemetry phase unknown"
+            if len(result.traces) >= FEWEST
+            else f"each of {PARTS} parts predicted from the others"
         )
+        console.print(f"{what}: {held_out_rms(result.held_out):.2f} counts rms")
     if result.yardstick:
         console.print(f"plain P-and-damping model, the same way: {held_out_rms(result.yardstick):.2f} counts rms")
-    console.print(f"unit written to {out}; use it as `--unit {out}`")
+
+
+def _fitted(result: Calibration) -> Table:
+    """Return the fitted numbers; entries that were fitted as one are one row."""
+    table = Table("Fitted", "value", "95 % interval", "unit", box=SIMPLE_HEAD)
+    values = numbers(result.unit)
+    for name, (low, high) in result.intervals.items():
+        rows: dict[tuple[float, float, float], list[int]] = {}
+        for i, row in enumerate(zip(values[name].tolist(), low.tolist(), high.tolist(), strict=True)):
+            if row[1] < row[2]:
+                rows.setdefault(row, []).append(i)
+        field = name.split(".")[1]
+        for (value, below, above), entries in rows.items():
+            which = f" {', '.join(map(str, entries))}" if len(values[name]) > 1 else ""
+            table.add_row(f"{field}{which}", f"{value:.3g}", f"{below:.3g} to {above:.3g}", PHYSICAL_UNITS[field])
+    return table

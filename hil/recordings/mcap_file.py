@@ -58,6 +58,7 @@ DAMAGED = (
     ArithmeticError,
     OSError,
     MemoryError,
+    RecursionError,
 )
 """What the reader meets in a file with a flipped bit."""
 

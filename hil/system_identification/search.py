@@ -1,4 +1,4 @@
-"""Search for the numbers that predict traces best, and the test on traces that the search has not seen.
+"""Search for the numbers that predict traces best.
 
 Damped Gauss-Newton on any `Model`, alternating with the one thing that no recording tells: where its readings lie on
 the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so
@@ -8,7 +8,7 @@ that a number which the traces do not tell stays where it was.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -82,51 +82,57 @@ class Found:
     residuals: Residuals
     """With these numbers and phases."""
     slopes: list[Floats]
-    """Per trace (m, 7, p), change of the residuals with the free numbers."""
+    """Per trace (m, 7, p), change of the residuals with the free numbers; empty when it was interrupted before."""
+    interrupted: BaseException | None = None
+    """Ctrl-C or a termination that came; the numbers are the best until then."""
 
 
 def search(model: Model, *, iterations: int = 8, report: Report = lambda _line: None) -> Found:
-    """Return the free numbers that predict the traces of a model best, and the slopes there."""
+    """Return the free numbers that predict the traces of a model best, and the slopes there.
+
+    Ctrl-C and a termination (`SystemExit`) end the search with the best numbers so far, once there are any.
+    """
     n, spread = len(model.traces), spreads(model)
     x: Floats = np.zeros(len(model.free))
     phases = _best_phases(model, x)
-    residuals = model.residuals([x] * n, phases)
-    for iteration in range(iterations):
-        report(f"iteration {iteration}: {pooled_rms(residuals):.2f} counts")
-        step = gauss_newton_step(residuals, find_slopes(model, x, phases, residuals), x, spread)
-        step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
-        before = best = _objective(residuals, x, spread)
-        for share in SHORTENED:
-            tried = x + share * step
-            missed = model.residuals([tried] * n, phases)
-            best = _objective(missed, tried, spread)
-            if best < before:
-                x, residuals = tried, missed
-                break
-        if before - best < CONVERGED * before:
-            settled, phases = phases, _best_phases(model, x)
-            if phases == settled:
-                break
-            residuals = model.residuals([x] * n, phases)
-    phases = _best_phases(model, x)
-    residuals = model.residuals([x] * n, phases)
-    report(f"found: {pooled_rms(residuals):.2f} counts")
-    return Found(x, phases, residuals, find_slopes(model, x, phases, residuals))
+    found = Found(x, phases, model.residuals([x] * n, phases), [])
+    try:
+        for iteration in range(iterations):
+            report(f"iteration {iteration}: {pooled_rms(found.residuals):.2f} counts")
+            before = _objective(found.residuals, found.x, spread)
+            found, best = _iterated(model, found, spread, before)
+            if before - best < CONVERGED * before:
+                settled, found = found.phases_s, _rephased(model, found)
+                if found.phases_s == settled:
+                    break
+        found = _rephased(model, found)
+        report(f"found: {pooled_rms(found.residuals):.2f} counts")
+        return replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
+    except (KeyboardInterrupt, SystemExit) as error:
+        return replace(found, interrupted=error)
 
 
-def leave_one_out(model: Model, found: Found) -> list[Residuals]:
-    """Predict each trace with numbers found on all others, at every phase: lists by phase, then by trace.
+def _iterated(model: Model, found: Found, spread: Floats, before: float) -> tuple[Found, float]:
+    """Return what is found a step further, or the same with new slopes when no step lowers the cost; and the cost."""
+    n = len(model.traces)
+    slopes = find_slopes(model, found.x, found.phases_s, found.residuals)
+    step = gauss_newton_step(found.residuals, slopes, found.x, spread)
+    step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
+    best = before
+    for share in SHORTENED:
+        tried = found.x + share * step
+        missed = model.residuals([tried] * n, found.phases_s)
+        best = _objective(missed, tried, spread)
+        if best < before:
+            return Found(tried, found.phases_s, missed, slopes), best
+    return replace(found, slopes=slopes), best
 
-    The numbers without one trace are a Gauss-Newton step from those found with all, which is where a search without
-    it would end but for the curvature; the held-out trace is then predicted in full.
-    """
-    spread = spreads(model)
-    without = []
-    for k in range(len(model.traces)):
-        kept = [i for i in range(len(model.traces)) if i != k]
-        step = gauss_newton_step([found.residuals[i] for i in kept], [found.slopes[i] for i in kept], found.x, spread)
-        without.append(found.x + np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread))
-    return [model.residuals(without, [phase] * len(without)) for phase in model.phases_s]
+
+def _rephased(model: Model, found: Found) -> Found:
+    """Return the same numbers on the telemetry phases that suit them."""
+    phases = _best_phases(model, found.x)
+    residuals = model.residuals([found.x] * len(model.traces), phases)
+    return replace(found, phases_s=phases, residuals=residuals)
 
 
 def find_slopes(model: Model, x: Floats, phases_s: Sequence[float], residuals: Residuals) -> list[Floats]:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from hil.system_identification.uncertainty import Intervals
 from model.units import Unit
 
 PHYSICAL_UNITS: Mapping[str, str] = {
@@ -24,17 +28,19 @@ PHYSICAL_UNITS: Mapping[str, str] = {
     "cable_take_up": "m",
 }
 """Unit of each field that a written file may explain."""
+STARTING = "as the starting unit"
 DIGITS = 5
 """Significant digits of a written number: counts are whole, a prediction knows no more."""
 
 
-def unit_toml(unit: Unit, description: str, fitted: Sequence[str]) -> str:
-    """Return a unit as TOML: what departs from the defaults and does not follow from the rest, `fitted` marked so.
+def unit_toml(unit: Unit, description: str, intervals: Intervals) -> str:
+    """Return a unit as TOML: what departs from the defaults and does not follow from the rest, with its source.
 
     Args:
         unit: what to write.
         description: which hand it is.
-        fitted: names of the fields whose values come from recordings; the others are marked as taken over.
+        intervals: 95 % intervals of the fitted fields. Entries without width, and fields that are not named, are
+            marked as taken over.
     """
     lines = [f"description = {json.dumps(description, ensure_ascii=False)}"]
     default = Unit()
@@ -46,10 +52,17 @@ def unit_toml(unit: Unit, description: str, fitted: Sequence[str]) -> str:
         if changed:
             lines += ["", f"[{section}]"]
         for key, value in changed.items():
-            source = "fitted" if key in fitted else "as the starting unit"
+            source = _source(intervals.get(f"{section}.{key}"))
             lines += [f"# {PHYSICAL_UNITS[key]}; {source}" if key in PHYSICAL_UNITS else f"# {source}"]
             lines += [f"{key} = {_value(value)}"]
     return "\n".join(lines) + "\n"
+
+
+def _source(interval: tuple[NDArray[np.float64], NDArray[np.float64]] | None) -> str:
+    if interval is None:
+        return STARTING
+    spans = [f"{low:.3g} to {high:.3g}" if low < high else STARTING for low, high in zip(*interval, strict=True)]
+    return f"fitted, 95 % interval{' of each' if len(spans) > 1 else ''}: {'; '.join(spans)}"
 
 
 def _value(value: Any) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence, Set
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from aero.channels import CABLES, FINGERS, Channel, Joint
+from aero.protocol import MAX_CODE
 from hil.system_identification.search import Floats, Free, Residuals
 from hil.system_identification.trace import Trace
 from hil.system_identification.trace_replay import replay
@@ -57,6 +58,44 @@ FREE: tuple[Free, ...] = (
 the springs gain from the open to the closed hand."""
 
 
+KEPT: tuple[Free, ...] = (
+    Free("servos.stall_torque", (), ALL, 0.1),
+    Free("hand.supply_ratio", (), ALL, 0.1),
+    Free("hand.cable_compliance", (), ALL, 0.4),
+    *_each("hand.winding_scale", 0.02, tuple(CABLES)),
+    Free("hand.joint_friction", tuple(range(16)), ALL, 0.7),
+    Free("hand.joint_damping", tuple(range(16)), ALL, 0.7),
+)
+"""Numbers that encoders tell only against those above, with how far each may be off; they widen the intervals."""
+MOVED = 0.01
+"""Share of the command window that a channel is sent over at least where a recording excites it."""
+
+
+def excited(traces: Sequence[Trace]) -> frozenset[Channel]:
+    """Return the channels that recordings move."""
+    swept = np.max([np.ptp(trace.codes, axis=0) for trace in traces], axis=0)
+    return frozenset(channel for channel in Channel if swept[channel] > MOVED * MAX_CODE)
+
+
+def told_by(free: Sequence[Free], moved: Set[Channel]) -> tuple[Free, ...]:
+    """Return what recordings that move some channels tell.
+
+    A number of which each entry belongs to one channel is told for those channels. What channels share is told when all
+    of them move, so that fitting one channel changes no other.
+    """
+    told = []
+    for number in free:
+        each, rest = divmod(len(number.indices), len(number.channels))
+        channels = tuple(channel for channel in number.channels if channel in moved)
+        if len(channels) == len(number.channels):
+            told.append(number)
+        elif channels and each and not rest:
+            own = zip(number.channels, range(0, len(number.indices), each), strict=True)
+            kept = tuple(i for channel, at in own if channel in moved for i in number.indices[at : at + each])
+            told.append(dataclasses.replace(number, indices=kept, channels=channels))
+    return tuple(told)
+
+
 @dataclass(frozen=True)
 class UnitModel:
     """A unit whose free numbers are looked for in traces of a right hand."""
@@ -70,6 +109,8 @@ class UnitModel:
     """Where replays run; in this process when None."""
     free: tuple[Free, ...] = FREE
     phases_s: tuple[float, ...] = PHASES_S
+    replayed: Callable[[], None] = lambda: None
+    """Called after each replay."""
 
     def unit(self, x: Floats) -> Unit:
         """Return the unit that free numbers (p,) stand for."""
@@ -79,7 +120,11 @@ class UnitModel:
         """Return predicted less recorded counts, by replays through every byte."""
         units = [self.unit(numbers) for numbers in x]
         each = self.pool.map if self.pool else map
-        return list(each(_misses, self.traces, units, [self.firmware] * len(units), phases_s))
+        missed = []
+        for one in each(_misses, self.traces, units, [self.firmware] * len(units), phases_s):
+            missed.append(one)
+            self.replayed()
+        return missed
 
 
 def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
@@ -98,6 +143,13 @@ def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
     servos = dataclasses.replace(unit.servos, **tables["servos"])
     hand = dataclasses.replace(unit.hand, **_without_rise(tables["hand"]))
     return dataclasses.replace(unit, servos=servos, hand=hand)
+
+
+def numbers(unit: Unit) -> dict[str, Floats]:
+    """Return the fields of a unit that calibration may change, arrays by `section.field`."""
+    names = dict.fromkeys(free.name.replace("spring_rise", "spring_closed") for free in FREE)
+    fields = [(name, *name.split(".")) for name in names]
+    return {name: np.atleast_1d(getattr(getattr(unit, section), field)) for name, section, field in fields}
 
 
 def _with_rise(hand: dict[str, Any]) -> dict[str, Any]:

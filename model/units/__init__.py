@@ -76,11 +76,15 @@ def load_unit(name: str) -> Unit:
         raise ValueError(f"there is no unit {name!r}; shipped are {', '.join(shipped_units())}, or give a .toml file")
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise ValueError(f"unit {name} is no TOML: {error}") from error
     if "name" in table:
         raise ValueError(f"unit {name}: a unit is named by its file, remove the key 'name'")
-    unit = fill(Unit, table, f"unit {name}")
+    try:
+        unit = fill(Unit, table, f"unit {name}")
+    except (ValueError, ArithmeticError) as error:
+        said = str(error) if name in str(error) else f"unit {name}: {error}"
+        raise ValueError(said) from error
     if "back_emf" in table.get("hand", {}):
         raise ValueError(
             f"unit {name}: hand.back_emf follows from servos.stall_torque and no_load_speed_counts, remove it"

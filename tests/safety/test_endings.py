@@ -29,18 +29,18 @@ TIOCGEXCL = 0x80045440
 """Asks Linux whether a terminal refuses further openings; Python's termios does not name it."""
 
 PROGRAM = """
-import os, sys, time
+import os, sys
 from aero import open_hand
 from aero.safety import Thresholds
 
 path, limits = sys.argv[1], Thresholds(opening_s=0.3, stale_s=5.0, silent_s=5.0)
 with open_hand(path, firmware="0.2.0", thresholds=limits) as hand:
     if "fork" in sys.argv and not os.fork():
-        time.sleep(60)  # a worker, started before the first motion
+        os.read(0, 1)  # a worker, started before the first motion; it lives as long as the test
         os._exit(0)
     hand.command_codes([40000] * 7)
     if "fork" in sys.argv and not os.fork():
-        time.sleep(60)  # another one, which holds copies of all that is open now
+        os.read(0, 1)  # another one, which holds copies of all that is open now
         os._exit(0)
     print("closing", flush=True)
     hand.clock.sleep_until(hand.clock.now() + 60)
@@ -75,7 +75,13 @@ def closed_and_then(number, *arguments, program=PROGRAM, cwd=ROOT):
     command = [sys.executable, "-c", program, server.name, *arguments]
     # A session of its own, so that workers that it leaves behind can be ended with it.
     child = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=cwd, start_new_session=True
+        command,
+        stdin=subprocess.PIPE,  # its end tells the workers to go
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        cwd=cwd,
+        start_new_session=True,
     )
     try:
         assert child.stdout.readline() == "closing\n"

@@ -90,7 +90,7 @@ def load_coefficients(name_or_path: str | Path) -> Coefficients:
             f"cannot read these coefficients: {error.strerror}; shipped are {', '.join(SHIPPED)}, or give a .toml file"
         )
         raise OSError(error.errno, hint, str(name_or_path)) from error
-    except (ValueError, TypeError, AttributeError, KeyError) as error:
+    except (ValueError, TypeError, AttributeError, KeyError, OverflowError, RecursionError) as error:
         raise ValueError(f"{path}: {error}") from error
 
 

@@ -22,7 +22,7 @@ def test_record_then_calibrate(tmp_path, monkeypatch):
     assert read_recording(out)["command_codes"].values[:, Channel.INDEX].max() > 0
 
     def quick(*arguments, **options):
-        free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
+        free = tuple(number for number in FREE if number.name == "hand.spool_friction")
         return calibrate(*arguments, **options, free=free, iterations=0)
 
     monkeypatch.setattr("hil.cli.calibrate.calibrate", quick)
@@ -32,7 +32,9 @@ def test_record_then_calibrate(tmp_path, monkeypatch):
     )
     assert result.exit_code == 0, result.output
     assert "counts rms" in result.output
-    assert load_unit(str(unit)).servos.goal_delay_s > 0
+    assert load_unit(str(unit)).hand.spool_friction[Channel.INDEX] > 0
+    assert "95 % interval" in result.output
+    assert "fitted, 95 % interval of each: 0." in unit.read_text()
     assert [path.name for path in plots.iterdir()] == ["a.svg"]
 
 

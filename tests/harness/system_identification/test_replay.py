@@ -7,8 +7,9 @@ from recorded import excitation_of
 from aero.channels import FINGERS, Channel
 from aero.safety import SafetyStopError, Thresholds
 from hil.recordings.recorder import Recorder
-from hil.system_identification.calibration import calibrate, held_out_rms
+from hil.system_identification.calibration import calibrate
 from hil.system_identification.excitation import Excitation
+from hil.system_identification.held_out import held_out_rms
 from hil.system_identification.play_excitation import play
 from hil.system_identification.search import pooled_rms, search
 from hil.system_identification.trace import Trace
@@ -33,7 +34,7 @@ def short(height=0.3):
 def recorded(unit, plan, tmp_path):
     """Record an excitation of a hand of this unit."""
     path = tmp_path / "hand.toml"
-    path.write_text(unit_toml(unit, "", ()), encoding="utf-8")
+    path.write_text(unit_toml(unit, "", {}), encoding="utf-8")
     with open_target("emulated", unit=str(path), seed=3) as target:
         return Trace.from_recording(excitation_of(target, plan), plan.name)
 
@@ -95,14 +96,42 @@ def test_calibration_reports_and_draws(trace):
     assert result.channel_rms().shape == (3, 7)
     assert held_out_rms(result.held_out) < 12.0
     assert result.yardstick == []
-    drawing = trace_svg(trace, result.predictions[0])
+    drawing = trace_svg(trace, result.predictions()[0])
     assert drawing.lstrip().startswith("<?xml")
     assert "Thumb CMC flexion" in drawing
 
 
-def test_too_few_traces_are_not_cross_validated(trace):
-    free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
-    assert calibrate([trace], REFERENCE, free=free, iterations=0).held_out == []
+FRICTION = tuple(number for number in FREE if number.name == "hand.spool_friction")
+
+
+def test_a_single_recording_is_scored_on_parts_left_out_and_only_what_it_moves_is_fitted(trace):
+    seen = []
+    result = calibrate([trace], REFERENCE, free=FRICTION, iterations=1, progress=lambda *at: seen.append(at))
+    assert sum(len(part[0]) for part in result.held_out) == len(trace.t_read)
+    assert held_out_rms(result.held_out) < 12.0
+    assert [done for done, _ in seen] == list(range(1, len(seen) + 1))
+    assert all(done <= about for done, about in seen)
+    low, high = result.intervals["hand.spool_friction"]
+    moving = [*FINGERS, Channel.THUMB_FLEXOR]
+    assert [channel for channel in Channel if low[channel] < high[channel]] == moving
+    for channel in set(Channel) - set(moving):
+        assert result.unit.hand.spool_friction[channel] == REFERENCE.hand.spool_friction[channel]
+
+
+def test_an_interruption_while_scoring_keeps_what_was_found(trace, monkeypatch):
+    def terminated(_model, _found):
+        raise SystemExit(143)
+
+    monkeypatch.setattr("hil.system_identification.calibration.held_out", terminated)
+    result = calibrate([trace], REFERENCE, free=FRICTION, iterations=0)
+    assert isinstance(result.found.interrupted, SystemExit)
+    assert result.held_out == []
+    assert set(result.intervals) == {"hand.spool_friction"}
+
+
+def test_a_recording_in_which_nothing_moves_is_refused(trace):
+    with pytest.raises(ValueError, match="no channel moves"):
+        calibrate([dataclasses.replace(trace, codes=np.zeros_like(trace.codes))], REFERENCE)
     with pytest.raises(ValueError, match="at least one"):
         calibrate([], REFERENCE)
 

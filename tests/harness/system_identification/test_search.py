@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aero.channels import Channel
+from hil.system_identification.held_out import PARTS, held_out
 from hil.system_identification.search import (
     NOISE_COUNTS,
     Free,
     find_slopes,
     gauss_newton_step,
-    leave_one_out,
     pooled_rms,
     search,
     slope_groups,
@@ -27,6 +27,22 @@ FREE = (
 )
 
 
+ran = []
+"""Batches of predictions of the toys of this test."""
+
+
+@pytest.fixture(autouse=True)
+def _nothing_ran_yet():
+    ran.clear()
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What a trace has that leaving parts out asks for."""
+
+    t_read: np.ndarray
+
+
 @dataclass(frozen=True)
 class Toy:
     """Traces are noise-free curves of known numbers, on a grid with a known phase."""
@@ -34,12 +50,17 @@ class Toy:
     lengths: tuple[int, ...] = (30, 40, 20, 25)
     free: tuple[Free, ...] = FREE
     phases_s: tuple[float, ...] = (0.0, 0.005)
+    interrupt_after: int | None = None
+    interruption: type[BaseException] = KeyboardInterrupt
 
     @property
     def traces(self):
-        return self.lengths
+        return [Reads(np.arange(m, dtype=float)) for m in self.lengths]
 
     def residuals(self, x, phases_s):
+        ran.append(len(x))
+        if self.interrupt_after is not None and len(ran) > self.interrupt_after:
+            raise self.interruption
         return [
             self.curve(k, xk, p) - self.curve(k, TRUTH, 0.005)
             for k, (xk, p) in enumerate(zip(x, phases_s, strict=True))
@@ -67,7 +88,7 @@ def test_search_reports_its_way():
 def test_leaving_one_out_predicts_it_from_the_others():
     toy = Toy()
     found = search(toy, iterations=20)
-    by_phase = leave_one_out(toy, found)
+    by_phase = held_out(toy, found)
     assert pooled_rms(by_phase[1]) < 2.0 < pooled_rms(by_phase[0])
 
 
@@ -112,3 +133,28 @@ def test_an_outlier_pulls_less_than_its_square():
 
 def test_spreads_are_those_of_the_numbers():
     assert spreads(Toy()).tolist() == [0.6, 0.2] + [0.6] * 7
+
+
+def test_two_traces_are_scored_by_parts_of_each():
+    toy = Toy(lengths=(30, 40), phases_s=(0.005,))
+    parts = held_out(toy, search(toy, iterations=20))
+    assert len(parts) == PARTS
+    assert [sum(len(part[k]) for part in parts) for k in range(2)] == [30, 40]
+    assert pooled_rms(residual for part in parts for residual in part) < 2.0
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize("batches", [3, 9, 16, 30])
+def test_an_interrupted_search_returns_the_best_so_far(batches, interruption):
+    found = search(Toy(interrupt_after=batches, interruption=interruption), iterations=20)
+    assert isinstance(found.interrupted, interruption)
+    ran.clear()
+    toy = Toy()
+    start, whole = toy.residuals([np.zeros(9)] * 4, found.phases_s), search(toy, iterations=20)
+    assert pooled_rms(whole.residuals) < pooled_rms(found.residuals) <= pooled_rms(start)
+    assert pooled_rms(found.residuals) == pooled_rms(toy.residuals([found.x] * 4, found.phases_s))
+
+
+def test_a_search_that_is_interrupted_at_once_has_nothing_to_keep():
+    with pytest.raises(KeyboardInterrupt):
+        search(Toy(interrupt_after=0))

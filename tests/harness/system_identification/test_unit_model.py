@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aero.channels import Channel
+from aero.channels import FINGERS, Channel
 from hil.system_identification.search import Free
 from hil.system_identification.unit_file import unit_toml
-from hil.system_identification.unit_parameters import FREE, apply
+from hil.system_identification.unit_parameters import FREE, apply, told_by
 from model.units import Unit, load_unit
 from model.units.plausible import plausible_unit
 
@@ -62,15 +62,37 @@ def test_additive_and_multiplied():
 def test_a_written_unit_reads_back(tmp_path_factory, seed):
     unit = plausible_unit(seed)
     path = tmp_path_factory.mktemp("unit") / "twin.toml"
-    path.write_text(unit_toml(unit, 'A "hand" of µm', ("spool_friction",)), encoding="utf-8")
+    path.write_text(unit_toml(unit, 'A "hand" of µm', {}), encoding="utf-8")
     back = load_unit(str(path))
     assert back.description == 'A "hand" of µm'
     for name, value in numbers(back).items():
         assert np.allclose(value, numbers(unit)[name], rtol=1e-4, atol=1e-12), name
 
 
-def test_a_written_unit_says_what_was_fitted():
-    text = unit_toml(plausible_unit(1), "", ("spool_friction",))
-    lines = text.splitlines()
-    assert "N m; fitted" in lines[lines.index(next(x for x in lines if x.startswith("spool_friction"))) - 1]
+@given(st.sets(st.sampled_from(Channel)))
+def test_what_is_fitted_to_some_channels_changes_no_other(moved):
+    told = told_by(FREE, moved)
+    assert all(set(number.channels) <= moved for number in told)
+    unit = apply(REFERENCE, told, np.full(len(told), 0.1))
+    if len(moved) < len(Channel):
+        assert unit.servos == REFERENCE.servos
+    for channel in set(Channel) - moved:
+        for field in ("rotor_inertia", "cable_friction", "spool_friction", "cable_take_up"):
+            assert getattr(unit.hand, field)[channel] == getattr(REFERENCE.hand, field)[channel]
+        if channel in FINGERS:
+            own = slice(3 * channel, 3 * channel + 3)
+            assert unit.hand.closed_stop[own] == REFERENCE.hand.closed_stop[own]
+            assert unit.hand.spring_open[own] == REFERENCE.hand.spring_open[own]
+    if len(moved) == len(Channel):
+        assert told == FREE
+
+
+def test_a_written_unit_says_what_was_fitted_and_how_surely():
+    friction = np.array(plausible_unit(1).hand.spool_friction)
+    low, high = friction * 0.9, friction * 1.1
+    low[2:] = high[2:] = friction[2:]
+    lines = unit_toml(plausible_unit(1), "", {"hand.spool_friction": (low, high)}).splitlines()
+    above = lines[lines.index(next(x for x in lines if x.startswith("spool_friction"))) - 1]
+    assert above.startswith(f"# N m; fitted, 95 % interval of each: {low[0]:.3g} to {high[0]:.3g}; ")
+    assert above.endswith("; as the starting unit" * 5)
     assert "as the starting unit" in lines[lines.index(next(x for x in lines if x.startswith("rotor_inertia"))) - 1]

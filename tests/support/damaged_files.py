@@ -1,0 +1,145 @@
+"""Every reader of files that people bring, a good file for each, and ways to damage it."""
+
+import json
+import pickle
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from policies import network
+
+from aero.actuation.coefficients import load_coefficients
+from aero.policy.file import Policy, PolicyFileError, load, save
+from aero.policy.settings import PAPER_TRAINING
+from aero.policy.task import ShownAction
+from firmware_emulator.firmware.nvs import Nvs
+from hil import open_target
+from hil.experiments.endurance import read_cycles
+from hil.judging import baseline
+from hil.recordings.mcap_file import UnusableFileError, read_recording, write_recording
+from hil.recordings.recorder import Recorder
+from hil.system_identification.trace import load_trace
+from model.units import load_unit
+from train.convert import CheckpointError, Origin, convert
+
+
+def write_small_recording(path: Path) -> None:
+    with open_target(seed=1) as target:
+        recorder = Recorder(target, "audit")
+        recorder.begin({"level": 0.1})
+        for i in range(20):
+            codes = np.full(7, 1000 * i)
+            target.clock.sleep_until(target.clock.now() + 0.02)
+            target.hand.command_codes(codes)
+            recorder.add("command_codes", target.clock.now(), codes)
+            recorder.add("codes", target.clock.now(), target.hand.read_codes())
+        recorder.note("a note", "warning")
+        write_recording(recorder.finish(), path)
+
+
+def write_log(path: Path) -> None:
+    t, share = np.linspace(0.0, 1.0, 30), np.linspace(0.0, 0.5, 210).reshape(30, 7)
+    still = np.full((30, 7), 30.0)
+    np.savez_compressed(
+        path, t_cmd=t, cmd=share, t_pos=t, pos=share, cur_ma=still, temp_c=still, span_counts=np.full(7, 3278.0)
+    )
+
+
+def write_policy(path: Path) -> None:
+    save(Policy("small", network(0, (14, 4, 14)), PAPER_TRAINING, ShownAction.LAST), path)
+
+
+def write_baseline(path: Path) -> None:
+    measured = {"presence": {"index": {"idle_current": 0.1, "lost_replies": None}}, "holding": {"ring": {"x": 1.5}}}
+    path.write_text(json.dumps({"passed": True, "measured": measured, "findings": []}))
+
+
+def write_cycles(path: Path) -> None:
+    cycle = {name: [1.5] * 7 for name in ("closed_percent", "open_percent", "closing_current", "temperature")}
+    path.write_text(3 * (json.dumps(cycle) + "\n"))
+
+
+class Statistics:
+    """Stands in for Brax's, under whose name it is written."""
+
+    def __init__(self) -> None:
+        self.mean, self.std = np.zeros(14, np.float32), np.ones(14, np.float32)
+
+
+def write_checkpoint(path: Path) -> None:
+    layer = {"kernel": np.zeros((14, 14), np.float32), "bias": np.zeros(14, np.float32)}
+    content = pickle.dumps((Statistics(), {"params": {"hidden_0": layer}}, {}), protocol=3)
+    ours = f"c{Statistics.__module__}\nStatistics\n".encode()
+    path.write_bytes(content.replace(ours, b"cbrax.training.acme.running_statistics\nRunningStatisticsState\n"))
+
+
+def copied(source: str) -> Callable[[Path], None]:
+    return lambda path: path.write_text((Path(__file__).parents[2] / source).read_text())
+
+
+@dataclass(frozen=True)
+class Reader:
+    """One of them."""
+
+    name: str
+    """Of the file."""
+    write: Callable[[Path], None]
+    """Makes a good one."""
+    read: Callable[[Path], object]
+    declared: type[Exception] = ValueError
+    """What it raises about a damaged file."""
+
+
+READERS = (
+    Reader("recording.mcap", write_small_recording, read_recording, UnusableFileError),
+    Reader("trace.mcap", write_small_recording, load_trace),
+    Reader("log.npz", write_log, load_trace),
+    Reader("policy.npz", write_policy, load, PolicyFileError),
+    Reader("unit.toml", copied("model/units/reference.toml"), lambda path: load_unit(str(path))),
+    Reader("checks.json", write_baseline, lambda path: baseline.load(path.parent)),
+    Reader("cycles.jsonl", write_cycles, read_cycles),
+    Reader("state.json", lambda path: path.write_text('{"ext0": 2048, "ext6": 17}'), Nvs),
+    Reader("coefficients.toml", copied("aero/actuation/coefficients/paper.toml"), load_coefficients),
+    Reader("checkpoint.pkl", write_checkpoint, lambda path: convert(path, Origin(PAPER_TRAINING)), CheckpointError),
+)
+CORPUS = Path(__file__).parents[1] / "corpus"
+"""Damaged files that once were not answered as declared, `READER.NAME`."""
+TELLING = (b"\0" * 8, b"\xff" * 8, b"nan", b"1e999", b"-1", b"{", b"[" * 2000, b'"', b"\\u0000", b"null", b"true", b"0")
+
+
+def damaged(content: bytes, seed: int) -> bytes:
+    """Return some bytes with one to four damages: flipped bits, a cut, a gap, bytes twice, or telling bytes put in."""
+    random = np.random.default_rng(seed)
+    data = bytearray(content)
+    for _ in range(random.integers(1, 5)):
+        at, length = int(random.integers(0, len(data) + 1)), int(2 ** random.uniform(0.0, 8.0))
+        match random.integers(0, 6):
+            case 0 if at < len(data):
+                data[at] ^= 1 << int(random.integers(0, 8))
+            case 1 if at < len(data):
+                data[at] = int(random.integers(0, 256))
+            case 2:
+                del data[at : at + length]
+            case 3:
+                data[at:at] = data[at : at + length]
+            case 4:
+                telling = TELLING[random.integers(0, len(TELLING))]
+                data[at : at + int(random.integers(0, 2)) * len(telling)] = telling
+            case 5 if random.uniform() < 0.2:
+                del data[at:]
+    return bytes(data)
+
+
+def answered(reader: Reader, content: bytes, folder: Path) -> bool:
+    """Let a reader read a file of this content; return whether it was refused, as declared and with its name."""
+    path = folder / reader.name
+    path.write_bytes(content)
+    try:
+        reader.read(path)
+    except reader.declared as error:
+        said = str(error)
+    else:
+        return False
+    assert str(path.parent if reader.name == "checks.json" else path) in said
+    return True
