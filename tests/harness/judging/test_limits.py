@@ -10,6 +10,7 @@ from hil.experiments import EXPERIMENTS, JUDGED, metric_of
 from hil.judging.findings import failed
 from hil.judging.limits import SUBJECTS, compare, kinds, load_limits, parse_limit
 from hil.judging.limits.checks import load_checks
+from hil.judging.limits.compute import FURTHEST
 
 TABLE = {
     "experiment": "staircase",
@@ -115,6 +116,22 @@ def test_the_limits_are_those_of_the_checks():
                 assert math.isinf(limit.at_most) == (check.side == "below"), limit
                 for reading in check.recorded or ():
                     assert limit.at_least < reading < limit.at_most, limit
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_no_limit_is_wider_than_its_readings_allow(kind):
+    """A limit that was moved by hand is one that no campaign gave."""
+    checks = {(check.experiment, check.metric, check.subjects): check for check in load_checks()}
+    for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
+        for limit in load_limits(kind, version):
+            check = checks[limit.experiment, limit.metric, limit.subjects]
+            if check.given:
+                continue
+            low, high = limit.healthy
+            # Three figures, rounded outwards.
+            margin = max(check.floor, FURTHEST * (high - low)) + 0.011 * max(abs(limit.healthy[0]), abs(high))
+            assert math.isinf(limit.at_most) or limit.at_most <= high + margin, limit
+            assert math.isinf(limit.at_least) or limit.at_least >= low - margin, limit
 
 
 @pytest.mark.parametrize("kind", kinds())
