@@ -128,10 +128,10 @@ def test_no_limit_is_wider_than_its_readings_allow(kind):
             if check.given:
                 continue
             low, high = limit.healthy
-            # Three figures, rounded outwards.
-            margin = max(check.floor, FURTHEST * (high - low)) + 0.011 * max(abs(limit.healthy[0]), abs(high))
-            assert math.isinf(limit.at_most) or limit.at_most <= high + margin, limit
-            assert math.isinf(limit.at_least) or limit.at_least >= low - margin, limit
+            margin = max(check.floor, FURTHEST * (high - low))
+            # Limits have three figures, rounded outwards.
+            assert math.isinf(limit.at_most) or limit.at_most <= high + margin + 0.011 * abs(high + margin), limit
+            assert math.isinf(limit.at_least) or limit.at_least >= low - margin - 0.011 * abs(low - margin), limit
 
 
 @pytest.mark.parametrize("kind", kinds())
