@@ -20,7 +20,7 @@ NAME = "campaign.duckdb"
 _TABLES = """
 CREATE TABLE IF NOT EXISTS trials (
     key VARCHAR PRIMARY KEY, trial JSON, failed VARCHAR[], stopped VARCHAR, ended VARCHAR,
-    wall_s DOUBLE, processor_s DOUBLE, hand_s DOUBLE, physics_s DOUBLE, commit VARCHAR
+    wall_s DOUBLE, processor_s DOUBLE, hand_s DOUBLE, commit VARCHAR
 );
 CREATE TABLE IF NOT EXISTS numbers (
     key VARCHAR, experiment VARCHAR, subject VARCHAR, metric VARCHAR, value DOUBLE
@@ -55,11 +55,10 @@ class Store:
             outcome.wall_s,
             outcome.processor_s,
             outcome.hand_s,
-            outcome.physics_s,
             outcome.commit,
         )
         self._connection.begin()
-        self._connection.execute("INSERT INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
+        self._connection.execute("INSERT INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
         if numbers:
             self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
         self._connection.commit()
@@ -73,8 +72,9 @@ class Store:
         numbers: dict[str, dict[str, dict[str, dict[str, float]]]] = {}
         for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():
             numbers.setdefault(key, {}).setdefault(experiment, {}).setdefault(subject, {})[metric] = value
-        rows = self._connection.execute("SELECT * FROM trials ORDER BY rowid").fetchall()
-        for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, physics_s, commit in rows:
+        columns = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit"
+        rows = self._connection.execute(f"SELECT {columns} FROM trials ORDER BY rowid").fetchall()
+        for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit in rows:
             yield Outcome(
                 trial=_trial(trial),
                 numbers=numbers.get(key, {}),
@@ -84,7 +84,6 @@ class Store:
                 wall_s=wall_s,
                 processor_s=processor_s,
                 hand_s=hand_s,
-                physics_s=physics_s,
                 commit=commit,
             )
 

@@ -58,8 +58,6 @@ class Outcome:
     processor_s: float
     hand_s: float
     """Hand time of the recordings, s."""
-    physics_s: float = 0.0
-    """What the same steps of the same two models cost alone, s of processor time."""
     commit: str = ""
     """Of this project's source."""
 
