@@ -11,7 +11,7 @@ from hil.diagnosis.dictionary import Entry
 from hil.diagnosis.signature import KINDS, Excesses, Signature, signature
 from hil.judging.explanation import Explanation
 
-SCALE = 0.6
+SCALE = 0.1
 """Distance between signatures over which a likeness falls to 1/e; chosen on the hands of the dictionary."""
 
 
@@ -48,12 +48,15 @@ def explain(
 
 
 def distance(one: Signature, other: Signature) -> float:
-    """Return how different two signatures are: the root mean square of the differences of what either shows."""
-    names = one.keys() | other.keys()
-    if not names:
-        return 0.0
-    squares = sum((one.get(name, 0.0) - other.get(name, 0.0)) ** 2 for name in names)
-    return math.sqrt(squares / math.sqrt(len(names)))
+    """Return how different the patterns of two signatures are: one less the cosine between them, 0 to 2.
+
+    A mild fault moves the same readings as a severe one by less, so the length of a signature says little.
+    """
+    lengths = [math.sqrt(sum(value**2 for value in signature.values())) for signature in (one, other)]
+    if not all(lengths):
+        return float(any(lengths))
+    along = sum(value * other.get(name, 0.0) for name, value in one.items())
+    return max(0.0, 1.0 - along / (lengths[0] * lengths[1]))
 
 
 def telling(first: Signature, second: Signature, seen: Mapping[str, float]) -> str | None:

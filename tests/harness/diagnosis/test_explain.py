@@ -15,7 +15,7 @@ DEAF = Entry("deaf", "reply_lost=0.3", "", {"ended/LinkTimeoutError": 1.4})
 DICTIONARY = (SLACK, WEAK, DEAF)
 
 NAMES = st.sampled_from(["own/a", "own/b", "hand/c", "others/d"])
-SIGNATURES = st.dictionaries(NAMES, st.floats(-3, 3))
+SIGNATURES = st.dictionaries(NAMES, st.floats(0.1, 3) | st.floats(-3, -0.1))
 
 
 def reading(channel, experiment, metric, excess):
@@ -52,9 +52,15 @@ def test_many_entries_of_one_cause_are_no_argument_for_it():
 
 
 @given(SIGNATURES, SIGNATURES)
-def test_distance_is_symmetric_and_zero_only_for_the_same(one, other):
-    assert distance(one, other) == distance(other, one)
-    assert distance(one, one) == 0.0
+def test_distance_is_symmetric_and_zero_for_the_same(one, other):
+    assert distance(one, other) == pytest.approx(distance(other, one), abs=1e-12)
+    assert distance(one, one) == pytest.approx(0.0, abs=1e-12)
+
+
+@given(SIGNATURES, st.floats(0.1, 5))
+def test_a_milder_fault_of_the_same_pattern_is_the_same(one, factor):
+    weaker = {name: factor * value for name, value in one.items()}
+    assert distance(one, weaker) == pytest.approx(0.0, abs=1e-9)
 
 
 @given(st.floats(-1000, 1000))
