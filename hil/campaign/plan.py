@@ -21,9 +21,12 @@ USUAL_FIRMWARE = ("0.2.0", "0.1.5")
 
 
 def healthy_hands(first: int, count: int, firmware: Sequence[str] = USUAL_FIRMWARE) -> list[Trial]:
-    """Return trials of healthy hands with seeds from `first` on: sides and firmware in turn, homed."""
-    kinds = islice(cycle(product(firmware, SIDES)), count)
-    return [Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i) for i, (version, side) in enumerate(kinds)]
+    """Return trials of healthy hands with seeds from `first` on, homed: sides, firmware and guard in turn."""
+    kinds = islice(cycle(product((False, True), firmware, SIDES)), count)
+    return [
+        Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i, guarded=guarded)
+        for i, (guarded, version, side) in enumerate(kinds)
+    ]
 
 
 def shipped_hands(seed: int = 0) -> list[Trial]:

@@ -29,6 +29,8 @@ class Trial:
     seed: int = 0
     """Of the noise and of the faults."""
     homed: bool = True
+    guarded: bool = False
+    """Whether the driver guards it, as it does every physical hand: it is then weaker at its stops."""
     faults: tuple[str, ...] = ()
     """As `hil.faults` writes them; none for a healthy hand."""
     experiments: tuple[str, ...] = DEFAULT
@@ -36,7 +38,7 @@ class Trial:
     @property
     def key(self) -> str:
         """Name the trial; two trials with one key are the same."""
-        zeros = "homed" if self.homed else "ideal"
+        zeros = ("homed" if self.homed else "ideal") + (", guarded" if self.guarded else "")
         parts = (self.unit, self.side, self.firmware, f"seed {self.seed}", zeros)
         return " | ".join((*parts, " + ".join(self.faults) or "healthy", ",".join(self.experiments)))
 
@@ -76,6 +78,7 @@ def perform(trial: Trial) -> Outcome:
         unit=trial.unit,
         seed=trial.seed,
         homed=trial.homed,
+        guarded=trial.guarded,
         faults=[parse_fault(text) for text in trial.faults],
     )
     try:

@@ -95,8 +95,11 @@ def test_the_page_names_what_it_found():
 
 def test_plans_take_sides_and_firmware_in_turn():
     hands = healthy_hands(7, 8)
-    assert {(trial.side, trial.firmware) for trial in hands} == {
-        (side, version) for side in ("right", "left") for version in ("0.2.0", "0.1.5")
+    assert {(trial.side, trial.firmware, trial.guarded) for trial in hands} == {
+        (side, version, guarded)
+        for side in ("right", "left")
+        for version in ("0.2.0", "0.1.5")
+        for guarded in (False, True)
     }
     assert len({trial.unit for trial in hands}) == 8
     assert all(trial.homed and not trial.faults for trial in hands)

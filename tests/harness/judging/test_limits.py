@@ -1,11 +1,13 @@
 """Limits are read, refused and applied as their files say."""
 
 import math
+from itertools import permutations
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aero.actuation.window import FIRMWARE_CALIBRATIONS
 from hil.experiments import EXPERIMENTS, JUDGED, metric_of
 from hil.judging.findings import failed
 from hil.judging.limits import SUBJECTS, compare, kinds, load_limits, parse_limit
@@ -132,6 +134,31 @@ def test_no_limit_is_wider_than_its_readings_allow(kind):
             # Limits have three figures, rounded outwards.
             assert math.isinf(limit.at_most) or limit.at_most <= high + margin + 0.011 * abs(high + margin), limit
             assert math.isinf(limit.at_least) or limit.at_least >= low - margin - 0.011 * abs(low - margin), limit
+
+
+ALIKE = ({"pre"}, {"0.1.0", "0.1.1"}, {"0.1.2", "0.1.3", "0.1.4", "0.1.5"}, {"0.2.0"})
+"""Versions with the same windows, motion profile and torque; they differ in homing, boot text and heat alone."""
+WITHOUT_A_MAP = ("audit", "excursion", "response", "coupling", "holding")
+"""Experiments that command codes, so that their readings do not depend on the version that was declared."""
+
+
+def healthy_ranges(version):
+    return {
+        (limit.experiment, limit.metric, limit.subjects[0]): limit
+        for limit in load_limits("aero_hand_open", version)
+        if limit.experiment in WITHOUT_A_MAP and limit.healthy and limit.metric not in ("closed_angle", "fist_travel")
+    }
+
+
+@pytest.mark.parametrize(("declared", "real"), list(permutations(FIRMWARE_CALIBRATIONS, 2)))
+def test_a_board_of_another_version_is_told_by_its_readings(declared, real):
+    expected, read = healthy_ranges(declared), healthy_ranges(real)
+    telling = [
+        key
+        for key in expected.keys() & read.keys()
+        if read[key].healthy[0] > expected[key].at_most or read[key].healthy[1] < expected[key].at_least
+    ]
+    assert bool(telling) == (not any({declared, real} <= versions for versions in ALIKE))
 
 
 @pytest.mark.parametrize("kind", kinds())
