@@ -103,8 +103,10 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the presence tests first; the rest keeps its order."""
-    items.sort(key=lambda item: item.get_closest_marker("presence") is None)
+    """Put the presence tests first and those that home last, whose zero stays; the rest keeps its order."""
+    items.sort(
+        key=lambda item: (item.get_closest_marker("presence") is None, item.get_closest_marker("homes") is not None)
+    )
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -137,3 +137,22 @@ def test_the_junit_report_says_which_hand_it_was(pytester):
     for name, value in (("target", "emulated"), ("firmware", "0.2.0"), ("map", "paper"), ("seed", "6")):
         assert f'<property name="hil_{name}" value="{value}"' in report
     assert "hil_commit" in report
+
+
+def test_in_any_order_presence_comes_first_and_homing_last(pytester):
+    pytester.makepyfile("""
+        import pytest
+
+        @pytest.mark.homes
+        def test_homes():
+            pass
+
+        def test_ordinary():
+            pass
+
+        @pytest.mark.presence
+        def test_presence():
+            pass
+    """)
+    listed = pytester.runpytest("--collect-only", "-q", "-p", "no:randomly").outlines
+    assert [line.partition("::")[2] for line in listed[:3]] == ["test_presence", "test_ordinary", "test_homes"]
