@@ -105,13 +105,15 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the presence tests first, the rest in its order; refuse faults that do not exist."""
+    """Put the presence tests first and those that home last, whose zero stays; refuse faults that do not exist."""
     for item in items:
         try:
             _faults(item)
         except ValueError as error:
             raise pytest.UsageError(f"{item.nodeid}: {error}") from error
-    items.sort(key=lambda item: item.get_closest_marker("presence") is None)
+    items.sort(
+        key=lambda item: (item.get_closest_marker("presence") is None, item.get_closest_marker("homes") is not None)
+    )
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -39,6 +39,8 @@ class Exit(IntEnum):
 
 INTERRUPTED = 130
 """What a shell makes of SIGINT."""
+TERMINATED = (129, 143)
+"""What a shell makes of SIGHUP and SIGTERM."""
 
 
 class Ended(click.ClickException):
@@ -101,6 +103,10 @@ def run(command: Callable[[], Any]) -> None:
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
+    except SystemExit as error:
+        if error.code in TERMINATED:
+            click.echo("Error: terminated", err=True)
+        raise
     except Exception as error:
         code, line = ending(error)
         if code == Exit.DEFECT:

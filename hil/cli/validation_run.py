@@ -79,7 +79,7 @@ def _end(result: Validation, folder: Path) -> NoReturn:
     if result.ended_by is None:
         sys.exit(Exit.WITHIN_LIMITS if result.passed else Exit.OUT_OF_LIMITS)
     if isinstance(result.ended_by, SystemExit):
-        click.echo(f"terminated; what was recorded is in {folder}", err=True)
+        click.echo(f"what was recorded is in {folder}", err=True)
         raise result.ended_by
     code, line = ending(result.ended_by)
     raise Ended(f"{line}; what was recorded is in {folder}", code)

@@ -173,3 +173,22 @@ def test_a_fault_that_does_not_exist_is_a_usage_error(pytester):
     result = pytester.runpytest()
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert "there is no fault 'motor_deaf'" in result.stderr.str()
+
+
+def test_in_any_order_presence_comes_first_and_homing_last(pytester):
+    pytester.makepyfile("""
+        import pytest
+
+        @pytest.mark.homes
+        def test_homes():
+            pass
+
+        def test_ordinary():
+            pass
+
+        @pytest.mark.presence
+        def test_presence():
+            pass
+    """)
+    listed = pytester.runpytest("--collect-only", "-q", "-p", "no:randomly").outlines
+    assert [line.partition("::")[2] for line in listed[:3]] == ["test_presence", "test_ordinary", "test_homes"]

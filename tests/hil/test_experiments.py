@@ -71,6 +71,6 @@ def test_the_encoders_tell_the_truth(target, hand, settle, open_codes):
 @pytest.mark.homes
 @pytest.mark.takes_long
 def test_homing_repeats(target, hand):
-    """Last in this folder: from here on the zero is the one that homing found."""
+    """From here on the zero is the one that homing found; the plugin puts such tests last in any order."""
     result = validate(target, ["homing"])
     assert [finding.sentence for finding in failed(result.findings)] == []

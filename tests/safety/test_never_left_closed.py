@@ -69,7 +69,7 @@ def openness_deg(target):
 
 
 UNKNOWN_TO_PRE = {stalled_thumb, torque_mode, servos_in_torque_mode}
-"""Firmware `pre` has no torque limit, so that a stalled thumb is stopped at once, and no torque mode."""
+"""Firmware `pre` has no torque limit, so that a stalled thumb is stopped at once (below), and no torque mode."""
 CASES = [
     case
     for case in itertools.product(FIRMWARES, STATES, ANSWERING)
@@ -102,6 +102,20 @@ def test_a_fault_in_the_middle_of_the_last_opening_does_not_end_it(firmware, fau
     assert openness_deg(target) < OPEN_DEG
     if firmware != "pre":
         assert torque_limits(target) == [LIMP] * 7
+
+
+@pytest.mark.parametrize("fault", [nothing, pytest.param(restart, marks=pytest.mark.slow), power_cycle, out_of_step])
+def test_a_thumb_that_stalls_on_firmware_without_limits_is_stopped_and_opened(fault):
+    """With a fault in the middle of the opening, which takes the last 2 of 3.2 s."""
+
+    def stall(target):
+        electronics = target.capability("electronics")
+        electronics.kernel.call_at(electronics.kernel.now + 2.0, fault, electronics)
+        stalled_thumb(target)
+
+    target, said = ended(guarded(firmware="pre"), stall)
+    assert "4 A" in said
+    assert openness_deg(target) < OPEN_DEG
 
 
 class DeafLink(FailingLink):
