@@ -1,6 +1,7 @@
 """Recordings with a known answer, made without any hand."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -48,3 +49,22 @@ def replaced(recording, name, values):
     series = recording[name]
     changed = Series.of(series.columns, series.units, series.times, values)
     return Recording(recording.header, {**recording.series, name: changed}, recording.wire, recording.events)
+
+
+def held(experiment, postures, hold_s, *, answer=None, currents=None, temperatures=None, dt=0.01, **parameters):
+    """Codes of postures (n, 7), each held for `hold_s`; the hand is at `answer` (n, 7), else where it was told.
+
+    It arrives a sample after the command, as a reading is taken before the command of the same sample.
+    """
+    per = round(hold_s / dt)
+    command = np.repeat(np.asarray(postures, float), per, axis=0)
+    reached = command if answer is None else np.repeat(np.asarray(answer, float), per, axis=0)
+    t = dt * np.arange(len(command))
+    readings = {
+        "command_codes": ("u16", command),
+        "codes": ("u16", np.vstack([reached[:1], reached[:-1]])),
+        "currents": ("A", np.zeros_like(command) if currents is None else currents),
+        "temperatures": ("degC", np.full_like(command, 30.0) if temperatures is None else temperatures),
+    }
+    series = {name: Series.of(LABELS, [unit] * 7, t, values) for name, (unit, values) in readings.items()}
+    return Recording(replace(HEADER, experiment=experiment, parameters=parameters), series)
