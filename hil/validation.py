@@ -61,7 +61,7 @@ def validate(
         ValueError: the baseline is none.
     """
     start = time.perf_counter()
-    limits = load_limits(target.limits, target.firmware)
+    limits = load_limits(target.limits, target.firmware, guarded=target.guard is not None)
     before = load(baseline) if baseline else {}
     results: dict[str, Result] = {}
 
@@ -115,13 +115,13 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     for recording in recordings:
         header = recording.header
         if header.experiment == SESSION:
-            session = _link_judged(recording, load_limits(_kind(header), header.firmware))
+            session = _link_judged(recording, _limits_of(header))
             continue
         if header.experiment not in EXPERIMENTS:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
         if not header.finished:
             continue
-        limits = load_limits(_kind(header), header.firmware)
+        limits = _limits_of(header)
         results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
     stopped = None
     if broken_off:
@@ -131,7 +131,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     if done.passed or not results:
         return done
     header = next(iter(results.values())).recording.header
-    return replace(done, explanations=_explained(done, tuple(results), load_limits(_kind(header), header.firmware)))
+    return replace(done, explanations=_explained(done, tuple(results), _limits_of(header)))
 
 
 def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
@@ -139,8 +139,9 @@ def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
     return Result(session, measured, compare(WHOLE_RUN, measured, limits))
 
 
-def _kind(header: Header) -> str:
-    return DEFAULT_LIMITS if header.unit == PHYSICAL else unit_named(header.unit).limits
+def _limits_of(header: Header) -> tuple[Limit, ...]:
+    kind = DEFAULT_LIMITS if header.unit == PHYSICAL else unit_named(header.unit).limits
+    return load_limits(kind, header.firmware, guarded=bool(header.safety))
 
 
 def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> tuple[Explanation, ...]:

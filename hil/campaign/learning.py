@@ -24,7 +24,8 @@ def accused(outcome: Outcome) -> bool:
 
 def judged(outcome: Outcome) -> dict[tuple[str, str, str], float]:
     """Return the excesses of a trial by the present limits of its hand."""
-    return excesses(outcome.numbers, load_limits(unit_named(outcome.trial.unit).limits, outcome.trial.firmware))
+    trial = outcome.trial
+    return excesses(outcome.numbers, load_limits(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded))
 
 
 def not_run(outcome: Outcome) -> list[str]:

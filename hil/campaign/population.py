@@ -18,8 +18,8 @@ def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) ->
 
     The population stands for the default kind; a shipped unit stands for the kind that it names.
     """
-    population: dict[int, list[Outcome]] = defaultdict(list)
-    shipped: dict[int, list[Outcome]] = defaultdict(list)
+    population: dict[tuple[bool, int], list[Outcome]] = defaultdict(list)
+    shipped: dict[tuple[bool, int], list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
         trial = outcome.trial
         if trial.faults:
@@ -27,13 +27,17 @@ def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) ->
         group = next(i for i, versions in enumerate(FIRMWARE_GROUPS) if trial.firmware in versions)
         if trial.unit.startswith(PLAUSIBLE):
             if kind == DEFAULT_LIMITS:
-                population[group].append(outcome)
+                population[trial.guarded, group].append(outcome)
         elif load_unit(trial.unit).limits == kind:
-            shipped[group].append(outcome)
+            shipped[trial.guarded, group].append(outcome)
     return tuple(
-        Healthy(versions, _readings(population[i]), _readings(shipped[i]))
-        for i, versions in enumerate(FIRMWARE_GROUPS)
-        if population[i] or shipped[i]
+        Healthy(
+            FIRMWARE_GROUPS[group],
+            _readings(population[guarded, group]),
+            _readings(shipped[guarded, group]),
+            guarded,
+        )
+        for guarded, group in sorted({*population, *shipped})
     )
 
 

@@ -36,6 +36,8 @@ class Limit:
     at_most: float = math.inf
     firmware: tuple[str, ...] = ()
     """Firmware versions it holds for; empty for all."""
+    guarded: bool | None = None
+    """Whether it holds for a hand that is guarded, and weaker at its stops, or for one that is not; None for both."""
     healthy: tuple[float, float] | None = None
     """Least and greatest reading of the healthy hands that it was computed from; None for a bound that is given."""
 
@@ -89,8 +91,8 @@ def kinds() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
-def load_limits(kind: str, firmware: str) -> tuple[Limit, ...]:
-    """Return the limits for one kind of hand and one firmware.
+def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
+    """Return the limits for one kind of hand and one firmware, guarded or not.
 
     A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject.
 
@@ -103,8 +105,14 @@ def load_limits(kind: str, firmware: str) -> tuple[Limit, ...]:
     if unknown := sorted(table.keys() - {"extends", "limit", "provenance"}):
         raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit, provenance")
     limits = (parse_limit(entry) for entry in table.get("limit", ()))
-    own = tuple(limit for limit in limits if not limit.firmware or firmware in limit.firmware)
-    return own + (without(load_limits(table["extends"], firmware), own) if "extends" in table else ())
+    own = tuple(
+        limit
+        for limit in limits
+        if (not limit.firmware or firmware in limit.firmware) and limit.guarded in (None, guarded)
+    )
+    if "extends" not in table:
+        return own
+    return own + without(load_limits(table["extends"], firmware, guarded=guarded), own)
 
 
 def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, ...]:

@@ -48,6 +48,8 @@ class Healthy:
     """Readings whose tails are fitted."""
     shipped: Readings
     """Readings of single hands that no limit may accuse."""
+    guarded: bool = False
+    """Whether the driver guards them, so that they are weaker at their stops."""
 
 
 def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
@@ -74,14 +76,42 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
             continue
         versions = {v for group in groups for v in group.firmware if not check.firmware or v in check.firmware}
         meant = [group for group in groups if versions.intersection(group.firmware)]
-        deviations = np.concatenate([_deviations(group, check) for group in meant])
         # Each subject of a pool may accuse on its own, so they share the chance.
         chance = FALSE_ALARMS / sides / len(check.subjects)
-        beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
-        for group in meant:
-            firmware = tuple(version for version in group.firmware if version in versions)
-            found.append(_limit(check, group, firmware, beyond, deviations.size))
+        free = _limits(check, [group for group in meant if not group.guarded], versions, chance)
+        weaker = _limits(check, [group for group in meant if group.guarded], versions, chance)
+        found += _together(free, weaker)
     return tuple(found)
+
+
+def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance: float) -> list[Limit]:
+    """Return the limits of a check for the groups of firmware, of hands that are guarded or of others."""
+    if not groups:
+        return []
+    deviations = np.concatenate([_deviations(group, check) for group in groups])
+    beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
+    return [
+        _limit(check, group, tuple(v for v in group.firmware if v in versions), beyond, deviations.size)
+        for group in groups
+    ]
+
+
+def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
+    """Return one limit for both where guarded hands read as others do, and one for each where they do not."""
+    guarded = {limit.firmware: limit for limit in weaker}
+    found = []
+    for limit in free:
+        other = guarded.get(limit.firmware)
+        assert limit.healthy is not None
+        if other is None or other.healthy is None:
+            found.append(limit)
+            continue
+        if limit.at_least < other.healthy[0] and other.healthy[1] < limit.at_most:
+            low, high = min(limit.healthy[0], other.healthy[0]), max(limit.healthy[1], other.healthy[1])
+            found.append(replace(limit, healthy=(low, high)))
+        else:
+            found += [replace(limit, guarded=False), replace(other, guarded=True)]
+    return found
 
 
 def _deviations(group: Healthy, check: Check) -> Floats:
@@ -135,12 +165,6 @@ def own_limits(checks: Sequence[Check], base: Sequence[Limit], groups: Sequence[
         base: limits of the population.
         groups: readings of the kind's own hands, as `shipped`.
     """
-    by_metric = {
-        (limit.experiment, limit.metric, subject, version): limit
-        for limit in base
-        for subject in limit.subjects
-        for version in limit.firmware
-    }
     found = []
     for check in checks:
         for group in groups:
@@ -148,21 +172,36 @@ def own_limits(checks: Sequence[Check], base: Sequence[Limit], groups: Sequence[
             firmware = tuple(v for v in group.firmware if not check.firmware or v in check.firmware)
             if check.given or not values.size or not firmware:
                 continue
-            limit = by_metric[check.experiment, check.metric, check.subjects[0], firmware[0]]
-            low, high = float(values.min()) - check.floor, float(values.max()) + check.floor
-            if low >= limit.at_least and high <= limit.at_most:
-                continue
-            known = limit.healthy or (low, high)
-            found.append(
-                replace(
-                    limit,
-                    source=f"{values.size} readings of this hand, {_short(values.min())} to {_short(values.max())}",
-                    healthy=(min(known[0], low + check.floor), max(known[1], high - check.floor)),
-                    at_least=limit.at_least if math.isinf(limit.at_least) else min(limit.at_least, _outward(low, -1)),
-                    at_most=limit.at_most if math.isinf(limit.at_most) else max(limit.at_most, _outward(high, 1)),
+            for limit in base:
+                same = (limit.experiment, limit.metric, limit.subjects) == (
+                    check.experiment,
+                    check.metric,
+                    check.subjects,
                 )
-            )
+                if same and firmware[0] in limit.firmware:
+                    found += _widened(limit, values, check.floor)
     return tuple(found)
+
+
+def _key(judged: Limit | Check) -> tuple[str, str, tuple[str, ...]]:
+    return judged.experiment, judged.metric, judged.subjects
+
+
+def _widened(limit: Limit, values: Floats, floor: float) -> list[Limit]:
+    """Return a limit that holds the readings of one hand as well; nothing when it does already."""
+    low, high = float(values.min()) - floor, float(values.max()) + floor
+    if low >= limit.at_least and high <= limit.at_most:
+        return []
+    known = limit.healthy or (low, high)
+    return [
+        replace(
+            limit,
+            source=f"{values.size} readings of this hand, {_short(values.min())} to {_short(values.max())}",
+            healthy=(min(known[0], low + floor), max(known[1], high - floor)),
+            at_least=limit.at_least if math.isinf(limit.at_least) else min(limit.at_least, _outward(low, -1)),
+            at_most=limit.at_most if math.isinf(limit.at_most) else max(limit.at_most, _outward(high, 1)),
+        )
+    ]
 
 
 def _pooled(readings: Readings, check: Check) -> Floats:

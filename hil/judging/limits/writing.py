@@ -24,6 +24,7 @@ def limits_text(limits: Sequence[Limit], provenance: Mapping[str, str | int | fl
             f"metric = {json.dumps(limit.metric)}",
             f"subjects = {json.dumps(list(limit.subjects))}",
             *([f"firmware = {json.dumps(list(limit.firmware))}"] if limit.firmware else []),
+            *([f"guarded = {json.dumps(limit.guarded)}"] if limit.guarded is not None else []),
             *(f"{name} = {value:g}" for name, value in bounds.items() if math.isfinite(value)),
             *([f"healthy = [{limit.healthy[0]:g}, {limit.healthy[1]:g}]"] if limit.healthy else []),
             f"source = {json.dumps(limit.source)}",

@@ -26,7 +26,7 @@ SLACK = Entry("cable_snapped", "cable_snapped:index=1.0", "finger", {"own/stairc
 
 @pytest.fixture(autouse=True)
 def one_limit(monkeypatch):
-    monkeypatch.setattr("hil.campaign.learning.load_limits", lambda kind, firmware: (TRACKING,))
+    monkeypatch.setattr("hil.campaign.learning.load_limits", lambda kind, firmware, guarded: (TRACKING,))
 
 
 def faulty(tracking, fault="cable_snapped:index=1.0", **more):

@@ -161,8 +161,10 @@ def test_a_board_of_another_version_is_told_by_its_readings(declared, real):
     assert bool(telling) == (not any({declared, real} <= versions for versions in ALIKE))
 
 
+@pytest.mark.parametrize("guarded", [False, True])
 @pytest.mark.parametrize("kind", kinds())
 @pytest.mark.parametrize("firmware", ["pre", "0.1.5", "0.2.0"])
-def test_no_metric_of_a_subject_has_two_limits(kind, firmware):
-    keys = [(limit.experiment, limit.metric, s) for limit in load_limits(kind, firmware) for s in limit.subjects]
+def test_no_metric_of_a_subject_has_two_limits(kind, firmware, guarded):
+    limits = load_limits(kind, firmware, guarded=guarded)
+    keys = [(limit.experiment, limit.metric, subject) for limit in limits for subject in limit.subjects]
     assert len(keys) == len(set(keys))

@@ -118,3 +118,13 @@ def test_no_metric_of_a_subject_is_checked_twice():
         for version in check.firmware or ("pre", "0.1.5", "0.2.0")
     ]
     assert len(keys) == len(set(keys))
+
+
+def test_a_guarded_hand_has_limits_of_its_own_only_where_it_differs():
+    readings = {("staircase", "take_up", "index"): np.array([0.0, 1.0])}
+    weaker = {("staircase", "take_up", "index"): np.array([-9.0, -8.0])}
+    alike = computed_limits([CHECK], [Healthy(VERSIONS, readings, {}), Healthy(VERSIONS, readings, {}, guarded=True)])
+    assert [limit.guarded for limit in alike] == [None]
+    apart = computed_limits([CHECK], [Healthy(VERSIONS, readings, {}), Healthy(VERSIONS, weaker, {}, guarded=True)])
+    assert [limit.guarded for limit in apart] == [False, True]
+    assert apart[1].at_most < apart[0].at_least
