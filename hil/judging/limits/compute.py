@@ -79,7 +79,9 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
         # Each subject of a pool may accuse on its own, so they share the chance.
         chance = FALSE_ALARMS / sides / len(check.subjects)
         free = _limits(check, [group for group in meant if not group.guarded], versions, chance)
-        weaker = _limits(check, [group for group in meant if group.guarded], versions, chance)
+        # Firmware `pre` has no torque limit, so its guarded hands are stopped before they can be measured.
+        measured = [group for group in meant if group.guarded and _pooled(group.population, check).size]
+        weaker = _limits(check, measured, versions, chance)
         found += _together(free, weaker)
     return tuple(found)
 
