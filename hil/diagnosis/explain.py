@@ -11,7 +11,7 @@ from hil.diagnosis.dictionary import Entry
 from hil.diagnosis.signature import KINDS, Excesses, Signature, signature
 from hil.judging.explanation import Explanation
 
-SCALE = 0.1
+SCALE = 0.2
 """Distance between signatures over which a likeness falls to 1/e; chosen on the hands of the dictionary."""
 
 

@@ -19,7 +19,7 @@ Excesses = Mapping[tuple[str, str, str], float]
 Signature = Mapping[str, float]
 """Feature to compressed excess; a feature that is left out is zero."""
 
-LEAST = 0.1
+LEAST = 0.4
 """Compressed excess below which a feature is left out."""
 MOST = 20.0
 """Excess from which on a reading counts as no further off."""
