@@ -72,7 +72,7 @@ def test_a_recording_without_bytes_cannot_be_replayed(results, tmp_path):
 
 def test_judging_a_recording_again_gives_the_same_verdict(results, tmp_path):
     checks = json.loads((results / "checks.json").read_text())
-    again = judge_recordings([read_recording(results / f"{name}.mcap") for name in NAMES])
+    again = judge_recordings([read_recording(results / f"{name}.mcap") for name in (*NAMES, "session")])
     assert [finding["measured"] for finding in checks["findings"]] == [finding.measured for finding in again.findings]
     result = invoke("report", results / "audit.mcap", results / "holding.mcap", "--out", tmp_path / "r.html")
     assert result.exit_code == 0, result.output
