@@ -10,6 +10,8 @@ from typing import get_args
 import numpy as np
 
 from hil.campaign.trial import Trial
+from hil.faults import parse_fault
+from hil.faults.board import RUNS
 from hil.judging.limits.compute import FIRMWARE_GROUPS
 from model.geometry import Side
 from model.units import shipped_units
@@ -48,6 +50,12 @@ def faulty_hands(
     """
     every = healthy_hands(first, hands * len(faults), firmware)
     return [
-        replace(hand, faults=(fault,), guarded=False)
+        replace(hand, faults=(fault,), guarded=False, firmware=_other(hand.firmware, fault, firmware))
         for fault, hand in zip(np.repeat(faults, hands).tolist(), every, strict=True)
     ]
+
+
+def _other(declared: str, fault: str, firmware: Sequence[str]) -> str:
+    """Return a version to declare; a board that runs what was declared has no fault."""
+    same = parse_fault(fault).name == f"{RUNS}{declared}"
+    return next((version for version in firmware if version != declared), declared) if same else declared

@@ -88,7 +88,7 @@ def perform(trial: Trial) -> Outcome:
             ended = "" if done.ended_by is None else type(done.ended_by).__name__
     except FaultNeverFiredError as error:
         stopped, ended = stopped or str(error), ended or type(error).__name__
-    except (AeroError, OSError) as error:
+    except (AeroError, OSError, ArithmeticError) as error:
         stopped, ended = f"the hand does not answer: {error}", type(error).__name__
     return Outcome(
         trial,

@@ -10,9 +10,9 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from hil.campaign.campaign_page import render_campaign
 from hil.campaign.conduct import AHEAD, cluster, conduct, cores, usable_cores
 from hil.campaign.learning import accused
-from hil.campaign.page import render_campaign
 from hil.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
 from hil.campaign.store import NAME, missing, opened
 from hil.campaign.trial import Outcome

@@ -6,8 +6,8 @@ import pytest
 from click.testing import CliRunner
 from outcomes import healthy_campaign, outcome
 
+from hil.campaign.campaign_page import render_campaign
 from hil.campaign.learning import accused, entries
-from hil.campaign.page import render_campaign
 from hil.campaign.plan import faulty_hands, healthy_hands, shipped_hands
 from hil.campaign.store import opened
 from hil.campaign.summary import Share, confusion, detections, false_alarms, sights
@@ -104,7 +104,11 @@ def test_plans_take_sides_and_firmware_in_turn():
     assert len({trial.unit for trial in hands}) == 8
     assert all(trial.homed and not trial.faults for trial in hands)
     assert {trial.firmware for trial in shipped_hands()} == {group[-1] for group in FIRMWARE_GROUPS}
-    assert [trial.faults for trial in faulty_hands(["a", "b"], 0, 2)] == [("a",), ("a",), ("b",), ("b",)]
+    dead, other = "motor_dead:ring=1.0", "board_runs_0.2.0=1.0"
+    faulty = faulty_hands([dead, other], 0, 2)
+    assert [trial.faults for trial in faulty] == [(dead,), (dead,), (other,), (other,)]
+    assert not any(trial.guarded for trial in faulty)
+    assert {trial.firmware for trial in faulty[2:]} == {"0.1.5"}
 
 
 def test_the_commands_write_what_ships(tmp_path):
