@@ -148,12 +148,15 @@ METRICS = (
         "The channel is held with another current where it stops: its stop lies elsewhere, or its servo is weak.",
         "Home the hand, then validate again; if it stays, compare the servo with its neighbours on a bus adapter.",
     ),
-    Metric(
-        "fist_travel",
-        "length",
-        subjects.CHANNELS,
-        "In the fist the channel travels another way than alone: digits meet, or the supply sags.",
-        "Watch the hand close; measure the supply while it does.",
+    *(
+        Metric(
+            "fist_travel",
+            unit,
+            channels,
+            "In the fist the channel travels another way than alone: digits meet, or the supply sags.",
+            "Watch the hand close; measure the supply while it does.",
+        )
+        for unit, channels in (("mm", subjects.CABLES), ("mrad", ("thumb_abduction",)))
     ),
     Metric(
         "closed_percent",

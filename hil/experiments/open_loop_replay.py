@@ -100,12 +100,15 @@ METRICS = (
         "Look at the response and the rise times first: the link, a servo, its supply.",
     ),
     Metric("replay_offset", "length", subjects.CHANNELS, "Mean difference at that delay."),
-    Metric(
-        "replay_shape",
-        "length",
-        subjects.THUMB,
-        "In motion the thumb departs from the simulator further than a good hand's.",
-        "Look at the staircase of this channel first; a good staircase points to speed, friction or supply.",
+    *(
+        Metric(
+            "replay_shape",
+            unit,
+            channels,
+            "In motion the thumb departs from the simulator further than a good hand's.",
+            "Look at the staircase of this channel first; a good staircase points to speed, friction or supply.",
+        )
+        for unit, channels in (("mm", ("thumb_cmc_flexion", "thumb_flexor")), ("mrad", ("thumb_abduction",)))
     ),
 )
 """What is measured, and what it means when it is off."""
