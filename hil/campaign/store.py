@@ -27,6 +27,8 @@ CREATE TABLE IF NOT EXISTS numbers (
 );
 """
 
+_COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit"
+
 
 class Store:
     """Outcomes on disk; one program writes at a time."""
@@ -58,7 +60,7 @@ class Store:
             outcome.commit,
         )
         self._connection.begin()
-        self._connection.execute("INSERT INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
+        self._connection.execute(f"INSERT INTO trials ({_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
         if numbers:
             self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
         self._connection.commit()
@@ -72,8 +74,7 @@ class Store:
         numbers: dict[str, dict[str, dict[str, dict[str, float]]]] = {}
         for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():
             numbers.setdefault(key, {}).setdefault(experiment, {}).setdefault(subject, {})[metric] = value
-        columns = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit"
-        rows = self._connection.execute(f"SELECT {columns} FROM trials ORDER BY rowid").fetchall()
+        rows = self._connection.execute(f"SELECT {_COLUMNS} FROM trials ORDER BY rowid").fetchall()
         for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit in rows:
             yield Outcome(
                 trial=_trial(trial),
