@@ -51,6 +51,17 @@ def test_delays_and_rate_are_the_recorded_ones():
     assert found["backward_readings"] == 0.0
 
 
+def test_one_reading_that_goes_back_is_counted_in_the_recording():
+    """One new reading behind the one before it, and no other, makes the share positive."""
+    recording = recorded()
+    codes = recording["codes"].values.copy()
+    codes[1130:1140, 0] = codes[1115, 0]
+    series = recording["codes"]
+    changed = Series.of(series.columns, series.units, series.times, codes)
+    back = replace(recording, series={**recording.series, "codes": changed})
+    assert 0.0 < response.measure(back)["hand"]["backward_readings"] < 5.0
+
+
 def test_fingers_that_do_not_arrive_have_no_rate():
     """A warning says so in the recording."""
     found = response.measure(recorded(events=(Event(2.0, "warning", "the fingers did not arrive"),)))["hand"]
