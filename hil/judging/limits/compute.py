@@ -110,7 +110,15 @@ def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
             continue
         if limit.at_least < other.healthy[0] and other.healthy[1] < limit.at_most:
             low, high = min(limit.healthy[0], other.healthy[0]), max(limit.healthy[1], other.healthy[1])
-            found.append(replace(limit, healthy=(low, high)))
+            # It has to hold both, whose tails are not the same though their readings overlap.
+            found.append(
+                replace(
+                    limit,
+                    healthy=(low, high),
+                    at_least=min(limit.at_least, other.at_least),
+                    at_most=max(limit.at_most, other.at_most),
+                )
+            )
         else:
             found += [replace(limit, guarded=False), replace(other, guarded=True)]
     return found

@@ -1,6 +1,7 @@
 """Limits follow from the readings of healthy hands, and hold all of them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -128,3 +129,20 @@ def test_a_guarded_hand_has_limits_of_its_own_only_where_it_differs():
     apart = computed_limits([CHECK], [Healthy(VERSIONS, readings, {}), Healthy(VERSIONS, weaker, {}, guarded=True)])
     assert [limit.guarded for limit in apart] == [False, True]
     assert apart[1].at_most < apart[0].at_least
+
+
+READINGS = st.lists(st.floats(-3, 3), min_size=20, max_size=60)
+
+
+@given(READINGS, READINGS)
+def test_a_limit_for_both_holds_what_each_needs(free, guarded):
+    hands = [
+        Healthy(VERSIONS, {("staircase", "take_up", "index"): np.array(readings)}, {}, guarded=weaker)
+        for readings, weaker in ((free, False), (guarded, True))
+    ]
+    together = computed_limits([CHECK], hands)
+    if len(together) == 1:
+        for kind in hands:
+            (alone,) = computed_limits([CHECK], [replace(kind, guarded=False)])
+            assert together[0].at_least <= alone.at_least
+            assert together[0].at_most >= alone.at_most
