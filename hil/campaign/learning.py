@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from hil.campaign.trial import Outcome
 from hil.diagnosis.dictionary import Entry
-from hil.diagnosis.signature import KINDS, excesses, signature
+from hil.diagnosis.explain import explain
+from hil.diagnosis.signature import KINDS, Key, excesses, places, signature
 from hil.faults import CATALOGUE, Fault, parse_fault
-from hil.judging.limits import load_limits
+from hil.judging.explanation import Explanation
+from hil.judging.limits import Limit, load_limits
 from model.units.naming import unit_named
 
 
@@ -22,10 +24,14 @@ def accused(outcome: Outcome) -> bool:
     return bool(outcome.stopped) or any(abs(excess) > 1.0 for excess in judged(outcome).values())
 
 
-def judged(outcome: Outcome) -> dict[tuple[str, str, str], float]:
+def judged(outcome: Outcome) -> dict[Key, float]:
     """Return the excesses of a trial by the present limits of its hand."""
-    trial = outcome.trial
-    return excesses(outcome.numbers, load_limits(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded))
+    return excesses(outcome.numbers, _limits(outcome))
+
+
+def explained(outcome: Outcome, dictionary: Sequence[Entry]) -> tuple[Explanation, ...]:
+    """Return what a dictionary makes of a trial, the likeliest cause first."""
+    return explain(places(outcome.numbers, _limits(outcome)), outcome.ended, not_run(outcome), dictionary)
 
 
 def not_run(outcome: Outcome) -> list[str]:
@@ -40,7 +46,12 @@ def entries(outcomes: Iterable[Outcome]) -> list[Entry]:
         if len(outcome.trial.faults) != 1 or outcome.ended == "FaultNeverFiredError" or not accused(outcome):
             continue
         fault = parse_fault(outcome.trial.faults[0])
-        features = signature(judged(outcome), outcome.ended, not_run(outcome), fault.channel)
+        features = signature(places(outcome.numbers, _limits(outcome)), outcome.ended, fault.channel)
         kind = "" if fault.channel is None else KINDS[fault.channel.label]
         found.append(Entry(cause_of(fault), str(fault), kind, features))
     return found
+
+
+def _limits(outcome: Outcome) -> tuple[Limit, ...]:
+    trial = outcome.trial
+    return load_limits(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded)

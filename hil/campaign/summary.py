@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 from scipy.stats import binomtest
 
-from hil.campaign.learning import accused, cause_of, judged, not_run
+from hil.campaign.learning import accused, cause_of, explained, judged
 from hil.campaign.trial import Outcome
 from hil.diagnosis.dictionary import Entry
-from hil.diagnosis.explain import explain
 from hil.diagnosis.sight import Seen, Sight
 from hil.faults import CATALOGUE, parse_fault
 
@@ -82,7 +81,7 @@ def _detection(name: str, severity: float, group: Sequence[Outcome], dictionary:
             failed[check] += 1
         if outcome.stopped:
             failed[f"stopped: {outcome.ended or 'gate'}"] += 1
-        causes = [e.cause for e in explain(judged(outcome), outcome.ended, not_run(outcome), dictionary)[:3]]
+        causes = [e.cause for e in explained(outcome, dictionary)[:3]]
         wanted = cause_of(parse_fault(outcome.trial.faults[0]))
         first += causes[:1] == [wanted]
         among_three += wanted in causes
@@ -106,7 +105,7 @@ def confusion(outcomes: Iterable[Outcome], dictionary: Sequence[Entry]) -> dict[
     counts: dict[tuple[str, str], int] = defaultdict(int)
     for outcome in outcomes:
         if len(outcome.trial.faults) == 1 and outcome.ended != NOT_FIRED and accused(outcome):
-            named = explain(judged(outcome), outcome.ended, not_run(outcome), dictionary)
+            named = explained(outcome, dictionary)
             if named:
                 counts[cause_of(parse_fault(outcome.trial.faults[0])), named[0].cause] += 1
     return dict(counts)

@@ -8,7 +8,7 @@ from functools import cache
 
 from hil.diagnosis.dictionary import Entry, load_dictionary
 from hil.diagnosis.explain import explain, telling
-from hil.diagnosis.signature import Signature, excesses, signature
+from hil.diagnosis.signature import Signature, places, signature
 from hil.experiments import Measured
 from hil.faults import CATALOGUE
 from hil.judging.explanation import Explanation
@@ -29,12 +29,12 @@ def diagnose(
         ended: name of the error that ended the run, empty when there was none.
         not_run: experiments that were to run and did not come to their end.
     """
-    found = excesses(numbers, limits)
+    found = places(numbers, limits)
     ranked = explain(found, ended, not_run, _dictionary())[:KEPT]
     entries = {(entry.cause, entry.fault): entry for entry in _dictionary()}
     told = []
     for i, explanation in enumerate(ranked):
-        view = signature(found, ended, not_run, explanation.channel)
+        view = signature(found, ended, explanation.channel)
         after = ranked[i + 1] if i + 1 < len(ranked) else None
         look = ""
         if after is not None:
@@ -54,7 +54,7 @@ def _next_look(first: Signature, second: Signature, view: Signature, other: str)
     if feature is None:
         return f"No further reading tells it from {other}; look at the hand."
     role, _, check = feature.partition("/")
-    if role in ("not run", "ended"):
+    if role == "ended":
         return f"To tell it from {other}, validate again and see whether {check} comes to its end."
     where = {"own": "of this channel", "others": "of the other channels", "hand": "of the hand"}[role]
     more = abs(first.get(feature, 0.0)) > abs(second.get(feature, 0.0))

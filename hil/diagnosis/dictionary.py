@@ -18,7 +18,7 @@ class Entry:
     """One fault on one hand of the campaign."""
 
     cause: str
-    """What a finding names: a group of faults that no reading tells apart."""
+    """What a finding names: see `Kind.cause`."""
     fault: str
     """As `hil.faults` writes it."""
     kind: str
@@ -44,4 +44,4 @@ def _entry(table: dict[str, Any]) -> Entry:
 
 
 def _rounded(features: Signature) -> dict[str, float]:
-    return {name: round(value, 2) for name, value in sorted(features.items())}
+    return {name: rounded for name, value in sorted(features.items()) if (rounded := round(value, 1))}

@@ -1,28 +1,31 @@
-"""The signature of a run: how far each reading lies beyond those of healthy hands, seen from one channel.
+"""The signature of a run: where its readings lie among those of healthy hands, seen from one channel.
 
 The seven channels of a hand suffer the same faults, so a signature is told as "this channel", "the worst of the
-others" and "the hand": a fault that was once seen on the index is known on the ring.
+others" and "the hand": a fault that was once seen on the index is known on the ring. A reading inside the limits
+counts too: one that alone accuses nobody tells one cause from another.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from aero.channels import Channel
 from hil.experiments import Measured
 from hil.experiments.shared.subjects import CHANNELS
-from hil.judging.limits import UNMEASURED, Limit
+from hil.judging.limits import Limit
 
-Excesses = Mapping[tuple[str, str, str], float]
-"""(experiment, metric, subject) to excess, see `Limit.excess`."""
+Key = tuple[str, str, str]
+"""Experiment, metric and subject."""
+Places = Mapping[Key, float]
+"""Where readings lie among those of healthy hands, see `Limit.place`."""
 Signature = Mapping[str, float]
-"""Feature to compressed excess; a feature that is left out is zero."""
+"""Feature to compressed place; a feature that is left out is zero."""
 
-LEAST = 0.4
-"""Compressed excess below which a feature is left out."""
-MOST = 20.0
-"""Excess from which on a reading counts as no further off."""
+COMMON = 1.0
+"""Compressed place up to which a reading is that of any hand; it is taken off."""
+MOST = 1000.0
+"""Place from which on a reading counts as no further off."""
 KINDS: dict[str, str] = {
     **dict.fromkeys(CHANNELS[:4], "finger"),
     **{channel: channel for channel in CHANNELS[4:]},
@@ -30,31 +33,27 @@ KINDS: dict[str, str] = {
 """Channels that are built alike."""
 
 
-def excesses(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[tuple[str, str, str], float]:
-    """Return the excess of every judged reading of a run; what was not measured is left out."""
-    return {
-        (limit.experiment, limit.metric, subject): limit.excess(measured[subject][limit.metric])
-        for limit in limits
-        for measured in [numbers.get(limit.experiment, {})]
-        for subject in limit.subjects
-        if limit.metric in measured.get(subject, {})
-    }
+def excesses(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[Key, float]:
+    """Return the excess of every judged reading of a run (`Limit.excess`); what was not measured is left out."""
+    return {key: limit.excess(value) for key, limit, value in _judged(numbers, limits)}
 
 
-def signature(found: Excesses, ended: str, not_run: Sequence[str], channel: Channel | None) -> dict[str, float]:
+def places(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[Key, float]:
+    """Return the place of every judged reading of a run (`Limit.place`); what was not measured is left out."""
+    return {key: limit.place(value) for key, limit, value in _judged(numbers, limits)}
+
+
+def signature(found: Places, ended: str, channel: Channel | None) -> dict[str, float]:
     """Return a run's signature as seen from a channel, or from the whole hand when None.
 
     Args:
-        found: excesses of the run.
+        found: places of the run's readings.
         ended: name of the error that ended it, empty when there was none.
-        not_run: experiments that did not come to their end.
         channel: the suspect.
     """
-    features = {f"not run/{name}": math.log1p(1.0) for name in not_run}
-    if ended:
-        features[f"ended/{ended}"] = math.log1p(UNMEASURED)
-    for (experiment, metric, subject), excess in found.items():
-        value = compressed(excess)
+    features = {f"ended/{ended}": compressed(MOST)} if ended else {}
+    for (experiment, metric, subject), place in found.items():
+        value = compressed(place)
         if subject == "hand":
             role = "hand"
         elif channel is not None and subject == channel.label:
@@ -64,9 +63,18 @@ def signature(found: Excesses, ended: str, not_run: Sequence[str], channel: Chan
         name = f"{role}/{experiment}/{metric}"
         if abs(value) > abs(features.get(name, 0.0)):
             features[name] = value
-    return {name: value for name, value in features.items() if abs(value) >= LEAST}
+    return features
 
 
-def compressed(excess: float) -> float:
-    """Return an excess on a scale on which ten times as much is not ten times as far."""
-    return math.copysign(math.log1p(min(abs(excess), MOST)), excess)
+def compressed(place: float) -> float:
+    """Return a place on a scale on which ten times as far off is not ten times as telling; 0 for a common one."""
+    far = math.asinh(2.0 * min(abs(place), MOST))
+    return math.copysign(max(0.0, far - COMMON), place)
+
+
+def _judged(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> Iterator[tuple[Key, Limit, float]]:
+    for limit in limits:
+        measured = numbers.get(limit.experiment, {})
+        for subject in limit.subjects:
+            if limit.metric in measured.get(subject, {}):
+                yield (limit.experiment, limit.metric, subject), limit, measured[subject][limit.metric]

@@ -156,6 +156,7 @@ KINDS = (
         (8, 16, 64),
         "a servo reports rounded positions",
         ALL,
+        cause="readings_coarse",
         bounds=(1, 1024),
     ),
     Kind(

@@ -178,7 +178,15 @@ KINDS = (
     ),
     Kind("encoder_noise", "servo", ("D9",), "counts rms", (3, 10, 40), "an encoder is noisy", ALL),
     Kind(
-        "encoder_frozen", "servo", ("D9",), "", (1.0, 1.0, 1.0), "an encoder always reads the same", ALL, bounds=(1, 1)
+        "encoder_frozen",
+        "servo",
+        ("D9",),
+        "",
+        (1.0, 1.0, 1.0),
+        "an encoder always reads the same",
+        ALL,
+        cause="stuck",
+        bounds=(1, 1),
     ),
     Kind(
         "encoder_quantised",
@@ -188,6 +196,7 @@ KINDS = (
         (8, 16, 64),
         "an encoder's steps are coarse",
         ALL,
+        cause="readings_coarse",
         bounds=(1, 1024),
     ),
     Kind("encoder_play", "servo", ("D10",), "counts", (15, 40, 150), "backlash at a shaft", ALL, bounds=(0, 2048)),

