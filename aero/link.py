@@ -257,7 +257,7 @@ class HostLink:
         stray, asked = self._stray, f"{self.name}: no reply to {opcode.name} within {timeout_s:g} s"
         if holds_boot_text(stray):
             return DesyncError(
-                f"{asked}, only boot text (its first byte is 0x5B, '['): the board has just restarted and may be "
+                f"{asked}, only boot text: the board has just restarted and may be "
                 "homing, for about 4 s with firmware 0.1.3 and later. Check supply and cable if nobody restarted it."
             )
         if stray:

@@ -48,8 +48,9 @@ MAX_SERVO_ID = 253
 REFUSED_CHANNEL = 0xFFFF
 """First word of a refused setting's acknowledgement."""
 
-BOOT_TEXT_MARKS = (b"[BOOT]", b"[Init]", b"  ID ", b"Servo ")
-"""Fragments of which at least one is in any stretch of text that a starting board prints; firmwares pre to 0.2.0."""
+BOOT_TEXT_MARKS = (b"ESP-ROM:", b"[BOOT]", b"[Init]", b"  ID ", b"Servo ")
+"""Fragments of which at least one is in any stretch of text that a starting board prints: the chip's ROM, which a host
+sees that is connected while the board restarts, and firmwares pre to 0.2.0."""
 
 
 class Opcode(IntEnum):

@@ -147,6 +147,7 @@ def test_boot_text_never_passes_for_a_reply(boot_text):
 @pytest.mark.parametrize(
     "printed",
     [
+        b"ESP-ROM:esp32s3-20210327\r\nBuild:Mar 27 2021\r\nrst:0x1 (POWERON),boot:0x8\r\n",
         b"[BOOT] Hand Type: LEFT_HAND\r\n",
         "[BOOT] Power-on detected \u2192 homing\r\n".encode(),
         b"\n[Init] Pinging servos...\r\n",
@@ -155,7 +156,7 @@ def test_boot_text_never_passes_for_a_reply(boot_text):
     ],
 )
 def test_every_part_of_the_boot_text_is_known(printed):
-    """As firmwares pre to 0.2.0 print it."""
+    """As the chip's ROM and firmwares pre to 0.2.0 print it."""
     assert protocol.holds_boot_text(printed)
     assert not protocol.holds_boot_text(bytes(range(16)))
 
