@@ -54,6 +54,8 @@ class Detection:
     first: int
     """Hands on which the cause named first is right, of those found."""
     among_three: int
+    furthest: float
+    """Of the hands that were not found, the largest part of the way from healthy readings to a limit, 0 to 1."""
 
 
 def detections(outcomes: Iterable[Outcome], dictionary: Sequence[Entry]) -> tuple[Detection, ...]:
@@ -73,8 +75,10 @@ def detections(outcomes: Iterable[Outcome], dictionary: Sequence[Entry]) -> tupl
 def _detection(name: str, severity: float, group: Sequence[Outcome], dictionary: Sequence[Entry]) -> Detection:
     failed: dict[str, int] = defaultdict(int)
     found = first = among_three = 0
+    furthest = 0.0
     for outcome in group:
         if not accused(outcome):
+            furthest = max(furthest, *map(abs, judged(outcome).values()), 0.0)
             continue
         found += 1
         for check in {f"{key[0]}/{key[1]}" for key, excess in judged(outcome).items() if abs(excess) > 1.0}:
@@ -86,7 +90,9 @@ def _detection(name: str, severity: float, group: Sequence[Outcome], dictionary:
         first += causes[:1] == [wanted]
         among_three += wanted in causes
     ranked = tuple(sorted(failed.items(), key=lambda item: -item[1]))
-    return Detection(name, severity, CATALOGUE[name].unit, Share(found, len(group)), ranked, first, among_three)
+    return Detection(
+        name, severity, CATALOGUE[name].unit, Share(found, len(group)), ranked, first, among_three, furthest
+    )
 
 
 def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:

@@ -9,11 +9,12 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import HandSide
 from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import EmulatedHand
-from hil.faults.fault import ALL, ONCE, SWITCH, Fault, Kind
+from hil.faults.fault import ALL, HOMED, ONCE, SWITCH, Fault, Kind
 
 Effect = Callable[[EmulatedHand, Fault], None]
 
 RUNS = "board_runs_"
+SAME = "0.1.2 to 0.1.5 have the same windows, motion and torque, so one of them declared as another reads the same"
 """Begins the name of a fault that says which version the board runs in truth."""
 WRONG_SIDE = "board_of_other_side"
 OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
@@ -64,6 +65,7 @@ KINDS = (
             bounds=ONCE,
             later=False,
             excludes="version",
+            reason=SAME if version in ("0.1.2", "0.1.3", "0.1.4", "0.1.5") else "",
         )
         for version in PROFILES
     ),
@@ -82,6 +84,7 @@ KINDS = (
         (40, 120, 400),
         "the open end is trimmed away",
         ALL,
+        reason=HOMED,
         bounds=(-2048, 2048),
     ),
 )

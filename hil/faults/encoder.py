@@ -12,7 +12,7 @@ from random import Random
 
 from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
-from hil.faults.fault import ALL, Fault, Kind
+from hil.faults.fault import ALL, HOMED, Fault, Kind
 from hil.faults.motor import Layered, shaft_of
 from hil.faults.shaft_layer import Floats, ShaftLayer
 
@@ -148,6 +148,7 @@ KINDS = (
         (1.02, 1.05, 1.2),
         "an encoder reads too much",
         ALL,
+        reason="its window fits by homing; it makes a step faster, and healthy motors differ by 10 %",
         bounds=(0.5, 2),
     ),
     Kind(
@@ -158,6 +159,7 @@ KINDS = (
         (40, 120, 400),
         "an encoder's zero is displaced",
         ALL,
+        reason=HOMED,
         cause="zero_displaced",
         bounds=(-2048, 2048),
     ),
@@ -169,6 +171,7 @@ KINDS = (
         (40, 120, 400),
         "a magnet slips once",
         ALL,
+        reason="the servo goes to the same readings; only take-up shows it, told in steps of 2.4 mm of cable",
         cause="zero_displaced",
         bounds=(-2048, 2048),
         at_s=10.0,
@@ -199,7 +202,17 @@ KINDS = (
         cause="readings_coarse",
         bounds=(1, 1024),
     ),
-    Kind("encoder_play", "servo", ("D10",), "counts", (15, 40, 150), "backlash at a shaft", ALL, bounds=(0, 2048)),
+    Kind(
+        "encoder_play",
+        "servo",
+        ("D10",),
+        "counts",
+        (15, 40, 150),
+        "backlash at a shaft",
+        ALL,
+        bounds=(0, 2048),
+        reason="the servo controls on what its encoder reads, so the readings follow and only the finger lags",
+    ),
 )
 EFFECTS: dict[str, Layered] = {
     "encoder_scale": lambda plant, fault, unit, _: Scaled(plant, shaft_of(fault), fault.severity),

@@ -15,8 +15,12 @@ SWITCH = (1.0, 1.0, 1.0)
 ONCE = (1.0, 1.0)
 SHARE = (0.0, 1.0)
 """Bounds of a severity."""
+HOMED = "homing starts at the closed stop and finds the zero anew: no reading changes, and the hand works"
+"""Reason why a homed hand shows no wrong zero."""
+RUBBING = "healthy gears differ by a factor of four, which hides what a mild one adds"
+"""Reason why mild friction is not seen."""
 
-__all__ = ["ALL", "CABLES", "FINGERS", "ONCE", "SHARE", "SWITCH", "Fault", "Kind", "Layer"]
+__all__ = ["ALL", "CABLES", "FINGERS", "HOMED", "ONCE", "RUBBING", "SHARE", "SWITCH", "Fault", "Kind", "Layer"]
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,7 @@ class Kind:
     visible: bool = True
     """Whether an encoder, a current or the bytes of the link can show it at all."""
     reason: str = ""
-    """Why it is not visible."""
+    """Why a validation of a homed hand cannot see it, or only from some severity on."""
 
     def __post_init__(self) -> None:
         if not self.cause:

@@ -187,7 +187,7 @@ KINDS = (
         "link_slow", "link", ("A9", "A6"), "baud", (115200, 38400, 9600), "bytes of replies trickle", bounds=(300, 1e7)
     ),
     Kind("link_silent", "link", ("A10",), "s", (0.2, 1, 30), "nothing comes back for a while", at_s=5.0),
-    Kind("boot_text", "link", ("A5",), "", SWITCH, "a boot text comes in between", bounds=ONCE, at_s=5.0),
+    Kind("boot_text", "link", ("A5",), "", SWITCH, "a boot text comes in between", bounds=ONCE, at_s=40.0),
     Kind("link_hangs_up", "link", ("A11",), "", SWITCH, "the port is gone", bounds=ONCE, at_s=5.0),
 )
 ACTS: dict[str, Callable[[], Act]] = {

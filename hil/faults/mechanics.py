@@ -12,7 +12,7 @@ from typing import Any
 
 from aero.channels import Channel, Joint
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
-from hil.faults.fault import ALL, CABLES, FINGERS, ONCE, SHARE, SWITCH, Fault, Kind
+from hil.faults.fault import ALL, CABLES, FINGERS, HOMED, ONCE, RUBBING, SHARE, SWITCH, Fault, Kind
 from model.units import Unit
 
 Change = Callable[[Unit, Fault], Unit]
@@ -118,9 +118,27 @@ KINDS = (
     Kind("late_goals", "servo", ("D5",), "ms", (10, 30, 100), "servos act late on their goals", later=False),
     Kind("slow_turnaround", "bus", ("C6", "C7"), "µs", (300, 900, 3000), "servos answer late on the bus", later=False),
     Kind("supply_low", "hand", ("D13",), "of voltage lost", (0.08, 0.2, 0.4), "the supply is weak", bounds=(0, 0.95)),
-    Kind("cable_friction", "hand", ("D20",), "of tension", (0.15, 0.4, 0.8), "a cable rubs in its sheath", CABLES),
-    Kind("cable_long", "hand", ("D14",), "mm", (3, 7.6, 20), "a cable is slack at the open hand", CABLES),
-    Kind("cable_short", "hand", ("D14",), "mm", (3, 7, 12), "a cable is too short and holds the digit bent", CABLES),
+    Kind(
+        "cable_friction",
+        "hand",
+        ("D20",),
+        "of tension",
+        (0.15, 0.4, 0.8),
+        "a cable rubs in its sheath",
+        CABLES,
+        reason=RUBBING,
+    ),
+    Kind("cable_long", "hand", ("D14",), "mm", (3, 7.6, 20), "a cable is slack at the open hand", CABLES, reason=HOMED),
+    Kind(
+        "cable_short",
+        "hand",
+        ("D14",),
+        "mm",
+        (3, 7, 12),
+        "a cable is too short and holds the digit bent",
+        CABLES,
+        reason=HOMED,
+    ),
     Kind("cable_soft", "hand", ("D14",), "µm/N", (15, 60, 200), "the cables stretch"),
     Kind("cable_snapped", "hand", ("D15", "B12"), "", SWITCH, "a cable is torn or off its spool", CABLES, bounds=ONCE),
     Kind(
@@ -131,6 +149,7 @@ KINDS = (
         (1.04, 1.1, 1.3),
         "a spool is small for its cable",
         CABLES,
+        reason="the encoder turns with the motor, whatever the spool winds; look whether the open finger is straight",
         bounds=(0.5, 2),
     ),
     Kind(
@@ -147,7 +166,16 @@ KINDS = (
         bounds=SHARE,
     ),
     Kind("spring_strong", "hand", ("D11",), "of torque added", (0.3, 0.8, 2.0), "return springs pull too much", CABLES),
-    Kind("stiff_joint", "hand", ("D20",), "N m", (0.03, 0.06, 0.15), "a joint rubs (of a finger, the PIP)", ALL),
+    Kind(
+        "stiff_joint",
+        "hand",
+        ("D20",),
+        "N m",
+        (0.03, 0.06, 0.15),
+        "a joint rubs (of a finger, the PIP)",
+        ALL,
+        reason=RUBBING,
+    ),
     Kind("digit_jammed", "hand", ("D18",), "", SWITCH, "a digit is held by something", ALL, bounds=ONCE),
     Kind(
         "stop_gone",
@@ -157,6 +185,7 @@ KINDS = (
         (3, 10, 40),
         "closed stops let the joints go on",
         ALL,
+        reason="homing puts the zero where the stop is, so the finger closes as far by its encoder and opens less",
         bounds=(0, 90),
     ),
     Kind(

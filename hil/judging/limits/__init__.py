@@ -11,6 +11,7 @@ import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from importlib import resources
 from typing import Any
 
@@ -113,6 +114,7 @@ def kinds() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
+@cache
 def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
     """Return the limits for one kind of hand and one firmware, guarded or not.
 

@@ -7,6 +7,7 @@ from click.testing import CliRunner
 from outcomes import healthy_campaign, outcome
 
 from hil.campaign.campaign_page import render_campaign
+from hil.campaign.detection_table import detection_table, found_from
 from hil.campaign.learning import accused, entries
 from hil.campaign.plan import faulty_hands, healthy_hands, shipped_hands
 from hil.campaign.store import opened
@@ -61,6 +62,17 @@ def test_a_fault_is_found_where_a_check_fails_and_named_by_the_dictionary():
     assert row.checks == (("staircase/tracking_rms", 1),)
     assert (row.first, row.among_three) == (1, 1)
     assert confusion([faulty(4.0)], [SLACK]) == {("cable_snapped", "cable_snapped"): 1}
+
+
+def test_a_fault_counts_as_found_from_where_every_hand_is_accused():
+    mild, medium, severe = (f"encoder_scale:index={scale}" for scale in (1.02, 1.05, 1.2))
+    runs = [faulty(4.0, mild), faulty(4.0, medium), faulty(0.9, medium), faulty(4.0, severe), faulty(4.0, severe)]
+    rows = detections(runs, [SLACK])
+    assert [row.found.count for row in rows] == [1, 1, 2]
+    assert rows[1].furthest == pytest.approx(0.8)
+    assert found_from(rows) == 1.2
+    assert found_from(rows[:2]) is None
+    assert "| 1.2 | 1.02 factor: 1 of 1, 1.05 factor: 1 of 2 (0.8), 1.2 factor: 2 of 2 |" in detection_table(rows, None)
 
 
 def test_a_fault_that_never_fired_counts_for_nothing():
