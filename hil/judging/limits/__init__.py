@@ -49,15 +49,15 @@ class Limit:
     def excess(self, value: float) -> float:
         """Return how far a reading lies beyond the healthy ones: 0 among them, 1 at the limit, negative below them.
 
+        A side without a limit has nothing to exceed: 0.
         A reading that could not be measured, or is beyond a given bound, counts as `UNMEASURED`.
         """
         if self.healthy is None or math.isnan(value):
             return 0.0 if self.at_least <= value <= self.at_most else UNMEASURED
         low, high = self.healthy
-        if low <= value <= high:
-            return 0.0
-        above, below = self._margins(low, high)
-        return (value - high) / above if value > high else (value - low) / below
+        if value > high:
+            return (value - high) / (self.at_most - high)
+        return (value - low) / (low - self.at_least) if value < low else 0.0
 
     def place(self, value: float) -> float:
         """Return where a reading lies among the healthy ones: 0 in their middle, 1 at the greatest, -1 at the least.
@@ -71,12 +71,8 @@ class Limit:
             middle = sum(bounds) / 2 if len(bounds) == 2 else 0.0
             return (value - middle) / (GIVEN * (abs(bounds[-1] - middle) or 1.0))
         low, high = self.healthy
-        return (value - (low + high) / 2) / max((high - low) / 2, NARROWEST * max(self._margins(low, high)))
-
-    def _margins(self, low: float, high: float) -> tuple[float, float]:
-        """Return the distances of the limits above and below; a side without a limit is as far as the other."""
-        margins = [margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin)]
-        return (margins[0], margins[-1])
+        margin = max(margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin))
+        return (value - (low + high) / 2) / max((high - low) / 2, NARROWEST * margin)
 
     def text(self, unit: str) -> str:
         """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""

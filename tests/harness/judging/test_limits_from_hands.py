@@ -91,6 +91,13 @@ def test_excess_is_one_at_the_limit_and_zero_among_the_healthy(value):
     assert math.copysign(1.0, excess) == (-1.0 if value < -1.0 else 1.0)
 
 
+@pytest.mark.parametrize(("low", "high"), [(-3.0, 4.0), (-math.inf, 4.0), (-3.0, math.inf)])
+@given(value=st.floats(-50, 50))
+def test_an_excess_above_one_is_a_reading_out_of_limits(low, high, value):
+    limit = Limit("staircase", "take_up", ("index",), "", at_least=low, at_most=high, healthy=(-1.0, 2.0))
+    assert (abs(limit.excess(value)) > 1.0) == (not low <= value <= high)
+
+
 @given(st.floats(-50, 50))
 def test_a_place_is_one_at_the_greatest_healthy_reading(value):
     limit = Limit("staircase", "take_up", ("index",), "", at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
