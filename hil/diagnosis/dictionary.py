@@ -11,6 +11,8 @@ from typing import Any
 from hil.diagnosis.signature import Signature
 
 FILE = "dictionary.json"
+LEAST = 0.3
+"""Feature below which it is left out of the file; at twice that, causes begin to be confused."""
 
 
 @dataclass(frozen=True)
@@ -44,4 +46,4 @@ def _entry(table: dict[str, Any]) -> Entry:
 
 
 def _rounded(features: Signature) -> dict[str, float]:
-    return {name: rounded for name, value in sorted(features.items()) if (rounded := round(value, 1))}
+    return {name: round(value, 1) for name, value in sorted(features.items()) if abs(value) >= LEAST}
