@@ -100,7 +100,7 @@ class GuardedProgram:
             self.link, self.clock, ActuationMap.for_firmware(firmware), firmware, self._thresholds, standby=None
         )
         self._ask, self.hand._link.ask = self.hand._link.ask, self._asked
-        self.over = self.ended = self._restarted_since = False
+        self.over = self.ended = self._restarted_since = self._sent = False
         self.excused = self.said = ""
         self.exchanges = self.errors = 0
         self._signals = ExitStack()
@@ -211,7 +211,7 @@ class GuardedProgram:
     @step
     def signal(self, name, after_s=0.0):
         """Send this process a signal in `after_s`, whatever it is doing then."""
-        self._later(after_s, signal.raise_signal, getattr(signal, name))
+        self._later(after_s, self._send, getattr(signal, name))
 
     @step
     def end(self, how="normally", cut=0):
@@ -236,6 +236,17 @@ class GuardedProgram:
         self.line.faults = None
         self.electronics.reset("power_on")
         self.clock.sleep_until(self.clock.now() + STARTS_S)
+
+    def _send(self, number):
+        self._sent = True
+        signal.raise_signal(number)
+
+    def _interrupted(self):
+        """Leave the block of the hand by a signal, unless it came from a person who wants to end the tests."""
+        if not self._sent:
+            raise  # noqa: PLE0704 - called where one is being handled
+        self._leave("KeyboardInterrupt")
+        self.over = True
 
     def _leave(self, how):
         """Leave the block of the hand as the `with` statement does."""
@@ -293,8 +304,7 @@ class GuardedProgram:
         except SafetyStopError as stop:
             self.said = str(stop)
         except INTERRUPTS:
-            self._leave("KeyboardInterrupt")
-            self.over = True
+            self._interrupted()
         assert not stopped or self.exchanges == before, "a stopped hand took a call"
 
     def _asked(self, frame, *how):
@@ -321,8 +331,7 @@ class GuardedProgram:
             try:
                 act(*arguments)
             except INTERRUPTS:
-                self._leave("KeyboardInterrupt")
-                self.over = True
+                self._interrupted()
 
     def _unless_over(self, act, *arguments):
         if not self.over:
