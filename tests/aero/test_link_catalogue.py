@@ -23,8 +23,8 @@ LONGEST_S = 2.5
 """Of one reading."""
 BEGINS_S = 0.1
 """Time at which what happens once happens."""
-RESYNCHRONISED_S = 9.0
-"""Of resynchronise(), where replies are late."""
+RESYNCHRONISED_S = 15.0
+"""Of resynchronise(): two searches of 16 time-outs of 0.1 s, each with five waits of 1 s for what may be late."""
 UNSEEN = {"reply_bit_flipped", "reply_stale"}
 """What nothing on this wire tells from a right reply, docs/driver.md."""
 NO_SCHEDULE = {"link_hangs_up", "command_delayed"}
