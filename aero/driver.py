@@ -235,7 +235,7 @@ class AeroHand:
         return old_id
 
     def resynchronise(self) -> int:
-        """Bring a board that waits for the rest of a broken frame back into step; takes up to two seconds.
+        """Bring a board that waits for the rest of a broken frame back into step; takes up to four seconds.
 
         The broken frame itself is completed with zeros and carried out, because the board offers no way to drop it: a
         position command then opens the channels that it had not got to.
@@ -247,7 +247,7 @@ class AeroHand:
             LinkTimeoutError: the board stays silent.
         """
         self._permit()
-        return self._link.resynchronise(self._reply_timeout_s)
+        return self._link.resynchronise(self._reply_timeout_s, self._patience_s)
 
     def _permit(self) -> None:
         """Be asked before every exchange that a program wants; a guarded hand looks here, or refuses."""

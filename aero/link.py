@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from itertools import cycle, islice
 from typing import NamedTuple
 
 from aero.clock import Clock, Deadline
@@ -12,6 +13,7 @@ from aero.overdue import HELD_BACK_S, Overdue
 from aero.protocol import (
     FRAME_SIZE,
     PADDING,
+    READINGS,
     SINCE_0_1_0,
     Opcode,
     Reply,
@@ -26,6 +28,8 @@ _QUIET_S = 0.02
 _SETTLE_LIMIT_S = 1.0
 _DRAIN_BYTES = 4096
 _TEXT_KEPT = 4096
+_SEARCHES = 2
+"""Searches for the frame start: a reply from before the first one can mislead it."""
 
 
 class Answer(NamedTuple):
@@ -119,13 +123,18 @@ class HostLink:
                     break
             raise self._no_reply(opcode, timeout_s if patience_s is None else patience_s)
 
-    def resynchronise(self, reply_timeout_s: float) -> int:
+    def resynchronise(self, reply_timeout_s: float, patience_s: float) -> int:
         """Bring a board that holds 1..15 stray bytes back into step and return how many it held.
 
         The board takes sixteen bytes at a time and never looks for a frame's start. Fifteen zeros complete the frame
         that the stray bytes began; whatever opcode it got is carried out, with zeros for the rest of its payload.
-        From then on only zeros and the query's opcode are in the board, so nothing else can be: a query, then
-        one more zero for every query that goes unanswered, finds the frame start after at most sixteen.
+        From then on only zeros and queries' opcodes are in the board, so nothing else can be: a query, then one more
+        zero for every query that goes unanswered, finds the frame start after at most sixteen. A reply that is late
+        belongs to an earlier one of them, so what it seems to say is confirmed by one query more.
+
+        Args:
+            reply_timeout_s: time for one reply, s, after which the next frame start is tried.
+            patience_s: how late a reply may be, s.
 
         Raises:
             ConnectionError: the link is gone.
@@ -134,17 +143,29 @@ class HostLink:
         with self._lock:
             self._cut_short = False
             self._overdue.forget()
-            padding = FRAME_SIZE - 1
-            self._write(PADDING * padding)
-            for _ in range(FRAME_SIZE):
-                self._drop_stale_input(_QUIET_S)
-                self._request(make_query(Opcode.GET_TEMP))
-                if self._take(reply_timeout_s) is not None:
+            self._drop_stale_input(_QUIET_S)
+            padding = self._pad(FRAME_SIZE - 1)
+            for _ in range(_SEARCHES):
+                tried: list[tuple[Opcode, int]] = []
+                reply = None
+                for query in islice(cycle(READINGS), FRAME_SIZE):
+                    tried.append((query, padding))
+                    self._request(make_query(query))
+                    reply = self._take(reply_timeout_s)
+                    if reply is not None:
+                        break
+                    padding += self._pad(1)
+                reply = reply or self._take(patience_s)
+                if reply is None:
+                    break
+                for start in [start for query, start in reversed(tried) if query == reply.opcode]:
+                    padding += self._pad((start - padding) % FRAME_SIZE)
                     self._overdue.forget()
-                    return -padding % FRAME_SIZE
-                self._write(PADDING)
-                padding += 1
-            self._write(PADDING)  # a multiple of frames in all: a board that was in step and mute stays in step
+                    self._request(make_query(Opcode.GET_TEMP))
+                    if self._take(patience_s) is not None:
+                        self._overdue.forget()
+                        return -padding % FRAME_SIZE
+            self._pad(-padding % FRAME_SIZE)  # whole frames in all: a board that was in step and mute stays in step
             raise LinkTimeoutError(
                 f"{self.name}: the board answers at none of the {FRAME_SIZE} possible frame starts. It may be homing "
                 "(wait up to a minute and try again), without power, or this is not the hand's port."
@@ -153,6 +174,11 @@ class HostLink:
     def close(self) -> None:
         """Give the transport back; a second call does nothing."""
         self._transport.close()
+
+    def _pad(self, count: int) -> int:
+        """Write zeros and return how many."""
+        self._write(PADDING * count)
+        return count
 
     def _write(self, data: bytes) -> None:
         if self._cut_short:

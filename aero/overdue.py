@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 
-from aero.protocol import FILLER, Opcode
+from aero.protocol import FILLER, READINGS, Opcode
 
 HELD_BACK_S = 2.0
 """Longest time for which a link is taken to hold a reply back, s; a request that is older is lost. Twice what a virtual
 machine's core was seen asleep."""
-_HARMLESS = (Opcode.GET_TEMP, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_POS)
 
 
 class Overdue:
@@ -48,4 +47,4 @@ class Overdue:
 
     def distinct(self) -> Opcode | None:
         """Return a query whose reply cannot be taken for one that is still to come; None when there is none left."""
-        return next((opcode for opcode in _HARMLESS if opcode not in self), None)
+        return next((opcode for opcode in READINGS if opcode not in self), None)

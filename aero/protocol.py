@@ -69,6 +69,9 @@ class Opcode(IntEnum):
     SET_TOR = 0x32
 
 
+READINGS = (Opcode.GET_TEMP, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_POS)
+"""Queries that change nothing, whenever they are carried out."""
+
 SINCE_0_1_0 = frozenset({Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR})
 """What the firmware before 0.1.0, `pre`, takes for an unknown opcode: it drops the frame and says nothing."""
 

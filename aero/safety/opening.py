@@ -11,7 +11,7 @@ from aero.channels import Channel
 from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
-from aero.protocol import MAX_CODE
+from aero.protocol import MAX_CODE, Opcode
 from aero.safety.thresholds import ServoSettings, Thresholds
 
 STEP_S = 0.02
@@ -24,11 +24,22 @@ LIVE_LOOKS = 3
 """Looks of which the last must differ from an earlier one, so that a board's frozen cache is not believed."""
 OPEN = (0,) * len(Channel)
 """Codes of the open hand."""
+_HARMLESS_BELOW = np.array([max({*range(byte + 1)} - {*Opcode}) for byte in range(256)])
+"""The next byte from each one down that is no opcode: a board that is out of step takes any byte for one, and would
+home or shift its zeros."""
 SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"
 """What to do about a hand that cannot be opened from here."""
 
 
-def move_slowly(hand: AeroHand, clock: Clock, start_codes: ArrayLike, goal_codes: ArrayLike, seconds: float) -> None:
+def move_slowly(
+    hand: AeroHand,
+    clock: Clock,
+    start_codes: ArrayLike,
+    goal_codes: ArrayLike,
+    seconds: float,
+    *,
+    blindly: bool = False,
+) -> None:
     """Ramp all channels from where they stand to a goal.
 
     Args:
@@ -37,6 +48,7 @@ def move_slowly(hand: AeroHand, clock: Clock, start_codes: ArrayLike, goal_codes
         start_codes: (7,) in 0..65535, where it stands.
         goal_codes: (7,) in 0..65535.
         seconds: time for the whole window; half the window takes half of it.
+        blindly: whether the board may be out of step, so that no byte of a position may be an opcode.
 
     Raises:
         ConnectionError: the link is gone.
@@ -45,7 +57,8 @@ def move_slowly(hand: AeroHand, clock: Clock, start_codes: ArrayLike, goal_codes
     steps = max(1, round(seconds / STEP_S * float(np.abs(goal - start).max()) / MAX_CODE))
     begin = clock.now()
     for step in range(1, steps + 1):
-        hand.command_codes(np.rint(start + (goal - start) * step / steps).astype(np.int64))
+        codes = np.rint(start + (goal - start) * step / steps).astype(np.int64)
+        hand.command_codes(_HARMLESS_BELOW[codes >> 8] << 8 if blindly else codes)
         clock.sleep_until(begin + step * STEP_S)
 
 
@@ -77,7 +90,7 @@ def open_and_relax(
     doubt = attempt.run()
     if attempt.silent:
         with suppress(AeroError):  # a frame that went out incomplete forbids it until the board is back in step
-            move_slowly(hand, clock, last_codes, OPEN, thresholds.opening_s)
+            move_slowly(hand, clock, last_codes, OPEN, thresholds.opening_s, blindly=True)
     while doubt and not deadline.expired:
         with suppress(AeroError):  # the next attempt says what is still wrong
             if attempt.silent:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from aero import AeroHand, Channel
 from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
-from aero.protocol import Opcode
+from aero.protocol import READINGS
 
 POSITIONS_WIRE = [0x2200 + i for i in range(7)]
 POSITIONS = [*POSITIONS_WIRE[3:], *POSITIONS_WIRE[:3]]
@@ -234,12 +234,38 @@ def test_a_board_stuck_on_stray_bytes_is_brought_back(board, stray):
     hand = AeroHand(board, board.clock)
     assert hand.resynchronise() == stray
     assert hand.read_codes().tolist() == POSITIONS
-    assert {frame[0] for frame in board.frames} <= {0x7F, 0x00, Opcode.GET_TEMP, Opcode.GET_POS}
+    assert {frame[0] for frame in board.frames} <= {0x7F, 0x00, *READINGS}
     assert board.clock.now() < 2.5
 
 
+@pytest.mark.parametrize("stray", range(16))
+@pytest.mark.parametrize("late_s", [0.15, 0.45, 0.9])
+def test_a_board_that_answers_late_is_brought_back_into_step_and_not_out_of_it(board, stray, late_s):
+    """Its reply comes when other frame starts are being tried."""
+    board.delay_s = late_s
+    board.write(b"\x7f" * stray)
+    hand = AeroHand(board, board.clock)
+    assert hand.resynchronise() == stray
+    assert hand.read_codes().tolist() == POSITIONS
+    assert board.clock.now() < 7.0
+
+
+def test_replies_from_before_do_not_mislead_the_search_for_the_frame_start(board):
+    """All replies come after 1.3 s, those to a reading that has been given up first."""
+
+    def held_back(frame):
+        return [(max(0.001, 1.3 - board.clock.now()), board.answer(frame)[0][1])]
+
+    board.replies = dict.fromkeys(READINGS, held_back)
+    hand = AeroHand(board, board.clock)
+    with pytest.raises(LinkTimeoutError):
+        hand.read_codes()
+    assert hand.resynchronise() == 0
+    assert hand.read_codes().tolist() == POSITIONS
+
+
 def test_a_board_that_stays_silent_cannot_be_resynchronised(hand, board):
-    board.replies[0x25] = lambda frame: []
+    board.replies = dict.fromkeys(READINGS, lambda frame: [])
     with pytest.raises(LinkTimeoutError, match="none of the 16 possible"):
         hand.resynchronise()
 

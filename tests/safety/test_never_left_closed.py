@@ -10,6 +10,7 @@ import pytest
 from guarded_hands import FailingLink, close, guarded, torque_limits, wait
 
 from aero import Channel
+from aero.protocol import Opcode
 from aero.safety import SafetyStopError, Thresholds
 
 LIMP = Thresholds().limp_torque
@@ -148,6 +149,23 @@ def test_about_a_board_that_hangs_it_is_said_what_to_do(state):
     _, said = ended(guarded(link=DeafLink), hang)
     assert "SWITCH THE HAND'S SUPPLY OFF" in said
     assert "does not answer" in said
+
+
+def test_a_board_that_may_be_out_of_step_is_sent_no_byte_that_it_could_take_for_an_opcode():
+    """Of the ramp that needs no answer: shifted, its positions would make a board home, or shift its zeros."""
+
+    def fall_silent(target):
+        fist(target)
+        link = target.wire._transport
+        link.silent, link.log = True, []
+
+    target, said = ended(guarded(link=FailingLink), fall_silent)
+    assert "does not answer" in said
+    ramp = [
+        data for _, direction, data in target.wire._transport.log if direction == ">" and data[0] == Opcode.CTRL_POS
+    ]
+    assert len(ramp) > 80
+    assert {*Opcode}.isdisjoint(b"".join(data[2:] for data in ramp))
 
 
 def test_a_board_that_hangs_for_a_while_is_waited_for():

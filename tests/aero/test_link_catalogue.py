@@ -1,0 +1,112 @@
+"""Every fault of the link in the catalogue, and what the driver makes of it: no hang, no undeclared error, no end.
+
+The counts of docs/driver.md, a million exchanges: `LINK_EXCHANGES=14300 pytest -s -m "slow or not slow"
+tests/aero/test_link_catalogue.py`.
+"""
+
+import os
+import struct
+from collections import Counter
+from contextlib import suppress
+
+import pytest
+
+from aero import AeroHand
+from aero.errors import AeroError
+from hil.faults import CATALOGUE, Schedule, parse_fault
+from hil.faults.link import LinkFaults
+
+EXCHANGES = int(os.environ.get("LINK_EXCHANGES", "300"))
+MARK = 0x0101
+"""Multiplies the count of requests: both bytes of a word are alike, and none of 0x40 to 0x7f makes a head."""
+LONGEST_S = 2.5
+"""Of one reading."""
+BEGINS_S = 0.1
+"""Time at which what happens once happens."""
+RESYNCHRONISED_S = 15.0
+"""Of resynchronise(): two searches of 16 time-outs of 0.1 s, each with five waits of 1 s for what may be late."""
+UNSEEN = {"reply_bit_flipped", "reply_stale"}
+"""What nothing on this wire tells from a right reply, docs/driver.md."""
+NO_SCHEDULE = {"link_hangs_up", "command_delayed"}
+"""Python's own ConnectionError; and what a host cannot tell from a reply that is delayed."""
+SCHEDULES = [
+    f"{kind.name}={severity:g}" + (f"@{BEGINS_S}" if kind.at_s else "")
+    for kind in CATALOGUE.values()
+    if kind.layer == "link" and kind.name not in NO_SCHEDULE
+    for severity in sorted({*kind.severities})
+]
+QUICK = [text for text in SCHEDULES if text.split("=")[0].startswith("reply_byte") or "delayed" in text]
+
+
+def value(count):
+    return MARK * (0x40 + count % 0x40)
+
+
+VALUES = {value(count) for count in range(0x40)}
+
+
+@pytest.fixture
+def counting(new_board):
+    """A board whose readings are its count of requests."""
+    board = new_board()
+    board.seen = 0
+
+    def answer(frame):
+        board.seen += 1
+        return [(0.001, struct.pack("<BB7H", frame[0], 0, *[value(board.seen)] * 7))]
+
+    board.replies = dict.fromkeys(range(0x22, 0x26), answer)
+    return board
+
+
+def spoil(board, text):
+    """Put a fault of the catalogue between a board and its host, and return what takes it away again."""
+    schedule = Schedule([parse_fault(text)], seed=7)
+    faults = LinkFaults(schedule.faults, start_s=0.0, random=schedule.random, fired=schedule.fire)
+    say, write, now = board.say, board.write, board.clock.now
+
+    def spoiled_say(delay_s, data):
+        if text := faults.inserted(now()):
+            say(0.0, text)
+        for t, piece in faults.passed("from_hand", now() + delay_s, data):
+            say(t - now(), piece)
+
+    def spoiled_write(data):
+        for _, piece in faults.passed("to_hand", now(), data):
+            write(piece)
+
+    board.say, board.write = spoiled_say, spoiled_write
+
+    def heal():
+        schedule.require_all_fired()
+        board.say, board.write = say, write
+
+    return heal
+
+
+@pytest.mark.parametrize(
+    "text", [text if text in QUICK else pytest.param(text, marks=pytest.mark.slow) for text in SCHEDULES]
+)
+def test_no_fault_of_the_link_hangs_the_driver_or_lasts(counting, text):
+    board, found = counting, Counter()
+    hand = AeroHand(board, board.clock)
+    heal = spoil(board, text)
+    for _ in range(EXCHANGES):
+        before, start = board.seen, board.clock.now()
+        try:
+            words = set(hand.read_codes().tolist())
+        except AeroError:
+            found["errors"] += 1
+            with suppress(AeroError):
+                hand.resynchronise()  # as the message says
+        else:
+            fresh = {value(count) for count in range(before + 1, board.seen + 1)}
+            found["wrong" if len(words) > 1 or words.isdisjoint(VALUES) else "right" if words <= fresh else "old"] += 1
+        assert board.clock.now() - start < LONGEST_S + RESYNCHRONISED_S
+    print(f"| `{text}` | {found['wrong']} | {found['old']} | {found['errors']} |")
+    if text.split("=")[0] not in UNSEEN:
+        assert found["wrong"] == found["old"] == 0
+    heal()
+    board.clock.sleep_until(board.clock.now() + LONGEST_S)
+    hand.resynchronise()
+    assert hand.read_codes().tolist() == [value(board.seen)] * 7

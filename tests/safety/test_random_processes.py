@@ -1,0 +1,100 @@
+"""Random programs on a pseudo-terminal, ended by the system at a random moment: the hand is opened.
+
+More of them: `RANDOM_PROCESSES=100 pytest -m slow tests/safety/test_random_processes.py`. A failure prints the program,
+which runs as it stands: `python program.py PORT`.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+from aero.protocol import MAX_CODE
+from firmware_emulator.links.pty import PtyServer
+from hil.targets.emulated_hand import build_emulated
+from model.units import load_unit
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-terminals")]
+
+PROCESSES = int(os.environ.get("RANDOM_PROCESSES", "6"))
+PATIENCE_S, OPEN_DEG = 60.0, 25.0
+HEAD = """import os, sys
+from aero import Channel, open_hand
+from aero.safety import Thresholds
+
+with open_hand(sys.argv[1], firmware="0.2.0", thresholds=Thresholds(stale_s=5.0, silent_s=5.0)) as hand:
+    print("open", flush=True)"""
+"""A busy machine may keep it from looking."""
+FORK = "if not os.fork(): os.read(0, 1); os._exit(0)"
+"""A worker, which lives until the end of the test."""
+ENDINGS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP]
+
+
+def a_program(chance):
+    """Return a program that first closes some fingers, forks, sets and reads at random, and does not end by itself."""
+
+    def move():
+        codes = [chance.randrange(MAX_CODE) for _ in range(4)] + [0] * 3
+        return f"hand.command_codes({codes}); hand.clock.sleep_until(hand.clock.now() + {chance.uniform(0, 1):.2f})"
+
+    others = [
+        move,
+        lambda: FORK,
+        lambda: f"hand.set_torque(Channel({chance.randrange(7)}), {chance.randrange(200, 700)})",
+        lambda: f"hand.read_{chance.choice(['codes', 'currents', 'speeds'])}()",
+    ]
+    lines = [move(), *(chance.choice(others)() for _ in range(8)), f"while True: {move()}"]
+    return "\n".join([HEAD, *(f"    {line}" for line in lines), ""])
+
+
+@pytest.mark.parametrize("seed", range(PROCESSES))
+def test_a_process_that_is_ended_leaves_the_hand_open(seed, tmp_path):
+    chance = random.Random(seed)
+    program, ending, after_s = a_program(chance), ENDINGS[seed % len(ENDINGS)], chance.uniform(0.0, 10.0)
+    print(f"# {ending.name} after {after_s:.1f} s\n{program}")
+    (tmp_path / "program.py").write_text(program)
+    electronics, plant = build_emulated(load_unit("reference"), firmware="0.2.0", hand="right", seed=seed)
+    ended, opened, leave = threading.Event(), threading.Event(), threading.Event()
+
+    def look():
+        """Return whether to stop serving."""
+        electronics.advance_plant()
+        if ended.is_set() and np.abs(np.rad2deg(plant.joint_angles())).max() < OPEN_DEG:
+            opened.set()
+        return leave.is_set()
+
+    server = PtyServer(electronics)
+    thread = threading.Thread(target=server.run, args=(look,))
+    thread.start()
+    child = subprocess.Popen(
+        [sys.executable, "program.py", server.name],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        stdin=subprocess.PIPE,  # its end tells the workers to go
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        assert child.stdout.readline() == "open\n"
+        with suppress(subprocess.TimeoutExpired):
+            child.wait(after_s)
+        assert child.poll() is None, "it ended by itself"
+        child.send_signal(ending)
+        child.wait(PATIENCE_S)
+        ended.set()
+        assert opened.wait(PATIENCE_S), "the hand is left closed"
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(child.pid, signal.SIGKILL)
+        child.communicate()
+        leave.set()
+        thread.join()
+        server.close()

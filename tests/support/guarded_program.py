@@ -1,0 +1,358 @@
+"""A guarded program on an emulated hand, one step a line, with faults on its way, and what must hold whatever it does.
+
+Whatever breaks carries the steps so far as a script, which runs as it stands with `tests/support` on the search path.
+"""
+
+import functools
+import signal
+import struct
+from collections import deque
+from contextlib import ExitStack
+
+import numpy as np
+import pytest
+from guarded_hands import FailingLink
+
+from aero import AeroHand, Channel
+from aero.actuation import ActuationMap
+from aero.errors import AeroError
+from aero.protocol import MAX_CODE
+from aero.safety import SafetyStopError, Thresholds, unwinding, usual_settings
+from aero.safety.opening import SWITCH_OFF, open_and_relax
+from aero.safety.state import Phase
+from hil.faults import Schedule, parse_fault
+from hil.faults.board import EFFECTS as BOARD_EFFECTS
+from hil.faults.faulty_hand import build_faulty
+from hil.faults.link import LinkFaults
+from hil.faults.servo import EFFECTS as SERVO_EFFECTS
+from hil.targets.guarding import guard
+from model.units.naming import unit_named
+
+OPEN_DEG = 25.0
+"""No joint of an open hand is bent further: a thumb joint rests at 19 degrees in the windows of firmware 0.1.0."""
+REMEMBERED_S = 10.0
+"""For how long it is known what the board has sent, s: longer than any exchange but homing."""
+INTERRUPTS = (KeyboardInterrupt, SystemExit)
+HOMING_S = 20.0
+SETTLES_S = 0.5
+STARTS_S = 8.0
+"""Time for a board to start and home, s."""
+
+
+class Line:
+    """The link between board and host: faults act on it, and what the board has sent is overheard before they do."""
+
+    def __init__(self):
+        self.faults, self.sent, self._free_at = None, deque(), {"to_hand": 0.0, "from_hand": 0.0}
+
+    def passed(self, direction, now, data):
+        """Return (time, bytes) of what arrives; the order is kept when faults change."""
+        if direction == "from_hand":
+            self.sent.append((now, data))
+            while self.sent[0][0] < now - REMEMBERED_S:
+                self.sent.popleft()
+        pieces = [(now, data)] if self.faults is None else self.faults.passed(direction, now, data)
+        arrivals = []
+        for t, piece in pieces:
+            self._free_at[direction] = max(self._free_at[direction], t)
+            arrivals.append((self._free_at[direction], piece))
+        return arrivals
+
+
+def step(method):
+    """Note a step as a line of the script, which whatever it raises carries."""
+
+    @functools.wraps(method)
+    def noted(self, *arguments, **named):
+        texts = [*map(repr, arguments), *(f"{name}={value!r}" for name, value in named.items())]
+        self.lines.append(f"program.{method.__name__}({', '.join(texts)})")
+        try:
+            return method(self, *arguments, **named)
+        except BaseException as error:
+            error.add_note(self.script())
+            raise
+
+    return noted
+
+
+class GuardedProgram:
+    """One program on one emulated hand, on the virtual clock.
+
+    Every step raises an `AssertionError` when the driver returns what the board has not sent since it was asked, lets
+    an undeclared error through, or takes a command after a stop; `end`, when the hand is left closed.
+    """
+
+    def __init__(self, *, firmware="0.2.0", seed=0, unit="reference", after=None):
+        """Start a program on a hand of its own, or on the one that an earlier program, `after`, has left."""
+        self.firmware = firmware
+        self.lines = [f"program = GuardedProgram(firmware={firmware!r}, seed={seed}, unit={unit!r})"]
+        if after is None:
+            how = {"firmware": firmware, "hand": "right", "seed": seed}
+            self.electronics, self._plant = build_faulty(unit_named(unit), Schedule(), **how)
+        else:
+            self.electronics, self._plant = after.electronics, after._plant
+        self._seed = seed
+        self.line = self.electronics.link_faults = Line()
+        self.clock = self.electronics.clock
+        self.link = FailingLink(self.electronics)
+        self._thresholds = Thresholds()
+        self.hand = guard(
+            self.link, self.clock, ActuationMap.for_firmware(firmware), firmware, self._thresholds, standby=None
+        )
+        self._ask, self.hand._link.ask = self.hand._link.ask, self._asked
+        self.over = self.ended = self._restarted_since = self._sent = False
+        self.excused = self.said = ""
+        self.exchanges = self.errors = 0
+        self._signals = ExitStack()
+        self._signals.callback(signal.signal, signal.SIGINT, signal.getsignal(signal.SIGINT))
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        self._signals.enter_context(unwinding())
+
+    def script(self):
+        """Return the steps so far as a program."""
+        return "\n".join(["from guarded_program import GuardedProgram", "", *self.lines])
+
+    @step
+    def command(self, codes, wait_s=0.0):
+        """Send all channels to codes (7,), and wait on the hand's clock."""
+        self._do(lambda: (self.hand.command_codes(codes), self._wait(wait_s)))
+
+    @step
+    def torques(self, magnitudes, wait_s=0.0):
+        """Pull channels closed, and wait."""
+        self._do(lambda: (self.hand.command_torques(magnitudes), self._wait(wait_s)))
+
+    @step
+    def limit(self, what, channel, value):
+        """Set a limit: `speed` or `torque`."""
+        self._do(lambda: getattr(self.hand, f"set_{what}")(Channel(channel), value))
+
+    @step
+    def expect_stops(self, channels):
+        """Give the usual limits back, weaker ones to some channels."""
+        self._do(lambda: self.hand.expect_stops(map(Channel, channels)))
+
+    @step
+    def read(self, what):
+        """Read `codes`, `currents`, `temperatures` or `speeds`."""
+        self._do(getattr(self.hand, f"read_{what}"))
+
+    @step
+    def poll(self, seconds):
+        """Read positions at 50 Hz, waiting on a clock that does not watch."""
+
+        def polling():
+            until = self.clock.now() + seconds
+            while self.clock.now() < until:
+                self.clock.sleep_until(self.clock.now() + 0.02)
+                self.hand.read_codes()
+
+        self._do(polling)
+
+    @step
+    def wait(self, seconds):
+        """Wait on the hand's clock."""
+        self._do(lambda: self._wait(seconds))
+
+    @step
+    def sleep(self, seconds):
+        """Wait where nothing watches, as a suspended machine does."""
+        self._do(lambda: self.clock.sleep_until(self.clock.now() + seconds))
+
+    @step
+    def home(self):
+        """Home the hand."""
+        self._do(lambda: self.hand.home(HOMING_S))
+
+    @step
+    def resynchronise(self):
+        """Bring the board back into step."""
+        self._do(self.hand.resynchronise)
+
+    @step
+    def use_in_forked_process(self):
+        """Let another process, which has a copy of the hand, command it and close it."""
+        self.hand._owner += 1
+        written = self.exchanges
+        try:
+            for call in (self.hand.read_codes, lambda: self.hand.command_codes([MAX_CODE] * 7)):
+                with pytest.raises(SafetyStopError, match="this process was forked"):
+                    call()
+            self.hand.close()
+        finally:
+            self.hand._owner -= 1
+        assert self.exchanges == written
+
+    @step
+    def fault(self, text, after_s=0.0):
+        """Put a fault in, `after_s` from now; one of the link replaces the one before."""
+        self._later(after_s, self._put_in, parse_fault(text))
+
+    @step
+    def heal_link(self, after_s=0.0):
+        """End the faults of the link."""
+        self._later(after_s, setattr, self.line, "faults", None)
+
+    @step
+    def stray_bytes(self, count, after_s=0.0):
+        """Leave the board with a fragment of a frame that another program has written."""
+        self._later(after_s, self._arrive, b"\x7f" * count)
+
+    @step
+    def torque_mode_of_servos(self, after_s=0.0):
+        """Put the servos into torque mode behind the board's back, as a restart in the middle of a change does."""
+        self._later(after_s, self._lose_mode)
+
+    @step
+    def unplug(self, after_s=0.0):
+        """Take the port away."""
+        self._later(after_s, self._unplug)
+
+    @step
+    def signal(self, name, after_s=0.0):
+        """Send this process a signal in `after_s`, whatever it is doing then."""
+        self._later(after_s, self._send, getattr(signal, name))
+
+    @step
+    def end(self, how="normally", cut=0):
+        """End the program, and demand that its hand is open, or that the person is told what to do.
+
+        `how` is `normally`, the name of an exception that leaves the program's block, or `killed`: then the second
+        process opens the hand, `cut` bytes of a command having gone out last.
+        """
+        self.ended = True
+        try:
+            if self.over or how != "killed":
+                self._leave(how)
+            else:
+                self._killed(cut)
+        finally:
+            self.over = True
+            self._signals.close()
+        self._demand_open()
+
+    def next_owner(self):
+        """Leave the hand to the next program as a person does: the faults of the link gone, and power on again."""
+        self.line.faults = None
+        self.electronics.reset("power_on")
+        self.clock.sleep_until(self.clock.now() + STARTS_S)
+
+    def _send(self, number):
+        self._sent = True
+        signal.raise_signal(number)
+
+    def _interrupted(self):
+        """Leave the block of the hand by a signal, unless it came from a person who wants to end the tests."""
+        if not self._sent:
+            raise  # noqa: PLE0704 - called where one is being handled
+        self._leave("KeyboardInterrupt")
+        self.over = True
+
+    def _leave(self, how):
+        """Leave the block of the hand as the `with` statement does."""
+        raised = {"normally": None, "KeyboardInterrupt": KeyboardInterrupt(), "SystemExit": SystemExit(1)}
+        error = raised[how] if how in raised else RuntimeError(how)
+        try:
+            self.hand.__exit__(type(error) if error else None, error, None)
+            self.hand.close()
+        except SafetyStopError as stop:
+            self.said = str(stop)
+        except INTERRUPTS:
+            pass  # a signal that was held back until the hand was open
+
+    def _killed(self, cut):
+        self.over = True
+        if self.hand.phase in {Phase.RESTING, Phase.STOPPED}:
+            return  # no second process was started, or it was stood down
+        if not self.link.unplugged:
+            self._arrive((b"\x11\x00" + b"\xff" * 14)[:cut])
+        second = AeroHand(FailingLink(self.electronics), self.clock)
+        second._link._transport.unplugged = self.link.unplugged
+        try:
+            settable = usual_settings(self.firmware) is not None
+            doubt = open_and_relax(second, self.clock, self._thresholds, settable=settable)
+        except ConnectionError as error:
+            doubt = str(error)
+        self.said = f"{SWITCH_OFF}, because {doubt}" if doubt else ""
+
+    def _demand_open(self):
+        self.clock.sleep_until(self.clock.now() + SETTLES_S)
+        self.electronics.advance_plant()
+        bent = np.abs(np.rad2deg(self._plant.joint_angles())).max()
+        told = SWITCH_OFF in self.said
+        assert bent < OPEN_DEG or (told and self.excused), (
+            f"the hand is left {bent:.0f} degrees bent, although its board answers; said: {self.said!r}, "
+            f"excuse: {self.excused!r}"
+        )
+        if self.hand.phase is Phase.STOPPED and not self._restarted_since and self.firmware != "pre" and not told:
+            limits = [servo.memory.get("goal_torque") for servo in self.electronics.servos]
+            assert limits == [self._thresholds.limp_torque] * 7, f"the hand is left with torque limits {limits}"
+
+    def _do(self, call):
+        """Carry out what a program asks for, and let through what it is told to expect."""
+        if self.over:
+            return
+        stopped = self.hand.phase is Phase.STOPPED
+        before = self.exchanges
+        try:
+            call()
+        except AeroError:
+            self.errors += 1
+        except ConnectionError:
+            self.errors += 1
+            assert self.link.unplugged, "the link is said to be gone, and is not"
+        except SafetyStopError as stop:
+            self.said = str(stop)
+        except INTERRUPTS:
+            self._interrupted()
+        assert not stopped or self.exchanges == before, "a stopped hand took a call"
+
+    def _asked(self, frame, *how):
+        """Exchange a frame, and demand that the reply is one that the board has sent since it was asked."""
+        self.exchanges += 1
+        answer = self._ask(frame, *how)
+        raw = struct.pack("<BB7H", answer.reply.opcode, 0, *answer.reply.words)
+        fresh = [data for t, data in self.line.sent if t >= answer.asked]
+        assert raw in fresh, (
+            f"asked {frame.hex(' ')} at {answer.asked:.4f} s, the driver returned {raw.hex(' ')}, "
+            f"the board had sent {[data.hex(' ') for data in fresh]}"
+        )
+        return answer
+
+    def _wait(self, seconds):
+        self.hand.clock.sleep_until(self.clock.now() + seconds)
+
+    def _later(self, after_s, act, *arguments):
+        if self.over:
+            return
+        if after_s:
+            self.electronics.kernel.call_at(self.clock.now() + after_s, self._unless_over, act, *arguments)
+        else:
+            try:
+                act(*arguments)
+            except INTERRUPTS:
+                self._interrupted()
+
+    def _unless_over(self, act, *arguments):
+        if not self.over:
+            act(*arguments)
+
+    def _put_in(self, fault):
+        if fault.name in BOARD_EFFECTS | SERVO_EFFECTS:
+            (BOARD_EFFECTS | SERVO_EFFECTS)[fault.name](self.electronics, fault)
+            self._restarted_since |= self.hand.phase is Phase.STOPPED
+            if fault.name in {"board_hangs", "servo_missing"}:
+                self.excused = fault.name
+        else:
+            how = {"random": Schedule((fault,), self._seed).random, "fired": lambda _: None}
+            self.line.faults = LinkFaults([fault], start_s=self.clock.now() - fault.at_s, **how)
+
+    def _arrive(self, data):
+        self.electronics.board.receive(data)
+
+    def _lose_mode(self):
+        for servo in self.electronics.servos:
+            servo.memory.set("mode", 2)
+
+    def _unplug(self):
+        self.link.unplugged, self.excused = True, "unplugged"
