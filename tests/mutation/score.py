@@ -14,7 +14,7 @@ import shlex
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import chdir
 from pathlib import Path
 
@@ -44,7 +44,19 @@ OPENS_A_HAND = "open_target"
 """A test file with this word takes seconds; it runs only for the module that it is named after."""
 LONGEST_S = 120.0
 """A mutant whose tests take longer counts as noticed: it loops."""
-OPTIONS = "-x -q -n 0 -p no:cacheprovider -p no:randomly --hypothesis-seed=0 -m 'not slow'"
+OPTIONS = (
+    "-x",
+    "-q",
+    "-n",
+    "0",
+    "-p",
+    "no:cacheprovider",
+    "-p",
+    "no:randomly",
+    "--hypothesis-seed=0",
+    "-m",
+    "not slow",
+)
 
 
 @click.command(help=__doc__)
@@ -59,13 +71,12 @@ def main(seed: int, size: int, least: float, paths: tuple[str, ...]) -> None:
         os.environ["PYTHONPATH"] = folder
         mutants = every_mutant([path for start in paths or JUDGING for path in modules(Path(start))])
         drawn = random.Random(seed).sample(mutants, min(size, len(mutants)))
-        for tests in sorted({tests_of(mutant.module_path) for mutant in drawn}):
-            outcome, output = run_tests(tests, LONGEST_S)
-            if outcome is not TestOutcome.SURVIVED:
-                raise click.ClickException(f"without any mutant, `{tests}` fails:\n{output}")
+        outcome, output = run_tests(command({file for mutant in drawn for file in tests_of(mutant.module_path)}), None)
+        if outcome is not TestOutcome.SURVIVED:
+            raise click.ClickException(f"the tests fail without any mutant:\n{output}")
         survivors = 0
         for i, mutant in enumerate(drawn):
-            result = mutate_and_test([mutant], tests_of(mutant.module_path), LONGEST_S)
+            result = mutate_and_test([mutant], command(tests_of(mutant.module_path)), LONGEST_S)
             if result.test_outcome is TestOutcome.INCOMPETENT or result.diff is None:
                 raise click.ClickException(f"{mutant} could not be tested:\n{result.output}")
             if not result.is_killed:
@@ -130,13 +141,17 @@ def _moves(function: ast.FunctionDef) -> bool:
     return any(isinstance(note, ast.Name) and note.id == MOVES_A_HAND for note in notes)
 
 
-def tests_of(module: Path) -> str:
-    """Return the command that tests a module: the file that is named after it, then what else opens no hand."""
+def tests_of(module: Path) -> list[Path]:
+    """Return the test files of a module: the one that is named after it, then those beside it that open no hand."""
     folder = Path("tests", "harness", module.parts[1])
     mirror = folder / f"test_{module.stem}.py"
     others = [path for path in sorted(folder.glob("test_*.py")) if OPENS_A_HAND not in path.read_text("utf-8")]
-    files = dict.fromkeys([mirror, *others] if mirror.exists() else others)
-    return f"{shlex.quote(sys.executable)} -m pytest {OPTIONS} {' '.join(map(str, files))}"
+    return [mirror, *(path for path in others if path != mirror)] if mirror.exists() else others
+
+
+def command(files: Iterable[Path]) -> str:
+    """Return the command that runs test files in their order."""
+    return shlex.join([sys.executable, "-m", "pytest", *OPTIONS, *map(str, files)])
 
 
 if __name__ == "__main__":

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from hil.experiments import presence
-from hil.experiments.staircase.metrics import resolution
-from hil.experiments.staircase.settled import residuals
 from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
-from tests.support.synthetic import HEADER, LABELS, RANGES, replaced, staircase
+from tests.support.synthetic import HEADER, LABELS
 
 
 def test_every_number_of_presence_is_the_recorded_one():
@@ -34,18 +32,12 @@ def test_every_number_of_presence_is_the_recorded_one():
     assert found["hand"] == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("grid", [1, 4, 8])
-def test_resolution_is_the_grid_of_the_encoder(grid):
-    """Counts of a grid, in a window of 1000, come back from their codes."""
-    counts = grid * np.arange(100)
-    assert resolution(np.floor(counts * 65535 / 1000), 1000) == grid
-
-
-def test_a_hand_that_shakes_is_not_settled():
-    """It swings by 2 % of its range from sample to sample, under a quiet command."""
-    recording = staircase()
-    hand = recording["hand"].values.copy()
-    hand[::2, 2] += 0.02 * RANGES[2]
-    _, settled = residuals(replaced(recording, "hand", hand))
-    assert not settled[1:, 2].any()
-    assert settled[:, 1].any()
+def presence_of(wire=(), hand="right", boot_text="", currents=None):
+    t = 0.025 * np.arange(30)
+    series = {
+        "currents": Series.of(LABELS, ["A"] * 7, t, np.zeros((30, 7)) if currents is None else currents),
+        "temperatures": Series.of(LABELS, ["degC"] * 7, t, np.full((30, 7), 30.0)),
+    }
+    header = replace(HEADER, hand=hand, experiment="presence", parameters={"boot_text": boot_text})
+    wire = wire or (WireRecord(0.0, "to_hand", bytes(16)), WireRecord(0.001, "from_hand", bytes(16)))
+    return presence.measure(Recording(header, series, tuple(wire)))

@@ -1,6 +1,7 @@
 """Limits are read, refused and applied as their files say."""
 
 import math
+from functools import cache
 from itertools import permutations
 
 import pytest
@@ -142,6 +143,7 @@ WITHOUT_A_MAP = ("audit", "excursion", "response", "coupling", "holding")
 """Experiments that command codes, so that their readings do not depend on the version that was declared."""
 
 
+@cache
 def healthy_ranges(version):
     return {
         (limit.experiment, limit.metric, limit.subjects[0]): limit
