@@ -46,7 +46,7 @@ def test_every_number_of_a_channel():
         assert row["settled_percent"] == pytest.approx(100 * 8 / 48)
         assert "unit" not in row
         if channel in CABLES:
-            assert row["spring"] == pytest.approx(0.7 * 0.55)
+            assert row["spring"] == pytest.approx(0.7 * 0.5)
             assert row["friction"] == pytest.approx(0.0, abs=1e-9)
             assert row["take_up"] == pytest.approx(100 * RANGES[channel], rel=0.01)
         else:
