@@ -73,7 +73,7 @@ def test_figures_and_recordings_are_kept_and_read(tmp_path):
 
 @pytest.mark.parametrize("value", [True, [1.0], {}])
 def test_a_figure_that_is_no_number_is_refused(tmp_path, value):
-    with pytest.raises(ValueError, match="warming is .*, not a number"):
+    with pytest.raises(ValueError, match=r"warming is .*, not a number"):
         load(results(tmp_path / "run", {"holding": {"index": {"warming": value}}}))
 
 
