@@ -41,3 +41,36 @@ def presence_of(wire=(), hand="right", boot_text="", currents=None):
     header = replace(HEADER, hand=hand, experiment="presence", parameters={"boot_text": boot_text})
     wire = wire or (WireRecord(0.0, "to_hand", bytes(16)), WireRecord(0.001, "from_hand", bytes(16)))
     return presence.measure(Recording(header, series, tuple(wire)))
+
+
+def test_replies_count_when_they_are_complete_before_the_next_request():
+    """Of five: in one piece, in two, too late, none, and too short."""
+    pieces = ((0.001, 16), (0.002, 10), (0.003, 6), (0.109, 16), (0.302, 15))
+    wire = [WireRecord(0.1 * i, "to_hand", bytes(16)) for i in (0, 1, 2, 3, 4)]
+    for i, (trip, size) in zip((0, 1, 1, 2, 1), pieces, strict=True):
+        wire.append(WireRecord(0.1 * i + trip, "from_hand", bytes(size)))
+    requests, trips = presence.round_trips(tuple(sorted(wire)))
+    assert requests == 5
+    assert trips == pytest.approx([0.001, 0.003, 0.009])
+    found = presence_of(sorted(wire))["hand"]
+    assert found["lost_replies"] == pytest.approx(40.0)
+    assert found["round_trip"] == pytest.approx(3.0)
+
+
+TEXT_0_1_4 = "Power-on detected\nHand Type: RIGHT_HAND\nPinging servos\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "hand", "contradictions"),
+    [
+        ("", "left", 0),
+        ("Power-on detected\nHand Type: RIGHT_HAND\n", "right", 0),
+        ("Power-on detected\n", "left", 0),
+        ("Power-on detected\nHand Type: RIGHT_HAND\n", "left", 1),
+        (TEXT_0_1_4, "right", 1),
+        (f"{TEXT_0_1_4}ID 3: NO REPLY\nID 5: NO REPLY\n", "left", 4),
+    ],
+)
+def test_what_the_boot_text_says_against_the_header_is_counted(text, hand, contradictions):
+    """The header says 0.2.0."""
+    assert presence_of(hand=hand, boot_text=text)["hand"]["boot_contradictions"] == contradictions
