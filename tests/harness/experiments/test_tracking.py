@@ -138,7 +138,7 @@ def test_the_worst_residual_is_told_with_its_sign_and_time(sweep, own):
 
 
 def test_excursions_are_those_of_the_channels_own_sweep():
-    """The ring stands 60 mm further its own sweep comes near, which does not count."""
+    """The ring stands 60 mm further while the index is swept, which does not count."""
     still = staircase(tau=0.02, hand_tau=0.02)
     n = len(still["hand"].times)
     before = (np.arange(n) < 48 * 7)[:, None] * (np.arange(7) == Channel.RING)
