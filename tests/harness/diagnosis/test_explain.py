@@ -88,6 +88,12 @@ def test_what_tells_two_causes_apart_is_what_was_not_yet_seen():
     assert telling(SLACK.features, SLACK.features, SLACK.features) is None
 
 
+def test_of_features_that_tell_as_much_the_first_by_name_is_meant():
+    """Whatever order a set of names has in this run of Python."""
+    names = [f"own/{name}" for name in "hdgaefcb"]
+    assert telling(dict.fromkeys(names, 1.0), {}, {}) == "own/a"
+
+
 def test_a_dictionary_is_read_as_it_was_written():
     import json  # noqa: PLC0415
 
