@@ -26,7 +26,7 @@ from cosmic_ray.work_db import WorkDB, use_db
 from cosmic_ray.work_item import MutationSpec, TestOutcome
 
 ROOT = Path(__file__).resolve().parents[2]
-COPIED = ("aero", "docs", "firmware_emulator", "hil", "model", "tests", "pyproject.toml")
+COPIED = ("aero", "firmware_emulator", "hil", "model", "tests", "pyproject.toml")
 JUDGING = ("hil/experiments", "hil/judging", "hil/diagnosis")
 """What turns a recording into a verdict."""
 NOT_JUDGING = {

@@ -202,3 +202,8 @@ def test_a_trace_is_quiet_within_a_two_hundredth_of_its_range():
 def test_before_the_first_command_nothing_is_quiet():
     quiet = quiet_command(np.array([1.0]), np.zeros((1, 7)), np.array([0.0, 0.9, 1.39, 1.4]))
     assert quiet.tolist() == [False, False, False, True]
+
+
+def test_samples_exactly_at_a_tenth_and_at_nine_tenths_are_the_crossings():
+    response = answer([0, 1, 2, 3], [0, 1, 9, 10], after=10.0)
+    assert (response.rise, response.rise_on_grid) == pytest.approx((1.0, 1.0))
