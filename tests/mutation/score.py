@@ -82,7 +82,8 @@ def main(seed: int, size: int, least: float, paths: tuple[str, ...]) -> None:
             if not result.is_killed:
                 survivors += 1
                 print(f"survived, {i + 1} of {len(drawn)}: {mutant.module_path}, line {mutant.start_pos[0]}")
-                print(*(line for line in result.diff.splitlines()[3:] if line[:1] in "+-"), sep="\n", flush=True)
+                print(*(line for line in result.diff.splitlines()[3:] if line[:1] in "+-"), sep="\n")
+            print(f"{i + 1} of {len(drawn)} mutants tested, {survivors} survived", end="\r", flush=True)
     killed = len(drawn) - survivors
     score = 100.0 * killed / len(drawn)
     print(f"seed {seed}: {killed} of {len(drawn)} mutants noticed ({score:.1f} %), drawn from {len(mutants)}")
