@@ -44,19 +44,7 @@ OPENS_A_HAND = "open_target"
 """A test file with this word takes seconds; it runs only for the module that it is named after."""
 LONGEST_S = 120.0
 """A mutant whose tests take longer counts as noticed: it loops."""
-OPTIONS = (
-    "-x",
-    "-q",
-    "-n",
-    "0",
-    "-p",
-    "no:cacheprovider",
-    "-p",
-    "no:randomly",
-    "--hypothesis-seed=0",
-    "-m",
-    "not slow",
-)
+OPTIONS = ("-xq", "-n0", "-pno:cacheprovider", "-pno:randomly", "--hypothesis-seed=0", "-m", "not slow")
 
 
 @click.command(help=__doc__)
