@@ -114,3 +114,13 @@ def test_a_hand_that_covers_less_than_a_quarter_of_a_step_stands_still(perfect, 
     hand[:, RING] *= part
     share = residual_sources(replaced(perfect, "hand", hand))[RING].share
     assert (share["stopped"] > 0.9) is stopped
+
+
+@pytest.mark.parametrize("other", [Channel.INDEX, Channel.PINKY, Channel.THUMB_FLEXOR])
+def test_the_worst_sweep_is_that_of_another_channel(perfect, other):
+    """The ring is off by 3 % during its own sweep, and by 1 % during another's, before or after it."""
+    hand = perfect["hand"].values.copy()
+    for channel, part in ((RING, 0.03), (other, 0.01)):
+        own = ~windows(perfect, channel)[2]
+        hand[own, RING] += part * RANGES[RING]
+    assert residual_sources(replaced(perfect, "hand", hand))[RING].worst_other is other

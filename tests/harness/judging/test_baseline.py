@@ -9,10 +9,10 @@ from hil.judging.baseline import LARGEST_BYTES, load, regressions, store
 BEFORE = {
     "staircase": {
         "ring": {"worst_percent": 2.0, "rise_hand_ms": 50.0, "friction": 0.2, "take_up": 1.0},
-        "index": {"friction": 1.0},
+        "index": {"worst_percent": 10.0, "rise_hand_ms": 100.0, "friction": 1.0, "take_up": 20.0},
     },
-    "presence": {"index": {"idle_current": 0.1}},
-    "holding": {"index": {"holding_current": 1.0}},
+    "presence": {"index": {"idle_current": 0.1}, "ring": {"idle_current": 1.0}},
+    "holding": {"index": {"holding_current": 1.0}, "ring": {"holding_current": 0.5}},
 }
 
 
@@ -21,9 +21,14 @@ BEFORE = {
     [
         ("staircase", "ring", "worst_percent", 3.0),  # by 1 % of range, or 0.3 of 2 %
         ("staircase", "ring", "rise_hand_ms", 65.0),  # by 15 ms, or 0.2 of 50
+        ("staircase", "index", "worst_percent", 13.0),  # by 1 % of range, or 0.3 of 10 %
+        ("staircase", "index", "rise_hand_ms", 120.0),  # by 15 ms, or 0.2 of 100
         ("staircase", "ring", "friction", 0.32),  # by 0.12 A, or 0.3 of 0.2
         ("staircase", "index", "friction", 1.3),  # by 0.12 A, or 0.3 of 1
         ("staircase", "ring", "take_up", 3.0),  # by 2 mm, or 0.2 of 1
+        ("staircase", "index", "take_up", 24.0),  # by 2 mm, or 0.2 of 20
+        ("presence", "ring", "idle_current", 1.5),  # by 0.2 A, or 0.5 of 1
+        ("holding", "ring", "holding_current", 0.75),  # by 0.25 A, or 0.3 of 0.5
         ("presence", "index", "idle_current", 0.3),  # by 0.2 A, or 0.5 of 0.1
         ("holding", "index", "holding_current", 1.3),  # by 0.25 A, or 0.3 of 1
     ],
@@ -47,7 +52,7 @@ def test_a_negative_figure_of_the_baseline_counts_by_its_size():
 
 
 def test_only_what_both_measured_is_compared():
-    now = {"holding": {"ring": {"holding_current": 9.0}, "index": {"warming": 99.0}}, "audit": {"ring": {"pull": 9.0}}}
+    now = {"holding": {"pinky": {"holding_current": 9.0}, "index": {"warming": 99.0}}, "audit": {"ring": {"pull": 9.0}}}
     assert regressions(BEFORE, now, "mine") == ()
     assert regressions({}, BEFORE, "mine") == ()
 
