@@ -67,6 +67,7 @@ def _experiment(feature: str) -> str:
 
 def telling(first: Signature, second: Signature, seen: Mapping[str, float]) -> str | None:
     """Return the feature that differs most between two causes and was not seen in this run, None when there is none."""
-    unseen = [name for name in first.keys() | second.keys() if name not in seen]
+    # In the order of their names, so that equal gaps give the same answer in every run.
+    unseen = sorted(name for name in first.keys() | second.keys() if name not in seen)
     gaps = {name: abs(first.get(name, 0.0) - second.get(name, 0.0)) for name in unseen}
     return max(gaps, key=lambda name: gaps[name], default=None)

@@ -100,8 +100,41 @@ def test_what_tells_two_causes_apart_is_what_was_not_yet_seen():
     assert telling(SLACK.features, SLACK.features, SLACK.features) is None
 
 
+def test_of_features_that_tell_as_much_the_first_by_name_is_meant():
+    """Whatever order a set of names has in this run of Python."""
+    names = [f"own/{name}" for name in "hdgaefcb"]
+    assert telling(dict.fromkeys(names, 1.0), {}, {}) == "own/a"
+
+
 def test_a_dictionary_is_read_as_it_was_written():
     import json  # noqa: PLC0415
 
     table = json.loads(dictionary_text(DICTIONARY, {"trials": 3}))
     assert [row["cause"] for row in table["entries"]] == ["slack", "weak", "deaf"]
+
+
+def test_probabilities_follow_from_the_angle_between_signatures():
+    """At 45 degrees the likeness is exp(-(1 - 1/sqrt 2) / 0.2) = 0.2312; the second entry of "two" lies at 90."""
+    entries = (
+        Entry("one", "first", "", {"hand/a/b": 1.0}),
+        Entry("two", "far", "", {"hand/e/f": 1.0}),
+        Entry("two", "near", "", {"hand/a/b": 1.0, "hand/c/d": 1.0}),
+    )
+    one, two = explain({("a", "b", "hand"): 1.0}, "", (), entries)
+    assert (one.cause, one.channel, one.fault) == ("one", None, "first")
+    assert (two.cause, two.channel, two.fault) == ("two", None, "near")
+    likeness = (0.231204 + 0.006738) / 2
+    assert one.probability == pytest.approx(1 / (1 + likeness), abs=1e-5)
+    assert two.probability == pytest.approx(likeness / (1 + likeness), abs=1e-5)
+
+
+def test_a_run_without_a_sign_is_as_far_from_every_cause():
+    assert [e.probability for e in explain({}, "", (), DICTIONARY)] == pytest.approx([1 / 3] * 3)
+    assert explain({}, "", (), ()) == ()
+
+
+def test_distances_are_those_of_the_angle():
+    assert distance({"a": 3.0, "b": 4.0}, {"a": 3.0}) == pytest.approx(1 - 9 / 15)
+    assert distance({"a": 3.0, "b": 4.0}, {"b": -2.0}) == pytest.approx(1 + 8 / 10)
+    assert distance({}, {"a": 0.1}) == distance({"a": 0.1}, {}) == 1.0
+    assert distance({}, {}) == 0.0

@@ -5,7 +5,7 @@ import pytest
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import CABLES, Channel
-from hil.experiments.staircase.cable_loads import loads
+from hil.experiments.staircase.cable_loads import Load, loads
 
 
 def test_springs_without_friction_come_out_as_they_are():
@@ -53,3 +53,44 @@ def test_a_cable_that_never_pulls_is_slack_all_the_way():
 def test_one_level_has_no_load():
     with pytest.raises(ValueError, match="at least two levels"):
         loads(staircase(levels=1))
+
+
+def load(springs, frictions=None, travel=None):
+    springs = np.array(springs, float)
+    travel = np.arange(1.0, len(springs) + 1) if travel is None else travel
+    return Load(np.array(travel), springs, springs * 0 if frictions is None else np.array(frictions, float))
+
+
+def test_a_cable_is_taut_from_0_08_a_on():
+    assert load([0.08, 0.5]).take_up_mm == 0.0
+    assert load([0.079, 0.08]).take_up_mm == 1.0
+    assert load([0.0, 0.07, 0.01, 0.5, 0.0]).take_up_mm == 3.0
+    assert load([0.0, 0.0, 0.0]).take_up_mm == 3.0
+
+
+def test_spring_and_friction_are_those_of_the_middle_of_the_sweep():
+    """Of ten levels the fourth to the eighth: their median, and their upper quartile."""
+    springs = [9, 9, 9, 0.1, 0.2, 0.3, 0.4, 0.5, 9, 9]
+    assert load(springs).spring == pytest.approx(0.3)
+    assert load(np.zeros(10), springs).friction == pytest.approx(0.4)
+    assert load([0.7], [0.2]).spring == 0.7
+    assert load([0.7, 9.0]).spring == 0.7
+    assert load([0.7, 9.0], [0.2, 9.0]).friction == pytest.approx(0.2)
+
+
+def test_each_level_is_read_at_its_end_on_both_ways():
+    """The currents are 5 A but in the last two samples before each change."""
+    recording = staircase(levels=4, hand_tau=0.02)
+    ends = np.flatnonzero(np.diff(recording["command"].values, axis=0).any(axis=1))
+    held = np.zeros(len(recording["currents"].times), bool)
+    held[np.concatenate([ends, ends - 1, [len(held) - 1]])] = True
+    currents = np.where(held[:, None], recording["currents"].values, 5.0)
+    for channel, found in loads(replaced(recording, "currents", currents)).items():
+        np.testing.assert_allclose(found.spring_a, [0.175, 0.35, 0.525])
+        np.testing.assert_allclose(found.friction_a, 0.0, atol=1e-12)
+        np.testing.assert_allclose(found.travel_mm, 1e3 * RANGES[channel] * np.array([0.25, 0.5, 0.75]), rtol=1e-6)
+
+
+def test_two_levels_are_enough():
+    (spring,) = loads(staircase(levels=2))[Channel.RING].spring_a
+    assert spring == pytest.approx(0.35)

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from hil.experiments import presence
-from hil.experiments.staircase.metrics import resolution
-from hil.experiments.staircase.settled import residuals
 from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
-from tests.support.synthetic import HEADER, LABELS, RANGES, replaced, staircase
+from tests.support.synthetic import HEADER, LABELS
 
 
 def test_every_number_of_presence_is_the_recorded_one():
@@ -34,18 +32,45 @@ def test_every_number_of_presence_is_the_recorded_one():
     assert found["hand"] == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("grid", [1, 4, 8])
-def test_resolution_is_the_grid_of_the_encoder(grid):
-    """Counts of a grid, in a window of 1000, come back from their codes."""
-    counts = grid * np.arange(100)
-    assert resolution(np.floor(counts * 65535 / 1000), 1000) == grid
+def presence_of(wire=(), hand="right", boot_text="", currents=None):
+    t = 0.025 * np.arange(30)
+    series = {
+        "currents": Series.of(LABELS, ["A"] * 7, t, np.zeros((30, 7)) if currents is None else currents),
+        "temperatures": Series.of(LABELS, ["degC"] * 7, t, np.full((30, 7), 30.0)),
+    }
+    header = replace(HEADER, hand=hand, experiment="presence", parameters={"boot_text": boot_text})
+    wire = wire or (WireRecord(0.0, "to_hand", bytes(16)), WireRecord(0.001, "from_hand", bytes(16)))
+    return presence.measure(Recording(header, series, tuple(wire)))
 
 
-def test_a_hand_that_shakes_is_not_settled():
-    """It swings by 2 % of its range from sample to sample, under a quiet command."""
-    recording = staircase()
-    hand = recording["hand"].values.copy()
-    hand[::2, 2] += 0.02 * RANGES[2]
-    _, settled = residuals(replaced(recording, "hand", hand))
-    assert not settled[1:, 2].any()
-    assert settled[:, 1].any()
+def test_replies_count_when_they_are_complete_before_the_next_request():
+    """Of five: in one piece, in two, too late, none, and too short."""
+    pieces = ((0.001, 16), (0.002, 10), (0.003, 6), (0.109, 16), (0.302, 15))
+    wire = [WireRecord(0.1 * i, "to_hand", bytes(16)) for i in (0, 1, 2, 3, 4)]
+    for i, (trip, size) in zip((0, 1, 1, 2, 1), pieces, strict=True):
+        wire.append(WireRecord(0.1 * i + trip, "from_hand", bytes(size)))
+    requests, trips = presence.round_trips(tuple(sorted(wire)))
+    assert requests == 5
+    assert trips == pytest.approx([0.001, 0.003, 0.009])
+    found = presence_of(sorted(wire))["hand"]
+    assert found["lost_replies"] == pytest.approx(40.0)
+    assert found["round_trip"] == pytest.approx(3.0)
+
+
+TEXT_0_1_4 = "Power-on detected\nHand Type: RIGHT_HAND\nPinging servos\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "hand", "contradictions"),
+    [
+        ("", "left", 0),
+        ("Power-on detected\nHand Type: RIGHT_HAND\n", "right", 0),
+        ("Power-on detected\n", "left", 0),
+        ("Power-on detected\nHand Type: RIGHT_HAND\n", "left", 1),
+        (TEXT_0_1_4, "right", 1),
+        (f"{TEXT_0_1_4}ID 3: NO REPLY\nID 5: NO REPLY\n", "left", 4),
+    ],
+)
+def test_what_the_boot_text_says_against_the_header_is_counted(text, hand, contradictions):
+    """The header says 0.2.0."""
+    assert presence_of(hand=hand, boot_text=text)["hand"]["boot_contradictions"] == contradictions

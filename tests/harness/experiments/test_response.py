@@ -83,3 +83,53 @@ def test_one_new_reading_of_four_that_goes_back_is_a_quarter():
     part = np.zeros((5, 7))
     part[:, 0] = (0.10, 0.20, 0.15, 0.25, 0.35)
     assert response.backward(part * MAX_CODE, np.full((5, 7), float(MAX_CODE))) == pytest.approx(0.25)
+
+
+def way(*percent):
+    """Codes of a finger; the others stand open."""
+    codes = np.zeros((len(percent), 7))
+    codes[:, 1] = np.array(percent) / 100 * MAX_CODE
+    return codes
+
+
+def test_a_finger_that_runs_on_before_it_turns_back_is_not_backward():
+    """It closes to 45 % although it is told to open from 40 % on."""
+    readings, told = way(10, 20, 30, 35, 40, 45, 35, 25), way(100, 100, 100, 100, 0, 0, 0, 0)
+    assert response.backward(readings, told) == 0.0
+    assert response.backward(way(10, 20, 30, 35, 40, 45, 35, 38, 30), way(*[100] * 4, *[0] * 5)) == pytest.approx(1 / 6)
+
+
+def test_near_its_goal_a_finger_may_go_back():
+    """From four fifths on of the way; readings that repeat are not new."""
+    told = way(*[100] * 6)
+    assert response.backward(way(50, 60, 70, 85, 82, 90), told) == 0.0
+    assert response.backward(way(50, 60, 60, 60, 79, 78), told) == pytest.approx(1 / 3)
+    assert np.isnan(response.backward(way(*[50] * 6), told))
+
+
+def test_standstills_count_on_the_way_only():
+    """A finger stands at 10, 50, 70 and 90 %, from one change to the next; 90 % is near its goal."""
+    t = 0.01 * np.arange(14)
+    readings, told = way(0, 10, 10, 50, 50, 50, 70, 70, 70, 70, 90, 90, 90, 95), way(*[100] * 14)
+    assert response.standstills(t, readings, told) == pytest.approx([0.01, 0.02, 0.03])
+    assert response.standstills(t, way(0, 4, 4, 4, 50, 50, 81, 81, 81, 97, 97, 98, 99, 100), told) == pytest.approx(
+        [0.01]
+    )
+    back = way(100, 96, 96, 94, 94, 94, 60, 60, 21, 21, 19, 19, 10, 0)
+    assert response.standstills(t, back, way(*[0] * 14)) == pytest.approx([0.02, 0.01, 0.01])
+
+
+def test_the_command_in_force_is_the_last_one_given():
+    commands = Series.of(LABELS, ["u16"] * 7, [1.0, 2.0], [[5.0] * 7, [6.0] * 7])
+    assert response.goal_at(commands, np.array([0.5, 1.0, 1.9, 2.0, 3.0]))[:, 0].tolist() == [5, 5, 5, 6, 6]
+
+
+@pytest.mark.parametrize(
+    ("percent", "closed", "opened"), [(90.1, True, False), (89.9, False, False), (5.9, False, True)]
+)
+def test_fingers_arrive_at_90_and_at_6_per_cent(percent, closed, opened):
+    codes = np.append(np.full(4, round(percent / 100 * MAX_CODE)), [0, 0, 0])
+    assert response._arrived(codes, closing=True) is closed
+    assert response._arrived(codes, closing=False) is opened
+    assert response._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=True) is False
+    assert response._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=False) is False

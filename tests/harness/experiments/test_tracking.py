@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
-from hil.experiments.shared.command_steps import find_steps
+from hil.experiments.shared.command_steps import CommandStep, find_steps
 from hil.experiments.shared.signals import at_times
-from hil.experiments.staircase.rise_time import respond
+from hil.experiments.staircase.rise_time import Response, respond
 from hil.experiments.staircase.settled import quiet_command, quiet_trace, residuals
 from hil.experiments.staircase.tracking import staircase_metrics
 
@@ -119,3 +119,91 @@ def test_a_channel_that_never_moves_is_no_staircase():
     command[:, Channel.PINKY] = 0.0
     with pytest.raises(ValueError, match="pinky is never commanded"):
         staircase_metrics(replaced(recording, "command", command))
+
+
+@pytest.mark.parametrize(("sweep", "own"), [(Channel.RING, True), (Channel.PINKY, False)])
+def test_the_worst_residual_is_told_with_its_sign_and_time(sweep, own):
+    """A hand that is perfect but for one settled sample of the ring, 0.3 % of its range short."""
+    perfect = staircase(tau=0.02, hand_tau=0.02)
+    row = 48 * (1 + 8 * sweep + 3) + 45
+    hand = perfect["hand"].values.copy()
+    hand[row, Channel.RING] -= 0.003 * RANGES[Channel.RING]
+    found = staircase_metrics(replaced(perfect, "hand", hand))
+    worst = 3 * RANGES[Channel.RING]
+    assert found[Channel.RING].worst_residual == pytest.approx(-worst)
+    assert found[Channel.RING].worst_residual_at_s == pytest.approx(0.01 * row)
+    assert found[Channel.RING].tracking_rms == pytest.approx(worst / math.sqrt(8 * 57))
+    assert found[Channel.RING].sweep_rms == pytest.approx(worst / math.sqrt(8 * 8) if own else 0.0, abs=1e-12)
+    assert found[Channel.INDEX].worst_residual == pytest.approx(0.0, abs=1e-12)
+
+
+def test_excursions_are_those_of_the_channels_own_sweep():
+    """The ring stands 60 mm further while the index is swept, which does not count."""
+    still = staircase(tau=0.02, hand_tau=0.02)
+    n = len(still["hand"].times)
+    before = (np.arange(n) < 48 * 7)[:, None] * (np.arange(7) == Channel.RING)
+    moved = replaced(still, "travel", still["travel"].values + 0.060 * before)
+    moved = replaced(moved, "model", still["model"].values + 0.060 * before)
+    for name in ("excursion_hand", "excursion_model"):
+        assert getattr(staircase_metrics(moved)[Channel.RING], name) == pytest.approx(46.0, rel=1e-3)
+
+
+def test_steps_that_only_one_of_both_answers_do_not_match():
+    """Either trace covers 70 % of each of the ring's steps, or 100 %; four fifths are needed."""
+    full = staircase(tau=0.02, hand_tau=0.02)
+    short = np.where(np.arange(7) == Channel.RING, 0.7, 1.0)
+    for name in ("hand", "model"):
+        row = staircase_metrics(replaced(full, name, full[name].values * short))[Channel.RING]
+        assert row.matched_steps == 0
+        assert math.isnan(row.rise_hand_ms)
+        assert math.isnan(row.rise_model_ms)
+        assert math.isnan(row.overshoot_hand_percent)
+
+
+def answer(times, values, *, start=0.0, end=9.0, after=1.0):
+    return respond(CommandStep(0, start, end, 0.0, after), np.array(times, float), np.array(values, float))
+
+
+def test_rise_and_overshoot_of_a_few_samples():
+    """10 % is crossed 0.2 s after the first sample, 90 % 0.8 s after the second; the third goes 20 % too far."""
+    response = answer([0, 1, 2, 3], [0, 0.5, 1.0, 1.0])
+    assert (response.change, response.rise, response.rise_on_grid) == pytest.approx((1.0, 1.6, 1.0))
+    response = answer([0, 1, 2, 3, 4], [2.0, 1.5, 1.0, 0.8, 1.0], after=-1.0)
+    assert (response.change, response.overshoot) == pytest.approx((-1.0, 0.2))
+    assert response.rise == pytest.approx(1.6)
+
+
+def test_a_step_is_judged_from_the_sample_at_its_start_to_the_last_before_its_end():
+    response = answer([0, 1, 2, 3, 4], [9.0, 0.0, 1.0, 2.0, 9.0], start=1.0, end=4.0)
+    assert response.change == 2.0
+    response = answer([0, 1, 2, 3, 4], [9.0, 0.0, 1.0, 2.0, 9.0], start=1.5, end=3.5)
+    assert response.change == 2.0
+    assert answer([1, 2, 3], [0.0, 1.0, 2.0], start=0.5, end=3.5).change == 2.0
+    assert answer([0, 1], [0.0, 1.0]).change == 1.0
+    with pytest.raises(ValueError, match=r"no samples between 1\.000 s and 2\.000 s"):
+        answer([0, 1, 2, 3], [0.0, 1.0, 2.0, 3.0], start=1.0, end=2.0)
+
+
+@pytest.mark.parametrize(("change", "asked", "answers"), [(0.8, 1.0, True), (0.79, 1.0, False), (-0.8, -1.0, True)])
+def test_four_fifths_of_a_step_are_an_answer(change, asked, answers):
+    step = CommandStep(0, 0.0, 9.0, 3.0, 3.0 + asked)
+    assert Response(change, 0.1, 0.1, 0.0).answers(step) is answers
+    assert Response(-change, 0.1, 0.1, 0.0).answers(step) is False
+
+
+def test_a_trace_is_quiet_within_a_two_hundredth_of_its_range():
+    t = 0.02 * np.arange(20)
+    for height, still in ((0.0049, True), (0.0051, False)):
+        trace = np.where(np.arange(20) == 10, height, 0.0)[:, None]
+        assert quiet_trace(t, trace, np.ones(1))[10:16, 0].tolist() == [still] * 6
+        assert quiet_trace(t, trace, np.ones(1))[[9, 16], 0].all()
+
+
+def test_before_the_first_command_nothing_is_quiet():
+    quiet = quiet_command(np.array([1.0]), np.zeros((1, 7)), np.array([0.0, 0.9, 1.39, 1.4]))
+    assert quiet.tolist() == [False, False, False, True]
+
+
+def test_samples_exactly_at_a_tenth_and_at_nine_tenths_are_the_crossings():
+    response = answer([0, 1, 2, 3], [0, 1, 9, 10], after=10.0)
+    assert (response.rise, response.rise_on_grid) == pytest.approx((1.0, 1.0))

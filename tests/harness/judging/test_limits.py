@@ -1,6 +1,7 @@
 """Limits are read, refused and applied as their files say."""
 
 import math
+from functools import cache
 from itertools import permutations
 
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from aero.actuation.window import FIRMWARE_CALIBRATIONS
 from hil.experiments import EXPERIMENTS, JUDGED, metric_of
 from hil.judging.findings import failed
-from hil.judging.limits import SUBJECTS, compare, kinds, load_limits, parse_limit
+from hil.judging.limits import SUBJECTS, Limit, compare, kinds, load_limits, parse_limit, without
 from hil.judging.limits.checks import load_checks
 from hil.judging.limits.compute import FURTHEST
 
@@ -142,6 +143,7 @@ WITHOUT_A_MAP = ("audit", "excursion", "response", "coupling", "holding")
 """Experiments that command codes, so that their readings do not depend on the version that was declared."""
 
 
+@cache
 def healthy_ranges(version):
     return {
         (limit.experiment, limit.metric, limit.subjects[0]): limit
@@ -168,3 +170,77 @@ def test_no_metric_of_a_subject_has_two_limits(kind, firmware, guarded):
     limits = load_limits(kind, firmware, guarded=guarded)
     keys = [(limit.experiment, limit.metric, subject) for limit in limits for subject in limit.subjects]
     assert len(keys) == len(set(keys))
+
+
+def bounded(**changes):
+    return Limit("staircase", "tracking_rms", ("index",), "test", **changes)
+
+
+def test_a_bound_is_told_as_people_read_it():
+    assert bounded(at_most=0.9).text("mm") == "at most 0.9 mm"
+    assert bounded(at_least=42.0).text("mm") == "at least 42 mm"
+    assert bounded(at_least=42.0, at_most=45.3).text("mm") == "42 to 45.3 mm"
+
+
+def test_a_reading_at_the_end_of_its_scale_fails_and_says_so():
+    metric = metric_of(EXPERIMENTS["excursion"], "closed_percent", "index")
+    limit = Limit("excursion", "closed_percent", ("index",), "test", at_most=200.0)
+    for value, words in ((100.0, "100 % of the window, at the end of the window"), (99.99, "99.99 % of the window")):
+        finding = limit.judge(metric, "index", value)
+        assert finding.passed is (value < 100.0)
+        assert finding.measured == words
+    assert (finding.check, finding.source, finding.meaning) == ("closed_percent", "test", metric.meaning)
+    assert (finding.expected, finding.remedy) == ("at most 200 % of the window", metric.remedy)
+
+
+def test_excess_counts_margins_between_healthy_readings_and_limit():
+    both = bounded(at_least=-1.0, at_most=6.0, healthy=(0.0, 2.0))
+    assert [both.excess(value) for value in (-3.0, -1.0, 0.0, 2.0, 4.0, 10.0)] == [-3.0, -1.0, 0.0, 0.0, 0.5, 2.0]
+    above = bounded(at_most=6.0, healthy=(0.0, 2.0))
+    assert [above.excess(value) for value in (-2.0, 4.0)] == [-0.5, 0.5]
+    below = bounded(at_least=-1.0, healthy=(0.0, 2.0))
+    assert [below.excess(value) for value in (-2.0, 4.0)] == [-2.0, 2.0]
+
+
+def test_beyond_a_given_bound_an_excess_is_three():
+    given = bounded(at_least=1.0, at_most=2.0)
+    assert [given.excess(value) for value in (0.9, 1.0, 2.0, 2.1, math.nan)] == [3.0, 0.0, 0.0, 3.0, 3.0]
+
+
+def test_limits_that_a_kind_has_of_its_own_take_the_place_of_the_others():
+    general = Limit("staircase", "friction", ("index", "ring"), "test", at_most=1.0)
+    other = Limit("staircase", "spring", ("index",), "test", at_most=1.0)
+    own = Limit("staircase", "friction", ("index",), "test", at_most=9.0)
+    left = without((general, other), (own,))
+    assert [(limit.metric, limit.subjects) for limit in left] == [("friction", ("ring",)), ("spring", ("index",))]
+    assert without((own,), (general,)) == ()
+
+
+def test_limits_of_guarded_hands_are_for_these_alone():
+    free, guarded = (load_limits("aero_hand_open", "0.2.0", guarded=flag) for flag in (False, True))
+    assert {limit.guarded for limit in free} == {None, False}
+    assert {limit.guarded for limit in guarded} == {None, True}
+    assert all(not limit.firmware or "0.2.0" in limit.firmware for limit in (*free, *guarded))
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, 1.0), (2.0, 1.0)])
+def test_a_lower_bound_is_below_the_upper_one(low, high):
+    with pytest.raises(ValueError, match="at_least the lower"):
+        parse_limit({**TABLE, "at_least": low, "at_most": high})
+
+
+@pytest.mark.parametrize("key", ["experiment", "metric", "subjects", "source"])
+def test_what_a_limit_needs_is_named(key):
+    with pytest.raises(ValueError, match=rf"missing keys \['{key}'\]"):
+        parse_limit({name: value for name, value in TABLE.items() if name != key})
+
+
+def test_a_table_of_a_file_becomes_a_limit():
+    table = {**TABLE, "firmware": ["0.2.0"], "healthy": [0.1, 0.5], "guarded": True}
+    assert parse_limit(table) == Limit(
+        "staircase", "tracking_rms", ("index", "ring"), "paper", -math.inf, 0.9, ("0.2.0",), True, (0.1, 0.5)
+    )
+
+
+def test_limits_are_known_for_three_kinds_of_hand():
+    assert kinds() == ("aero_hand_open", "ideal_hand", "paper_hand")

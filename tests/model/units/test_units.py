@@ -1,11 +1,14 @@
 """A unit file fills exactly the parameters it names and nothing is let through unread."""
 
+import tomllib
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import model
 from hil.judging.limits import kinds
 from model.units import load_unit, shipped_units
 from model.units.fill import fill
@@ -116,3 +119,9 @@ def test_a_unit_that_cannot_be_says_so(tmp_path, text):
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=r"hand\.toml|no-load speed"):
         load_unit(str(path))
+
+
+def test_the_papers_unit_accelerates_as_its_rise_times_say():
+    """64 counts/s² a unit: fitted to the paper's rise times behind acceleration 255, as the unit file says."""
+    unit = tomllib.loads((Path(model.__file__).parent / "units" / "paper.toml").read_text(encoding="utf-8"))
+    assert unit["servos"]["acceleration_unit_counts"] == 64.0
