@@ -7,10 +7,12 @@ import pytest
 
 from hil.diagnosis.dictionary import Entry, dictionary_text, load_dictionary
 
-SLACK = Entry("slack", "cable_snapped:index=1", "finger", {"own/staircase/take_up": 2.4567, "own/a/b": -1.5})
+SLACK = Entry(
+    "slack", "cable_snapped:index=1", "finger", {"own/staircase/take_up": 2.4567, "own/a/b": -1.5, "own/c/d": 0.29}
+)
 
 
-def test_an_entry_is_a_line_with_its_features_in_order_and_to_two_places():
+def test_an_entry_is_a_line_with_its_features_in_order_and_to_one_place():
     first, line, last = dictionary_text([SLACK], {"trials": 3}).splitlines()
     assert first == '{"provenance": {"trials": 3}, "entries": ['
     assert list(json.loads(line).items()) == [
@@ -18,7 +20,7 @@ def test_an_entry_is_a_line_with_its_features_in_order_and_to_two_places():
         ("cause", "slack"),
         ("kind", "finger"),
         ("own/a/b", -1.5),
-        ("own/staircase/take_up", 2.46),
+        ("own/staircase/take_up", 2.5),
     ]
     assert last == "]}"
 

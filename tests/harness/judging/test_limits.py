@@ -197,9 +197,9 @@ def test_excess_counts_margins_between_healthy_readings_and_limit():
     both = bounded(at_least=-1.0, at_most=6.0, healthy=(0.0, 2.0))
     assert [both.excess(value) for value in (-3.0, -1.0, 0.0, 2.0, 4.0, 10.0)] == [-3.0, -1.0, 0.0, 0.0, 0.5, 2.0]
     above = bounded(at_most=6.0, healthy=(0.0, 2.0))
-    assert [above.excess(value) for value in (-2.0, 4.0)] == [-0.5, 0.5]
+    assert [above.excess(value) for value in (-2.0, 4.0)] == [0.0, 0.5]
     below = bounded(at_least=-1.0, healthy=(0.0, 2.0))
-    assert [below.excess(value) for value in (-2.0, 4.0)] == [-2.0, 2.0]
+    assert [below.excess(value) for value in (-2.0, 4.0)] == [-2.0, 0.0]
 
 
 def test_beyond_a_given_bound_an_excess_is_three():
