@@ -24,6 +24,11 @@ def test_resolution_is_that_of_nineteen_of_twenty_steps():
     assert resolution(np.floor(np.cumsum(steps) * 65535 / 1000), 1000) < 8
 
 
+def test_a_reading_exactly_on_a_count_is_that_count():
+    """The open hand reads 0; eight counts of 1000 read 524."""
+    assert resolution(np.array([0.0, 524.0]), 1000) == 8
+
+
 def test_one_reading_has_no_resolution():
     assert np.isnan(resolution(np.full(9, 7.0), 1000))
 
