@@ -235,7 +235,7 @@ class AeroHand:
         return old_id
 
     def resynchronise(self) -> int:
-        """Bring a board that waits for the rest of a broken frame back into step; takes up to four seconds.
+        """Bring a board that waits for the rest of a broken frame back into step; three seconds when it is silent.
 
         The broken frame itself is completed with zeros and carried out, because the board offers no way to drop it: a
         position command then opens the channels that it had not got to.
