@@ -22,6 +22,7 @@ class Row(NamedTuple):
 
 
 COMMANDS: dict[str, Row] = {
+    "doctor": Row("hil.cli.doctor:doctor", "Look at this machine and a hand at rest, and say what to do."),
     "validate": Row("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
     "report": Row("hil.cli.report:report", "Judge recordings again and write the report."),
     "replay": Row("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),

@@ -24,7 +24,7 @@ class Exit(IntEnum):
     OUT_OF_LIMITS = 1
     """Done; something that was judged is out of limits."""
     USAGE = 2
-    """An option, an argument or a file that was given cannot be used, or this machine lacks what is needed."""
+    """An option, an argument or a file that was given cannot be used."""
     NO_HAND = 3
     """No hand answers, or the link was lost."""
     STOPPED = 4
@@ -85,7 +85,7 @@ def ending(error: BaseException) -> tuple[int, str]:
         return INTERRUPTED, "interrupted"
     for name, code in CODES:
         module, _, kind = name.rpartition(".")
-        if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind)):
+        if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind, ())):
             return code, str(error)
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
 

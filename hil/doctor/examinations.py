@@ -1,0 +1,36 @@
+"""The table of examinations, in the order in which they are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+
+from aero.clock import WallClock
+from hil.doctor.drawing import check_drawing
+from hil.doctor.finding import Finding
+from hil.doctor.hand import check_hand
+from hil.doctor.host_jitter import check_jitter, lateness_s
+from hil.doctor.installation import check_installation
+from hil.doctor.ports import check_ports, list_ports, read_port
+
+
+def _ports(named: str) -> Iterator[Finding]:
+    ports = list_ports()
+    if named and "://" not in named and all(port.device != named for port in ports):
+        ports += (read_port(named),)
+    return check_ports(ports, named)
+
+
+EXAMINATIONS: tuple[Callable[[str], Iterable[Finding]], ...] = (
+    lambda named: check_installation(),
+    lambda named: [check_drawing()],
+    lambda named: [check_jitter(lateness_s(WallClock()))],
+    _ports,
+    lambda named: check_hand(named) if named else (),
+)
+"""Each takes the port that was named, empty without one."""
+
+
+def examine(named: str = "") -> Iterator[Finding]:
+    """Yield every finding as it is made."""
+    for examination in EXAMINATIONS:
+        yield from examination(named)
