@@ -130,7 +130,7 @@ def make_trim(channel: Channel, degrees: int) -> bytes:
 
 
 def make_refused_setting() -> bytes:
-    """Return a torque limit for a channel that no board has: one that knows limits refuses it, none changes anything."""
+    """Return a torque limit for a channel that no board has: whoever knows limits refuses it, none changes."""
     return _FRAME.pack(Opcode.SET_TOR, FILLER, REFUSED_CHANNEL, 0, 0, 0, 0, 0, 0)
 
 

@@ -20,7 +20,9 @@ COLOURS = {Verdict.OK: "green", Verdict.LOOK: "yellow", Verdict.WRONG: "red"}
 
 
 @click.command()
-@click.option("--hil", "port", default="", metavar="PORT", help="Port of a hand, which is asked at rest; nothing moves.")
+@click.option(
+    "--hil", "port", default="", metavar="PORT", help="Port of a hand, which is asked at rest; nothing moves."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print data for programs and for bug reports.")
 def doctor(port: str, as_json: bool) -> None:
     """Look at this machine, its serial ports and a hand at rest, and say what to do."""

@@ -45,9 +45,7 @@ def attempt(backend: str | None, patience_s: float = PATIENCE_S) -> Attempt:
         environment["MUJOCO_GL"] = backend
     command = [sys.executable, "-c", PROGRAM]
     try:
-        ran = subprocess.run(
-            command, env=environment, capture_output=True, text=True, timeout=patience_s, check=False
-        )
+        ran = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=patience_s, check=False)
     except subprocess.TimeoutExpired as error:
         out = error.stdout.decode() if isinstance(error.stdout, bytes) else error.stdout or ""
         return Attempt(LOADED in out, drew=False, said=f"it did not end within {patience_s:g} s")
@@ -76,7 +74,9 @@ def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: 
     if works is not None and works != named:
         remedy = f"export MUJOCO_GL={works}, which works here"
     else:
-        remedy = "install an OpenGL that needs no display (Debian: libegl1 or libosmesa6) and set MUJOCO_GL=egl or osmesa"
+        remedy = (
+            "install an OpenGL that needs no display (Debian: libegl1 or libosmesa6) and set MUJOCO_GL=egl or osmesa"
+        )
     if not first.loaded:
         return Finding("drawing", Verdict.WRONG, f"MuJoCo cannot be loaded; {setting}: {first.said}", remedy, data=data)
     found = f"MuJoCo cannot draw; {setting}: {first.said}. Only pictures and videos need it"

@@ -20,10 +20,13 @@ def _ports(named: str) -> Iterator[Finding]:
     return check_ports(ports, named)
 
 
-EXAMINATIONS: tuple[Callable[[str], Iterable[Finding]], ...] = (
-    lambda named: check_installation(),
-    lambda named: [check_drawing()],
-    lambda named: [check_jitter(lateness_s(WallClock()))],
+EXAMINATIONS: tuple[Callable[[], Iterable[Finding]], ...] = (
+    check_installation,
+    lambda: [check_drawing()],
+    lambda: [check_jitter(lateness_s(WallClock()))],
+)
+"""Of this machine."""
+EXAMINATIONS_OF_A_PORT: tuple[Callable[[str], Iterable[Finding]], ...] = (
     _ports,
     lambda named: check_hand(named) if named else (),
 )
@@ -33,4 +36,6 @@ EXAMINATIONS: tuple[Callable[[str], Iterable[Finding]], ...] = (
 def examine(named: str = "") -> Iterator[Finding]:
     """Yield every finding as it is made."""
     for examination in EXAMINATIONS:
-        yield from examination(named)
+        yield from examination()
+    for examination_of_a_port in EXAMINATIONS_OF_A_PORT:
+        yield from examination_of_a_port(named)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from aero import AeroHand, Channel
+from aero import UNSHIFTED, AeroHand, Channel, CommandWindow
+from aero.actuation.fingerprint import fits_span
 from aero.actuation.window import FIRMWARE_CALIBRATIONS
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from hil.doctor.finding import Finding, Subject, Verdict
 from hil.targets.boot_text import identify
 
-SPANS = (1138, 1183, 2980, 3278, 3278, 3278, 3278)
-"""Width of each channel's command window, counts, command order; aero-open-firmware d7bd82e, the same in 0.2.0."""
-RESTARTED_SPANS = {Channel.THUMB_ABDUCTION: 1025, Channel.THUMB_FLEXION: 1296}
-"""The same of firmware 0.2.0 after a restart without homing, where only one end of the thumb's windows is shifted."""
+SPANS = UNSHIFTED.spans_counts()
+"""Width of each channel's command window as homing leaves it, (7,) counts, the same for every firmware and side."""
+RESTARTED = CommandWindow.for_firmware("0.2.0", "mixed")
+"""The windows of firmware 0.2.0 after a restart without homing: the thumb's have another width."""
 
 
 @dataclass(frozen=True)
@@ -75,27 +76,25 @@ def check_firmware(answers: Answers) -> Finding:
         remedy = "flash a published version, and home the hand"
         return Finding("firmware", Verdict.LOOK, found, remedy, subject=Subject.HAND, data=data)
     found = f"behaves like {' or '.join(versions)}"
-    remedy = "give the flashed one as --firmware; these answer alike, and no board reports its own" * (len(versions) > 1)
+    remedy = "give the flashed one as --firmware; these answer alike, and no board reports its own" * (
+        len(versions) > 1
+    )
     return Finding("firmware", Verdict.OK, found, remedy, subject=Subject.HAND, data=data)
 
 
-def fits(code: int, span: int) -> bool:
-    """Return whether a board with a window of `span` counts can report `code`: it sends count * 65535 / span, cut off."""
-    count = -(-code * span // MAX_CODE)
-    return bool(count * MAX_CODE // span == code)
-
-
-def restarted(codes: tuple[int, ...]) -> bool:
+def restarted(codes: Sequence[int]) -> bool:
     """Return whether the thumb's two windows are those of firmware 0.2.0 restarted without homing."""
-    return all(fits(codes[at], wide) and not fits(codes[at], SPANS[at]) for at, wide in RESTARTED_SPANS.items())
+    here, homed = fits_span(codes, RESTARTED.spans_counts()), fits_span(codes, SPANS)
+    changed = RESTARTED.spans_counts() != SPANS
+    return bool((here & ~homed)[changed].all())
 
 
-def check_calibration(codes: tuple[int, ...]) -> Finding:
+def check_calibration(codes: Sequence[int]) -> Finding:
     """Judge from one reading whether the command windows are those that homing leaves.
 
     A window of another width shows in nearly every reading; one that is merely moved does not show at all.
     """
-    odd = [channel.label for channel in Channel if not fits(codes[channel], SPANS[channel])]
+    odd = [channel.label for channel in Channel if not fits_span(codes[channel], SPANS[channel])]
     at_end = [channel.label for channel in Channel if codes[channel] in (0, MAX_CODE)]
     data = {"codes": list(codes), "odd": odd, "at_end": at_end, "restarted": restarted(codes)}
     if odd:

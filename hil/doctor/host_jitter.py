@@ -1,4 +1,4 @@
-"""How late this machine is: a sleeping program is woken late where the machine is busy, and so looks at the hand late."""
+"""How late this machine is: a busy one wakes a sleeping program late, which then looks at the hand late."""
 
 from __future__ import annotations
 

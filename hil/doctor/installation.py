@@ -132,7 +132,9 @@ def check_packages(base: Needs) -> Finding:
         return Finding("packages", Verdict.OK, found or "nothing is declared", data=data)
     found = "; ".join(map(str, (*base.lacking, *base.unfit)))
     remedy = f"install it again, in a virtual environment of its own: pip install --upgrade {PROJECT}"
-    return Finding("packages", Verdict.WRONG, f"missing or in a version that was not tested: {found}", remedy, data=data)
+    return Finding(
+        "packages", Verdict.WRONG, f"missing or in a version that was not tested: {found}", remedy, data=data
+    )
 
 
 def check_extras(extras: dict[str, Needs]) -> Iterator[Finding]:

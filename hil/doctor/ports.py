@@ -105,9 +105,7 @@ def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Finding]:
     hands = [port for port in ports if port.looks_like_hand or port.device == named]
     shown = ", ".join(port.device for port in hands)
     data = {
-        "ports": [
-            {"device": port.device, "usb": list(port.usb or ()), "serial": port.serial_number} for port in ports
-        ],
+        "ports": [{"device": port.device, "usb": list(port.usb or ()), "serial": port.serial_number} for port in ports],
         "hands": [port.device for port in hands],
     }
     if hands:
