@@ -68,7 +68,7 @@ def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: 
     data = {"MUJOCO_GL": named, "loaded": first.loaded, "drew": first.drew}
     if first.drew:
         return Finding("drawing", Verdict.OK, f"MuJoCo draws; {setting}", data=data)
-    others = [None] if named is not None and not first.loaded else []
+    others: list[str | None] = [None] if named is not None and not first.loaded else []
     others += [backend for backend in BACKENDS.get(sys.platform, ()) if backend != named]
     works = next((backend for backend in others if tried(backend).drew), named)
     if works is not None and works != named:

@@ -10,7 +10,7 @@ from hil.doctor.finding import Finding
 from hil.doctor.hand import check_hand
 from hil.doctor.host_jitter import check_jitter, lateness_s
 from hil.doctor.installation import check_installation
-from hil.doctor.ports import check_ports, list_ports, read_port
+from hil.doctor.ports import check_ports, holders, list_ports, read_port
 
 
 def _ports(named: str) -> Iterator[Finding]:
@@ -28,7 +28,7 @@ EXAMINATIONS: tuple[Callable[[], Iterable[Finding]], ...] = (
 """Of this machine."""
 EXAMINATIONS_OF_A_PORT: tuple[Callable[[str], Iterable[Finding]], ...] = (
     _ports,
-    lambda named: check_hand(named) if named else (),
+    lambda named: check_hand(named, holders(named)) if named else (),
 )
 """Each takes the port that was named, empty without one."""
 

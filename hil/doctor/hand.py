@@ -44,8 +44,12 @@ def ask(port: str) -> Answers:
         return Answers(codes, temperatures, hand.knows_limits(), hand.boot_text)
 
 
-def check_hand(port: str) -> Iterator[Finding]:
-    """Ask a hand, and judge its answers."""
+def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Finding]:
+    """Ask a hand, and judge its answers; one that another program holds is left alone, for it takes no second master."""
+    if held_by:
+        found, remedy = f"not asked: {port} is open in {', '.join(held_by)}", "end that program first"
+        yield Finding("answer", Verdict.WRONG, found, remedy, subject=Subject.LINK, data={"answers": None})
+        return
     try:
         answers = ask(port)
     except (AeroError, ConnectionError, ValueError) as error:

@@ -105,7 +105,7 @@ def check_python() -> Finding:
     found = f"{platform.python_version()} on {platform.system()} {platform.release()}, {platform.machine()}"
     data = {"version": platform.python_version(), "system": platform.system(), "machine": platform.machine()}
     try:
-        wanted = metadata(PROJECT).get("Requires-Python") or ""
+        wanted = metadata(PROJECT)["Requires-Python"] or ""
     except PackageNotFoundError:
         wanted = ""
     if SpecifierSet(wanted).contains(platform.python_version(), prereleases=True):

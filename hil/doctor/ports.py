@@ -23,6 +23,8 @@ UDEV_COPY = (
     f"echo '{UDEV_RULE}' | sudo tee {UDEV_FILE}",
     "sudo udevadm control --reload-rules && sudo udevadm trigger --subsystem-match=tty",
 )
+PSEUDO_TERMINALS = {"/dev/ptmx", "/dev/pts/ptmx"}
+"""Open in whoever serves a pseudo-terminal: `aero-hil emulate` is no second master of its own hand."""
 MOST_LATENCY_MS = 2
 """More than this adds to each reply of about 2 ms; adapters by FTDI come with 16 ms."""
 
@@ -75,7 +77,8 @@ def _holders(device: str, processes: Path) -> Iterator[str]:
         if process.name == str(os.getpid()):
             continue
         try:
-            if any(os.path.realpath(opened) == device for opened in (process / "fd").iterdir()):
+            opened = {os.path.realpath(file) for file in (process / "fd").iterdir()}
+            if device in opened and not (device.startswith("/dev/pts/") and opened & PSEUDO_TERMINALS):
                 yield f"{(process / 'comm').read_text().strip()} ({process.name})"
         except OSError:  # of another user, or ended meanwhile
             continue
@@ -102,7 +105,7 @@ def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Finding]:
         ports: all of them.
         named: the port that was named, which then counts as the hand's.
     """
-    hands = [port for port in ports if port.looks_like_hand or port.device == named]
+    hands = [port for port in ports if (port.device == named if named else port.looks_like_hand)]
     shown = ", ".join(port.device for port in hands)
     data = {
         "ports": [{"device": port.device, "usb": list(port.usb or ()), "serial": port.serial_number} for port in ports],
