@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from hil.cli.exits import Ended, Exit, run
+from hil.cli.exits import OURS, Ended, Exit, run
 
 
 class Row(NamedTuple):
@@ -46,7 +46,6 @@ COMMANDS: dict[str, Row] = {
     "run-policy": Row("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
     "convert-policy": Row("hil.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
 }
-OURS = ("aero", "firmware_emulator", "model", "hil", "train")
 
 
 class LazyGroup(click.Group):

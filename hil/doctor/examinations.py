@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 
 from aero.clock import WallClock
 from hil.doctor.drawing import check_drawing
@@ -15,7 +16,7 @@ from hil.doctor.ports import check_ports, holders, list_ports, read_port
 
 def _ports(named: str) -> Iterator[Finding]:
     ports = list_ports()
-    if named and "://" not in named and all(port.device != named for port in ports):
+    if named and all(port.device != named for port in ports) and Path(named).exists():
         ports += (read_port(named),)
     return check_ports(ports, named)
 

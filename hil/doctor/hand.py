@@ -45,7 +45,7 @@ def ask(port: str) -> Answers:
 
 
 def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Finding]:
-    """Ask a hand, and judge its answers; one that another program holds is left alone, for it takes no second master."""
+    """Ask a hand, and judge its answers; one that another program holds is left alone."""
     if held_by:
         found, remedy = f"not asked: {port} is open in {', '.join(held_by)}", "end that program first"
         yield Finding("answer", Verdict.WRONG, found, remedy, subject=Subject.LINK, data={"answers": None})

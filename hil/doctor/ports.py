@@ -63,7 +63,7 @@ def list_ports() -> tuple[Port, ...]:
 def read_port(device: str, usb: tuple[int, int] | None = None, serial_number: str = "") -> Port:
     """Return what the system says about a port, without opening it."""
     real = os.path.realpath(device)
-    permitted = not Path(real).exists() or os.access(real, os.R_OK | os.W_OK)
+    permitted = os.access(real, os.R_OK | os.W_OK)
     return Port(device, usb, serial_number, permitted, _group(real), holders(real), _latency_ms(real))
 
 
@@ -115,7 +115,8 @@ def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Finding]:
         found = f"named: {named}" if named else f"looks like a hand: {shown}"
         remedy = "" if named else f"have it asked too: aero-hil doctor --hil {hands[0].device}"
     else:
-        found = f"none looks like a hand; serial ports here: {', '.join(port.device for port in ports) or 'none'}"
+        why = f"{named} is no port of this machine" if named else "none looks like a hand"
+        found = f"{why}; serial ports here: {', '.join(port.device for port in ports) or 'none'}"
         remedy = "plug the hand in, with a cable that carries data; without a hand: aero-hil emulate"
     yield Finding("ports", Verdict.OK, found, remedy, data=data)
     for port in hands:

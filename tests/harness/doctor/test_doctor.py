@@ -11,7 +11,7 @@ import pytest
 
 from aero.actuation.window import FIRMWARE_CALIBRATIONS
 from hil.cli.doctor import exit_code
-from hil.cli.exits import Exit
+from hil.cli.exits import Exit, ending
 from hil.doctor.drawing import Attempt, check_drawing
 from hil.doctor.finding import Finding, Subject, Verdict
 from hil.doctor.hand import SPANS, Answers, ask, candidates, check_calibration, check_hand
@@ -79,6 +79,18 @@ def test_rights_holder_and_latency_say_what_to_do() -> None:
     assert found["rights"].copy == UDEV_COPY
     assert "screen (12)" in found["holder"].finding
     assert found["latency"].verdict is Verdict.LOOK
+
+
+def test_a_package_that_is_missing_is_no_defect_but_a_missing_module_of_ours_is() -> None:
+    code, said = ending(ModuleNotFoundError("No module named 'rich'", name="rich"))
+    assert code == Exit.USAGE
+    assert "rich is not installed" in said
+    assert ending(ModuleNotFoundError("No module named 'hil.x'", name="hil.x"))[0] == Exit.DEFECT
+
+
+def test_a_named_port_that_is_not_there_is_not_called_usable() -> None:
+    (found,) = check_ports([], "/dev/there-is-no-such-port")
+    assert "is no port of this machine" in found.finding
 
 
 def test_a_machine_without_ports_is_no_fault() -> None:
