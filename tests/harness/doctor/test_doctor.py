@@ -52,6 +52,12 @@ def test_a_restart_without_homing_shows_in_the_thumb() -> None:
     assert check_calibration(HOMED).verdict is Verdict.OK
 
 
+def test_a_hand_at_its_ends_is_not_called_restarted() -> None:
+    found = check_calibration((0,) * 7)
+    assert not found.data["restarted"]
+    assert len(found.data["at_end"]) == 7
+
+
 def test_a_port_that_does_not_answer_is_a_finding() -> None:
     master, slave = pty.openpty()
     try:
