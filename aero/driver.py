@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero import protocol
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
-from aero.errors import DesyncError, NoTelemetryError, RefusedError
+from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
 from aero.link import HostLink
 from aero.protocol import Opcode, Reply
 from aero.serial_transport import SerialTransport
@@ -184,6 +184,20 @@ class AeroHand:
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """Limit one channel's torque (0..1023 register units) from the next position command on; as `set_speed`."""
         self._set(protocol.make_set_torque(channel, register_units), channel, register_units)
+
+    def knows_limits(self) -> bool:
+        """Return whether the board has speed and torque limits, which firmware `pre` has not; this changes nothing.
+
+        It is asked to limit a channel that no board has. It refuses, or does not know the request and says nothing.
+        Errors as `read_codes`.
+        """
+        self._permit()
+        try:
+            self._link.ask(protocol.make_refused_setting(), self._reply_timeout_s, self._patience_s)
+        except LinkTimeoutError:
+            self._query(Opcode.GET_TEMP)  # silent about this alone, or altogether?
+            return False
+        return True
 
     def trim(self, channel: Channel, degrees: int) -> int:
         """Shift one channel's extended end by whole degrees (-360..360) of its shaft, kept over restarts; not repeated.

@@ -133,6 +133,11 @@ def make_trim(channel: Channel, degrees: int) -> bytes:
     return _make_setting(Opcode.TRIM, channel, _checked_int(degrees, -360, 360, "trim in degrees") & 0xFFFF)
 
 
+def make_refused_setting() -> bytes:
+    """Return a torque limit for a channel that no board has: whoever knows limits refuses it, none changes."""
+    return _FRAME.pack(Opcode.SET_TOR, FILLER, REFUSED_CHANNEL, 0, 0, 0, 0, 0, 0)
+
+
 def make_set_id(new_id: int, current_limit: int) -> bytes:
     """Return a request to give the only servo on the bus `new_id` (0..253) and a current limit (0..1023 units)."""
     words = [

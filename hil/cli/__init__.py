@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from hil.cli.exits import Ended, Exit, run
+from hil.cli.exits import OURS, Ended, Exit, run
 
 
 class Row(NamedTuple):
@@ -22,6 +22,7 @@ class Row(NamedTuple):
 
 
 COMMANDS: dict[str, Row] = {
+    "doctor": Row("hil.cli.doctor:doctor", "Look at this machine and a hand at rest, and say what to do."),
     "validate": Row("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
     "report": Row("hil.cli.report:report", "Judge recordings again and write the report."),
     "replay": Row("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
@@ -45,7 +46,6 @@ COMMANDS: dict[str, Row] = {
     "run-policy": Row("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
     "convert-policy": Row("hil.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
 }
-OURS = ("aero", "firmware_emulator", "model", "hil", "train")
 
 
 class LazyGroup(click.Group):

@@ -37,6 +37,8 @@ class Exit(IntEnum):
     """A mistake of this program."""
 
 
+OURS = ("aero", "firmware_emulator", "model", "hil", "train")
+"""Our packages: where one of these cannot be imported, it is a defect and no missing extra."""
 INTERRUPTED = 130
 """What a shell makes of SIGINT."""
 TERMINATED = (129, 143)
@@ -61,29 +63,34 @@ def given() -> Iterator[None]:
         raise Ended(str(text), Exit.USAGE) from error
 
 
+CODES = (
+    ("aero.safety.SafetyStopError", Exit.STOPPED),
+    ("hil.targets.target.NoHandError", Exit.NO_HAND),
+    ("aero.errors.AeroError", Exit.NO_HAND),
+    ("builtins.ConnectionError", Exit.NO_HAND),
+    ("firmware_emulator.native.program.FirmwareProgramError", Exit.FIRMWARE),
+    ("hil.targets.target.MissingCapabilityError", Exit.USAGE),
+    ("hil.faults.schedule.FaultNeverFiredError", Exit.USAGE),
+    ("builtins.OSError", Exit.NOT_WRITTEN),
+)
+"""Exception to exit code; the first that fits counts. By name, because only what is imported can have been raised, and
+some commands run where a physics engine is not installed."""
+
+
 def ending(error: BaseException) -> tuple[int, str]:
     """Return the exit code of an exception that reached the command line, and the line that is said."""
     if _of_drawing(error):
         named = os.environ.get("MUJOCO_GL", "")
         said = f"MUJOCO_GL={named}: MuJoCo cannot load this OpenGL here ({type(error).__name__}: {error})"
         return Exit.USAGE, f"{said}; unset it, or set it to `egl` where there is no display"
-    from aero.errors import AeroError  # noqa: PLC0415 - help is quick
-    from aero.safety import SafetyStopError  # noqa: PLC0415
-    from firmware_emulator.native.program import FirmwareProgramError  # noqa: PLC0415
-    from hil.faults.schedule import FaultNeverFiredError  # noqa: PLC0415
-    from hil.targets.target import MissingCapabilityError, NoHandError  # noqa: PLC0415
-
-    codes: tuple[tuple[type[BaseException] | tuple[type[BaseException], ...], int], ...] = (
-        (SafetyStopError, Exit.STOPPED),
-        ((NoHandError, AeroError, ConnectionError), Exit.NO_HAND),
-        (FirmwareProgramError, Exit.FIRMWARE),
-        ((MissingCapabilityError, FaultNeverFiredError), Exit.USAGE),
-        (OSError, Exit.NOT_WRITTEN),
-    )
+    if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] not in OURS:
+        said = f"{error.name} is not installed; an extra brings it, from a checkout: pip install -e '.[hil]'"
+        return Exit.USAGE, f"{said}. `aero-hil doctor` lists the extras"
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, "interrupted"
-    for kinds, code in codes:
-        if isinstance(error, kinds):
+    for name, code in CODES:
+        module, _, kind = name.rpartition(".")
+        if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind, ())):
             return code, str(error)
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
 

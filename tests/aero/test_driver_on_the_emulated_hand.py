@@ -44,6 +44,14 @@ def test_a_posture_is_where_the_map_says_on_every_firmware(firmware, side):
     np.testing.assert_allclose(np.rad2deg(codec.angles_from_codes(rig.hand.read_codes())), shafts, atol=0.7)
 
 
+@pytest.mark.parametrize("firmware", FIRMWARE_CALIBRATIONS)
+def test_only_the_firmware_before_limits_does_not_know_them_and_asking_changes_nothing(firmware):
+    rig = Rig(firmware=firmware)
+    before = rig.hand.read_codes()
+    assert rig.hand.knows_limits() == (firmware != "pre")
+    np.testing.assert_array_equal(rig.hand.read_codes(), before)
+
+
 def test_the_map_of_another_firmware_is_ten_degrees_off_on_the_thumb():
     rig = Rig(firmware="0.2.0")
     shafts = rig.shafts_deg_after(ActuationMap().codes_from_angles(np.deg2rad(ANGLES_DEG)))
