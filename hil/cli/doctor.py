@@ -37,11 +37,11 @@ def doctor(port: str, as_json: bool) -> None:
 
 
 def exit_code(findings: Iterable[Finding]) -> Exit:
-    """Return 3 where no hand answers, 1 where something else needs attention, 0 where all is well."""
+    """Return 3 where no hand answers, 1 where something else is wrong, 0 where all works."""
     findings = tuple(findings)
     if worst(findings, Subject.LINK) is Verdict.WRONG:
         return Exit.NO_HAND
-    return Exit.WITHIN_LIMITS if worst(findings) is Verdict.OK else Exit.OUT_OF_LIMITS
+    return Exit.OUT_OF_LIMITS if worst(findings) is Verdict.WRONG else Exit.WITHIN_LIMITS
 
 
 def _document(findings: list[Finding]) -> dict[str, Any]:
