@@ -41,7 +41,7 @@ def detection_table(rows: Sequence[Detection], alarms: Share | None) -> str:
         for row in some:
             for check, count in row.checks:
                 checks[check] += count
-        named = [f"`{check}`" for check, _ in sorted(checks.items(), key=lambda item: -item[1])[:NAMED]]
+        named = [f"`{check}`" for check, _ in sorted(checks.items(), key=lambda item: (-item[1], item[0]))[:NAMED]]
         words = "; ".join(part for part in (", ".join(named), CATALOGUE[name].reason) if part)
         lines.append(f"| `{name}` | {_found_from(some)} | {cells} | {words} |\n")
     return "".join(lines)

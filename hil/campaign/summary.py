@@ -89,7 +89,7 @@ def _detection(name: str, severity: float, group: Sequence[Outcome], dictionary:
         wanted = cause_of(parse_fault(outcome.trial.faults[0]))
         first += causes[:1] == [wanted]
         among_three += wanted in causes
-    ranked = tuple(sorted(failed.items(), key=lambda item: -item[1]))
+    ranked = tuple(sorted(failed.items(), key=lambda item: (-item[1], item[0])))
     return Detection(
         name, severity, CATALOGUE[name].unit, Share(found, len(group)), ranked, first, among_three, furthest
     )

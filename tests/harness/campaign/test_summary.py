@@ -1,6 +1,7 @@
 """What a campaign says about its checks, on outcomes whose answer is known."""
 
 from dataclasses import replace
+from itertools import permutations
 
 import pytest
 from click.testing import CliRunner
@@ -73,6 +74,12 @@ def test_a_fault_counts_as_found_from_where_every_hand_is_accused():
     assert found_from(rows) == 1.2
     assert found_from(rows[:2]) is None
     assert "| 1.2 | 1.02 factor: 1 of 1, 1.05 factor: 1 of 2 (0.8), 1.2 factor: 2 of 2 |" in detection_table(rows, None)
+
+
+def test_checks_that_found_a_fault_as_often_stand_in_the_order_of_their_names():
+    (row,) = detections([faulty(4.0)], [SLACK])
+    for checks in permutations([("audit/pull", 1), ("audit/followed", 1), ("presence/idle_current", 1)]):
+        assert "`audit/followed`, `audit/pull`, `presence/" in detection_table([replace(row, checks=checks)], None)
 
 
 def test_a_fault_that_never_fired_counts_for_nothing():
