@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from hil.campaign.trial import Outcome
 from hil.diagnosis.dictionary import Entry
 from hil.diagnosis.explain import explain
-from hil.diagnosis.signature import KINDS, Key, excesses, places, signature
+from hil.diagnosis.signature import Key, excesses, places, signature
 from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.judging.explanation import Explanation
 from hil.judging.limits import Limit, load_limits
@@ -47,8 +47,7 @@ def entries(outcomes: Iterable[Outcome]) -> list[Entry]:
             continue
         fault = parse_fault(outcome.trial.faults[0])
         features = signature(places(outcome.numbers, _limits(outcome)), outcome.ended, fault.channel)
-        kind = "" if fault.channel is None else KINDS[fault.channel.label]
-        found.append(Entry(cause_of(fault), str(fault), kind, features))
+        found.append(Entry(cause_of(fault), str(fault), features))
     return found
 
 

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+from aero.channels import Channel
 from hil.diagnosis.signature import Signature
+from hil.faults import CATALOGUE
 
 FILE = "dictionary.json"
 LEAST = 0.3
@@ -23,9 +25,12 @@ class Entry:
     """What a finding names: see `Kind.cause`."""
     fault: str
     """As `hil.faults` writes it."""
-    kind: str
-    """Sort of channel it sits on, a value of `signature.KINDS`; empty for the whole hand."""
     features: Signature
+
+    @property
+    def seats(self) -> tuple[Channel | None, ...]:
+        """Channels that it may sit on as well, None for the whole hand: what it does to one it does to all."""
+        return CATALOGUE[self.fault.partition(":")[0].partition("=")[0]].subjects or (None,)
 
 
 def load_dictionary() -> tuple[Entry, ...]:
@@ -36,13 +41,13 @@ def load_dictionary() -> tuple[Entry, ...]:
 
 def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int]) -> str:
     """Return a dictionary as JSON, an entry a line."""
-    lines = [json.dumps({"fault": e.fault, "cause": e.cause, "kind": e.kind, **_rounded(e.features)}) for e in entries]
+    lines = [json.dumps({"fault": e.fault, "cause": e.cause, **_rounded(e.features)}) for e in entries]
     head = json.dumps({"provenance": provenance})[:-1]
     return f'{head}, "entries": [\n' + ",\n".join(lines) + "\n]}\n"
 
 
 def _entry(table: dict[str, Any]) -> Entry:
-    return Entry(table.pop("cause"), table.pop("fault"), table.pop("kind"), table)
+    return Entry(table.pop("cause"), table.pop("fault"), table)
 
 
 def _rounded(features: Signature) -> dict[str, float]:

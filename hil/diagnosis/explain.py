@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence, Set
 
 from aero.channels import Channel
 from hil.diagnosis.dictionary import Entry
-from hil.diagnosis.signature import KINDS, Places, Signature, signature
+from hil.diagnosis.signature import Places, Signature, signature
 from hil.judging.explanation import Explanation
 
 SCALE = 0.5
@@ -28,7 +28,7 @@ def explain(found: Places, ended: str, not_run: Sequence[str], dictionary: Seque
         (distance(_of(asked, entry.features), view), entry, channel)
         for channel, view in views.items()
         for entry in dictionary
-        if entry.kind == ("" if channel is None else KINDS[channel.label])
+        if channel in entry.seats
     ]
     nearest = min((away for away, _, _ in far), default=0.0)
     weights: dict[tuple[str, Channel | None], float] = defaultdict(float)

@@ -1,8 +1,8 @@
 """The signature of a run: where its readings lie among those of healthy hands, seen from one channel.
 
 The seven channels of a hand suffer the same faults, so a signature is told as "this channel", "the worst of the
-others" and "the hand": a fault that was once seen on the index is known on the ring. A reading inside the limits
-counts too: one that alone accuses nobody tells one cause from another.
+others" and "the hand": a fault that was once seen on the index is known on the ring and on the thumb. A reading inside
+the limits counts too: one that alone accuses nobody tells one cause from another.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from aero.channels import Channel
 from hil.experiments import Measured
-from hil.experiments.shared.subjects import CHANNELS
 from hil.judging.limits import Limit
 
 Key = tuple[str, str, str]
@@ -26,11 +25,6 @@ COMMON = 1.0
 """Compressed place up to which a reading is that of any hand; it is taken off."""
 MOST = 1000.0
 """Place from which on a reading counts as no further off."""
-KINDS: dict[str, str] = {
-    **dict.fromkeys(CHANNELS[:4], "finger"),
-    **{channel: channel for channel in CHANNELS[4:]},
-}
-"""Channels that are built alike."""
 
 
 def excesses(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[Key, float]:

@@ -23,7 +23,7 @@ from hil.judging.limits.compute import FIRMWARE_GROUPS
 TRACKING = Limit(
     "staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), "", at_most=1.0, healthy=(-0.5, 0.5)
 )
-SLACK = Entry("cable_snapped", "cable_snapped:index=1.0", "finger", {"own/staircase/tracking_rms": 1.5})
+SLACK = Entry("cable_snapped", "cable_snapped:index=1.0", {"own/staircase/tracking_rms": 1.5})
 
 
 @pytest.fixture(autouse=True)
@@ -98,7 +98,7 @@ def test_a_check_sees_what_it_found_on_every_hand():
 
 def test_an_entry_tells_the_run_as_seen_from_its_channel():
     (entry,) = entries([faulty(4.0)])
-    assert (entry.cause, entry.kind) == ("cable_snapped", "finger")
+    assert (entry.cause, entry.fault) == ("cable_snapped", "cable_snapped:index=1.0")
     assert entry.features.keys() == {"own/staircase/tracking_rms"}
     assert entry.features["own/staircase/tracking_rms"] > 2.0
 

@@ -18,12 +18,12 @@ LIMITS = tuple(
     )
 )
 ENTRIES = (
-    Entry("stiff", "gear_friction:index=0.2", "finger", {"own/staircase/friction": 2.0}),
-    Entry("slack", "cable_long:index=4", "finger", {"own/staircase/friction": 1.0, "own/staircase/take_up": 2.5}),
-    Entry("late", "reply_delayed=20", "", {"hand/presence/round_trip": 2.0}),
-    Entry("gone", "link_silent=1", "", {"ended/LinkTimeoutError": 7.3}),
-    Entry("others", "supply_low=0.4", "", {"others/staircase/take_up": 2.0}),
-    Entry("weak", "motor_weak:index=0.8", "finger", {"own/staircase/friction": -2.0}),
+    Entry("stiff", "gear_friction:index=0.2", {"own/staircase/friction": 2.0}),
+    Entry("slack", "cable_long:index=4", {"own/staircase/friction": 1.0, "own/staircase/take_up": 2.5}),
+    Entry("late", "reply_delayed=20", {"hand/presence/round_trip": 2.0}),
+    Entry("gone", "link_silent=1", {"ended/LinkTimeoutError": 7.3}),
+    Entry("others", "supply_low=0.4", {"others/staircase/take_up": 2.0}),
+    Entry("weak", "motor_weak:index=0.8", {"own/staircase/friction": -2.0}),
 )
 
 

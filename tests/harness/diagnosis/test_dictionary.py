@@ -7,9 +7,7 @@ import pytest
 
 from hil.diagnosis.dictionary import Entry, dictionary_text, load_dictionary
 
-SLACK = Entry(
-    "slack", "cable_snapped:index=1", "finger", {"own/staircase/take_up": 2.4567, "own/a/b": -1.5, "own/c/d": 0.29}
-)
+SLACK = Entry("slack", "cable_snapped:index=1", {"own/staircase/take_up": 2.4567, "own/a/b": -1.5, "own/c/d": 0.29})
 
 
 def test_an_entry_is_a_line_with_its_features_in_order_and_to_one_place():
@@ -18,7 +16,6 @@ def test_an_entry_is_a_line_with_its_features_in_order_and_to_one_place():
     assert list(json.loads(line).items()) == [
         ("fault", "cable_snapped:index=1"),
         ("cause", "slack"),
-        ("kind", "finger"),
         ("own/a/b", -1.5),
         ("own/staircase/take_up", 2.5),
     ]
@@ -31,5 +28,5 @@ def test_the_dictionary_that_ships_is_read_whole():
     entries = load_dictionary()
     assert dictionary_text(entries, table["provenance"]) == text
     assert entries[0].fault == table["entries"][0]["fault"]
-    assert not {"fault", "cause", "kind"} & entries[0].features.keys()
+    assert not {"fault", "cause"} & entries[0].features.keys()
     assert entries[0].features["own/staircase/friction"] == pytest.approx(table["entries"][0]["own/staircase/friction"])

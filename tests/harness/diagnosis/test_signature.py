@@ -3,7 +3,7 @@
 import pytest
 
 from aero.channels import Channel
-from hil.diagnosis.signature import KINDS, compressed, excesses, places, signature
+from hil.diagnosis.signature import compressed, excesses, places, signature
 from hil.judging.limits import Limit
 
 PULL = Limit("audit", "pull", ("index", "ring"), "test", -1.0, 4.0, healthy=(0.0, 2.0))
@@ -54,9 +54,3 @@ def test_the_worst_reading_counts_whatever_its_sign():
     whole = {"others/audit/pull": compressed(-9.0), "hand/audit/pull": compressed(2.0)}
     assert signature(found, "", None) == whole
     assert signature(found, "", Channel.INDEX) == {**whole, "own/audit/pull": compressed(3.0)}
-
-
-def test_fingers_are_alike_and_the_thumbs_channels_are_not():
-    fingers, thumb = list(KINDS.values())[:4], list(KINDS.values())[4:]
-    assert fingers == ["finger"] * 4
-    assert thumb == ["thumb_abduction", "thumb_cmc_flexion", "thumb_flexor"]
