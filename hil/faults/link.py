@@ -103,6 +103,12 @@ def _same(act: Act) -> Callable[[], Act]:
     return lambda: act
 
 
+def _cause(way: str, name: str, change: str) -> str:
+    if name == "lost":
+        return "exchanges_lost"  # nobody can see whether the request or the reply was lost
+    return f"replies_{change}_bytes" if way == "reply" else "commands_damaged"
+
+
 BOTH: dict[str, tuple[str, str, str, tuple[float, float, float], Act]] = {
     "truncated": ("A19", "lose their end", "lose", (0.01, 0.05, 0.3), _sometimes(_truncated)),
     "lost": ("A1", "are lost", "lose", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [])),
@@ -124,7 +130,7 @@ KINDS = (
             f"of {plural}",
             severities,
             f"{plural} {words}",
-            cause=f"replies_{change}_bytes" if way == "reply" else "commands_damaged",
+            cause=_cause(way, name, change),
             bounds=SHARE,
         )
         for way, plural in WAYS
