@@ -97,13 +97,32 @@ def draw(model: mujoco.MjModel, rng: np.random.Generator, environments: int, row
 
 
 def models(model: mujoco.MjModel, draws: Draws) -> list[mujoco.MjModel]:
-    """Return one copy of `model` for each environment of `draws`."""
+    """Return one copy of `model` for each environment of `draws`.
+
+    Raises:
+        ValueError: an inertia or a centre of mass is drawn for a body on which MuJoCo would ignore it.
+    """
+    inertial = _with_another_inertial(model, draws)
+    if simple := [model.body(body).name for body in inertial if model.body_simple[body]]:
+        raise ValueError(
+            f"body {simple[0]!r} is compiled as a simple body, of which MuJoCo ignores a later inertia and centre of "
+            "mass; compile it with simple=0"
+        )
     environments = len(next(iter(draws.values())))
     copies = [copy.copy(model) for _ in range(environments)]
     for environment, one in enumerate(copies):
         for field, values in draws.items():
             getattr(one, field)[:] = values[environment]
+        one.body_sameframe[inertial] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else `body_ipos` is not looked at
     return copies
+
+
+def _with_another_inertial(model: mujoco.MjModel, draws: Draws) -> NDArray[np.int_]:
+    """Return the bodies whose inertia or centre of mass is not the model's in some environment."""
+    drawn = np.zeros(model.nbody, bool)
+    for field in draws.keys() & {"body_inertia", "body_ipos"}:
+        drawn |= (draws[field] != getattr(model, field)).any(axis=(0, 2))
+    return np.flatnonzero(drawn)
 
 
 def _is_link(model: mujoco.MjModel, body: int) -> bool:

@@ -29,7 +29,8 @@ def build_scene(torque_limit: float | None = None) -> mujoco.MjSpec:
             as the released model.
     """
     spec = build_routed("right")
-    add_cube(spec)
+    # A simple body's inertia and centre of mass are fixed when it is compiled; `train.randomise` draws both later.
+    add_cube(spec).simple = 0
     if torque_limit is not None:
         for channel, force in zip(Channel, torque_limit * STALL_FORCE, strict=True):
             spec.actuator(channel.label).forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
