@@ -206,9 +206,7 @@ class GuardedHand(AeroHand):
         standby, self._standby = self._standby, None
         try:
             if self.phase in {Phase.OPENING, Phase.MOVING}:
-                self._open("The program ended")
-                if not self._is_open:
-                    raise SafetyStopError(self._stop)
+                self._end("The program ended")
         finally:
             super().close()
             if standby is not None:
@@ -320,14 +318,25 @@ class GuardedHand(AeroHand):
         self._disturbances, self._restarts = disturbances, restarts
 
     def _abort(self, objection: str) -> None:
-        self._open(objection + self._lateness.remark())
+        self._end(objection + self._lateness.remark())
         raise SafetyStopError(self._stop)
+
+    def _end(self, reason: str) -> None:
+        """Open the hand; a signal that came meanwhile is carried out afterwards, but for a hand that may be closed.
+
+        Raises:
+            SafetyStopError: the hand may not be open; this has to be said, whatever the signal was.
+        """
+        with uninterrupted():
+            self._open(reason)
+            if not self._is_open:
+                raise SafetyStopError(self._stop)
 
     def _open(self, reason: str) -> None:
         """Open slowly and leave weak; the hand takes no more commands of the program."""
         self.phase = Phase.ENDING
         try:
-            with uninterrupted(), self._itself():
+            with self._itself():
                 doubt = open_and_relax(
                     self,
                     self._bare_clock,

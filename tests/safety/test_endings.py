@@ -9,12 +9,13 @@ import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from aero import serial_transport
-from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, standby
+from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, guarded, standby
 from aero.safety.interrupts import uninterrupted, unwinding
 from aero.serial_transport import SerialTransport
 from firmware_emulator.bench import Bench
@@ -154,6 +155,30 @@ def test_signals_wait_for_the_end_of_an_opening():
     finally:
         signal.signal(signal.SIGTERM, before)
     assert log == ["opened", "signal"]
+
+
+@pytest.mark.parametrize(
+    ("doubt", "ending", "after"),
+    [("", KeyboardInterrupt, "stand_down"), ("a finger is closed", SafetyStopError, "take_over")],
+)
+def test_ctrl_c_during_the_last_opening_hides_no_hand_that_may_be_closed(monkeypatch, doubt, ending, after):
+    """The signal comes after the opening, unless the hand may be closed: then that is said instead."""
+
+    def opening(*_hand, **_how):
+        signal.raise_signal(signal.SIGINT)
+        return doubt
+
+    asked = []
+    electronics = EmulatedHand(Bench())
+    hand = GuardedHand(InProcessLink(electronics), electronics.clock, spans_counts=[3278] * 7, usual=None)
+    hand.command_codes([0] * 7)
+    hand._standby = SimpleNamespace(
+        stand_down=lambda: asked.append("stand_down"), take_over=lambda: asked.append("take_over")
+    )
+    monkeypatch.setattr(guarded, "open_and_relax", opening)
+    with pytest.raises(ending, match="SWITCH THE HAND'S SUPPLY OFF" if doubt else None):
+        hand.close()
+    assert asked == [after]
 
 
 def test_termination_unwinds_and_the_old_handler_comes_back():
