@@ -206,7 +206,7 @@ class GuardedHand(AeroHand):
         standby, self._standby = self._standby, None
         try:
             if self.phase in {Phase.OPENING, Phase.MOVING}:
-                self._end("The program ended")
+                self._open("The program ended")
         finally:
             super().close()
             if standby is not None:
@@ -318,38 +318,32 @@ class GuardedHand(AeroHand):
         self._disturbances, self._restarts = disturbances, restarts
 
     def _abort(self, objection: str) -> None:
-        self._end(objection + self._lateness.remark())
+        self._open(objection + self._lateness.remark())
         raise SafetyStopError(self._stop)
 
-    def _end(self, reason: str) -> None:
-        """Open the hand; a signal that came meanwhile is carried out afterwards, but for a hand that may be closed.
+    def _open(self, reason: str) -> None:
+        """Open slowly and leave weak; the hand takes no more commands of the program.
+
+        A signal that comes meanwhile is carried out afterwards, but for a hand that may be closed.
 
         Raises:
             SafetyStopError: the hand may not be open; this has to be said, whatever the signal was.
         """
-        with uninterrupted():
-            self._open(reason)
-            if not self._is_open:
-                raise SafetyStopError(self._stop)
-
-    def _open(self, reason: str) -> None:
-        """Open slowly and leave weak; the hand takes no more commands of the program."""
         self.phase = Phase.ENDING
-        try:
-            with self._itself():
-                doubt = open_and_relax(
-                    self,
-                    self._bare_clock,
-                    self.thresholds,
-                    settable=self._usual is not None,
-                    last_codes=self._last_codes,
-                )
-        except ConnectionError as error:
-            doubt = str(error)
-        finally:
-            self.phase = Phase.STOPPED
-        self._is_open = not doubt
-        done = "stopped and opened slowly" if self._is_open else "stopped"
-        self._stop = f"{self.name}: {done}. {reason}."
-        if doubt:
-            self._stop += f" {SWITCH_OFF}, because {doubt}"
+        with uninterrupted():
+            try:
+                with self._itself():
+                    settable = self._usual is not None
+                    doubt = open_and_relax(
+                        self, self._bare_clock, self.thresholds, settable=settable, last_codes=self._last_codes
+                    )
+            except ConnectionError as error:
+                doubt = str(error)
+            finally:
+                self.phase = Phase.STOPPED
+            self._is_open = not doubt
+            done = "stopped and opened slowly" if self._is_open else "stopped"
+            self._stop = f"{self.name}: {done}. {reason}."
+            if doubt:
+                self._stop += f" {SWITCH_OFF}, because {doubt}"
+                raise SafetyStopError(self._stop)

@@ -103,22 +103,25 @@ def _same(act: Act) -> Callable[[], Act]:
     return lambda: act
 
 
-def _cause(way: str, name: str, change: str) -> str:
-    if name == "lost":
-        return "exchanges_lost"  # nobody can see whether the request or the reply was lost
-    return f"replies_{change}_bytes" if way == "reply" else "commands_damaged"
-
-
 BOTH: dict[str, tuple[str, str, str, tuple[float, float, float], Act]] = {
-    "truncated": ("A19", "lose their end", "lose", (0.01, 0.05, 0.3), _sometimes(_truncated)),
-    "lost": ("A1", "are lost", "lose", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [])),
-    "byte_dropped": ("A1", "lose a byte", "lose", (0.01, 0.05, 0.3), _sometimes(_byte_dropped)),
-    "byte_doubled": ("A3", "have a byte twice", "gain", (0.01, 0.05, 0.3), _sometimes(_byte_doubled)),
-    "byte_inserted": ("A4", "have a byte more", "gain", (0.01, 0.05, 0.3), _sometimes(_byte_inserted)),
-    "bit_flipped": ("A2", "have a wrong bit", "alter", (0.01, 0.05, 0.3), _sometimes(_bit_flipped)),
-    "doubled": ("A15", "come twice", "gain", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [(0.0, data + data)])),
+    "truncated": ("A19", "lose their end", "replies_lose_bytes", (0.01, 0.05, 0.3), _sometimes(_truncated)),
+    "lost": ("A1", "are lost", "exchanges_lost", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [])),
+    "byte_dropped": ("A1", "lose a byte", "replies_lose_bytes", (0.01, 0.05, 0.3), _sometimes(_byte_dropped)),
+    "byte_doubled": ("A3", "have a byte twice", "replies_gain_bytes", (0.01, 0.05, 0.3), _sometimes(_byte_doubled)),
+    "byte_inserted": ("A4", "have a byte more", "replies_gain_bytes", (0.01, 0.05, 0.3), _sometimes(_byte_inserted)),
+    "bit_flipped": ("A2", "have a wrong bit", "replies_alter_bytes", (0.01, 0.05, 0.3), _sometimes(_bit_flipped)),
+    "doubled": (
+        "A15",
+        "come twice",
+        "replies_gain_bytes",
+        (0.01, 0.05, 0.3),
+        _sometimes(lambda data, random: [(0.0, data + data)]),
+    ),
 }
-"""Faults of both directions: row of the list, what happens, what it comes to, severities, how."""
+"""Faults of both directions: row of the list, what happens, cause when it happens to replies, severities, how.
+
+Of commands all is `commands_damaged`, but that nobody can see whether a request or its reply was lost.
+"""
 WAYS: tuple[tuple[str, str], ...] = (("reply", "replies"), ("command", "commands"))
 
 KINDS = (
@@ -130,11 +133,11 @@ KINDS = (
             f"of {plural}",
             severities,
             f"{plural} {words}",
-            cause=_cause(way, name, change),
+            cause=cause if way == "reply" or name == "lost" else "commands_damaged",
             bounds=SHARE,
         )
         for way, plural in WAYS
-        for name, (row, words, change, severities, _) in BOTH.items()
+        for name, (row, words, cause, severities, _) in BOTH.items()
     ),
     Kind("reply_delayed", "link", ("A8", "A13"), "ms at most", (5, 30, 400), "replies come late", cause="late"),
     Kind("command_delayed", "link", ("A8", "B3", "D5"), "ms at most", (5, 30, 400), "commands come late", cause="late"),
