@@ -17,11 +17,21 @@ _UNWINDING = tuple(number for number in _STOPPING if number != signal.SIGINT)
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Hold signals that stop a program back until the block is over; outside the main thread there are none."""
-    caught: list[int] = []
-    with _handled(_STOPPING, lambda number, _frame: caught.append(number)):
+    with noted(*_STOPPING) as caught:
         yield
     for number in dict.fromkeys(caught):
         signal.raise_signal(number)
+
+
+@contextmanager
+def noted(*numbers: signal.Signals) -> Iterator[list[int]]:
+    """Yield a list that takes up these signals instead of what they did, for a loop that looks at it.
+
+    Afterwards they do again what they did before; outside the main thread the list stays empty.
+    """
+    caught: list[int] = []
+    with _handled(numbers, lambda number, _frame: caught.append(number)):
+        yield caught
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import given
@@ -43,24 +44,22 @@ def emulate(
 
     Prints one line `ready PATH` when a client may open PATH.
     """
-    stopped: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda caught, _frame: stopped.append(caught))
-    with given():
-        schedule = Schedule(map(parse_fault, faults), hand.seed)
-        refuse_at_a_port(schedule.faults)
-        electronics, _ = build_emulated(
-            unit_named(hand.unit),
-            firmware=hand.firmware,
-            hand=hand.side,
-            seed=hand.seed,
-            start="homed" if bus_port is None else "bare",
-            nvs=Nvs(state),
-            program=hand.program,
-            schedule=schedule,
-        )
-        server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
-    with server, closing(electronics):
-        click.echo(f"ready {server.name}")
-        server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
+    with noted(signal.SIGINT, signal.SIGTERM) as stopped:
+        with given():
+            schedule = Schedule(map(parse_fault, faults), hand.seed)
+            refuse_at_a_port(schedule.faults)
+            electronics, _ = build_emulated(
+                unit_named(hand.unit),
+                firmware=hand.firmware,
+                hand=hand.side,
+                seed=hand.seed,
+                start="homed" if bus_port is None else "bare",
+                nvs=Nvs(state),
+                program=hand.program,
+                schedule=schedule,
+            )
+            server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
+        with server, closing(electronics):
+            click.echo(f"ready {server.name}")
+            server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
     schedule.require_all_fired()

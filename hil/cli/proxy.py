@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
 from hil.cli.emulate import FAULT_HELP
 from hil.cli.exits import Ended, Exit, given
@@ -25,19 +26,17 @@ def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], seed: int) -
 
     Prints one line `ready PATH` when a client may open PATH.
     """
-    stopped: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda caught, _frame: stopped.append(caught))
-    with given():
-        schedule = Schedule(map(parse_fault, faults), seed)
-    try:
-        transport = SerialTransport.open(port)
-    except ConnectionError as error:
-        raise Ended(str(error), Exit.NO_HAND) from error
-    with closing(transport):
+    with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with given():
-            between = LinkProxy(transport, schedule, link=link)
-        with closing(between):
-            click.echo(f"ready {between.name}")
-            between.run(stop=lambda: bool(stopped))
+            schedule = Schedule(map(parse_fault, faults), seed)
+        try:
+            transport = SerialTransport.open(port)
+        except ConnectionError as error:
+            raise Ended(str(error), Exit.NO_HAND) from error
+        with closing(transport):
+            with given():
+                between = LinkProxy(transport, schedule, link=link)
+            with closing(between):
+                click.echo(f"ready {between.name}")
+                between.run(stop=lambda: bool(stopped))
     schedule.require_all_fired()

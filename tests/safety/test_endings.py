@@ -144,6 +144,14 @@ def test_a_forked_process_may_not_use_the_hand():
     hand.read_codes()
 
 
+@pytest.fixture
+def _ctrl_c_raises():
+    """As in a program that a terminal started, whatever ran in this process before."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def test_signals_wait_for_the_end_of_an_opening():
     log = []
     before = signal.signal(signal.SIGTERM, lambda *_: log.append("signal"))
@@ -157,6 +165,7 @@ def test_signals_wait_for_the_end_of_an_opening():
     assert log == ["opened", "signal"]
 
 
+@pytest.mark.usefixtures("_ctrl_c_raises")
 @pytest.mark.parametrize(
     ("doubt", "ending", "after"),
     [("", KeyboardInterrupt, "stand_down"), ("a finger is closed", SafetyStopError, "take_over")],

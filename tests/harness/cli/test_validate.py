@@ -170,8 +170,11 @@ def test_emulate_serves_until_it_is_interrupted(tmp_path, number):
 
 
 def test_emulate_does_not_take_a_link_that_is_in_use(tmp_path):
+    """Nor does it keep the signals of the program that it runs in."""
     (tmp_path / "hand").write_text("something else")
+    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
     result = CliRunner().invoke(main, ["emulate", "--link", str(tmp_path / "hand")])
     assert result.exit_code == 2
     assert "exists" in result.output
     assert (tmp_path / "hand").read_text() == "something else"
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == handlers

@@ -1,7 +1,6 @@
 """Whatever is wrong with an option, a file, a place or a port: one clear line, the right code, and nothing lost."""
 
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -22,15 +21,6 @@ ALLOWED_CODES = {"option": {2}, "file": {2}, "output": {2}, "device": {2, 3}}
 @pytest.fixture(scope="module")
 def names(tmp_path_factory):
     return make_files(tmp_path_factory.mktemp("wrong"))
-
-
-@pytest.fixture(autouse=True)
-def _signals_as_before():
-    """`emulate` takes them before it looks at anything."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
 
 
 @pytest.mark.parametrize("case", tuple(cases()), ids=lambda case: f"{case.line}-{case.wrong}")
