@@ -17,6 +17,7 @@ from hil.experiments.shared.experiment import Experiment, Measured, Metric
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording, Series
 from hil.targets.target import Target
+from hil.targets.wire_log import WireRecord
 
 Floats = NDArray[np.float64]
 
@@ -78,6 +79,7 @@ def measure(recording: Recording) -> Measured:
     changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
     fast = _after(codes, cycles)
     goals = goal_at(commands, fast.times)
+    asked = asked_at(fast.times, recording.wire)
     _, trips = round_trips(recording.wire)
     arrived = not any(event.severity == "warning" for event in recording.events)
     rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
@@ -86,20 +88,29 @@ def measure(recording: Recording) -> Measured:
             "round_trip": 1e3 * float(np.median(trips)),
             "command_to_motion": 1e3 * float(np.median(delays)),
             "telemetry_period": 1e3 * float(np.median(np.diff(changed))),
-            "longest_standstill": 1e3 * max(standstills(fast.times, fast.values, goals), default=np.nan),
+            "longest_standstill": 1e3 * max(standstills(asked, fast.times, fast.values, goals), default=np.nan),
             "backward_readings": 100.0 * backward(fast.values, goals),
             "open_close_rate": float(rate),
         }
     }
 
 
-def standstills(times: Floats, codes: Floats, goals: Floats) -> list[float]:
+def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:
+    """Return when the readings that came at `times` (n,) were asked for, (n,) s: the last request before each."""
+    requests = np.array([record.t for record in wire if record.direction == "to_hand"] or [np.nan])
+    found: Floats = requests[np.searchsorted(requests, times, side="right") - 1]
+    return found
+
+
+def standstills(asked: Floats, times: Floats, codes: Floats, goals: Floats) -> list[float]:
     """Return for how long (s) the same reading of a finger came again and again while it was on its way.
 
-    A program that was late does not count, because it read nothing meanwhile.
+    A reading was true at some time between its request and its arrival, so what counts is the time from the first one's
+    arrival to the last one's request. A program that was late does not count, nor does an answer that was.
 
     Args:
-        times: (n,) float, s.
+        asked: (n,) float, when each reading was asked for, s.
+        times: (n,) float, when it came, s.
         codes: (n, 7) float, readings.
         goals: (n, 7) float, commands in force.
     """
@@ -110,7 +121,7 @@ def standstills(times: Floats, codes: Floats, goals: Floats) -> list[float]:
         changes = np.flatnonzero(np.diff(part) != 0) + 1
         for first, last in zip(changes[:-1], changes[1:] - 1, strict=True):
             if on_its_way[first] and on_its_way[last]:
-                found.append(float(times[last] - times[first]))
+                found.append(max(float(asked[last] - times[first]), 0.0))
     return found
 
 

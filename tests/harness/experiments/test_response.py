@@ -12,6 +12,8 @@ from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS
 
 NUDGED_S, CYCLES_S, END_S = 0.3, 1.0, 2.5
+ON_ITS_WAY_S = 0.0005
+"""Time from a request to its reading."""
 
 
 def recorded(*, events=()):
@@ -30,11 +32,12 @@ def recorded(*, events=()):
         "codes": Series.of(LABELS, ["u16"] * 7, t, np.round(part * MAX_CODE)),
         "command_codes": Series.of(LABELS, ["u16"] * 7, t, np.round(command * MAX_CODE)),
     }
-    wire = tuple(
+    answered = [
         record
         for start, trip in ((0.0, 0.002), (0.1, 0.003), (0.2, 0.009))
         for record in (WireRecord(start, "to_hand", bytes(16)), WireRecord(start + trip, "from_hand", bytes(16)))
-    )
+    ]
+    wire = (*answered, *(WireRecord(came - ON_ITS_WAY_S, "to_hand", bytes(16)) for came in t[t >= CYCLES_S]))
     return Recording(
         replace(HEADER, experiment="response", parameters={"cycles_from_s": CYCLES_S}), series, wire, events
     )
@@ -47,7 +50,7 @@ def test_delays_and_rate_are_the_recorded_ones():
     assert found["telemetry_period"] == pytest.approx(10.0)
     assert found["open_close_rate"] == pytest.approx(2.0)
     assert found["round_trip"] == pytest.approx(3.0)
-    assert found["longest_standstill"] == pytest.approx(9.0)
+    assert found["longest_standstill"] == pytest.approx(8.5)
     assert found["backward_readings"] == 0.0
 
 
@@ -74,8 +77,25 @@ def test_the_longest_standstill_of_a_finger_on_its_way_counts():
     part = np.zeros((100, 7))
     part[:, 0] = 0.2 + 0.05 * np.floor(np.arange(100) / 10)
     part[40:70, 0] = part[40, 0]
-    found = response.standstills(t, part * MAX_CODE, np.full((100, 7), float(MAX_CODE)))
+    found = response.standstills(t, t, part * MAX_CODE, np.full((100, 7), float(MAX_CODE)))
     assert max(found) == pytest.approx(0.029)
+
+
+def test_an_answer_that_was_late_is_no_standstill():
+    """The finger moves on every 10 ms, the host is held up for 50 ms with an answer on its way."""
+    t = 0.01 * np.arange(12)
+    came = np.where(t >= 0.05, t + 0.05, t)
+    part = np.zeros((12, 7))
+    part[:, 0] = np.repeat([0.2, 0.3, 0.4, 0.5, 0.6, 0.7], 2)
+    asked = np.append(t[0], came[:-1])
+    codes, goals = part * MAX_CODE, np.full((12, 7), float(MAX_CODE))
+    assert max(response.standstills(asked, came, codes, goals)) == pytest.approx(0.0)
+    assert max(response.standstills(came, came, codes, goals)) == pytest.approx(0.06)
+
+
+def test_a_reading_was_asked_for_by_the_last_request_before_it():
+    wire = tuple(WireRecord(at, way, bytes(16)) for at, way in ((1.0, "to_hand"), (1.2, "from_hand"), (2.0, "to_hand")))
+    assert response.asked_at(np.array([1.2, 1.9, 2.0, 5.0]), wire).tolist() == [1.0, 1.0, 2.0, 2.0]
 
 
 def test_one_new_reading_of_four_that_goes_back_is_a_quarter():
@@ -111,12 +131,12 @@ def test_standstills_count_on_the_way_only():
     """A finger stands at 10, 50, 70 and 90 %, from one change to the next; 90 % is near its goal."""
     t = 0.01 * np.arange(14)
     readings, told = way(0, 10, 10, 50, 50, 50, 70, 70, 70, 70, 90, 90, 90, 95), way(*[100] * 14)
-    assert response.standstills(t, readings, told) == pytest.approx([0.01, 0.02, 0.03])
-    assert response.standstills(t, way(0, 4, 4, 4, 50, 50, 81, 81, 81, 97, 97, 98, 99, 100), told) == pytest.approx(
+    assert response.standstills(t, t, readings, told) == pytest.approx([0.01, 0.02, 0.03])
+    assert response.standstills(t, t, way(0, 4, 4, 4, 50, 50, 81, 81, 81, 97, 97, 98, 99, 100), told) == pytest.approx(
         [0.01]
     )
     back = way(100, 96, 96, 94, 94, 94, 60, 60, 21, 21, 19, 19, 10, 0)
-    assert response.standstills(t, back, way(*[0] * 14)) == pytest.approx([0.02, 0.01, 0.01])
+    assert response.standstills(t, t, back, way(*[0] * 14)) == pytest.approx([0.02, 0.01, 0.01])
 
 
 def test_the_command_in_force_is_the_last_one_given():
