@@ -46,16 +46,18 @@ def faulty_hands(
 ) -> list[Trial]:
     """Return a trial of each fault on each of `hands` hands of its own, with seeds from `first` on.
 
+    A text that holds several faults, with commas between, puts all of them into one hand.
+
     They are not guarded: a guard ends a run that would tell more.
     """
     every = healthy_hands(first, hands * len(faults), firmware)
     return [
-        replace(hand, faults=(fault,), guarded=False, firmware=_other(hand.firmware, fault, firmware))
+        replace(hand, faults=tuple(fault.split(",")), guarded=False, firmware=_other(hand.firmware, fault, firmware))
         for fault, hand in zip(np.repeat(faults, hands).tolist(), every, strict=True)
     ]
 
 
 def _other(declared: str, fault: str, firmware: Sequence[str]) -> str:
     """Return a version to declare; a board that runs what was declared has no fault."""
-    same = parse_fault(fault).name == f"{RUNS}{declared}"
+    same = any(parse_fault(part).name == f"{RUNS}{declared}" for part in fault.split(","))
     return next((version for version in firmware if version != declared), declared) if same else declared

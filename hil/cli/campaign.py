@@ -20,7 +20,7 @@ from hil.cli.exits import given
 from hil.cli.options import FIRMWARE
 from hil.diagnosis.dictionary import load_dictionary
 from hil.experiments import EXPERIMENTS
-from hil.faults import CATALOGUE, parse_fault
+from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 
 
@@ -29,7 +29,8 @@ from hil.recordings.output import prepared_folder, run_folder
 @click.option("--shipped", is_flag=True, help="The shipped units, homed and in ideal zeros, on each kind of firmware.")
 @click.option(
     "--fault", "faults", multiple=True,
-    help="A fault as `aero-hil faults` lists it, or `all` for each of the list in its three severities; repeatable.",
+    help="A fault as `aero-hil faults` lists it, several for one hand with commas between, or `all` for each of the "
+    "list in its three severities; repeatable.",
 )  # fmt: skip
 @click.option("--hands", type=click.IntRange(1), default=5, show_default=True, help="Hands for each fault.")
 @click.option("--first-seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the first hand.")
@@ -97,7 +98,11 @@ def campaign(
 
 
 def _written(faults: tuple[str, ...]) -> list[str]:
-    """Return faults as they are written, `all` for the whole catalogue."""
+    """Return faults as they are written, `all` for the whole catalogue.
+
+    Raises:
+        ValueError: an unknown or impossible fault, or several that cannot be combined.
+    """
     found = []
     for text in faults:
         if text == "all":
@@ -105,6 +110,6 @@ def _written(faults: tuple[str, ...]) -> list[str]:
                 str(kind.fault(severity)) for kind in CATALOGUE.values() for severity in sorted({*kind.severities})
             ]
         else:
-            parse_fault(text)
+            Schedule(map(parse_fault, text.split(",")))
             found.append(text)
     return found

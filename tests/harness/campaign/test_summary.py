@@ -14,6 +14,7 @@ from hil.campaign.plan import faulty_hands, healthy_hands, shipped_hands
 from hil.campaign.store import opened
 from hil.campaign.summary import Share, confusion, detections, false_alarms, sights
 from hil.campaign.trial import Trial
+from hil.cli.campaign import campaign
 from hil.cli.learn import learn
 from hil.cli.limits import limits
 from hil.diagnosis.dictionary import Entry
@@ -129,6 +130,16 @@ def test_plans_take_sides_and_firmware_in_turn():
     assert [trial.faults for trial in faulty] == [(dead,), (dead,), (other,), (other,)]
     assert not any(trial.guarded for trial in faulty)
     assert {trial.firmware for trial in faulty[2:]} == {"0.1.5"}
+    both = faulty_hands([f"{dead},{other}"], 0, 2)
+    assert [(trial.faults, trial.firmware) for trial in both] == [((dead, other), "0.1.5")] * 2
+
+
+def test_faults_that_cannot_share_a_hand_are_refused_before_anything_runs(tmp_path):
+    both = "motor_dead:ring,motor_dead:ring=1"
+    result = CliRunner().invoke(campaign, ["--fault", both, "--out", str(tmp_path / "campaign")])
+    assert result.exit_code == 2
+    assert "cannot be combined" in result.output
+    assert not (tmp_path / "campaign").exists()
 
 
 def test_the_commands_write_what_ships(tmp_path):
