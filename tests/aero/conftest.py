@@ -96,9 +96,34 @@ class MiniBoard:
         self.closed = True
 
 
+@dataclass
+class CountingBoard(MiniBoard):
+    """Its readings are its count of requests, in all seven words, so that a late or a shifted one shows."""
+
+    seen: int = 0
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.replies = dict.fromkeys(range(0x22, 0x26), self.count)
+
+    @staticmethod
+    def value(count):
+        """Return a word of two equal bytes, unlike those of the next count; 0x40 to 0x7f makes no head of a frame."""
+        return 0x0101 * (0x40 + count % 0x40)
+
+    def count(self, frame):
+        self.seen += 1
+        return [(self.delay_s, struct.pack("<BB7H", frame[0], 0, *[self.value(self.seen)] * 7))]
+
+
 @pytest.fixture
 def board():
     return MiniBoard()
+
+
+@pytest.fixture
+def counting_board():
+    return CountingBoard()
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,6 @@ tests/aero/test_link_catalogue.py`.
 """
 
 import os
-import struct
 from collections import Counter
 from contextlib import suppress
 
@@ -17,8 +16,6 @@ from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.faults.link import LinkFaults
 
 EXCHANGES = int(os.environ.get("LINK_EXCHANGES", "300"))
-MARK = 0x0101
-"""Multiplies the count of requests: both bytes of a word are alike, and none of 0x40 to 0x7f makes a head."""
 LONGEST_S = 2.5
 """Of one reading."""
 BEGINS_S = 0.1
@@ -36,27 +33,6 @@ SCHEDULES = [
     for severity in sorted({*kind.severities})
 ]
 QUICK = [text for text in SCHEDULES if text.split("=")[0].startswith("reply_byte") or "delayed" in text]
-
-
-def value(count):
-    return MARK * (0x40 + count % 0x40)
-
-
-VALUES = {value(count) for count in range(0x40)}
-
-
-@pytest.fixture
-def counting(new_board):
-    """A board whose readings are its count of requests."""
-    board = new_board()
-    board.seen = 0
-
-    def answer(frame):
-        board.seen += 1
-        return [(0.001, struct.pack("<BB7H", frame[0], 0, *[value(board.seen)] * 7))]
-
-    board.replies = dict.fromkeys(range(0x22, 0x26), answer)
-    return board
 
 
 def spoil(board, text):
@@ -87,8 +63,9 @@ def spoil(board, text):
 @pytest.mark.parametrize(
     "text", [text if text in QUICK else pytest.param(text, marks=pytest.mark.slow) for text in SCHEDULES]
 )
-def test_no_fault_of_the_link_hangs_the_driver_or_lasts(counting, text):
-    board, found = counting, Counter()
+def test_no_fault_of_the_link_hangs_the_driver_or_lasts(counting_board, text):
+    board, found = counting_board, Counter()
+    every = {board.value(count) for count in range(0x40)}
     hand = AeroHand(board, board.clock)
     heal = spoil(board, text)
     for _ in range(EXCHANGES):
@@ -100,8 +77,8 @@ def test_no_fault_of_the_link_hangs_the_driver_or_lasts(counting, text):
             with suppress(AeroError):
                 hand.resynchronise()  # as the message says
         else:
-            fresh = {value(count) for count in range(before + 1, board.seen + 1)}
-            found["wrong" if len(words) > 1 or words.isdisjoint(VALUES) else "right" if words <= fresh else "old"] += 1
+            fresh = {board.value(count) for count in range(before + 1, board.seen + 1)}
+            found["wrong" if len(words) > 1 or words.isdisjoint(every) else "right" if words <= fresh else "old"] += 1
         assert board.clock.now() - start < LONGEST_S + RESYNCHRONISED_S
     print(f"| `{text}` | {found['wrong']} | {found['old']} | {found['errors']} |")
     if text.split("=")[0] not in UNSEEN:
@@ -109,4 +86,4 @@ def test_no_fault_of_the_link_hangs_the_driver_or_lasts(counting, text):
     heal()
     board.clock.sleep_until(board.clock.now() + LONGEST_S)
     hand.resynchronise()
-    assert hand.read_codes().tolist() == [value(board.seen)] * 7
+    assert hand.read_codes().tolist() == [board.value(board.seen)] * 7

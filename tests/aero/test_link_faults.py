@@ -5,7 +5,6 @@ The counts of docs/driver.md: `LINK_EXCHANGES=1000000 pytest -s tests/aero/test_
 """
 
 import os
-import struct
 from collections import Counter
 
 import numpy as np
@@ -15,26 +14,11 @@ from aero import AeroHand, Channel
 from aero.errors import AeroError, DesyncError, LinkTimeoutError
 
 EXCHANGES = int(os.environ.get("LINK_EXCHANGES", "600"))
-MARK = 0x0101
-"""Multiplies the count: both bytes of a word are alike, those of neighbouring counts differ, and none makes a head."""
 
 
 @pytest.fixture
-def counting(new_board):
-    """A board whose readings are its count of requests, from 0x40 to 0x7f, and a hand behind it."""
-    board = new_board()
-    board.seen = 0
-
-    def answer(frame):
-        board.seen += 1
-        return [(0.001, struct.pack("<BB7H", frame[0], 0, *[value(board.seen)] * 7))]
-
-    board.replies = dict.fromkeys(range(0x22, 0x26), answer)
-    return board, AeroHand(board, board.clock)
-
-
-def value(count):
-    return MARK * (0x40 + count % 0x40)
+def counting(counting_board):
+    return counting_board, AeroHand(counting_board, counting_board.clock)
 
 
 @pytest.mark.parametrize("delay_s", [0.06, 0.08])
@@ -78,13 +62,13 @@ def test_one_duplicated_byte_never_shifts_a_value(counting):
     spoil(board, duplicated)
     for _ in range(20):
         codes = hand.read_codes()
-        assert codes.tolist() == [value(board.seen)] * 7
+        assert codes.tolist() == [board.value(board.seen)] * 7
 
 
 def test_a_reply_that_is_late_is_waited_for(counting):
     board, hand = counting
     spoil(board, lambda data: [(0.9, data)])
-    assert hand.read_codes().tolist() == [value(1)] * 7
+    assert hand.read_codes().tolist() == [board.value(1)] * 7
     assert hand.reading_age_s == pytest.approx(0.9, abs=0.01)
 
 
@@ -96,7 +80,7 @@ def test_a_reply_that_is_later_than_that_is_never_taken_for_another(counting):
     with pytest.raises(LinkTimeoutError):
         hand.read_codes()
     before = board.seen
-    assert hand.read_codes()[0] in {value(count) for count in range(before + 1, board.seen + 1)}
+    assert hand.read_codes()[0] in {board.value(count) for count in range(before + 1, board.seen + 1)}
 
 
 def test_an_acknowledgement_with_surplus_bytes_is_asked_for_again(counting):
@@ -124,7 +108,7 @@ def test_after_a_dead_while_the_hand_is_read_again(counting):
             hand.read_codes()
     dead[0] = False
     board.clock.sleep_until(board.clock.now() + 2.0)
-    assert hand.read_codes().tolist() == [value(board.seen)] * 7
+    assert hand.read_codes().tolist() == [board.value(board.seen)] * 7
 
 
 def duplicated(data, random):
@@ -175,7 +159,7 @@ def test_no_schedule_of_faults_yields_a_shifted_or_an_old_value(counting, fault,
         except AeroError:
             found["errors"] += 1
         else:
-            fresh = {value(count) for count in range(before + 1, board.seen + 1)}
+            fresh = {board.value(count) for count in range(before + 1, board.seen + 1)}
             found["shifted" if len(words) > 1 else "right" if words <= fresh else "old"] += 1
         assert board.clock.now() - start < 2.5
     print(fault.__name__, share, dict(found))
@@ -213,7 +197,7 @@ def test_what_no_driver_can_see_in_a_frame_without_a_checksum(counting, fault):
             words = hand.read_codes().tolist()
         except AeroError:
             continue
-        right = words == [value(board.seen)] * 7
+        right = words == [board.value(board.seen)] * 7
         found["unseen" if spoiled[0] and not right else "right"] += 1
         assert right or spoiled[0]
     share = found["unseen"] / found["spoiled"]
