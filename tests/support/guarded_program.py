@@ -6,12 +6,12 @@ Whatever breaks carries the steps so far as a script, which runs as it stands wi
 import functools
 import signal
 import struct
-from collections import deque
 from contextlib import ExitStack
 
 import numpy as np
 import pytest
 from guarded_hands import FailingLink
+from overheard_line import OverheardLine
 
 from aero import AeroHand, Channel
 from aero.actuation import ActuationMap
@@ -30,33 +30,11 @@ from model.units.naming import unit_named
 
 OPEN_DEG = 25.0
 """No joint of an open hand is bent further: a thumb joint rests at 19 degrees in the windows of firmware 0.1.0."""
-REMEMBERED_S = 10.0
-"""For how long it is known what the board has sent, s: longer than any exchange but homing."""
 INTERRUPTS = (KeyboardInterrupt, SystemExit)
 HOMING_S = 20.0
 SETTLES_S = 0.5
 STARTS_S = 8.0
 """Time for a board to start and home, s."""
-
-
-class Line:
-    """The link between board and host: faults act on it, and what the board has sent is overheard before they do."""
-
-    def __init__(self):
-        self.faults, self.sent, self._free_at = None, deque(), {"to_hand": 0.0, "from_hand": 0.0}
-
-    def passed(self, direction, now, data):
-        """Return (time, bytes) of what arrives; the order is kept when faults change."""
-        if direction == "from_hand":
-            self.sent.append((now, data))
-            while self.sent[0][0] < now - REMEMBERED_S:
-                self.sent.popleft()
-        pieces = [(now, data)] if self.faults is None else self.faults.passed(direction, now, data)
-        arrivals = []
-        for t, piece in pieces:
-            self._free_at[direction] = max(self._free_at[direction], t)
-            arrivals.append((self._free_at[direction], piece))
-        return arrivals
 
 
 def step(method):
@@ -92,7 +70,7 @@ class GuardedProgram:
         else:
             self.electronics, self._plant = after.electronics, after._plant
         self._seed = seed
-        self.line = self.electronics.link_faults = Line()
+        self.line = self.electronics.link_faults = OverheardLine()
         self.clock = self.electronics.clock
         self.link = FailingLink(self.electronics)
         self._thresholds = Thresholds()
