@@ -1,0 +1,31 @@
+"""Progress where nobody sees a bar."""
+
+import io
+
+from rich.console import Console
+
+from hil.cli.progress_bar import LINE_S, ProgressBar
+
+
+def watched(*, terminal):
+    """Return what half a minute of work prints."""
+    now, page = [100.0], io.StringIO()
+    with ProgressBar(
+        console=Console(file=page, force_terminal=terminal, width=80), get_time=lambda: now[0], auto_refresh=False
+    ) as bar:
+        task = bar.add_task("calibrating [/z]", total=30)
+        for second in range(30):
+            now[0] += 1.0
+            bar.update(task, completed=second + 1) if second % 2 else bar.advance(task)
+    return page.getvalue()
+
+
+def test_a_redirected_command_says_a_line_every_ten_seconds():
+    lines = [line for line in watched(terminal=False).splitlines() if "%" in line and "left" in line]
+    assert LINE_S == 10.0
+    assert [line.split(",")[0] for line in lines] == [f"calibrating [/z]: {percent} %" for percent in (33, 67, 100)]
+    assert "20 s left" in lines[0]
+
+
+def test_a_terminal_gets_the_bar_alone():
+    assert "s left" not in watched(terminal=True)
