@@ -108,6 +108,7 @@ class _Session:
         self._policy, self._hand, self._clock, self._map = policy, hand, clock, actuation_map
         self._settings, self._script = settings, script
         self._task = settings.settings or policy.settings
+        self._shown = settings.shown_action or policy.shown_action
         self._correction = np.array(settings.correction)
         window = actuation_map.window_rad
         codes_per_rad = MAX_CODE / (window[:, 1] - window[:, 0])
@@ -173,7 +174,7 @@ class _Session:
                 continue
             missing = 0
             lengths = self._map.lengths_from_codes(codes) - self._correction
-            observation = observe(lengths, memory.shown(self._policy.shown_action))
+            observation = observe(lengths, memory.shown(self._shown))
             action = self._act(period, observation)
             memory = memory.after(action)
             target, asked, saturated = self._asked(action)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.policy.limits import Ending, RunLimits
 from aero.policy.settings import PolicySettings
-from aero.policy.task import CHANNELS
+from aero.policy.task import CHANNELS, ShownAction
 
 Floats = NDArray[np.float64]
 
@@ -59,6 +59,9 @@ class RunSettings:
     """Whether nothing is written: the policy acts on what it reads, and the hand stays as it is."""
     one_period_late: bool = False
     """Whether each command is written a period late, as the official ROS 2 node does."""
+    shown_action: ShownAction | None = None
+    """Action that the policy is shown; None for the one that it was trained with. The official node shows the last
+    one to every policy."""
     temperatures_every: int = 20
     """Periods between two readings of the temperatures."""
 

@@ -17,6 +17,7 @@ from aero.policy.limits import Ending
 from aero.policy.running import RunSettings
 from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
+from aero.policy.task import ShownAction
 from aero.safety import Thresholds
 from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
@@ -39,7 +40,10 @@ MOST_A = 4.5
     "--settings", "preset", type=click.Choice(list(PRESETS)),
     help="Nominal grasp and scales of the paper's training or deployment, instead of the policy's own.",
 )  # fmt: skip
-@click.option("--late", is_flag=True, help="Write each command a period late, as the official ROS 2 node does.")
+@click.option(
+    "--late", is_flag=True,
+    help="Write each command a period late and show the last action to any policy, as the official ROS 2 node does.",
+)  # fmt: skip
 @click.option("--wait", type=Seconds(least=0.0), default=1.5, show_default=True, help="Seconds for placing the object.")
 @click.option(
     "--rehearse", metavar="S", type=Seconds(least=0.0), default=0.0,
@@ -86,6 +90,7 @@ def run_policy(
             rehearsal_s=rehearse,
             dry=dry_run,
             one_period_late=late,
+            shown_action=ShownAction.LAST if late else None,
         )
         if twin is not None:
             found = correction(unit_named(twin), settings.settings or policy.settings)

@@ -46,7 +46,7 @@ class Trial:
     run: Run
     """What the loop saw: its ending, missing readings, saturation, currents."""
     travel_per_s: tuple[float, ...]
-    """Commanded travel of each channel, (7,), m/s, abduction rad/s."""
+    """Commanded travel of each channel while the cube was held, (7,), m/s, abduction rad/s."""
     mean_currents_a: tuple[float, ...]
     """Mean of each channel's absolute motor current while the policy acted, (7,), A."""
 
@@ -71,9 +71,9 @@ class _Cube:
         self._began = self._plant.time
 
     def watch(self, step: Step) -> None:
-        self.targets.append(step.target)
         self.currents.append(np.abs(step.currents_a))
         if not self.lost:
+            self.targets.append(step.target)
             self.alive_s = self._plant.time - self._began
             self.rotation = self._plant.cube_rotation
             self.lost = bool(self._plant.cube_position()[2] < LOST_HEIGHT)
@@ -103,6 +103,7 @@ def run_trial(
         script: actions (periods, 7) to play open loop in place of the policy's.
         on_step: told about every control period.
     """
+    settings = settings or RunSettings()
     plant = CubePlant(unit.hand)
     electronics = EmulatedHand(plant, firmware=firmware, servos=unit.servos, seed=seed)
     position = np.array(CUBE_START) + PLACING_SPREAD_M * np.random.default_rng(seed).standard_normal(3)
@@ -122,9 +123,8 @@ def run_trial(
             on_ready=cube.place,
             on_step=cube.watch,
         )
-    travel = (
-        np.abs(np.diff(cube.targets, axis=0)).sum(axis=0) / max(cube.alive_s, 1e-9) if cube.targets else np.zeros(7)
-    )
+    held_s = len(cube.targets) * (settings.settings or policy.settings).period_s
+    travel = np.abs(np.diff(cube.targets, axis=0)).sum(axis=0) / held_s if cube.targets else np.zeros(7)
     return Trial(
         unit=unit.name,
         firmware=firmware,

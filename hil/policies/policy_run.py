@@ -57,7 +57,7 @@ def record_policy(
 
     parameters: dict[str, float | str] = {
         "policy": policy.name,
-        "shown_action": policy.shown_action.value,
+        "shown_action": (settings.shown_action or policy.shown_action).value,
         "seconds_s": settings.seconds,
         "rehearsal_s": settings.rehearsal_s,
         "dry": float(settings.dry),

@@ -162,6 +162,17 @@ def test_a_command_can_be_a_period_late_like_the_official_nodes():
     assert (on_time[1].command != late[1].command).any()
 
 
+def test_a_policy_can_be_shown_another_action_than_in_training():
+    """The official node shows the last one, also to a policy that was trained with the one before."""
+    the_policy = policy(3, ShownAction.BEFORE_LAST)
+    _, _, own = run(SHORT, the_policy=the_policy)
+    _, _, nodes = run(replace(SHORT, shown_action=ShownAction.LAST), the_policy=the_policy)
+    np.testing.assert_array_equal(own[1].observation[7:], 0.0)
+    np.testing.assert_array_equal(own[2].observation[7:], own[0].action)
+    for before, step in pairwise(nodes):
+        np.testing.assert_array_equal(step.observation[7:], before.action)
+
+
 def test_other_settings_can_be_asked_for():
     _, _, steps = run(replace(SHORT, settings=PAPER_DEPLOYMENT))
     np.testing.assert_allclose(

@@ -15,6 +15,7 @@ from aero.policy.limits import Ending, RunLimits
 from aero.policy.loop import actions_on
 from aero.policy.network import Layer
 from aero.policy.running import RunSettings
+from aero.policy.settings import PAPER_TRAINING
 from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from hil.cli import main
@@ -107,14 +108,40 @@ def test_a_run_that_the_guard_ended_has_not_kept_the_cube():
     assert not trial.kept
 
 
-def test_a_cube_that_is_taken_away_ends_a_run_that_was_rehearsed(monkeypatch):
-    plants = []
+@pytest.fixture
+def plants(monkeypatch):
+    """Every plant with a cube that a trial makes."""
+    made = []
 
     class Watched(CubePlant):
         def __init__(self, *arguments, **options):
             super().__init__(*arguments, **options)
-            plants.append(self)
+            made.append(self)
 
+    monkeypatch.setattr("hil.policies.cube_trial.CubePlant", Watched)
+    return made
+
+
+def test_travel_is_that_of_the_time_in_which_the_cube_was_held(plants):
+    """The index goes to and fro by 2 mm a period; after 10 of 40 periods the cube is gone."""
+    seen = []
+
+    def take_away(step):
+        seen.append(step)
+        if len(seen) == 10:
+            plants[0].place_cube((0.0, 0.0, -1.0))
+
+    script = np.zeros((40, 7))
+    script[::2, 0] = 0.1
+    trial = run_trial(
+        policy(), load_unit("reference"), settings=replace(SHORT, seconds=2.0), script=script, on_step=take_away
+    )
+    assert not trial.kept
+    assert trial.alive_s == pytest.approx(0.5, abs=0.11)
+    assert trial.travel_per_s[0] == pytest.approx(0.1 * PAPER_TRAINING.scale[0] / 0.05, rel=0.15)
+
+
+def test_a_cube_that_is_taken_away_ends_a_run_that_was_rehearsed(plants):
     seen = []
 
     def take_away(step):
@@ -122,7 +149,6 @@ def test_a_cube_that_is_taken_away_ends_a_run_that_was_rehearsed(monkeypatch):
         if len(seen) == 90:
             plants[0].place_cube((1.0, 0.0, 0.0))
 
-    monkeypatch.setattr("hil.policies.cube_trial.CubePlant", Watched)
     unit, steady = load_unit("reference"), find_policy("steady")
     settings = RunSettings(seconds=10.0, rehearsal_s=5.0, correction=tuple(correction(unit, steady.settings)))
     trial = run_trial(steady, unit, settings=settings, on_step=take_away)
