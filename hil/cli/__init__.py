@@ -43,6 +43,7 @@ COMMANDS: dict[str, Row] = {
     "record": Row("hil.cli.record:record_command", "Excite a hand and record what calibration needs."),
     "train": Row("hil.cli.train:train", "Train a policy."),
     "evaluate": Row("hil.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
+    "predict": Row("hil.cli.predict:predict", "Predict how a policy does on a physical hand."),
     "run-policy": Row("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
     "convert-policy": Row("hil.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
 }

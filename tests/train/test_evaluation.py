@@ -6,7 +6,8 @@ from checkpoints import EPISODES
 from policies import policy
 
 from aero.policy.network import Layer, Network
-from aero.policy.settings import PAPER_DEPLOYMENT
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
+from train.evaluation.backends import beside_a_deployment
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture
 from train.evaluation.rollouts import log, run, task_of
@@ -97,3 +98,12 @@ def test_a_log_keeps_every_step_of_an_episode():
         episodes = run(policy(), task_of(policy()), single, 0.5, 3)
     change = np.linalg.norm(np.diff(np.vstack([np.zeros(7), kept.actions]), axis=0), axis=1)
     np.testing.assert_allclose(episodes.action_change, change.mean())
+
+
+def test_beside_a_deployment_stands_the_simulator_as_trained_and_with_its_settings():
+    found = beside_a_deployment(policy(3), PAPER_DEPLOYMENT, 3, seconds=0.5, seed=0)
+    trained, deployed = found.values()
+    assert len(trained.kept) == len(deployed.kept) == 3
+    assert (trained.rotation_rad != deployed.rotation_rad).all()
+    (_, same) = beside_a_deployment(policy(3), PAPER_TRAINING, 3, seconds=0.5, seed=0).values()
+    assert (same.rotation_rad != deployed.rotation_rad).all()

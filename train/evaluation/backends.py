@@ -9,14 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from aero.policy.file import Policy
+from aero.policy.settings import PolicySettings
+from aero.policy.task import CHANNELS
 from train.actuation import BUS
 from train.built import BuiltSimulator, draw_scenes
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
 from train.evaluation.figures import delay_picture
-from train.evaluation.rollouts import run, task_of
+from train.evaluation.rollouts import Episodes, run, task_of
 from train.hands import HANDS, corrections, draw_hand
 from train.scene import build_scene
 from train.simulator import Simulator
+from train.task.grasp import NOMINAL_RESET
 
 Figures = dict[str, dict[str, float]]
 """Condition to figure to value, SI units."""
@@ -42,6 +45,19 @@ def in_plain_mujoco(
         )  # fmt: skip
     delay_picture([delay for delay, _ in swept], [found[case.name] for _, case in swept], picture)
     return {name: one.summary() for name, one in found.items()}
+
+
+def beside_a_deployment(
+    policy: Policy, settings: PolicySettings, episodes: int, *, seconds: float, seed: int
+) -> dict[str, Episodes]:
+    """Measure as trained, and with the `settings` of a deployment from the nominal grasp without noise."""
+    quiet = replace(settings, noise=(0.0,) * CHANNELS)
+    tasks = {
+        "plain MuJoCo, as trained": task_of(policy),
+        "plain MuJoCo, settings of the deployment": replace(task_of(policy, quiet), reset=NOMINAL_RESET),
+    }
+    with Simulator([build_scene(policy.settings.torque_limit).compile()] * episodes) as batch:
+        return {name: run(policy, task, batch, seconds, seed) for name, task in tasks.items()}
 
 
 def over_mjx(policy: Policy, episodes: int, *, seconds: float, seed: int) -> Figures:
