@@ -20,6 +20,8 @@ LOOK_S = 0.05
 """Time from one look at whether it has arrived to the next, s: more than the slowest firmware's telemetry period."""
 AT_REST = 0.005
 """Share of the window that a channel at rest may move between two looks."""
+HELD = 10
+"""Commands of the open hand under its last limits: of a link that loses three of ten, one opening in 10^5 loses all."""
 LIVE_LOOKS = 3
 """Looks of which the last must differ from an earlier one, so that a board's frozen cache is not believed."""
 OPEN = (0,) * len(Channel)
@@ -133,7 +135,7 @@ class _Attempt:
             move_slowly(self._hand, self._clock, where, OPEN, limits.opening_s)
             self._come_to_rest()
             self._limit(limits.limp_torque)
-            self._hand.command_codes(OPEN)
+            self._hold_open()
             doubt = self._arrival()
         except AeroError as error:
             return f"the board does not answer as it should ({error})"
@@ -153,6 +155,12 @@ class _Attempt:
             if np.abs(codes - before).max() < AT_REST * MAX_CODE:
                 return
             before = codes
+
+    def _hold_open(self) -> None:
+        """Command the open hand often: nothing says that a command has come, and limits count from the next one on."""
+        for _ in range(HELD):
+            self._hand.command_codes(OPEN)
+            self._clock.sleep_until(self._clock.now() + STEP_S)
 
     def _arrival(self) -> str:
         """Wait until live readings show an open hand, and return what they show instead."""

@@ -105,6 +105,28 @@ def test_a_fault_in_the_middle_of_the_last_opening_does_not_end_it(firmware, fau
         assert torque_limits(target) == [LIMP] * 7
 
 
+class ForgetfulLink(FailingLink):
+    """Loses the first five position commands after each limit; nothing says that a command has come."""
+
+    left = 0
+
+    def write(self, data):
+        if data[0] == Opcode.SET_TOR:
+            self.left = 5
+        if data[0] == Opcode.CTRL_POS and self.left:
+            self.left -= 1
+        else:
+            super().write(data)
+
+
+def test_limits_are_in_force_though_commands_get_lost():
+    """They count from the next position command on; of a hand that is open already there once was but one."""
+    with guarded(link=ForgetfulLink) as target:
+        fist(target)
+    assert openness_deg(target) < OPEN_DEG
+    assert torque_limits(target) == [LIMP] * 7
+
+
 @pytest.mark.parametrize("fault", [nothing, pytest.param(restart, marks=pytest.mark.slow), power_cycle, out_of_step])
 def test_a_thumb_that_stalls_on_firmware_without_limits_is_stopped_and_opened(fault):
     """With a fault in the middle of the opening, which takes the last 2 of 3.2 s."""
