@@ -84,6 +84,8 @@ class Experiment:
     """Metrics of a gate whose failure alone does not keep gentle experiments back, so that they tell more."""
     gentle: bool = False
     """Whether it moves little enough for a hand that pushes against something."""
+    pushes_at_stops: bool = False
+    """Whether it holds the thumb at a stop, which a guard permits at limited torque only."""
     by_default: bool = True
     """Whether it runs without being asked for by name."""
 
