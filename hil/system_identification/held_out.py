@@ -42,9 +42,7 @@ def held_out(model: Model, found: Found) -> list[Residuals]:
     part_of = [_parts(trace.t_read) for trace in model.traces]
     rest = [_without(model, found, [of != part for of in part_of]) for part in range(PARTS)]
     predicted = rounds(model, rest, [found.phases_s] * PARTS)
-    return [
-        [one[of == part] for one, of in zip(missed, part_of, strict=True)] for part, missed in enumerate(predicted)
-    ]
+    return [[one[of == part] for one, of in zip(missed, part_of, strict=True)] for part, missed in enumerate(predicted)]
 
 
 def held_out_rms(held: Sequence[Residuals]) -> float:

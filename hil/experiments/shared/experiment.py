@@ -135,9 +135,10 @@ class Driver:
             clock = target.clock
             clock.sleep_until(self._next)
             self._next += SAMPLE_S
-            recorder.add("codes", clock.now(), target.hand.read_codes())
-            recorder.add("command_codes", clock.now(), goal)
+            codes_read = target.hand.read_codes()
+            recorder.add("codes", target.wire.sent_at, codes_read)
             target.hand.command_codes(goal)
+            recorder.add("command_codes", target.wire.sent_at, goal)
             if self._samples % CURRENT_EVERY == 0:
                 recorder.add("currents", clock.now(), target.hand.read_currents())
             if self._samples % TEMPERATURE_EVERY == 0:
