@@ -64,6 +64,8 @@ def validate(
     limits = load_limits(target.limits, target.firmware, guarded=target.guard is not None)
     before = load(baseline) if baseline else {}
     results: dict[str, Result] = {}
+    left_out = [name for name in names if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops]
+    names = [name for name in names if name not in left_out]
 
     def so_far(stopped: Finding | None = None) -> Validation:
         measured = {name: result.measured for name, result in results.items()}
@@ -97,7 +99,9 @@ def validate(
             failed_gate = name
     whole = session.finish(ended=done.ended_by is None)
     done = replace(done, session=whole, whole_run=_link_judged(whole, limits))
-    return done if done.passed else replace(done, explanations=_explained(done, names, limits))
+    if not done.passed:
+        done = replace(done, explanations=_explained(done, names, limits))
+    return _without(done, left_out, target.firmware) if left_out and done.stopped is None else done
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
@@ -151,6 +155,25 @@ def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]
     numbers = done.numbers
     ended = "" if done.ended_by is None else type(done.ended_by).__name__
     return diagnose(numbers, limits, ended, [name for name in names if name not in numbers])
+
+
+def _without(done: Validation, left_out: Sequence[str], firmware: str) -> Validation:
+    """Return a run that the guard kept from experiments which push at stops."""
+    meaning = (
+        f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, "
+        "and the guard would stop the hand for its current."
+    )
+    stopped = Finding(
+        check=", ".join(left_out),
+        subject="hand",
+        passed=False,
+        measured="not run",
+        expected="run",
+        source="the guard",
+        meaning=meaning,
+        remedy="Validate with firmware 0.1.0 or later; everything else was run.",
+    )
+    return replace(done, stopped=stopped, ended_by=SafetyStopError(f"{stopped.check} not run. {meaning}"))
 
 
 def _gentle_allowed(result: Result) -> bool:

@@ -105,4 +105,5 @@ EXPERIMENT = Experiment(
     (0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0),
     METRICS,
     rank=50,
+    pushes_at_stops=True,
 )

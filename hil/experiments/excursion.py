@@ -188,5 +188,12 @@ METRICS = (
 """What is measured, and what it means when it is off."""
 
 EXPERIMENT = Experiment(
-    "excursion", "How far each channel goes, and what stops it", run, measure, (1.0,) * 7, METRICS, rank=30
+    "excursion",
+    "How far each channel goes, and what stops it",
+    run,
+    measure,
+    (1.0,) * 7,
+    METRICS,
+    rank=30,
+    pushes_at_stops=True,
 )

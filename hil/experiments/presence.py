@@ -9,6 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from hil.experiments.shared import subjects
+from hil.experiments.shared.exchanges import exchanges, lost_replies
 from hil.experiments.shared.experiment import Experiment, Measured, Metric
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Header, Recording
@@ -50,7 +51,7 @@ def measure(recording: Recording) -> Measured:
     requests, trips = round_trips(recording.wire)
     return channels | {
         "hand": {
-            "lost_replies": 100.0 * (1.0 - len(trips) / requests),
+            "lost_replies": 100.0 * lost_replies(exchanges(recording.wire)) / requests,
             "round_trip": 1e3 * float(np.median(trips)),
             "distinct_readings": float(len(np.unique(currents, axis=0))),
             "boot_contradictions": float(_contradictions(recording.header)),

@@ -7,50 +7,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aero.protocol import holds_boot_text
+from aero.protocol import FRAME_SIZE, holds_boot_text
 from hil.experiments.shared import subjects
+from hil.experiments.shared.exchanges import MEASUREMENTS, exchanges, lost_replies
 from hil.experiments.shared.experiment import Measured, Metric
 from hil.recordings.recording import Recording
-from hil.targets.wire_log import WireRecord
-
-FRAME = 16
-"""Bytes of a host frame."""
-MEASUREMENTS = range(0x22, 0x26)
-"""Opcodes of requests that the board answers with one frame, at once."""
-
-
-@dataclass
-class _Exchange:
-    """A request, and everything that came before the next one."""
-
-    opcode: int
-    received: bytes = b""
 
 
 def measure(recording: Recording) -> Measured:
     """Return lost replies (%), bytes that belong to no frame (per thousand exchanges) and restarts of the board."""
-    exchanges = _exchanges(recording.wire)
-    asked = [exchange for exchange in exchanges if exchange.opcode in MEASUREMENTS]
-    lost = sum(len(exchange.received) < FRAME for exchange in asked)
-    texts = [exchange.received for exchange in exchanges if holds_boot_text(exchange.received)]
-    stray = sum(len(exchange.received) % FRAME for exchange in exchanges if exchange.received not in texts)
+    made = exchanges(recording.wire)
+    asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)
+    texts = [exchange.received for exchange in made if holds_boot_text(exchange.received)]
+    stray = sum(len(exchange.received) % FRAME_SIZE for exchange in made if exchange.received not in texts)
     return {
         "hand": {
-            "lost_replies": 100.0 * lost / max(1, len(asked)),
-            "stray_bytes": 1000.0 * stray / max(1, len(exchanges)),
+            "lost_replies": 100.0 * lost_replies(made) / max(1, asked),
+            "stray_bytes": 1000.0 * stray / max(1, len(made)),
             "restarts": float(len(texts)),
         }
     }
-
-
-def _exchanges(wire: tuple[WireRecord, ...]) -> list[_Exchange]:
-    found: list[_Exchange] = []
-    for record in wire:
-        if record.direction == "to_hand":
-            found.append(_Exchange(record.data[0]))
-        elif found:
-            found[-1].received += record.data
-    return found
 
 
 METRICS = (

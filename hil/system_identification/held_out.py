@@ -15,6 +15,7 @@ from hil.system_identification.search import (
     Residuals,
     gauss_newton_step,
     pooled_rms,
+    rounds,
     spreads,
 )
 
@@ -39,12 +40,9 @@ def held_out(model: Model, found: Found) -> list[Residuals]:
         numbers = [_without(model, found, kept) for kept in whole]
         return [model.residuals(numbers, [phase] * n) for phase in model.phases_s]
     part_of = [_parts(trace.t_read) for trace in model.traces]
-    parts = []
-    for part in range(PARTS):
-        x = _without(model, found, [of != part for of in part_of])
-        missed = model.residuals([x] * n, found.phases_s)
-        parts.append([one[of == part] for one, of in zip(missed, part_of, strict=True)])
-    return parts
+    rest = [_without(model, found, [of != part for of in part_of]) for part in range(PARTS)]
+    predicted = rounds(model, rest, [found.phases_s] * PARTS)
+    return [[one[of == part] for one, of in zip(missed, part_of, strict=True)] for part, missed in enumerate(predicted)]
 
 
 def held_out_rms(held: Sequence[Residuals]) -> float:

@@ -54,7 +54,9 @@ class PDampingModel:
     """Readings have their mean age; the telemetry grid is not modelled."""
 
     def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
-        """Return predicted less recorded counts, all traces in one integration."""
+        """Return predicted less recorded counts, all traces in one integration, one round of them after the other."""
+        if len(x) > (n := len(self.traces)):
+            return self.residuals(x[:n], phases_s[:n]) + self.residuals(x[n:], phases_s[n:])
         shared, by_channel = np.split(START + np.stack(x), [len(SHARED)], axis=1)
         shared_columns = shared.T[:, :, None]
         friction, load, rise = by_channel.reshape(len(x), len(BY_CHANNEL), len(Channel)).transpose(1, 0, 2)

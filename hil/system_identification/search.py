@@ -68,7 +68,11 @@ class Model(Protocol):
         """Where on the telemetry grid a recording may lie, s."""
 
     def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
-        """Return predicted less recorded counts of each trace, for free numbers (p,) and a phase a trace."""
+        """Return predicted less recorded counts of each trace, for free numbers (p,) and a phase a trace.
+
+        Several rounds of all traces may be asked for at once, one after the other in `x`, `phases_s` and what is
+        returned; a model that predicts in several processes keeps all of them busy with that.
+        """
 
 
 @dataclass(frozen=True)
@@ -137,18 +141,31 @@ def _rephased(model: Model, found: Found) -> Found:
 
 def find_slopes(model: Model, x: Floats, phases_s: Sequence[float], residuals: Residuals) -> list[Floats]:
     """Return the slopes of the residuals at `x` by one-sided differences, one prediction for each slope group."""
-    free, n = model.free, len(model.traces)
+    free, groups = model.free, slope_groups(model.free)
     slopes = [np.zeros((*r.shape, len(free))) for r in residuals]
-    for group in slope_groups(free):
-        moved = x.copy()
+    tried = np.tile(x, (len(groups), 1))
+    for moved, group in zip(tried, groups, strict=True):
         for row in group:
             moved[row] += STEP * free[row].spread
-        there = model.residuals([moved] * n, phases_s)
+    for group, there in zip(groups, rounds(model, tried, [phases_s] * len(groups)), strict=True):
         for row in group:
             channels = list(free[row].channels)
             for slope, after, before in zip(slopes, there, residuals, strict=True):
                 slope[:, channels, row] = (after - before)[:, channels] / (STEP * free[row].spread)
     return slopes
+
+
+def rounds(model: Model, x: Iterable[Floats], phases_s: Iterable[Sequence[float]]) -> list[Residuals]:
+    """Return the residuals of several predictions of all traces, made at once.
+
+    Args:
+        model: what predicts.
+        x: free numbers (p,) of each prediction, the same for all traces.
+        phases_s: phases of the traces in each prediction.
+    """
+    n = len(model.traces)
+    missed = model.residuals([one for one in x for _ in range(n)], [phase for one in phases_s for phase in one])
+    return [missed[i : i + n] for i in range(0, len(missed), n)]
 
 
 def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
@@ -170,7 +187,7 @@ def gauss_newton_step(residuals: Residuals, slopes: Sequence[Floats], x: Floats,
     normal: NDArray[np.floating] = np.diag(1.0 / np.square(spread))
     gradient: NDArray[np.floating] = x / np.square(spread)
     for residual, slope in zip(residuals, slopes, strict=True):
-        flat = slope.reshape(-1, len(x))
+        flat = slope.reshape(residual.size, len(x))
         weighted = flat * (_weights(residual).reshape(-1, 1) / NOISE_COUNTS**2)
         normal = normal + weighted.T @ flat
         gradient = gradient + weighted.T @ residual.ravel()
@@ -189,8 +206,8 @@ def pooled_rms(residuals: Iterable[Floats]) -> float:
 
 
 def _best_phases(model: Model, x: Floats) -> tuple[float, ...]:
-    n = len(model.traces)
-    costs = [[_cost(r) for r in model.residuals([x] * n, [phase] * n)] for phase in model.phases_s]
+    phases = [[phase] * len(model.traces) for phase in model.phases_s]
+    costs = [[_cost(r) for r in missed] for missed in rounds(model, [x] * len(phases), phases)]
     return tuple(model.phases_s[best] for best in np.argmin(costs, axis=0).tolist())
 
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence, Set
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from itertools import cycle, islice
 from typing import Any
 
 import numpy as np
@@ -121,7 +122,8 @@ class UnitModel:
         units = [self.unit(numbers) for numbers in x]
         each = self.pool.map if self.pool else map
         missed = []
-        for one in each(_misses, self.traces, units, [self.firmware] * len(units), phases_s):
+        traces = islice(cycle(self.traces), len(units))
+        for one in each(_misses, traces, units, [self.firmware] * len(units), phases_s):
             missed.append(one)
             self.replayed()
         return missed

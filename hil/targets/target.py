@@ -71,6 +71,11 @@ class Target:
         """The hand, when it is guarded."""
         return self.hand if isinstance(self.hand, GuardedHand) else None
 
+    @property
+    def may_push_at_stops(self) -> bool:
+        """Whether the thumb may be held at its stops: a guard stops a hand that cannot be weakened for it."""
+        return self.guard is None or self.guard.can_limit_torque
+
     def begin(self, *, stops: Iterable[Channel] = ()) -> None:
         """Let a guarded hand be checked and opened before the clock of an experiment starts; others need nothing.
 

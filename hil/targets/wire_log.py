@@ -38,6 +38,9 @@ class WireLog:
         self._clock = clock
         self.opened = clock.now()
         """Time at which the tap was put on, s on the clock."""
+        self.sent_at = self.opened
+        """When bytes last went to the hand, s on the clock: a command, or the request of a reading. A call of a guarded
+        hand may look at the hand first, which takes time on a busy machine."""
         self._records: deque[WireRecord] = deque(maxlen=KEPT)
         """The last ones, with times of the clock."""
         self._logged = 0
@@ -51,7 +54,7 @@ class WireLog:
 
     def write(self, data: bytes) -> None:
         """Log and send all of `data`."""
-        self._log("to_hand", bytes(data))
+        self.sent_at = self._log("to_hand", bytes(data))
         self._transport.write(data)
 
     def read(self, size: int, timeout: float) -> bytes:
@@ -82,9 +85,11 @@ class WireLog:
         late = islice(self._records, max(0, mark - forgotten), None)
         return tuple(WireRecord(t - start, direction, data) for t, direction, data in late)
 
-    def _log(self, direction: Direction, data: bytes) -> None:
+    def _log(self, direction: Direction, data: bytes) -> float:
+        """Log bytes and return when, s on the clock."""
         record = WireRecord(self._clock.now(), direction, data)
         self._records.append(record)
         self._logged += 1
         for listener in self.listeners:
             listener(record)
+        return record.t

@@ -7,10 +7,11 @@ import pytest
 
 from aero.channels import FINGERS, Channel
 from hil.experiments import DEFAULT, EXPERIMENTS
-from hil.experiments.staircase.stimulus import Staircase, run_staircase
+from hil.experiments.staircase.stimulus import FULL, Staircase, run_staircase
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.findings import failed
 from hil.recordings.recorder import Recorder
+from hil.system_identification.excitation import REACH
 from hil.validation import validate
 from model import RoutedHand
 
@@ -34,6 +35,8 @@ LONG["staircase"].append(pytest.mark.slow)
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, [])) for name in DEFAULT])
 def test_within_limits(target, hand, name):
+    if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops:
+        pytest.skip(f"firmware {target.firmware} cannot weaken the thumb at its stops; run with --hil=emulated")
     result = validate(target, [name])
     assert result.stopped is None
     described = {(subject, metric.name) for metric in EXPERIMENTS[name].metrics for subject in metric.subjects}
@@ -46,7 +49,8 @@ def test_two_levels_on_every_channel(target, hand):
     """A staircase short enough for real time: simulator and hand agree on every channel."""
     target.begin(stops=Channel)
     recorder = Recorder(target, "staircase")
-    run_staircase(target, recorder, RoutedHand(target.side), SHORT)
+    reach = FULL if target.may_push_at_stops else REACH
+    run_staircase(target, recorder, RoutedHand(target.side), SHORT, reach=reach)
     recording = recorder.finish()
     assert recording.header.target == target.name
     assert len(recording.wire) > 2 * len(recording["codes"].times)

@@ -24,7 +24,10 @@ def test_an_open_hand_at_rest_draws_little(hand):
 
 
 def test_readings_follow_each_other_quickly(target, hand):
-    start = target.clock.now()
+    """The median counts, so that a machine which stands still for a moment does not."""
+    took = []
     for _ in range(20):
+        start = target.clock.now()
         hand.read_codes()
-    assert target.clock.now() - start < 1.0
+        took.append(target.clock.now() - start)
+    assert np.median(took) < 0.05

@@ -1,11 +1,17 @@
 """Experiments on a guarded hand: they seek the stops without tripping it, and a stop is a finding."""
 
+import numpy as np
 import pytest
 from guarded_hands import close, guarded, torque_limits, wait
 
 from aero import Channel
-from aero.safety import Thresholds, usual_settings
+from aero.safety import SafetyStopError, Thresholds, usual_settings
+from hil import open_target
+from hil.experiments.staircase.stimulus import FULL, Staircase, run_staircase
+from hil.recordings.recorder import Recorder
+from hil.system_identification.excitation import REACH
 from hil.validation import validate
+from model import RoutedHand
 
 
 def test_a_stop_in_an_experiment_is_a_finding_and_ends_the_validation():
@@ -35,3 +41,32 @@ def test_experiments_that_seek_the_stops_pass_a_guarded_healthy_hand(firmware):
     with guarded(firmware=firmware) as target:
         result = validate(target, ["audit", "excursion", "coupling", "response"])
     assert result.stopped is None
+
+
+def test_a_hand_that_cannot_be_weakened_is_not_pushed_into_its_stops():
+    """Firmware `pre` has no torque limit, so the guard would stop the hand in the excursion."""
+    with guarded(firmware="pre") as target:
+        result = validate(target, ["audit", "excursion", "response"])
+        close(target)
+        wait(target, 0.5)
+    assert list(result.results) == ["audit", "response"]
+    assert result.stopped.sentence.startswith("hand: excursion is not run")
+    assert isinstance(result.ended_by, SafetyStopError)
+    assert result.session.header.finished
+    assert result.explanations == ()
+
+
+def test_a_staircase_can_keep_away_from_the_stops():
+    recorded = {}
+    for name, reach in (("full", FULL), ("short", REACH)):
+        with guarded(firmware="0.2.0") as target:
+            recorder = Recorder(target, "staircase")
+            run_staircase(target, recorder, RoutedHand(target.side), Staircase(levels=1, hold_s=0.1), reach=reach)
+            recorded[name] = np.ptp(recorder.finish()["command"].values, axis=0)
+    expected = [REACH[channel] for channel in Channel]
+    np.testing.assert_allclose(recorded["short"] / recorded["full"], expected)
+
+
+def test_a_hand_that_nobody_guards_may_be_pushed():
+    with open_target(firmware="pre") as target:
+        assert target.may_push_at_stops

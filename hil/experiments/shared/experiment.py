@@ -84,6 +84,8 @@ class Experiment:
     """Metrics of a gate whose failure alone does not keep gentle experiments back, so that they tell more."""
     gentle: bool = False
     """Whether it moves little enough for a hand that pushes against something."""
+    pushes_at_stops: bool = False
+    """Whether it holds the thumb at a stop, which a guard permits at limited torque only."""
     by_default: bool = True
     """Whether it runs without being asked for by name."""
 
@@ -133,9 +135,10 @@ class Driver:
             clock = target.clock
             clock.sleep_until(self._next)
             self._next += SAMPLE_S
-            recorder.add("codes", clock.now(), target.hand.read_codes())
-            recorder.add("command_codes", clock.now(), goal)
+            codes_read = target.hand.read_codes()
+            recorder.add("codes", target.wire.sent_at, codes_read)
             target.hand.command_codes(goal)
+            recorder.add("command_codes", target.wire.sent_at, goal)
             if self._samples % CURRENT_EVERY == 0:
                 recorder.add("currents", clock.now(), target.hand.read_currents())
             if self._samples % TEMPERATURE_EVERY == 0:

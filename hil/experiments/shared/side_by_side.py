@@ -66,27 +66,36 @@ def follow(
             simulator.advance(MODEL_STEP_S)
             simulated += 1
 
+    def catch_up(t: float, least: int) -> int:
+        """Bring the simulator to a time, for the hand holds its command too; return by how many steps, from `least`."""
+        late = int((t - recorder.start) / MODEL_STEP_S) - simulated
+        if late < least:
+            return 0
+        simulate(late)
+        if late >= steps:
+            recorder.note(
+                f"this machine was {late * MODEL_STEP_S:.2f} s late; the stream goes on from there", "warning"
+            )
+        return late
+
     try:
         for i, command in enumerate(commands):
-            t = recorder.start + simulated * MODEL_STEP_S
-            clock.sleep_until(t)
-            late = int((clock.now() - t) / MODEL_STEP_S)
-            if late >= steps:
-                # The hand held its command meanwhile, and so does the simulator.
-                simulate(late)
-                recorder.note(
-                    f"this machine was {late * MODEL_STEP_S:.2f} s late; the stream goes on from there", "warning"
-                )
-            recorder.add("codes", clock.now(), hand.read_codes())
-            recorder.add("command_codes", clock.now(), goals[i])
-            recorder.add("command", clock.now(), command)
+            clock.sleep_until(recorder.start + simulated * MODEL_STEP_S)
+            catch_up(clock.now(), steps)
+            codes = hand.read_codes()
+            recorder.add("codes", target.wire.sent_at, codes)
             hand.command_codes(goals[i])
+            sent = target.wire.sent_at
+            # The answer may have taken its time; simulator and hand get the command together.
+            late = catch_up(sent, 1)
+            recorder.add("command_codes", sent, goals[i])
+            recorder.add("command", sent, command)
             if i % CURRENT_EVERY == 0:
                 recorder.add("currents", clock.now(), hand.read_currents())
             if i % TEMPERATURE_EVERY == 0:
                 recorder.add("temperatures", clock.now(), hand.read_temperatures())
             simulator.command(command)
-            simulate(steps)
+            simulate(steps - late if late < steps else steps)
             progress((i + 1) / len(commands), doing(i))
     finally:  # of a run that is broken off as well
         for series, source in (("hand", "codes"), ("goal", "command_codes")):

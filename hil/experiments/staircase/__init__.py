@@ -9,5 +9,12 @@ from hil.experiments.staircase.metrics import METRICS, measure
 from hil.experiments.staircase.stimulus import run
 
 EXPERIMENT = Experiment(
-    "staircase", "Simulator and hand on one command stream", run, measure, (1.0,) * 7, METRICS, rank=70
+    "staircase",
+    "Simulator and hand on one command stream",
+    run,
+    measure,
+    (1.0,) * 7,
+    METRICS,
+    rank=70,
+    pushes_at_stops=True,
 )

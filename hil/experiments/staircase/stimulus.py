@@ -8,6 +8,7 @@ times, and 0.48 s leave settled samples (0.4 s after a change) on every level.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,9 @@ from hil.targets.target import Target
 from model import RoutedHand
 
 Floats = NDArray[np.float64]
+
+FULL: Mapping[Channel, float] = dict.fromkeys(Channel, 1.0)
+"""Every channel through its whole range."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,13 @@ class Staircase:
 
 
 def run_staircase(
-    target: Target, recorder: Recorder, simulator: Simulator, plan: Staircase, *, progress: Progress = silent
+    target: Target,
+    recorder: Recorder,
+    simulator: Simulator,
+    plan: Staircase,
+    *,
+    reach: Mapping[Channel, float] = FULL,
+    progress: Progress = silent,
 ) -> None:
     """Drive simulator and hand through the staircase; what `follow` leaves is in the recorder.
 
@@ -82,10 +92,12 @@ def run_staircase(
         recorder: begun here.
         simulator: the routed hand of the same side.
         plan: the stream.
+        reach: part of its range over which each channel is swept, above 0 and at most 1.
         progress: called once a sample.
     """
     opened, closed = reachable(target.map, calibrated_range(simulator))
-    _, commands = plan.commands(opened, closed)
+    shares = np.array([reach[channel] for channel in Channel])
+    _, commands = plan.commands(opened, opened + shares * (closed - opened))
 
     def doing(i: int) -> str:
         moved = np.flatnonzero(commands[i] != opened)

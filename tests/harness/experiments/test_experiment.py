@@ -18,6 +18,8 @@ def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
     assert list(JUDGED) == [*order.split(), "session"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
+    pushing = [name for name, experiment in EXPERIMENTS.items() if experiment.pushes_at_stops]
+    assert pushing == ["excursion", "coupling", "staircase"]
 
 
 def test_how_far_each_experiment_goes_is_known():

@@ -10,6 +10,8 @@ from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS
 
+REQUEST = bytes((0x22,)) + bytes(15)
+
 
 def test_every_number_of_presence_is_the_recorded_one():
     """Three distinct currents of 30, peaks of 31 to 37 degC, one reply of four lost, trips of 1, 2 and 6 ms."""
@@ -22,7 +24,7 @@ def test_every_number_of_presence_is_the_recorded_one():
         "currents": Series.of(LABELS, ["A"] * 7, t, currents),
         "temperatures": Series.of(LABELS, ["degC"] * 7, t, temperatures),
     }
-    wire = [WireRecord(0.1 * i, "to_hand", bytes(16)) for i in range(4)]
+    wire = [WireRecord(0.1 * i, "to_hand", REQUEST) for i in range(4)]
     wire += [WireRecord(0.1 * i + trip, "from_hand", bytes(16)) for i, trip in enumerate((0.001, 0.002, 0.006))]
     header = replace(HEADER, experiment="presence", parameters={"boot_text": ""})
     found = presence.measure(Recording(header, series, tuple(sorted(wire))))
@@ -39,14 +41,14 @@ def presence_of(wire=(), hand="right", boot_text="", currents=None):
         "temperatures": Series.of(LABELS, ["degC"] * 7, t, np.full((30, 7), 30.0)),
     }
     header = replace(HEADER, hand=hand, experiment="presence", parameters={"boot_text": boot_text})
-    wire = wire or (WireRecord(0.0, "to_hand", bytes(16)), WireRecord(0.001, "from_hand", bytes(16)))
+    wire = wire or (WireRecord(0.0, "to_hand", REQUEST), WireRecord(0.001, "from_hand", bytes(16)))
     return presence.measure(Recording(header, series, tuple(wire)))
 
 
 def test_replies_count_when_they_are_complete_before_the_next_request():
     """Of five: in one piece, in two, too late, none, and too short."""
     pieces = ((0.001, 16), (0.002, 10), (0.003, 6), (0.109, 16), (0.302, 15))
-    wire = [WireRecord(0.1 * i, "to_hand", bytes(16)) for i in (0, 1, 2, 3, 4)]
+    wire = [WireRecord(0.1 * i, "to_hand", REQUEST) for i in (0, 1, 2, 3, 4)]
     for i, (trip, size) in zip((0, 1, 1, 2, 1), pieces, strict=True):
         wire.append(WireRecord(0.1 * i + trip, "from_hand", bytes(size)))
     requests, trips = presence.round_trips(tuple(sorted(wire)))

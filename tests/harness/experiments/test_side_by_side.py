@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from guarded_hands import BusyHost, guarded
 from recorded import staircase_of
 
+from aero.channels import FINGERS, Channel
 from hil import open_target
 from hil.experiments.staircase.stimulus import Staircase
 from hil.experiments.staircase.tracking import staircase_metrics
@@ -52,3 +54,15 @@ def test_delays_are_noted_and_do_not_look_like_a_bad_hand(punctual):
     expected = staircase_metrics(punctual)
     for channel, row in staircase_metrics(late).items():
         assert row.tracking_rms == pytest.approx(expected[channel].tracking_rms, rel=0.35), channel
+
+
+def test_late_answers_do_not_look_like_a_bad_hand(punctual):
+    """A command goes out after its reading, so an answer that is late makes the command late too."""
+    with guarded(link=BusyHost) as target:
+        target.begin(stops=Channel)
+        target.wire._transport.late = 0.05
+        late = staircase_metrics(staircase_of(target, SHORT))
+    expected = staircase_metrics(punctual)
+    for finger in FINGERS:
+        assert late[finger].matched_steps == expected[finger].matched_steps == 4
+        assert late[finger].tracking_rms == pytest.approx(expected[finger].tracking_rms, rel=0.35)

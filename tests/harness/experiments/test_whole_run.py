@@ -24,6 +24,26 @@ def test_lost_replies_and_stray_bytes_of_a_session_are_counted():
     assert found == pytest.approx({"lost_replies": 25.0, "stray_bytes": 750.0, "restarts": 0.0})
 
 
+def reply(opcode):
+    return bytes([opcode]) + bytes(15)
+
+
+def test_a_reply_that_is_late_is_not_lost():
+    """As the driver does it: a query of another kind after 0.1 s, and the late reply and its own come one by one."""
+    found = measured((0x22,), (0x24, reply(0x22)), (0x11, reply(0x24)), (0x22,), (0x24, reply(0x22) + reply(0x24)))
+    assert found == {"lost_replies": 0.0, "stray_bytes": 0.0, "restarts": 0.0}
+
+
+def test_a_reply_to_a_later_request_shows_that_the_earlier_one_is_lost():
+    found = measured((0x22,), (0x24, reply(0x24)), (0x22, reply(0x22)), (0x25, reply(0x25)))
+    assert found["lost_replies"] == pytest.approx(25.0)
+
+
+def test_of_two_replies_that_are_due_the_first_may_be_the_lost_one():
+    found = measured((0x22,), (0x24,), (0x25, reply(0x24) + reply(0x25)), (0x22,))
+    assert found["lost_replies"] == pytest.approx(50.0)
+
+
 def test_only_measurements_can_lose_a_reply():
     """Commands (0x11) and what lies beside the four measurements, 0x22 to 0x25, are answered otherwise."""
     found = measured(*((opcode,) for opcode in (0x11, 0x21, 0x22, 0x23, 0x24, 0x25, 0x26)), (0x22, bytes(16)))

@@ -1,0 +1,55 @@
+"""Requests and replies, taken apart from the bytes on the wire."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from aero.protocol import FILLER, FRAME_SIZE
+from hil.targets.wire_log import WireRecord
+
+MEASUREMENTS = range(0x22, 0x26)
+"""Opcodes of requests that the board answers with one frame, at once."""
+
+
+@dataclass
+class Exchange:
+    """A frame that was sent, and everything that came before the next one."""
+
+    opcode: int
+    received: bytes = b""
+
+
+def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
+    """Return the exchanges in order; what came before the first is left out."""
+    found: list[Exchange] = []
+    for record in wire:
+        if record.direction == "to_hand":
+            found.append(Exchange(record.data[0]))
+        elif found:
+            found[-1].received += record.data
+    return found
+
+
+def lost_replies(made: Iterable[Exchange]) -> int:
+    """Return how many requests for a measurement were never answered.
+
+    A reply that came late, after another request, is none of them: the host may have been busy. Replies come in the
+    order of their requests, so one to a later request shows that the earlier ones were lost.
+    """
+    lost = 0
+    overdue: list[int] = []
+    for exchange in made:
+        data = exchange.received
+        while data[1:2] == bytes((FILLER,)) and data[0] in overdue:
+            lost += overdue.index(data[0])
+            del overdue[: overdue.index(data[0]) + 1]
+            data = data[FRAME_SIZE:]
+        if exchange.opcode not in MEASUREMENTS:
+            continue
+        if len(data) >= FRAME_SIZE:
+            lost += len(overdue)
+            overdue.clear()
+        else:
+            overdue.append(exchange.opcode)
+    return lost + len(overdue)
