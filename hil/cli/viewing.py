@@ -104,5 +104,6 @@ def telling(audience: Audience, progress: Callable[[float, str], Any]) -> Callab
 
 
 def _title(hand: ChosenHand) -> str:
-    unit = f", unit {hand.unit}" if hand.target in ("emulated", "pty") else ""
-    return f"{hand.side.capitalize()} hand on {hand.target}, firmware {hand.firmware}{unit}"
+    if hand.target in ("emulated", "pty"):
+        return f"Emulated {hand.side} hand, firmware {hand.firmware}, unit {hand.unit}"
+    return f"{hand.side.capitalize()} hand on {hand.target}, firmware {hand.firmware}"

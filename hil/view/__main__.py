@@ -6,6 +6,7 @@ Says `ready URL` when the page can be opened, and ends with its input, at the la
 from __future__ import annotations
 
 import json
+import os
 import sys
 import threading
 import time
@@ -14,6 +15,8 @@ from queue import SimpleQueue
 from hil.view.frame import End, Frame, Heading, Message, Note, Verdicts, message
 from hil.view.page import Page, keep_up
 
+POLITENESS = 10
+"""How far the page steps back, on a busy machine, behind the program that drives the hand; the shell's `nice`."""
 RELOAD_S = 3.0
 """Time without any browser after which all have gone, and none is merely loading the page again, s."""
 
@@ -68,6 +71,8 @@ class Session:
 
 def main() -> None:
     """Serve the page that the first line of the input describes."""
+    if hasattr(os, "nice"):
+        os.nice(POLITENESS)
     page = Page(Heading(**json.loads(sys.stdin.readline())))
     print("ready", page.url, flush=True)
     session = Session(page)

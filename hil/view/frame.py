@@ -42,7 +42,8 @@ class Frame:
     joints: Floats
     """Posture, (16,) rad, in the order of `Joint`."""
     commanded_joints: Floats = field(default_factory=lambda: unknown(len(Joint)))
-    """Posture that is asked for, (16,) rad, by the actuation map."""
+    """Posture at the shaft angles that are asked for, (16,) rad: seven cables do not tell sixteen joints, so it is the
+    present posture moved by what the actuation map makes of the rest of the way."""
     commanded: Floats = field(default_factory=unknown)
     """Shaft angles that are asked for, (7,) rad."""
     measured: Floats = field(default_factory=unknown)

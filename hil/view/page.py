@@ -30,8 +30,11 @@ DRAWN_HZ, TOLD_HZ = 30.0, 8.0
 PLOTTED_S, PLOTTED = 10.0, 300
 """Time and points of a plot."""
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "20")
-COLOURS = ("#26a", "#c33", "#393", "#b60", "#838", "#088", "#555")
-"""Of the channels in the plot of the currents."""
+ANGLE_COLOURS = ("#8c3cc8", "#333355")
+"""Of commanded and measured angles."""
+CURRENT_COLOURS = ("#2266aa", "#cc3333", "#339933", "#bb6600", "#883388", "#008888", "#555555")
+"""Of the channels."""
+PANEL_PX, PLOT_PX = 500, 180
 
 Mode = Literal["live", "playing", "paused"]
 
@@ -105,6 +108,8 @@ class Page:
                 self._mode = "paused"
         self._cursor_s = min(max(self._cursor_s, first), last)
         frame = self._frames[self._index(self._cursor_s)]
+        if not self.viewers:
+            return
         if frame is not self._drawn:
             self._hand.pose(frame.joints, frame.commanded_joints, frame.loose)
             self._drawn = frame
@@ -119,29 +124,28 @@ class Page:
     def _build(self) -> None:
         gui = self._server.gui
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(520)
+        gui.main_panel.set_width(PANEL_PX)
         self._numbers = gui.add_html("")
         self._time = gui.add_slider("Time, s", 0.0, 1.0, 0.01, 0.0)
-        buttons = ("Play", "Pause", "Live") if self._heading.live else ("Play", "Pause")
-        self._buttons = gui.add_button_group("", buttons)
-        self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1")
-        self._ghost = gui.add_checkbox("Commanded posture", True)
+        self._buttons = gui.add_button_group("", ("Play", "Pause", *(("Live",) if self._heading.live else ())))
         self._found = gui.add_html("")
-        self._channel = gui.add_dropdown("Channel", [channel.label for channel in Channel])
-        series = (uplot.Series(label="s"), uplot.Series(label="commanded, °", stroke="#1a965a", width=2),
-                  uplot.Series(label="measured, °", stroke="#335", width=2))  # fmt: skip
-        hours = {"x": uplot.Scale(time=False)}
-        self._angles = gui.add_uplot(tuple(np.zeros((3, 1))), series, scales=hours, height=170)
-        named = tuple(
-            uplot.Series(label=panel.title(channel), stroke=COLOURS[channel], width=1.5) for channel in Channel
-        )
-        self._currents = gui.add_uplot(
-            tuple(np.zeros((1 + len(Channel), 1))), (uplot.Series(label="s"), *named), scales=hours, height=190,
-            title="Currents, A",
-        )  # fmt: skip
+        with gui.add_folder("Plots"):
+            self._channel = gui.add_dropdown("Channel", [channel.label for channel in Channel])
+            self._angles = self._plot("Shaft angle, °", {"commanded": ANGLE_COLOURS[0], "measured": ANGLE_COLOURS[1]})
+            self._currents = self._plot("Currents, A", {panel.title(c): CURRENT_COLOURS[c] for c in Channel})
+        with gui.add_folder("Settings"):
+            self._speed = gui.add_dropdown("Speed of play", SPEEDS, initial_value="1")
+            self._ghost = gui.add_checkbox("Commanded posture", True)
         self._time.on_update(self._moved)
         self._buttons.on_click(self._pressed)
         self._ghost.on_update(self._ghost_switched)
+
+    def _plot(self, title: str, lines: dict[str, str]) -> viser.GuiUplotHandle:
+        """Add a plot over the hand's time with a line for each name and colour."""
+        series = [uplot.Series(label="s"), *(uplot.Series(label=n, stroke=c, width=2) for n, c in lines.items())]
+        nothing = tuple(np.zeros((len(series), 1)))
+        scales = {"x": uplot.Scale(time=False)}
+        return self._server.gui.add_uplot(nothing, tuple(series), scales=scales, title=title, height=PLOT_PX)
 
     def _tell(self, frame: Frame) -> None:
         """Bring up to date what is read and not watched."""

@@ -24,18 +24,22 @@ from model.routed import TENDONS, build_routed
 from model.skeleton import COLLISION_GROUP, GUIDE_GROUP
 
 Rgb = tuple[int, int, int]
-TAUT, SLACK, UNSEEN, OTHER, COMMANDED = (214, 69, 32), (38, 110, 214), (120, 120, 128), (196, 190, 176), (26, 150, 90)
+TAUT, SLACK, UNSEEN, OTHER, COMMANDED = (214, 69, 32), (38, 110, 214), (120, 120, 128), (196, 190, 176), (140, 60, 200)
 """Colours of a taut and a slack cable, of one that nothing is known of, of springs and couplings, of the commanded
 posture. Red and blue stay apart for the colour-blind."""
 JUST_LOOSE_M = 2.0 * math.pi * SPOOL_RADIUS / 4096
 """A cable is shown slack from here on: one count of its servo's encoder, 14 µm, which is the least that winds it in."""
+CABLE_M = 3.0 * CABLE_WIDTH
+"""Drawn diameter of a cable, half as much again as in pictures of the model."""
 ROUNDING_M = 0.0025
 """Radius of the edges of a drawn box."""
-GHOST_OPACITY = 0.45
+GHOST_OPACITY, PAD_OPACITY = 0.45, 0.22
+"""Of the commanded bones, and of pads, through which the cables have to be seen."""
 STILL = 1e-6
 """Motion (m, quaternion) that is not worth sending."""
-CAMERA = {"position": (0.03, -0.10, 0.36), "look_at": (0.085, -0.012, -0.02), "up": (1.0, 0.0, 0.0)}
-"""Over the palm of a right hand, fingers up; m."""
+CAMERA = {"position": (0.05, -0.24, 0.40), "look_at": (0.088, -0.018, 0.0), "up": (1.0, 0.0, 0.0)}
+"""Over the palm of a right hand from its thumb's side, fingers up; m."""
+FIELD_OF_VIEW_RAD = 0.62
 
 
 def cable_colour(loose_m: float) -> Rgb:
@@ -70,7 +74,7 @@ class PosedModel:
         The number of pieces is the same in every posture; those that are not needed have no length.
         """
         points = np.zeros((self._segments, 2, 3), np.float32)
-        painted = np.full((self._segments, 2, 3), OTHER, np.uint8)
+        painted = np.full((self._segments, 2, 3), _linear(OTHER), np.uint8)
         touched = self.data.wrap_xpos.reshape(-1, 3)
         used = 0
         for tendon, channel in enumerate(self._channels):
@@ -78,7 +82,7 @@ class PosedModel:
             path, pieces = touched[first : first + count], slice(used, used + count - 1)
             points[pieces, 0], points[pieces, 1] = path[:-1], path[1:]
             if channel is not None:
-                painted[pieces] = colours[channel]
+                painted[pieces] = _linear(colours[channel])
             used += count - 1
         points[used:] = touched[0]
         return points, painted
@@ -96,11 +100,11 @@ class DrawnHand:
         for name in ("position", "look_at"):
             x, y, z = CAMERA[name]
             setattr(server.initial_camera, name, (x, mirror * y, z))
-        server.initial_camera.up = CAMERA["up"]
+        server.initial_camera.up, server.initial_camera.fov = CAMERA["up"], FIELD_OF_VIEW_RAD
         self._links = _draw_links(server, self._shown.model)
         self._ghost = _draw_bones(server, self._wanted.model)
         points, colours = self._shown.paths(dict.fromkeys(CABLES, UNSEEN))
-        self._cables = server.scene.add_line_segments("/cables", points, colours, thickness=2.5 * CABLE_WIDTH)
+        self._cables = server.scene.add_line_segments("/cables", points, colours, thickness=CABLE_M)
         self.shows_commanded = True
 
     def pose(self, joints: Floats, commanded: Floats, loose: Floats) -> None:
@@ -117,6 +121,11 @@ class DrawnHand:
             for bone in self._ghost.values():
                 bone.visible = known and self.shows_commanded
             self._cables.points, self._cables.colors = points, colours
+
+
+def _linear(colour: Rgb) -> tuple[float, ...]:
+    """Return a colour as linear light, which is what viser 1.1 takes the colours of single pieces of a line for."""
+    return tuple(255.0 * (part / 255.0) ** 2.2 for part in colour)
 
 
 def _place(links: dict[int, viser.FrameHandle], data: mujoco.MjData) -> None:
@@ -158,7 +167,7 @@ def _draw(
             whole.vertices,
             whole.faces,
             color=colour or (round(red * 255), round(green * 255), round(blue * 255)),
-            opacity=GHOST_OPACITY if colour else None if opacity == 1.0 else opacity,
+            opacity=GHOST_OPACITY if colour else None if opacity == 1.0 else PAD_OPACITY,
             cast_shadow=False,
             receive_shadow=False,
         )

@@ -54,7 +54,7 @@ class EmulatedSource:
         return Frame(
             seen.time,
             seen.joints,
-            _posture(self._codec, commanded),
+            seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured),
             commanded,
             measured,
             currents,
