@@ -47,6 +47,6 @@ def view(*, recording: Path) -> None:
 def _title(header: Header) -> str:
     individual = f" {header.hand_id}" if header.hand_id else ""
     wrong = f", with {header.faults}" if header.faults else ""
-    when = f", {header.started}" if header.started else ""
+    when = f", {header.started[:19].replace('T', ' ')}" if header.started else ""
     unit = f", unit {header.unit}"
     return f"{header.experiment}: {header.hand} hand{individual}, firmware {header.firmware}{unit}{wrong}{when}"

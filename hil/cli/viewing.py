@@ -19,7 +19,17 @@ if TYPE_CHECKING:
 
 NEEDS = "`--view` needs the extra `view`; from a checkout: pip install -e '.[view]'"
 
-with_view = click.option("--view", is_flag=True, help="Show the hand in a web page on this machine; docs/view.md.")
+
+def _installed(_context: click.Context, _option: click.Parameter, wanted: bool) -> bool:
+    """Refuse `--view` where its extra is not installed, before anything is done."""
+    if wanted and find_spec("viser") is None:
+        raise Ended(NEEDS, Exit.USAGE)
+    return wanted
+
+
+with_view = click.option(
+    "--view", is_flag=True, callback=_installed, help="Show the hand in a web page on this machine; docs/view.md."
+)
 
 
 class Audience(Protocol):
@@ -62,15 +72,10 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Au
         hand: what the command is about.
         stay: whether the page stays after the command: while a browser looks at it, and in a terminal until one has
             looked at it, or Ctrl-C.
-
-    Raises:
-        Ended: the extra is not installed.
     """
     if not wanted:
         yield Nobody()
         return
-    if find_spec("viser") is None:
-        raise Ended(NEEDS, Exit.USAGE)
     from hil.view.feed import Feed  # noqa: PLC0415 - help is quick
     from hil.view.frame import Heading  # noqa: PLC0415
 

@@ -35,6 +35,8 @@ ROUNDING_M = 0.0025
 """Radius of the edges of a drawn box."""
 GHOST_OPACITY, PAD_OPACITY = 0.45, 0.22
 """Of the commanded bones, and of pads, through which the cables have to be seen."""
+GHOST_THICKNESS = 0.8
+"""Of a commanded bone, which so vanishes in the bone that is where it should be."""
 STILL = 1e-6
 """Motion (m, quaternion) that is not worth sending."""
 CAMERA = {"position": (0.05, -0.24, 0.40), "look_at": (0.088, -0.018, 0.0), "up": (1.0, 0.0, 0.0)}
@@ -155,7 +157,7 @@ def _draw(
     looks: dict[tuple[int, tuple[float, ...]], list[trimesh.Trimesh]] = {}
     for geom in geoms:
         look = int(model.geom_bodyid[geom]), tuple(model.geom_rgba[geom].tolist())
-        looks.setdefault(look, []).append(_mesh(model, geom))
+        looks.setdefault(look, []).append(_mesh(model, geom, thickness=GHOST_THICKNESS if colour else 1.0))
     for (body, rgba), meshes in looks.items():
         path = f"/{root}/{model.body(body).name}"
         if body not in frames:
@@ -174,13 +176,13 @@ def _draw(
     return frames
 
 
-def _mesh(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
-    """Return one geom as triangles in its body's frame."""
+def _mesh(model: mujoco.MjModel, geom: int, *, thickness: float) -> trimesh.Trimesh:
+    """Return one geom as triangles in its body's frame; `thickness` scales the radius of a capsule."""
     size, kind = model.geom_size[geom], model.geom_type[geom]
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         mesh = _rounded_box(size)
     elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        mesh = trimesh.creation.capsule(height=2.0 * size[1], radius=size[0], count=(12, 12))
+        mesh = trimesh.creation.capsule(height=2.0 * size[1], radius=thickness * size[0], count=(12, 12))
     elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
         mesh = trimesh.creation.cylinder(radius=size[0], height=2.0 * size[1], sections=24)
     else:

@@ -12,6 +12,12 @@ from websockets.sync.client import connect
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 PATIENCE_S = 60.0
+FLAGS = (
+    "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking", "--disable-component-update",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--remote-debugging-port=0", "about:blank",
+)  # fmt: skip
+"""It draws without a graphics card and finds no machine but this one."""
 
 
 class Tab:
@@ -40,14 +46,6 @@ class Tab:
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
 
-    def until(self, condition):
-        """Wait until a JavaScript condition holds, looked at before each frame that the page draws."""
-        waiting = f"""new Promise((done) => {{
-            const look = () => ({condition}) ? done(true) : setTimeout(look, 50); look(); }})"""
-        timeout = f"new Promise((done) => setTimeout(() => done(false), {1e3 * PATIENCE_S / 2}))"
-        text = "document.body.innerText.slice(0, 2000)"
-        assert self.evaluate(f"Promise.race([{waiting}, {timeout}])"), (self.evaluate(text), self.errors)
-
     def picture(self, path):
         path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"]))
 
@@ -63,12 +61,7 @@ class Tab:
 @contextlib.contextmanager
 def opened(url, folder, *, width=1280, height=800):
     """Open a page in a browser with a profile of its own below `folder`."""
-    command = [
-        CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
-        "--disable-component-update", "--remote-debugging-port=0", f"--user-data-dir={folder / 'profile'}",
-        f"--window-size={width},{height}", "about:blank",
-    ]  # fmt: skip
+    command = [CHROMIUM, *FLAGS, f"--user-data-dir={folder / 'profile'}", f"--window-size={width},{height}"]
     environment = {**os.environ, "HOME": str(folder)}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
         try:
