@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from aero.channels import Channel, Joint
 from model.geometry import Side
@@ -64,7 +64,7 @@ class Frame:
     @classmethod
     def of(cls, body: dict[str, Any]) -> Self:
         """Return the frame that a line carries."""
-        return cls(**{name: value if name == "t" else np.array(value, float) for name, value in body.items()})
+        return cls(body.pop("t"), **{name: np.array(value, float) for name, value in body.items()})
 
 
 @dataclass(frozen=True)
@@ -122,5 +122,5 @@ def _line(kind: str, body: dict[str, Any]) -> str:
     return json.dumps({kind: body}) + "\n"
 
 
-def _plain(value: ArrayLike) -> Any:
+def _plain(value: float | Floats) -> Any:
     return np.round(value, 6).tolist()

@@ -155,7 +155,8 @@ class Page:
         if (self._time.min, self._time.max) != (first, last) and last > first:
             self._time.min, self._time.max = round(first, 2), round(last, 2)
         if self._mode != "paused":
-            self._time.value = round(frame.t, 2)
+            # mypy does not see a setter that stands apart from its getter.
+            self._time.value = round(frame.t, 2)  # type: ignore[misc]
         end = self._index(self._cursor_s) + 1
         begin = self._index(self._cursor_s - PLOTTED_S)
         step = max((end - begin) // PLOTTED, 1)

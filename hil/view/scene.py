@@ -1,38 +1,22 @@
-"""The drawn hand: the links of the model, and its cables along the model's pulleys, coloured by what is known of them.
-
-Both hands of this project have the same links and joints; only the routed one knows where its cables run. So its model
-is posed with the joint angles of whatever hand is looked at.
-"""
+"""The drawn hand: the links of the model, its cables, and the bones of the commanded posture."""
 
 from __future__ import annotations
-
-import math
-from itertools import product
 
 import mujoco
 import numpy as np
 import trimesh
 import viser
-from numpy.typing import NDArray
 
-from aero.channels import CABLES, Channel, Joint
+from aero.channels import CABLES, Joint
 from hil.view.frame import Floats
+from hil.view.posed_hand import COMMANDED, UNSEEN, PosedHand, Rgb, cable_colour
+from hil.view.shapes import mesh_of
 from model.appearance import CABLE_WIDTH
 from model.geometry import Side
-from model.geometry.winding import SPOOL_RADIUS
-from model.routed import TENDONS, build_routed
 from model.skeleton import COLLISION_GROUP, GUIDE_GROUP
 
-Rgb = tuple[int, int, int]
-TAUT, SLACK, UNSEEN, OTHER, COMMANDED = (214, 69, 32), (38, 110, 214), (120, 120, 128), (196, 190, 176), (140, 60, 200)
-"""Colours of a taut and a slack cable, of one that nothing is known of, of springs and couplings, of the commanded
-posture. Red and blue stay apart for the colour-blind."""
-JUST_LOOSE_M = 2.0 * math.pi * SPOOL_RADIUS / 4096
-"""A cable is shown slack from here on: one count of its servo's encoder, 14 µm, which is the least that winds it in."""
 CABLE_M = 3.0 * CABLE_WIDTH
 """Drawn diameter of a cable, half as much again as in pictures of the model."""
-ROUNDING_M = 0.0025
-"""Radius of the edges of a drawn box."""
 GHOST_OPACITY, PAD_OPACITY = 0.45, 0.22
 """Of the commanded bones, and of pads, through which the cables have to be seen."""
 GHOST_THICKNESS = 0.8
@@ -44,58 +28,12 @@ CAMERA = {"position": (0.05, -0.24, 0.40), "look_at": (0.088, -0.018, 0.0), "up"
 FIELD_OF_VIEW_RAD = 0.62
 
 
-def cable_colour(loose_m: float) -> Rgb:
-    """Return the colour of a cable with this much of it loose, m; NaN when nobody knows."""
-    if math.isnan(loose_m):
-        return UNSEEN
-    return SLACK if loose_m >= JUST_LOOSE_M else TAUT
-
-
-class PosedModel:
-    """The routed hand's model, moved by its joint angles alone."""
-
-    def __init__(self, side: Side) -> None:
-        self.model = build_routed(side).compile()
-        self.data = mujoco.MjData(self.model)
-        self._joints = np.array([self.model.joint(joint.label).qposadr[0] for joint in Joint])
-        channel_of = {name: channel for channel, name in TENDONS.items()}
-        self._channels = [channel_of.get(self.model.tendon(i).name) for i in range(self.model.ntendon)]
-        self._segments = 2 * self.model.nwrap
-        """The most that all paths together may have; a pulley has two points where the cable touches it."""
-
-    def pose(self, joints: Floats) -> None:
-        """Take a posture, (16,) rad."""
-        self.data.qpos[self._joints] = joints
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_tendon(self.model, self.data)
-
-    def paths(self, colours: dict[Channel, Rgb]) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Return the straight pieces of all cables and springs, (n, 2, 3) m, and their colours, (n, 2, 3).
-
-        The number of pieces is the same in every posture; those that are not needed have no length.
-        """
-        points = np.zeros((self._segments, 2, 3), np.float32)
-        painted = np.full((self._segments, 2, 3), _linear(OTHER), np.uint8)
-        touched = self.data.wrap_xpos.reshape(-1, 3)
-        used = 0
-        for tendon, channel in enumerate(self._channels):
-            first, count = self.data.ten_wrapadr[tendon], self.data.ten_wrapnum[tendon]
-            path, pieces = touched[first : first + count], slice(used, used + count - 1)
-            points[pieces, 0], points[pieces, 1] = path[:-1], path[1:]
-            if channel is not None:
-                painted[pieces] = _linear(colours[channel])
-            used += count - 1
-        points[used:] = touched[0]
-        return points, painted
-
-
 class DrawnHand:
     """A hand on the page, with the bones of the commanded posture in it."""
 
     def __init__(self, server: viser.ViserServer, side: Side) -> None:
         self._server = server
-        self._shown, self._wanted = PosedModel(side), PosedModel(side)
+        self._shown, self._wanted = PosedHand(side), PosedHand(side)
         self._shown.pose(np.zeros(len(Joint)))
         server.scene.set_up_direction(CAMERA["up"])
         mirror = 1.0 if side == "right" else -1.0
@@ -125,11 +63,6 @@ class DrawnHand:
             self._cables.points, self._cables.colors = points, colours
 
 
-def _linear(colour: Rgb) -> tuple[float, ...]:
-    """Return a colour as linear light, which is what viser 1.1 takes the colours of single pieces of a line for."""
-    return tuple(255.0 * (part / 255.0) ** 2.2 for part in colour)
-
-
 def _place(links: dict[int, viser.FrameHandle], data: mujoco.MjData) -> None:
     for body, handle in links.items():
         place, turn = data.xpos[body], data.xquat[body]
@@ -157,15 +90,16 @@ def _draw(
     looks: dict[tuple[int, tuple[float, ...]], list[trimesh.Trimesh]] = {}
     for geom in geoms:
         look = int(model.geom_bodyid[geom]), tuple(model.geom_rgba[geom].tolist())
-        looks.setdefault(look, []).append(_mesh(model, geom, thickness=GHOST_THICKNESS if colour else 1.0))
-    for (body, rgba), meshes in looks.items():
+        looks.setdefault(look, []).append(mesh_of(model, geom, thickness=GHOST_THICKNESS if colour else 1.0))
+    for number, ((body, rgba), meshes) in enumerate(looks.items()):
         path = f"/{root}/{model.body(body).name}"
         if body not in frames:
             frames[body] = server.scene.add_frame(path, show_axes=False)
         whole = trimesh.util.concatenate(meshes)
+        assert isinstance(whole, trimesh.Trimesh)
         red, green, blue, opacity = rgba
         server.scene.add_mesh_simple(
-            f"{path}/{len(looks)}_{round(red * 255)}_{round(green * 255)}_{round(opacity * 100)}",
+            f"{path}/{number}",
             whole.vertices,
             whole.faces,
             color=colour or (round(red * 255), round(green * 255), round(blue * 255)),
@@ -174,30 +108,3 @@ def _draw(
             receive_shadow=False,
         )
     return frames
-
-
-def _mesh(model: mujoco.MjModel, geom: int, *, thickness: float) -> trimesh.Trimesh:
-    """Return one geom as triangles in its body's frame; `thickness` scales the radius of a capsule."""
-    size, kind = model.geom_size[geom], model.geom_type[geom]
-    if kind == mujoco.mjtGeom.mjGEOM_BOX:
-        mesh = _rounded_box(size)
-    elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        mesh = trimesh.creation.capsule(height=2.0 * size[1], radius=thickness * size[0], count=(12, 12))
-    elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        mesh = trimesh.creation.cylinder(radius=size[0], height=2.0 * size[1], sections=24)
-    else:
-        raise ValueError(f"the hand's model has a geom of a kind that the page does not draw: {mujoco.mjtGeom(kind)}")
-    turn = np.eye(4)
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, model.geom_quat[geom])
-    turn[:3, :3], turn[:3, 3] = matrix.reshape(3, 3), model.geom_pos[geom]
-    mesh.apply_transform(turn)
-    return mesh
-
-
-def _rounded_box(half: Floats) -> trimesh.Trimesh:
-    """Return a box with round edges: the hull of a small ball at each of its corners."""
-    radius = min(ROUNDING_M, 0.45 * float(min(half)))
-    ball = trimesh.creation.uv_sphere(radius=radius, count=(12, 12)).vertices
-    corners = (half - radius) * np.array(list(product((-1.0, 1.0), repeat=3)))
-    return trimesh.convex.convex_hull((corners[:, None] + ball).reshape(-1, 3))

@@ -135,4 +135,5 @@ def _words(record: WireRecord | None, *, signed: bool) -> Floats:
     if record is None:
         return unknown(len(Channel))
     reply = parse_reply(record.data)
-    return np.abs((signed_values if signed else unsigned_values)(reply).astype(float))
+    words: Floats = np.abs((signed_values if signed else unsigned_values)(reply).astype(float))
+    return words

@@ -22,7 +22,7 @@ from hil.view.feed import Feed
 from hil.view.frame import Frame, Heading, Note, Verdicts
 from hil.view.page import Page
 from hil.view.panel import found, numbers
-from hil.view.scene import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedModel, cable_colour
+from hil.view.posed_hand import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedHand, cable_colour
 from hil.view.sources import source_of
 
 PATIENCE_S = 60.0
@@ -114,7 +114,7 @@ def test_the_colour_of_a_cable_says_whether_it_is_slack(loose, colour):
 
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_the_cables_run_from_the_palm_to_the_last_links_in_every_posture(side):
-    hand = PosedModel(side)
+    hand = PosedHand(side)
     colours = {channel: (0, 0, 100 + 20 * channel) for channel in CABLES}
     lengths = []
     for angle in (0.0, 0.7):
