@@ -14,8 +14,8 @@ from hil.judging.findings import failed
 from hil.recordings.recording import Header
 from hil.validation import judge_recordings
 from hil.view.frame import Heading, Note, Verdicts
-from hil.view.page import Page, keep_up
 from hil.view.playback import frames
+from hil.view.web_page import Page, keep_up
 
 
 @click.command()

@@ -13,7 +13,7 @@ import time
 from queue import SimpleQueue
 
 from hil.view.frame import End, Frame, Heading, Message, Note, Verdicts, message
-from hil.view.page import Page, keep_up
+from hil.view.web_page import Page, keep_up
 
 POLITENESS = 10
 """How far the page steps back, on a busy machine, behind the program that drives the hand; the shell's `nice`."""

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from aero.actuation import ActuationMap
-from aero.channels import Channel, Joint
+from aero.channels import JOINT_BOX_RAD, Channel, Joint
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
@@ -54,7 +54,7 @@ class EmulatedSource:
         return Frame(
             seen.time,
             seen.joints,
-            seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured),
+            _within_stops(seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured)),
             commanded,
             measured,
             currents,
@@ -98,8 +98,8 @@ class WireSource:
             commanded = self._angles(asked)
         return Frame(
             max(record.t for record in last.values()),
-            _posture(self._codec, angles),
-            _posture(self._codec, commanded),
+            _within_stops(_posture(self._codec, angles)),
+            _within_stops(_posture(self._codec, commanded)),
             commanded,
             angles,
             _words(last.get(Opcode.GET_CURR), signed=True) * CURRENT_A_PER_UNIT,
@@ -129,6 +129,11 @@ def _posture(codec: ActuationMap, angles: Floats) -> Floats:
         return unknown(len(Joint))
     joints: Floats = codec.joints_from_compact(codec.compact_from_travel(codec.travel_from_angles(angles)))
     return joints
+
+
+def _within_stops(joints: Floats) -> Floats:
+    """Return joints, (16,) rad, no further than they go; a shaft may go on, and its cable is then loose."""
+    return np.clip(joints, *JOINT_BOX_RAD.T)
 
 
 def _words(record: WireRecord | None, *, signed: bool) -> Floats:

@@ -129,6 +129,20 @@ def test_of_any_other_hand_what_its_link_says_is_seen():
     assert np.isnan(frame.loose).all()
 
 
+def test_a_joint_is_not_shown_beyond_its_stop():
+    """A shaft goes on opening when its finger lies at the open stop."""
+    with open_target() as target:
+        emulated, wire = source_of(target), WireSource(target.map)
+        target.wire.listeners.append(wire.take)
+        target.hand.command_codes([0] * len(Channel))
+        target.clock.sleep_until(target.clock.now() + 1.5)
+        target.hand.read_codes()
+        for frame in (emulated.frame(), wire.frame()):
+            assert frame.measured[Channel.THUMB_FLEXOR] < -0.1
+            assert frame.commanded_joints.min() == 0.0
+        assert wire.frame().joints.min() == 0.0
+
+
 def test_replies_in_pieces_are_put_together_and_boot_text_is_left_out():
     with open_target() as target:
         codes = target.hand.read_codes()

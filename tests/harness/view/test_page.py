@@ -18,12 +18,13 @@ from websockets.sync.client import connect
 from aero.channels import CABLES, Channel, Joint
 from hil import open_target
 from hil.recordings.mcap_file import read_recording
+from hil.recordings.recorder import Recorder
 from hil.view.feed import Feed
 from hil.view.frame import Frame, Heading, Note, Verdicts
-from hil.view.page import Page
 from hil.view.panel import found, numbers
 from hil.view.posed_hand import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedHand, cable_colour
 from hil.view.sources import source_of
+from hil.view.web_page import Page
 
 PATIENCE_S = 60.0
 
@@ -193,6 +194,37 @@ def test_a_stopped_page_keeps_nobody_waiting():
 def run(folder, *arguments):
     command = [sys.executable, "-m", "hil.cli", *map(str, arguments)]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+
+
+def recording_of(path, *, reads):
+    with open_target() as target:
+        recorder = Recorder(target, "policy", path)
+        recorder.begin()
+        for _ in range(20):
+            target.hand.command_codes([9000] * len(Channel))
+            target.clock.sleep_until(target.clock.now() + 0.05)
+            if reads:
+                target.hand.read_codes()
+        recorder.finish()
+
+
+def test_a_recording_is_served_until_ctrl_c(tmp_path):
+    recording_of(tmp_path / "run.mcap", reads=True)
+    command = [sys.executable, "-m", "hil.cli", "view", str(tmp_path / "run.mcap")]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as served:
+        said, address = served.stderr.readline().split()
+        assert said == "view"
+        assert asked(address)[0] == 200
+        served.send_signal(signal.SIGINT)
+        printed, errors = served.communicate(timeout=PATIENCE_S)
+    assert (served.returncode, printed, errors) == (0, "", "")
+
+
+def test_a_recording_without_positions_cannot_be_shown(tmp_path):
+    recording_of(tmp_path / "run.mcap", reads=False)
+    refused = run(tmp_path, "view", tmp_path / "run.mcap")
+    assert refused.returncode == 2
+    assert refused.stderr == "Error: this recording of 'policy' holds no position of the hand, so nothing to show\n"
 
 
 @pytest.mark.slow
