@@ -8,6 +8,7 @@ its shape.
 from __future__ import annotations
 
 from math import isfinite
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -22,6 +23,19 @@ from model.parameters import BuiltHandParameters
 
 TIME_RESOLUTION = 1e-9
 """Spans shorter than this are not integrated, s; a microsecond is the finest thing on the servo bus."""
+
+
+class Glimpse(NamedTuple):
+    """What a looker-on sees of the hand: the truth as the physics engine last computed it."""
+
+    time: float
+    """Simulated time, s."""
+    joints: NDArray[np.float64]
+    """Joint angles, (16,) rad, in the order of `Joint`."""
+    tensions: NDArray[np.float64]
+    """Cable tensions, (7,) N; NaN for abduction, which has no cable."""
+    loose: NDArray[np.float64]
+    """How much cable is loose, (7,) m; zero or less when taut, NaN for abduction."""
 
 
 class BuiltHandPlant:
@@ -167,6 +181,16 @@ class BuiltHandPlant:
         slack = np.zeros(SHAFTS)
         slack[list(CABLES)] = np.maximum(self.compiled.loose(self._data), 0.0)
         return slack
+
+    def glimpse(self) -> Glimpse:
+        """Return what is known without computing anything, so that another thread may look on.
+
+        Reads only: `cable_tensions` and `slack` are exact at this instant, but they write into MuJoCo's data.
+        """
+        hand, data = self.compiled, self._data
+        tensions, loose = np.full((2, SHAFTS), np.nan)
+        tensions[list(CABLES)], loose[list(CABLES)] = hand.tensions(data), hand.loose(data)
+        return Glimpse(self._time, data.qpos[hand.joint_qpos], tensions, loose)
 
     def _spec(self, hand: Side) -> mujoco.MjSpec:
         """Describe what is simulated; a plant with more around the hand adds it here."""

@@ -32,7 +32,7 @@ HIL_LAYERS = (
     {"experiments"},
     {"judging"},
     {"diagnosis"},
-    {"doctor", "validation", "report", "policies", "map_identification"},
+    {"doctor", "validation", "report", "policies", "map_identification", "view"},
     {"system_identification", "campaign"},
     {"cli", "pytest_plugin"},
 )

@@ -9,14 +9,17 @@ from pathlib import Path
 
 import click
 
+from aero.actuation import ActuationMap
 from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, emulation
+from hil.cli.viewing import viewing, with_view
 from hil.faults import Schedule, parse_fault
 from hil.faults.host import refuse_at_a_port
 from hil.targets.emulated_hand import build_emulated
+from hil.view.sources import EmulatedSource
 from model.units.naming import unit_named
 
 FAULT_HELP = "NAME[:CHANNEL][=SEVERITY][@SECONDS], may be given several times; `aero-hil faults` lists the names."
@@ -29,6 +32,7 @@ FAULT_HELP = "NAME[:CHANNEL][=SEVERITY][@SECONDS], may be given several times; `
 @click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
+@with_view
 @click.option("--parent", type=int, hidden=True, help="Stop when this process is gone.")
 def emulate(
     *,
@@ -38,6 +42,7 @@ def emulate(
     bus_port: str | None,
     state: Path | None,
     faults: tuple[str, ...],
+    view: bool,
     parent: int | None,
 ) -> None:
     """Serve an emulated hand until it is interrupted.
@@ -48,7 +53,7 @@ def emulate(
         with given():
             schedule = Schedule(map(parse_fault, faults), hand.seed)
             refuse_at_a_port(schedule.faults)
-            electronics, _ = build_emulated(
+            electronics, plant = build_emulated(
                 unit_named(hand.unit),
                 firmware=hand.firmware,
                 hand=hand.side,
@@ -59,7 +64,9 @@ def emulate(
                 schedule=schedule,
             )
             server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
-        with server, closing(electronics):
+        with server, closing(electronics), viewing(view, hand, stay=False) as audience:
+            codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
+            audience.follow(EmulatedSource(electronics, plant, codec))
             click.echo(f"ready {server.name}")
             server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
     schedule.require_all_fired()

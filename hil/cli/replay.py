@@ -11,20 +11,25 @@ from aero.channels import Channel
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, target
 from hil.cli.reading import RECORDING, read
+from hil.cli.viewing import telling, viewing, with_view
 from hil.recordings.mcap_file import write_recording
 from hil.recordings.output import prepared_file
+from hil.recordings.recorder import silent
 from hil.recordings.wire_replay import compare_replies
 from hil.recordings.wire_replay import replay as run_replay
+from hil.view.sources import source_of
 
 
 @click.command()
 @click.argument("recording", type=RECORDING)
 @target
+@with_view
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the new recording here.")
 def replay(
     *,
     recording: Path,
     hand: ChosenHand,
+    view: bool,
     out: Path | None,
 ) -> None:
     """Send the bytes of RECORDING to a hand again and compare what comes back."""
@@ -32,8 +37,9 @@ def replay(
     with given():
         if out is not None:
             prepared_file(out)
-    with hand.open() as opened, given():
-        replayed = run_replay(recorded, opened)
+    with viewing(view, hand) as audience, hand.open() as opened, given():
+        audience.follow(source_of(opened))
+        replayed = run_replay(recorded, opened, progress=telling(audience, silent))
         comparison = compare_replies(recorded, replayed)
     if out is not None:
         write_recording(replayed, out)

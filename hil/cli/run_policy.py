@@ -21,9 +21,11 @@ from aero.policy.task import ShownAction
 from aero.safety import Thresholds
 from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
+from hil.cli.viewing import telling, viewing, with_view
 from hil.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
+from hil.view.sources import source_of
 from model.units.cable_correction import correction
 from model.units.naming import unit_named
 
@@ -57,6 +59,7 @@ MOST_A = 4.5
     "--max-current", type=Finite(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
     show_default=True, help="Current of a motor at which the hand is stopped, A.",
 )  # fmt: skip
+@with_view
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
 def run_policy(
     *,
@@ -70,6 +73,7 @@ def run_policy(
     rehearse: float,
     twin: str | None,
     max_current: float,
+    view: bool,
     record: Path | None,
 ) -> None:
     """Run POLICY on a hand: slowly to its grasp, a wait for the object, the policy, slowly back.
@@ -101,27 +105,34 @@ def run_policy(
     _say_settings(console, policy, settings)
     if hand.target in ("emulated", "pty"):
         console.print("This emulated hand holds no cube; `aero-hil evaluate` runs a policy with one.", highlight=False)
-    with hand.open(guarded=True, thresholds=thresholds) as opened:
-        recorder = Recorder(opened, "policy", record)
-        name = opened.describe()
-        with Progress(console=console, transient=True) as bar:
-            task = bar.add_task(name, total=1.0)
-            try:
-                result = record_policy(
-                    opened,
-                    recorder,
-                    policy,
-                    settings,
-                    progress=lambda done, doing: bar.update(task, completed=done, description=f"{name}: {doing}"),
-                )
-            except BaseException:
-                if recorder.begun:
-                    recorder.finish(ended=False)
-                    if record:
-                        click.echo(f"recorded until then in {record}", err=True)
-                raise
-        recorder.finish(ended=result.run.ending is Ending.TIME)
-    _print(console, result, record)
+    with viewing(view, hand) as audience:
+        with hand.open(guarded=True, thresholds=thresholds) as opened:
+            audience.follow(source_of(opened))
+            recorder = Recorder(opened, "policy", record)
+            name = opened.describe()
+            with Progress(console=console, transient=True) as bar:
+                task = bar.add_task(name, total=1.0)
+                try:
+                    result = record_policy(
+                        opened,
+                        recorder,
+                        policy,
+                        settings,
+                        progress=telling(
+                            audience,
+                            lambda done, doing: bar.update(task, completed=done, description=f"{name}: {doing}"),
+                        ),
+                    )
+                except BaseException:
+                    if recorder.begun:
+                        recorder.finish(ended=False)
+                        if record:
+                            click.echo(f"recorded until then in {record}", err=True)
+                    raise
+            recorder.finish(ended=result.run.ending is Ending.TIME)
+        ended = result.run.ending
+        audience.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
+        _print(console, result, record)
     sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from hil.cli.options import ChosenHand, NewFolder, target
+from hil.cli.viewing import with_view
 
 
 class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
@@ -40,6 +41,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     "--zeros", type=click.Choice(["homed", "ideal"]), default="homed", show_default=True,
     help="Encoder zeros of an emulated hand: as homing leaves them, as on every physical hand, or of the drawing.",
 )  # fmt: skip
+@with_view
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
 @click.option(
     "--out", type=NewFolder(),
@@ -51,6 +53,7 @@ def validate(
     names: tuple[str, ...],
     baseline: Path | None,
     zeros: str,
+    view: bool,
     dry_run: bool,
     out: Path | None,
 ) -> None:
@@ -61,4 +64,4 @@ def validate(
     """
     from hil.cli.validation_run import run  # noqa: PLC0415 - help is quick
 
-    run(hand, names, baseline=baseline, homed=zeros == "homed", dry_run=dry_run, out=out)
+    run(hand, names, baseline=baseline, homed=zeros == "homed", view=view, dry_run=dry_run, out=out)

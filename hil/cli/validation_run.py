@@ -17,6 +17,7 @@ from rich.table import Table
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import Ended, Exit, ending, given
 from hil.cli.options import ChosenHand
+from hil.cli.viewing import Audience, telling, viewing
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.baseline import load
@@ -26,6 +27,7 @@ from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.page import table
 from hil.report.results import write_figures, write_results
 from hil.validation import validate as run_validation
+from hil.view.sources import source_of
 
 SHOWN = 3
 """Causes that are told."""
@@ -34,7 +36,14 @@ SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb fl
 
 
 def run(
-    hand: ChosenHand, names: Sequence[str], *, baseline: Path | None, homed: bool, dry_run: bool, out: Path | None
+    hand: ChosenHand,
+    names: Sequence[str],
+    *,
+    baseline: Path | None,
+    homed: bool,
+    view: bool,
+    dry_run: bool,
+    out: Path | None,
 ) -> None:
     """Validate the chosen hand, show the result and end the program with its exit code.
 
@@ -43,6 +52,7 @@ def run(
         names: experiments to run; the default ones when empty.
         baseline: folder of the hand's earlier figures.
         homed: whether an emulated hand is homed first.
+        view: show the hand in a web page.
         dry_run: read and show only.
         out: folder of the results; one named by the time when None.
     """
@@ -55,23 +65,36 @@ def run(
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced", highlight=False, markup=False)
-    with emptied(folder), opening as opened, Progress(*columns, console=console, transient=True) as bar:
-        if dry_run or opened.guard is not None:
-            console.print(before_moving(opened, _furthest(names or DEFAULT)))
-        if folder is None:
-            return
-        task = bar.add_task("opening", total=1.0)
-        result = run_validation(
-            opened,
-            names or DEFAULT,
-            baseline=baseline,
-            folder=folder,
-            progress=lambda done, doing: bar.update(task, completed=done, description=doing),
-            on_result=lambda so_far: write_figures(so_far, folder),
-        )
-    _print(console, result, folder)
-    write_results(result, folder)
+    with viewing(view, hand) as audience:
+        with emptied(folder), opening as opened, Progress(*columns, console=console, transient=True) as bar:
+            audience.follow(source_of(opened))
+            if dry_run or opened.guard is not None:
+                console.print(before_moving(opened, _furthest(names or DEFAULT)))
+            if folder is None:
+                return
+            task = bar.add_task("opening", total=1.0)
+
+            def kept(so_far: Validation) -> None:
+                write_figures(so_far, folder)
+                _show(so_far, audience)
+
+            result = run_validation(
+                opened,
+                names or DEFAULT,
+                baseline=baseline,
+                folder=folder,
+                progress=telling(audience, lambda done, doing: bar.update(task, completed=done, description=doing)),
+                on_result=kept,
+            )
+        _show(result, audience)
+        _print(console, result, folder)
+        write_results(result, folder)
     _end(result, folder)
+
+
+def _show(result: Validation, audience: Audience) -> None:
+    failures = failed(result.findings)
+    audience.verdicts(len(result.findings) - len(failures), [finding.sentence for finding in failures])
 
 
 def _end(result: Validation, folder: Path) -> NoReturn:

@@ -70,6 +70,7 @@ READERS = {
     "diff RECORDING WRONG": "mcap",
     "diff WRONG RECORDING": "mcap",
     "replay WRONG": "mcap",
+    "view WRONG": "mcap",
     "calibrate WRONG --out OUT.toml": "mcap",
     "calibrate --out OUT.toml WRONG": "npz",
     "run-policy WRONG": "npz",

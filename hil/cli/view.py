@@ -1,0 +1,52 @@
+"""`aero-hil view`: a recording in a web page, with a time line."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import click
+
+from hil.cli.exits import given
+from hil.cli.reading import RECORDING, read
+from hil.experiments import EXPERIMENTS
+from hil.judging.findings import failed
+from hil.recordings.recording import Header
+from hil.validation import judge_recordings
+from hil.view.frame import Heading, Note, Verdicts
+from hil.view.playback import frames
+from hil.view.web_page import Page, keep_up
+
+
+@click.command()
+@click.argument("recording", type=RECORDING)
+def view(*, recording: Path) -> None:
+    """Play RECORDING in a web page on this machine, until Ctrl-C.
+
+    The posture is what the actuation map makes of the encoders. Judged again where it is of an experiment.
+    """
+    recorded = read(recording)
+    header = recorded.header
+    with given():
+        shown = frames(recorded)
+        page = Page(Heading(_title(header), header.hand, live=False))
+    page.add(shown)
+    for event in recorded.events:
+        page.note(Note(event.t, event.text, event.severity))
+    if header.experiment in EXPERIMENTS and header.finished:
+        with given():
+            findings = judge_recordings([recorded]).findings
+        failures = failed(findings)
+        page.verdicts(Verdicts(len(findings) - len(failures), tuple(finding.sentence for finding in failures)))
+    click.echo(f"view {page.url}", err=True)
+    with suppress(KeyboardInterrupt):
+        keep_up(page, lambda: True)
+    page.close()
+
+
+def _title(header: Header) -> str:
+    individual = f" {header.hand_id}" if header.hand_id else ""
+    wrong = f", with {header.faults}" if header.faults else ""
+    when = f", {header.started[:19].replace('T', ' ')}" if header.started else ""
+    unit = f", unit {header.unit}"
+    return f"{header.experiment}: {header.hand} hand{individual}, firmware {header.firmware}{unit}{wrong}{when}"

@@ -1,0 +1,114 @@
+"""`--view`: a page that shows the hand of a command while it moves."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, Protocol
+
+import click
+
+from hil.cli.exits import Ended, Exit
+
+if TYPE_CHECKING:
+    from hil.cli.options import ChosenHand
+    from hil.view.frame import Severity
+    from hil.view.sources import Source
+
+NEEDS = "`--view` needs the extra `view`; from a checkout: pip install -e '.[view]'"
+
+
+def _installed(_context: click.Context, _option: click.Parameter, wanted: bool) -> bool:
+    """Refuse `--view` where its extra is not installed, before anything is done."""
+    if wanted and find_spec("viser") is None:
+        raise Ended(NEEDS, Exit.USAGE)
+    return wanted
+
+
+with_view = click.option(
+    "--view", is_flag=True, callback=_installed, help="Show the hand in a web page on this machine; docs/view.md."
+)
+
+
+class Audience(Protocol):
+    """Whoever looks at the hand of a command."""
+
+    def follow(self, source: Source) -> None:
+        """See this hand from now on."""
+        ...
+
+    def note(self, text: str, severity: Severity = "info") -> None:
+        """See an event."""
+        ...
+
+    def verdicts(self, passed: int, failed: Sequence[str]) -> None:
+        """See what was found so far."""
+        ...
+
+
+class Nobody:
+    """An audience that is not there."""
+
+    def follow(self, source: Source) -> None:
+        """See nothing."""
+
+    def note(self, text: str, severity: Severity = "info") -> None:
+        """See nothing."""
+
+    def verdicts(self, passed: int, failed: Sequence[str]) -> None:
+        """See nothing."""
+
+
+@contextmanager
+def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Audience]:
+    """Serve a page for the time of a command, where it is wanted, and say its address on standard error.
+
+    Put it around everything that a command does with a hand: when the page is waited for, the hand is done with.
+
+    Args:
+        wanted: whether there was `--view`.
+        hand: what the command is about.
+        stay: whether the page stays after the command: while a browser looks at it, and in a terminal until one has
+            looked at it, or Ctrl-C.
+    """
+    if not wanted:
+        yield Nobody()
+        return
+    from hil.view.feed import Feed  # noqa: PLC0415 - help is quick
+    from hil.view.frame import Heading  # noqa: PLC0415
+
+    feed = Feed(Heading(_title(hand), hand.side, live=True))
+    click.echo(f"view {feed.url}", err=True)
+    try:
+        yield feed
+    except BaseException:
+        feed.abandon()
+        raise
+    if not stay:
+        feed.abandon()
+        return
+    if in_terminal := sys.stderr.isatty():
+        click.echo("the page stays until it is closed, or Ctrl-C", err=True)
+    feed.end(stay=in_terminal)
+
+
+def telling(audience: Audience, progress: Callable[[float, str], Any]) -> Callable[[float, str], None]:
+    """Return a progress that also tells the audience of each thing that begins."""
+    present = ""
+
+    def tell(done: float, doing: str) -> None:
+        nonlocal present
+        progress(done, doing)
+        if doing != present:
+            present = doing
+            audience.note(doing)
+
+    return tell
+
+
+def _title(hand: ChosenHand) -> str:
+    if hand.target in ("emulated", "pty"):
+        return f"Emulated {hand.side} hand, firmware {hand.firmware}, unit {hand.unit}"
+    return f"{hand.side.capitalize()} hand on {hand.target}, firmware {hand.firmware}"

@@ -1,0 +1,100 @@
+"""The tables beside the drawn hand, as HTML; whatever comes from a recording is escaped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jinja2 import Environment, PackageLoader
+
+from aero.actuation import ActuationMap
+from aero.channels import Channel
+from hil.view.frame import Frame, Heading, Note, Verdicts
+from hil.view.posed_hand import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
+
+TEMPLATES = Environment(
+    loader=PackageLoader("hil.view"), autoescape=True, trim_blocks=True, lstrip_blocks=True, auto_reload=False
+)
+THUMB = {Channel.THUMB_ABDUCTION: "abduction", Channel.THUMB_CMC_FLEXION: "CMC", Channel.THUMB_FLEXOR: "flexor"}
+EXCURSION_RAD = ActuationMap().excursion_rad
+"""Ends of the bars, (7, 2) rad: the shaft angles that the joint box allows."""
+LAST_NOTES = 8
+"""Events that are shown, the newest last."""
+
+
+class Row(NamedTuple):
+    """One channel as it is shown."""
+
+    title: str
+    commanded: str
+    measured: str
+    filled: float | None
+    """Measured shaft angle as a share of the excursion, %."""
+    mark: float | None
+    """Commanded one, %."""
+    current: str
+    temperature: str
+    cable: str
+    colour: str
+    """Of the cable; empty where there is none."""
+
+
+def title(channel: Channel) -> str:
+    """Return a channel's short name."""
+    return f"Thumb {THUMB[channel]}" if channel in THUMB else channel.label.capitalize()
+
+
+def numbers(heading: Heading, frame: Frame, state: str) -> str:
+    """Return the table of all channels at one instant, with the legend of the drawn hand."""
+    legend = [(TAUT, "taut cable"), (SLACK, "slack cable"), (UNSEEN, "cable, tension not known")]
+    known = bool(np.isfinite(frame.loose).any())
+    shown = [*(legend[:2] if known else legend[2:]), (OTHER, "spring, coupling"), (COMMANDED, "commanded posture")]
+    return TEMPLATES.get_template("panel.html").render(
+        heading=heading,
+        frame=frame,
+        state=state,
+        rows=[_row(frame, channel) for channel in Channel],
+        commanded=_css(COMMANDED),
+        legend=[(_css(colour), meaning) for colour, meaning in shown],
+    )
+
+
+def found(verdicts: Verdicts | None, notes: Sequence[Note]) -> str:
+    """Return findings and the last events."""
+    return TEMPLATES.get_template("found.html").render(verdicts=verdicts, notes=notes[-LAST_NOTES:])
+
+
+def _row(frame: Frame, channel: Channel) -> Row:
+    loose, tension = float(frame.loose[channel]), float(frame.tensions[channel])
+    cable, colour = "", ""
+    if not math.isnan(loose):
+        colour = _css(cable_colour(loose))
+        cable = f"{1e3 * loose:.1f} mm" if cable_colour(loose) == SLACK else f"{tension:.1f} N"
+    return Row(
+        title(channel),
+        _number(np.rad2deg(frame.commanded[channel]), "{:.1f}°"),
+        _number(np.rad2deg(frame.measured[channel]), "{:.1f}°"),
+        _share(frame.measured[channel], channel),
+        _share(frame.commanded[channel], channel),
+        _number(frame.currents[channel], "{:.2f} A"),
+        _number(frame.temperatures[channel], "{:.0f} °C"),
+        cable,
+        colour,
+    )
+
+
+def _number(value: float, form: str) -> str:
+    return "\N{EN DASH}" if math.isnan(value) else form.format(value)
+
+
+def _share(angle: float, channel: Channel) -> float | None:
+    if math.isnan(angle):
+        return None
+    low, high = EXCURSION_RAD[channel]
+    return round(float(np.clip((angle - low) / (high - low), 0.0, 1.0)) * 100.0, 1)
+
+
+def _css(colour: Rgb) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*colour)

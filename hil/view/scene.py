@@ -1,0 +1,110 @@
+"""The drawn hand: the links of the model, its cables, and the bones of the commanded posture."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import trimesh
+import viser
+
+from aero.channels import CABLES, Joint
+from hil.view.frame import Floats
+from hil.view.posed_hand import COMMANDED, UNSEEN, PosedHand, Rgb, cable_colour
+from hil.view.shapes import mesh_of
+from model.appearance import CABLE_WIDTH
+from model.geometry import Side
+from model.skeleton import COLLISION_GROUP, GUIDE_GROUP
+
+CABLE_M = 3.0 * CABLE_WIDTH
+"""Drawn diameter of a cable, half as much again as in pictures of the model."""
+GHOST_OPACITY, PAD_OPACITY = 0.45, 0.22
+"""Of the commanded bones, and of pads, through which the cables have to be seen."""
+GHOST_THICKNESS = 0.8
+"""Of a commanded bone, which so vanishes in the bone that is where it should be."""
+STILL = 1e-6
+"""Motion (m, quaternion) that is not worth sending."""
+CAMERA = {"position": (0.05, -0.24, 0.40), "look_at": (0.088, -0.018, 0.0), "up": (1.0, 0.0, 0.0)}
+"""Over the palm of a right hand from its thumb's side, fingers up; m."""
+FIELD_OF_VIEW_RAD = 0.62
+
+
+class DrawnHand:
+    """A hand on the page, with the bones of the commanded posture in it."""
+
+    def __init__(self, server: viser.ViserServer, side: Side) -> None:
+        self._server = server
+        self._shown, self._wanted = PosedHand(side), PosedHand(side)
+        self._shown.pose(np.zeros(len(Joint)))
+        server.scene.set_up_direction(CAMERA["up"])
+        mirror = 1.0 if side == "right" else -1.0
+        for name in ("position", "look_at"):
+            x, y, z = CAMERA[name]
+            setattr(server.initial_camera, name, (x, mirror * y, z))
+        server.initial_camera.up, server.initial_camera.fov = CAMERA["up"], FIELD_OF_VIEW_RAD
+        self._links = _draw_links(server, self._shown.model)
+        self._ghost = _draw_bones(server, self._wanted.model)
+        points, colours = self._shown.paths(dict.fromkeys(CABLES, UNSEEN))
+        self._cables = server.scene.add_line_segments("/cables", points, colours, thickness=CABLE_M)
+        self.shows_commanded = True
+
+    def pose(self, joints: Floats, commanded: Floats, loose: Floats) -> None:
+        """Show a posture, (16,) rad, the commanded one, (16,) rad or NaN, and the cables, (7,) m loose or NaN."""
+        self._shown.pose(joints)
+        points, colours = self._shown.paths({channel: cable_colour(loose[channel]) for channel in CABLES})
+        known = bool(np.isfinite(commanded).all())
+        if known:
+            self._wanted.pose(commanded)
+        with self._server.atomic():
+            _place(self._links, self._shown.data)
+            if known:
+                _place(self._ghost, self._wanted.data)
+            for bone in self._ghost.values():
+                bone.visible = known and self.shows_commanded
+            self._cables.points, self._cables.colors = points, colours
+
+
+def _place(links: dict[int, viser.FrameHandle], data: mujoco.MjData) -> None:
+    for body, handle in links.items():
+        place, turn = data.xpos[body], data.xquat[body]
+        if np.abs(handle.position - place).max() > STILL:
+            handle.position = place
+        if np.abs(handle.wxyz - turn).max() > STILL:
+            handle.wxyz = turn
+
+
+def _draw_links(server: viser.ViserServer, model: mujoco.MjModel) -> dict[int, viser.FrameHandle]:
+    hidden = (COLLISION_GROUP, GUIDE_GROUP)
+    return _draw(server, model, "hand", [i for i in range(model.ngeom) if model.geom_group[i] not in hidden])
+
+
+def _draw_bones(server: viser.ViserServer, model: mujoco.MjModel) -> dict[int, viser.FrameHandle]:
+    capsules = [i for i in range(model.ngeom) if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_CAPSULE]
+    return _draw(server, model, "commanded", capsules, COMMANDED)
+
+
+def _draw(
+    server: viser.ViserServer, model: mujoco.MjModel, root: str, geoms: list[int], colour: Rgb | None = None
+) -> dict[int, viser.FrameHandle]:
+    """Draw geoms below one frame a body; those of one body and colour are one mesh. Returns the frames by body."""
+    frames: dict[int, viser.FrameHandle] = {}
+    looks: dict[tuple[int, tuple[float, ...]], list[trimesh.Trimesh]] = {}
+    for geom in geoms:
+        look = int(model.geom_bodyid[geom]), tuple(model.geom_rgba[geom].tolist())
+        looks.setdefault(look, []).append(mesh_of(model, geom, thickness=GHOST_THICKNESS if colour else 1.0))
+    for number, ((body, rgba), meshes) in enumerate(looks.items()):
+        path = f"/{root}/{model.body(body).name}"
+        if body not in frames:
+            frames[body] = server.scene.add_frame(path, show_axes=False)
+        whole = trimesh.util.concatenate(meshes)
+        assert isinstance(whole, trimesh.Trimesh)
+        red, green, blue, opacity = rgba
+        server.scene.add_mesh_simple(
+            f"{path}/{number}",
+            whole.vertices,
+            whole.faces,
+            color=colour or (round(red * 255), round(green * 255), round(blue * 255)),
+            opacity=GHOST_OPACITY if colour else None if opacity == 1.0 else PAD_OPACITY,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+    return frames

@@ -1,0 +1,144 @@
+"""Where the page's frames come from: the truth behind an emulated hand, or the bytes that cross the link to any hand.
+
+A source is looked at from a thread of its own while the hand is driven. It reads and never asks: no byte, no step of
+the physics and no turn of the clock is there because somebody looks.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from aero.actuation import ActuationMap
+from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from aero.driver import CURRENT_A_PER_UNIT
+from aero.protocol import FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
+from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.servo import control
+from firmware_emulator.servo.parameters import CURRENT_UNIT_MA
+from hil.targets.target import Target
+from hil.targets.wire_log import WireRecord
+from hil.view.frame import Floats, Frame, unknown
+from model import BuiltHandPlant
+
+
+class Source(Protocol):
+    """Something that can be looked at."""
+
+    def frame(self) -> Frame | None:
+        """Return the present instant, None while nothing is known."""
+        ...
+
+
+class EmulatedSource:
+    """An emulated hand in this process: true posture and cables, and what the servos' registers say."""
+
+    def __init__(self, electronics: EmulatedHand, plant: BuiltHandPlant, codec: ActuationMap) -> None:
+        self._servos = electronics.servos
+        self._plant = plant
+        self._codec = codec
+
+    def frame(self) -> Frame:
+        """Return the present instant."""
+        seen = self._plant.glimpse()
+        commanded, measured, currents, temperatures = (unknown() for _ in range(4))
+        for servo, shaft in zip(self._servos, (SHAFT_OF_SERVO[i] for i in range(len(self._servos))), strict=True):
+            registers, angle = servo.memory, servo.frame.angle
+            if registers.get("torque_enable") == control.ON and registers.get("mode") == control.POSITION:
+                commanded[shaft] = angle(registers.get("goal_position"))
+            measured[shaft] = angle(registers.get("present_position"))
+            currents[shaft] = abs(registers.get("present_current")) * CURRENT_UNIT_MA / 1000.0
+            temperatures[shaft] = registers.get("present_temperature")
+        return Frame(
+            seen.time,
+            seen.joints,
+            _within_stops(seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured)),
+            commanded,
+            measured,
+            currents,
+            temperatures,
+            seen.tensions,
+            seen.loose,
+        )
+
+
+class WireSource:
+    """Any hand, by the frames on its link: what it was last asked for and what it last said."""
+
+    def __init__(self, codec: ActuationMap) -> None:
+        self._codec = codec
+        self._reply = bytearray()
+        self._last: dict[int, WireRecord] = {}
+        """The last frame of each kind, by its opcode."""
+
+    def take(self, record: WireRecord) -> None:
+        """Look at bytes that cross the link, in their order; called by whoever drives the hand."""
+        if record.direction == "to_hand":
+            self._reply.clear()
+            if record.data and record.data[0] in (Opcode.CTRL_POS, Opcode.CTRL_TOR):
+                self._keep(record)
+            return
+        self._reply += record.data
+        if len(self._reply) >= FRAME_SIZE:
+            self._keep(record._replace(data=bytes(self._reply)))
+            self._reply.clear()
+
+    def frame(self) -> Frame | None:
+        """Return the present instant; the posture is what the actuation map makes of the encoders."""
+        last = dict(self._last)
+        if Opcode.GET_POS not in last:
+            return None
+        position = last[Opcode.GET_POS]
+        angles = self._angles(position)
+        pulled = last.get(Opcode.CTRL_TOR)
+        commanded = unknown()
+        if (asked := last.get(Opcode.CTRL_POS)) is not None and (pulled is None or pulled.t < asked.t):
+            commanded = self._angles(asked)
+        return Frame(
+            max(record.t for record in last.values()),
+            _within_stops(_posture(self._codec, angles)),
+            _within_stops(_posture(self._codec, commanded)),
+            commanded,
+            angles,
+            _words(last.get(Opcode.GET_CURR), signed=True) * CURRENT_A_PER_UNIT,
+            _words(last.get(Opcode.GET_TEMP), signed=False),
+        )
+
+    def _keep(self, record: WireRecord) -> None:
+        if len(record.data) == FRAME_SIZE:
+            self._last[record.data[0]] = record
+
+    def _angles(self, record: WireRecord) -> Floats:
+        return np.asarray(self._codec.angles_from_codes(unsigned_values(parse_reply(record.data))), float)
+
+
+def source_of(target: Target) -> Source:
+    """Return what can be seen of a target; of one behind a port, from now on."""
+    if {"electronics", "ground_truth"} <= target.capabilities.keys():
+        return EmulatedSource(target.capability("electronics"), target.capability("ground_truth"), target.map)
+    source = WireSource(target.map)
+    target.wire.listeners.append(source.take)
+    return source
+
+
+def _posture(codec: ActuationMap, angles: Floats) -> Floats:
+    """Return the joints, (16,) rad, that the map gives shaft angles (7,); unknown when one of them is."""
+    if not np.isfinite(angles).all():
+        return unknown(len(Joint))
+    joints: Floats = codec.joints_from_compact(codec.compact_from_travel(codec.travel_from_angles(angles)))
+    return joints
+
+
+def _within_stops(joints: Floats) -> Floats:
+    """Return joints, (16,) rad, no further than they go; a shaft may go on, and its cable is then loose."""
+    return np.clip(joints, *JOINT_BOX_RAD.T)
+
+
+def _words(record: WireRecord | None, *, signed: bool) -> Floats:
+    if record is None:
+        return unknown(len(Channel))
+    reply = parse_reply(record.data)
+    words: Floats = np.abs((signed_values if signed else unsigned_values)(reply).astype(float))
+    return words

@@ -1,0 +1,254 @@
+"""The page: who gets it, what it says, and that the hand's program never depends on it."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+import viser
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from aero.channels import CABLES, Channel, Joint
+from hil import open_target
+from hil.recordings.mcap_file import read_recording
+from hil.recordings.recorder import Recorder
+from hil.view.feed import Feed
+from hil.view.frame import Frame, Heading, Note, Verdicts
+from hil.view.panel import found, numbers
+from hil.view.posed_hand import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedHand, cable_colour
+from hil.view.sources import source_of
+from hil.view.web_page import Page
+
+PATIENCE_S = 60.0
+
+
+def heading(live=True):
+    return Heading("A hand", "right", live=live)
+
+
+def asked(url, path=""):
+    """The status and the content that a browser gets."""
+    try:
+        with urllib.request.urlopen(url + path, timeout=PATIENCE_S) as answer:
+            return answer.status, answer.read()
+    except urllib.error.HTTPError as refused:
+        return refused.code, refused.read()
+
+
+@pytest.fixture(scope="module")
+def page():
+    served = Page(heading())
+    yield served
+    served.close()
+
+
+def test_only_who_knows_the_token_gets_the_page(page):
+    status, content = asked(page.url)
+    assert status == 200
+    assert len(content) > 100_000
+    origin, token = page.url.rsplit("/", 1)
+    assert len(token) >= 20
+    for path in (
+        "",
+        "/",
+        "/index.html",
+        f"/{token[:-1]}",
+        f"/x{token}",
+        f"/{token}x/",
+        f"/?token={token}",
+        f"//{token}",
+    ):
+        status, content = asked(origin, path)
+        assert status == 403, path
+        assert len(content) < 100
+    assert asked(page.url, "/../../../etc/passwd")[0] == 404
+
+
+def test_only_who_knows_the_token_gets_a_socket(page):
+    address, protocol = page.url.replace("http:", "ws:"), f"viser-v{viser.__version__}"
+    with connect(address, subprotocols=[protocol], max_size=None) as socket:
+        assert len(socket.recv(PATIENCE_S)) > 16
+    with pytest.raises(InvalidStatus, match="403"):
+        connect(address.rsplit("/", 1)[0], subprotocols=[protocol])
+
+
+def test_the_page_is_served_on_the_loopback_address_alone(page):
+    port = int(re.search(r":(\d+)/", page.url).group(1))
+    lines = [line.split() for name in ("tcp", "tcp6") for line in Path("/proc/net", name).read_text().splitlines()]
+    listening = [line[1] for line in lines if line[3] == "0A"]
+    assert [one for one in listening if one.endswith(f":{port:04X}")] == [f"0100007F:{port:04X}"]
+
+
+def test_what_comes_from_a_recording_is_text_and_no_markup():
+    told = found(Verdicts(3, ("<script>x</script>",)), [Note(1.0, "<img src=x>", "error")])
+    assert "<script" not in told
+    assert "&lt;script&gt;" in told
+    assert "<img" not in told
+    assert "&lt;b&gt;" in numbers(Heading("<b>", "right", live=False), Frame(0.0, np.zeros(16)), "")
+
+
+def test_the_table_says_what_is_known_and_nothing_else():
+    frame = Frame(2.5, np.zeros(16), measured=np.deg2rad([90.0] * 7), currents=np.full(7, 1.25))
+    table = numbers(heading(), frame, "live")
+    assert "2.50 s" in table
+    assert table.count("90.0°") == table.count("1.25 A") == 7
+    assert table.count("\N{EN DASH}") == 14  # nothing commanded, no temperature
+    assert "tension not known" in table
+    assert "slack cable" not in table
+
+
+@pytest.mark.parametrize(
+    ("loose", "colour"),
+    [(np.nan, UNSEEN), (-1e-4, TAUT), (0.0, TAUT), (0.9 * JUST_LOOSE_M, TAUT), (1.1 * JUST_LOOSE_M, SLACK)],
+)
+def test_the_colour_of_a_cable_says_whether_it_is_slack(loose, colour):
+    assert cable_colour(loose) == colour
+    assert len({TAUT, SLACK, UNSEEN, OTHER}) == 4
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_the_cables_run_from_the_palm_to_the_last_links_in_every_posture(side):
+    hand = PosedHand(side)
+    colours = {channel: (0, 0, 100 + 20 * channel) for channel in CABLES}
+    lengths = []
+    for angle in (0.0, 0.7):
+        hand.pose(np.full(len(Joint), angle))
+        points, painted = hand.paths(colours)
+        assert np.isfinite(points).all()
+        pieces = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+        kinds = {tuple(colour) for colour in painted[pieces > 0, 0]}
+        assert len(kinds) == 1 + len(CABLES)
+        blue = painted[:, 0, 2]
+        lengths.append(pieces[blue == blue[pieces > 0][0]].sum())
+        assert points.shape == (len(pieces), 2, 3)
+    assert 0.02 < lengths[1] < lengths[0] < 0.2
+
+
+def test_a_hand_is_driven_to_the_same_bytes_with_and_without_a_page():
+    def moved(feed):
+        with open_target(seed=5) as target:
+            if feed is not None:
+                feed.follow(source_of(target))
+            for code in (0, 30_000, 60_000, 0):
+                target.hand.command_codes([code] * len(Channel))
+                target.clock.sleep_until(target.clock.now() + 1.0)
+                target.hand.read_codes()
+            return target.wire.since(0, 0.0)
+
+    feed = Feed(heading())
+    seen = moved(feed)
+    feed.note("done")
+    feed.verdicts(1, ["one sentence"])
+    feed.end(stay=False)
+    assert seen == moved(None)
+
+
+def test_without_a_browser_the_end_waits_for_nobody():
+    feed = Feed(heading())
+    assert asked(feed.url)[0] == 200
+    feed.end(stay=False)
+    with pytest.raises(OSError, match=r"refused|reset"):
+        asked(feed.url)
+
+
+def test_a_page_that_dies_is_said_once_and_the_hand_goes_on(capfd):
+    with open_target() as target:
+        feed = Feed(heading())
+        feed._process.kill()
+        feed._process.wait()
+        feed.follow(source_of(target))
+        for _ in range(3):
+            target.clock.sleep_until(target.clock.now() + 0.5)
+            feed.note("still there")
+            feed._thread.join(0.2)
+        assert not feed._thread.is_alive()
+        assert target.hand.read_codes().shape == (7,)
+        feed.end(stay=True)
+    assert capfd.readouterr().err.count("the page's process has ended; the hand goes on") == 1
+
+
+def test_a_stopped_page_keeps_nobody_waiting():
+    """Its pipe fills up, and the thread that writes into it stands still; the hand's program does not."""
+    with open_target() as target:
+        feed = Feed(heading())
+        os.kill(feed._process.pid, signal.SIGSTOP)
+        try:
+            feed.follow(source_of(target))
+            for _ in range(20_000):
+                feed.note("more than a pipe holds, more than a pipe holds")
+            feed._thread.join(0.5)
+            target.clock.sleep_until(target.clock.now() + 1.0)
+            assert target.hand.read_codes().shape == (7,)
+        finally:
+            os.kill(feed._process.pid, signal.SIGCONT)
+        feed.abandon()
+
+
+def run(folder, *arguments):
+    command = [sys.executable, "-m", "hil.cli", *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+
+
+def recording_of(path, *, reads):
+    with open_target() as target:
+        recorder = Recorder(target, "policy", path)
+        recorder.begin()
+        for _ in range(20):
+            target.hand.command_codes([9000] * len(Channel))
+            target.clock.sleep_until(target.clock.now() + 0.05)
+            if reads:
+                target.hand.read_codes()
+        recorder.finish()
+
+
+def test_a_recording_is_served_until_ctrl_c(tmp_path):
+    recording_of(tmp_path / "run.mcap", reads=True)
+    command = [sys.executable, "-m", "hil.cli", "view", str(tmp_path / "run.mcap")]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as served:
+        said, address = served.stderr.readline().split()
+        assert said == "view"
+        assert asked(address)[0] == 200
+        served.send_signal(signal.SIGINT)
+        printed, errors = served.communicate(timeout=PATIENCE_S)
+    assert (served.returncode, printed, errors) == (0, "", "")
+
+
+def test_a_recording_without_positions_cannot_be_shown(tmp_path):
+    recording_of(tmp_path / "run.mcap", reads=False)
+    refused = run(tmp_path, "view", tmp_path / "run.mcap")
+    assert refused.returncode == 2
+    assert refused.stderr == "Error: this recording of 'policy' holds no position of the hand, so nothing to show\n"
+
+
+@pytest.mark.slow
+def test_a_validation_leaves_the_same_recording_with_and_without_view(tmp_path):
+    only = ("--only", "presence", "--only", "response")
+    plain = run(tmp_path, "validate", *only, "--out", tmp_path / "plain")
+    viewed = run(tmp_path, "validate", *only, "--out", tmp_path / "viewed", "--view")
+    assert plain.returncode == viewed.returncode == 0, plain.stderr + viewed.stderr
+    assert re.fullmatch(r"view http://127\.0\.0\.1:\d+/[\w-]{20,}\n", viewed.stderr), viewed.stderr
+    assert "view" not in plain.stderr
+    for name in ("session", "response"):
+        one, other = (read_recording(tmp_path / folder / f"{name}.mcap") for folder in ("plain", "viewed"))
+        assert one.wire == other.wire
+        assert one.series == other.series
+        assert one.events == other.events
+        assert len(one.wire) > 100
+
+
+def test_without_the_extra_one_line_names_it(tmp_path):
+    for command in (("emulate", "--view"), ("run-policy", "--view"), ("validate", "--view", "--out", "x")):
+        program = f"import sys; sys.modules['viser'] = None; from hil.cli import main; main({command!r})"
+        refused = subprocess.run(
+            [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+        )
+        assert refused.returncode == 2
+        assert refused.stderr == "Error: `--view` needs the extra `view`; from a checkout: pip install -e '.[view]'\n"
+        assert not (tmp_path / "x").exists()
