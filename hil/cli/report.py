@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -21,8 +22,14 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
     """Judge RECORDINGS again and write the report; exits as `validate` does."""
     with given():
         prepared_file(out)
-        judged = judge_recordings([read(path) for path in recordings])
-        page = render_report(judged)
+        made = {path: read(path) for path in recordings}
+        judged = judge_recordings(list(made.values()))
+        # Both as they are on this disk: a relative path through a link would lead elsewhere.
+        folder = out.parent.resolve()
+        files = {
+            r.header.experiment: Path(os.path.relpath(path.resolve(), folder)).as_posix() for path, r in made.items()
+        }
+        page = render_report(judged, files)
     write_whole(out, page)
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(0 if judged.passed else 1)

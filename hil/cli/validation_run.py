@@ -24,7 +24,7 @@ from hil.judging.baseline import load
 from hil.judging.findings import failed
 from hil.judging.judged_run import Validation
 from hil.recordings.output import emptied, prepared_folder, run_folder
-from hil.report.page import table
+from hil.report.beside_paper import table
 from hil.report.results import write_figures, write_results
 from hil.validation import validate as run_validation
 from hil.view.sources import source_of

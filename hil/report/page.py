@@ -2,67 +2,68 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, Literal
+from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aero.channels import Channel
 from hil.diagnosis.sight import load_sight
-from hil.experiments import EXPERIMENTS
+from hil.experiments import EXPERIMENTS, WHOLE_RUN
+from hil.experiments.shared.subjects import CHANNELS, SUBJECTS
 from hil.experiments.staircase.residual_sources import residual_sources
-from hil.experiments.staircase.tracking import ChannelMetrics, staircase_metrics
+from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.findings import Finding, failed
-from hil.judging.judged_run import Validation
-from hil.judging.paper_figures import PAPER, PAPER_TEXT, PaperFigure
-from hil.recordings.recording import Recording
-from hil.report.plots import as_svg, draw_series, figures_of, title
+from hil.judging.judged_run import Result, Validation
+from hil.report.beside_paper import notes, table, text_rows
+from hil.report.evidence import Evidence, by_finding
+from hil.report.figures import Drawn, figures_of, traces_of
+from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
+from hil.report.lanes import Mark
+from hil.report.plots import title
+
+Verdict = Literal["pass", "fail", "broken"]
+ALWAYS_OPEN = "staircase"
+"""The experiment whose figure is the paper's; the others are folded when nothing failed."""
 
 
 @dataclass(frozen=True)
-class Cell:
-    """A measured number beside the paper's, both as text."""
+class Section:
+    """One experiment of the page."""
 
     name: str
-    short: str
-    """Name for a narrow column."""
-    ours: str
-    paper: str
-    limit: str
-
-
-@dataclass(frozen=True)
-class Row:
-    """One channel's line of the table."""
-
     title: str
-    unit: str
-    cells: tuple[Cell, ...]
-
-
-def table(metrics: Mapping[Channel, ChannelMetrics], findings: Iterable[Finding] = ()) -> tuple[Row, ...]:
-    """Return the validation table, one row a channel, each number beside the paper's and its limit."""
-    limits = limits_of(findings)
-    return tuple(_row(channel, row, limits) for channel, row in metrics.items())
+    result: Result
+    failed: int
+    figures: list[Drawn]
+    opened: bool
+    """Whether it is unfolded."""
 
 
 @dataclass(frozen=True)
-class TextRow:
-    """A number of the paper's text beside ours."""
+class Shown:
+    """One failed finding of the page."""
 
-    name: str
-    paper: str
-    model: str
-    ours: str
-    limit: str
-    note: str
+    anchor: str
+    finding: Finding
+    worth: str
+    """What its check is worth; empty when no campaign tried it."""
+    evidence: Evidence | None
+    target: str
+    """What the link to its figure points at; empty when nothing shows it."""
+    experiment: str
+    """Whose recording holds it; empty when it is about the run."""
 
 
-def render_report(validation: Validation) -> str:
+def render_report(validation: Validation, files: Mapping[str, str] | None = None) -> str:
     """Return the page for a run of experiments; it loads nothing from anywhere.
+
+    Args:
+        validation: the run.
+        files: name of an experiment, or `session`, to the path of its recording, relative to the page; without one
+            the page does not link to it.
 
     Raises:
         ValueError: nothing was recorded, so there is nothing to report on.
@@ -77,30 +78,79 @@ def render_report(validation: Validation) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    seen = by_finding(validation.judged)
+    sections = _sections(validation, seen)
+    shown = _shown(validation, seen, sections)
+    header = recordings[0].header
+    finished = not validation.broken_off and validation.stopped is None
     return environment.get_template("report.html.j2").render(
-        header=recordings[0].header,
+        header=header,
         validation=validation,
-        failures=failed(validation.findings),
-        sight=_sight(validation),
+        verdict=_verdict(validation),
+        outline=outline(header.hand),
+        channels=verdicts(validation.findings, finished=finished),
+        thumb_heights=thumb_heights(header.hand),
+        marks=MARKS,
+        words=WORDS,
+        states=_states(validation, finished=finished),
+        first_finding={item.finding.subject: item.anchor for item in reversed(shown)},
+        shown=shown,
+        sections=sections,
         staircase=_staircase(validation),
-        text_rows=[_text_row(figure, validation) for figure in PAPER_TEXT if _shown(figure, validation)],
-        figures=_figures(validation),
-        broken_off=[(recording.header, _traces(recording)) for recording in validation.broken_off],
-        ran={name: EXPERIMENTS[name].title for name in validation.results},
+        text_rows=text_rows(validation),
+        broken_off=[(recording.header, traces_of(recording)) for recording in validation.broken_off],
         events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
-        subjects=(*(channel.label for channel in Channel), "hand"),
+        files={name: quote(path) for name, path in (files or {}).items()},
+        session=WHOLE_RUN.name,
+        subjects=SUBJECTS,
+        title=title,
     )
 
 
-def _sight(validation: Validation) -> dict[str, str]:
-    """Return, by the sentence of a failed finding, what its check is worth; nothing for one that no campaign tried."""
+def _verdict(validation: Validation) -> Verdict:
+    if validation.broken_off:
+        return "broken"
+    return "pass" if validation.passed else "fail"
+
+
+def _states(validation: Validation, *, finished: bool) -> list[State]:
+    """Return the verdicts that the picture of this run has, for its legend."""
+    found = {verdict.state for verdict in verdicts(validation.findings, finished=finished).values()}
+    return [state for state in WORDS if state in found]
+
+
+def _sections(validation: Validation, seen: Mapping[Finding, Evidence]) -> list[Section]:
+    found = []
+    for name, result in validation.results.items():
+        bad = failed(result.findings)
+        figures = figures_of(name, result.recording, _marks(bad, seen)) if result.measured else []
+        opened = bool(bad) or name == ALWAYS_OPEN
+        found.append(Section(name, EXPERIMENTS[name].title, result, len(bad), figures, opened))
+    return found
+
+
+def _marks(findings: Iterable[Finding], seen: Mapping[Finding, Evidence]) -> list[tuple[str, Mark]]:
+    """Return what to mark in which figure: what shows a finding about one channel."""
+    return [
+        (seen[finding].figure, Mark(Channel(CHANNELS.index(finding.subject)), seen[finding].start, seen[finding].end))
+        for finding in findings
+        if finding in seen and finding.subject in CHANNELS
+    ]
+
+
+def _shown(validation: Validation, seen: Mapping[Finding, Evidence], sections: Iterable[Section]) -> list[Shown]:
+    """Return the failed findings, each with where it can be seen: its figure, else its experiment."""
+    figures = {figure.name for section in sections for figure in section.figures}
     known = load_sight()
-    return {
-        finding.sentence: known[f"{name}/{finding.check}"].sentence
-        for name, result in validation.judged.items()
-        for finding in failed(result.findings)
-        if f"{name}/{finding.check}" in known
-    }
+    owner = {finding: name for name, result in validation.judged.items() for finding in failed(result.findings)}
+
+    def shown(number: int, finding: Finding) -> Shown:
+        where, name = seen.get(finding), owner.get(finding, "")
+        sight = known.get(f"{name}/{finding.check}")
+        target = "" if where is None else where.figure if where.figure in figures else f"run-{name}"
+        return Shown(f"finding-{number}", finding, sight.sentence if sight else "", where, target, name)
+
+    return [shown(number, finding) for number, finding in enumerate(failed(validation.findings), start=1)]
 
 
 def _staircase(validation: Validation) -> dict[str, Any] | None:
@@ -110,75 +160,10 @@ def _staircase(validation: Validation) -> dict[str, Any] | None:
         return None
     recording = result.recording
     metrics, attributions = staircase_metrics(recording), residual_sources(recording)
+    rows = table(metrics, result.findings)
     return {
-        "rows": table(metrics, result.findings),
+        "rows": rows,
+        "notes": (found := notes(rows)),
+        "number": {note.reason: note.number for note in found},
         "causes": [(title(channel), row, attributions[channel]) for channel, row in metrics.items()],
     }
-
-
-def _figures(validation: Validation) -> dict[str, dict[str, str]]:
-    """Return the page's figures: experiment to panel to SVG."""
-    drawn = {name: figures_of(name, result.recording) for name, result in validation.results.items() if result.measured}
-    return {name: {panel: as_svg(draw) for panel, draw in draws.items()} for name, draws in drawn.items() if draws}
-
-
-def _traces(recording: Recording) -> dict[str, str]:
-    """Return a figure of every series that an experiment left before it was broken off: name to SVG."""
-    return {
-        name: as_svg(partial(draw_series, recording=recording, name=name, unit=series.units[0]))
-        for name, series in recording.series.items()
-    }
-
-
-def _shown(figure: PaperFigure, validation: Validation) -> bool:
-    """Whether there is a number, or a reason why there is none, to show beside the paper's."""
-    return not figure.experiment or validation.measured(figure.experiment) is not None
-
-
-def _text_row(figure: PaperFigure, validation: Validation) -> TextRow:
-    if not figure.experiment:
-        return TextRow(figure.name, figure.paper, "", "not measured", "", figure.note)
-    result = validation.results[figure.experiment]
-    ours = f"{result.measured[figure.subject][figure.metric]:.4g} {figure.unit}"
-    model, staircase = "", validation.measured("staircase")
-    if figure.model and staircase is not None:
-        model = f"{staircase.measured[figure.subject][figure.model]:.4g} {figure.unit}"
-    limits = limits_of(result.findings).get((figure.metric, figure.subject), "none")
-    return TextRow(figure.name, figure.paper, model, ours, limits, figure.note)
-
-
-def limits_of(findings: Iterable[Finding]) -> dict[tuple[str, str], str]:
-    """Return the limit of each check and subject, as people read it."""
-    return {(finding.check, finding.subject): finding.expected for finding in findings}
-
-
-def _row(channel: Channel, row: ChannelMetrics, limits: Mapping[tuple[str, str], str]) -> Row:
-    paper = PAPER[channel]
-    cells = (
-        ("Excursion, simulator", "model\nspan", "excursion_model", 2, None),
-        ("Excursion, hand", "hand\nspan", "excursion_hand", 2, paper.excursion_hand),
-        ("Tracking RMS", "RMS", "tracking_rms", 2, paper.tracking_rms),
-        ("Rise, simulator, ms", "model\nrise", "rise_model_ms", 0, paper.rise_model_ms),
-        ("Rise, hand, ms", "hand\nrise", "rise_hand_ms", 0, paper.rise_hand_ms),
-        ("Overshoot, hand, %", "over\n%", "overshoot_hand_percent", 1, 0.0),
-        ("Settled samples", "settled", "settled_samples", 0, None),
-        ("Matched steps", "steps", "matched_steps", 0, None),
-    )
-    return Row(
-        title(channel),
-        row.unit,
-        tuple(
-            Cell(
-                name,
-                short,
-                _number(getattr(row, metric), digits),
-                "" if published is None else _number(published, digits),
-                limits.get((metric, channel.label), ""),
-            )
-            for name, short, metric, digits, published in cells
-        ),
-    )
-
-
-def _number(value: float, digits: int) -> str:
-    return "none" if math.isnan(value) else f"{value:.{digits}f}"

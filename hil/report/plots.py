@@ -30,8 +30,8 @@ COMMAND, MODEL, HAND, RESIDUAL = "#777777", "#c0392b", "#1f4e9c", "#2b2b2b"
 RESOLVED = (Channel.INDEX, Channel.THUMB_CMC_FLEXION)
 """Channels of which one step is drawn resolved: a finger and a thumb channel."""
 THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
-LINE_STYLES = ("-", "--", "-.", ":")
-CHANNEL_COLOURS = ("#1f4e9c", "#c0392b", "#2e7d32", "#8e5a00", "#6a3d9a", "#00838f", "#444444")
+THUMB_STYLES = ((MODEL, "-"), (HAND, "--"), (RESIDUAL, "-."))
+"""Colour and line of each."""
 STYLE: Any = {  # matplotlib types the keys as one literal each
     "font.size": 9,
     "axes.spines.top": False,
@@ -123,65 +123,14 @@ def panels(recording: Recording) -> dict[str, Draw]:
     return found | {f"step_{channel.label}": step(channel) for channel in RESOLVED}
 
 
-def draw_series(axes: Axes, recording: Recording, name: str, unit: str) -> None:
-    """Draw all seven channels of one series against time, told apart by line style and marker as well as colour."""
-    series = recording[name]
-    for i, channel in enumerate(Channel):
-        axes.plot(
-            series.times,
-            series.values[:, channel],
-            LINE_STYLES[i % len(LINE_STYLES)],
-            color=CHANNEL_COLOURS[i],
-            label=title(channel),
-            drawstyle="steps-post",
-        )
-    axes.set_xlabel("time, s")
-    axes.set_ylabel(unit)
-    axes.legend(fontsize=7, ncols=2, framealpha=0.8)
-
-
 def draw_thumb(axes: Axes, recording: Recording) -> None:
     """Draw the thumb's three encoders over the coupling sweep."""
     codes = recording["codes"]
-    for channel, style in zip(THUMB, LINE_STYLES, strict=False):
-        axes.plot(codes.times, 100.0 * codes.values[:, channel] / MAX_CODE, style, color=CHANNEL_COLOURS[channel])
-    axes.set_title("Thumb coupling: CMC flexion closed at three abductions", loc="left", fontsize=10)
-    axes.legend([title(channel) for channel in THUMB], fontsize=7)
+    for channel, (colour, style) in zip(THUMB, THUMB_STYLES, strict=True):
+        axes.plot(codes.times, 100.0 * codes.values[:, channel] / MAX_CODE, style, color=colour)
+    axes.legend([title(channel) for channel in THUMB], fontsize=7, framealpha=0.0)
     axes.set_xlabel("time, s")
     axes.set_ylabel("encoder, % of window")
-
-
-def figures_of(experiment: str, recording: Recording) -> dict[str, Draw]:
-    """Return the panels that belong in the report of an experiment, none when it has no figure."""
-    return FIGURES[experiment](recording) if experiment in FIGURES else {}
-
-
-def thumb_coupling(recording: Recording) -> dict[str, Draw]:
-    """Return the panel of the thumb coupling."""
-    return {"thumb": lambda axes: draw_thumb(axes, recording)}
-
-
-def loads(recording: Recording) -> dict[str, Draw]:
-    """Return the panels of what all channels draw, and of how warm they are."""
-    name = recording.header.experiment
-    return {
-        f"{name}_currents": lambda axes: _titled(axes, recording, "currents", "A", f"Currents, {name}"),
-        f"{name}_temperatures": lambda axes: _titled(axes, recording, "temperatures", "°C", f"Temperatures, {name}"),
-    }
-
-
-FIGURES: dict[str, Callable[[Recording], dict[str, Draw]]] = {
-    "staircase": panels,
-    "coupling": thumb_coupling,
-    "excursion": loads,
-    "holding": loads,
-}
-"""Experiment to its panels in the report."""
-
-
-def _titled(axes: Axes, recording: Recording, name: str, unit: str, text: str) -> None:
-    draw_series(axes, recording, name, unit)
-    axes.set_title(text, loc="left", fontsize=10)
 
 
 def as_svg(draw: Draw, *, width_inches: float = 4.6, height_inches: float = 2.9) -> str:

@@ -49,7 +49,9 @@ def write_results(validation: Validation, out: Path) -> None:
     write_figures(validation, out)
     if validation.measured(STAIRCASE.name) is not None:
         validation_figure(validation.results[STAIRCASE.name].recording).savefig(out / "validation.svg")
-    write_whole(out / "report.html", render_report(validation))
+    names = [*validation.judged, *(cut.header.experiment for cut in validation.broken_off)]
+    files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
+    write_whole(out / "report.html", render_report(validation, files))
 
 
 def metrics_json(validation: Validation) -> dict[str, object]:

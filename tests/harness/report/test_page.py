@@ -1,17 +1,22 @@
 """The report says the verdict first, shows every number, and loads nothing."""
 
+import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
-from synthetic import staircase
+from synthetic import held, staircase
 
+from aero.channels import Channel
+from hil.experiments.shared.command_steps import find_steps
 from hil.experiments.staircase import EXPERIMENT as STAIRCASE
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.findings import Finding
 from hil.judging.judged_run import Result, Validation
 from hil.judging.paper_figures import PAPER_TEXT
+from hil.report.differences import why
+from hil.report.hand_picture import outline
 from hil.report.page import render_report
 from hil.report.plots import as_svg, panels, validation_figure
 
@@ -29,29 +34,78 @@ def spoiled_page(recording):
     return page(recording, [GOOD, BAD])
 
 
-def page(recording, findings):
+FILES = {"staircase": "runs/staircase 1.mcap", "session": "session.mcap"}
+
+
+def page(recording, findings, files=FILES, **more):
     result = Result(recording, STAIRCASE.measure(recording), tuple(findings))
-    return render_report(Validation({"staircase": result}, None, 1.5))
+    return render_report(Validation({"staircase": result}, None, 1.5, **more), files)
 
 
 class Elements(HTMLParser):
-    def __init__(self):
+    def __init__(self, html):
         super().__init__()
-        self.references, self.figures, self.tags = [], [], []
+        self.references, self.figures, self.tags, self.ids = [], [], [], []
+        self.channels, self.folded = {}, {}
+        self.feed(html)
 
     def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
         attrs = dict(attrs)
         self.references += [attrs[name] for name in ("src", "href", "xlink:href", "data") if name in attrs]
-        if tag == "figure":
+        if "id" in attrs:
+            self.ids.append(attrs["id"])
+        if tag == "figure" and "id" in attrs:
             self.figures.append(attrs["id"])
+        if "data-channel" in attrs:
+            self.channels[attrs["data-channel"]] = attrs["class"].split()
+        if tag == "details" and "id" in attrs:
+            self.folded[attrs["id"]] = "open" not in attrs
 
 
 def test_the_verdict_comes_first_and_failures_say_what_to_do(spoiled_page):
     body = spoiled_page[spoiled_page.index("<body>") :]
     assert body.index("Out of limits") < body.index("A loose cable.") < body.index("Tighten it.") < body.index("<table")
     assert "1 of 2 checks failed" in body
-    assert "slow &lt;servo&gt;" not in body[: body.index("<details>")]
+    assert "slow &lt;servo&gt;" not in body[: body.index('id="experiments"')]
+
+
+def test_every_channel_is_in_the_picture_with_its_verdict(spoiled_page):
+    wanted = {channel.label: ["channel", "none"] for channel in Channel}
+    wanted |= {"ring": ["channel", "pass"], "index": ["channel", "fail"]}
+    assert Elements(spoiled_page).channels == wanted
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_the_thumb_is_drawn_on_the_side_of_the_hand(side):
+    digits = outline(side).digits
+    assert list(digits) == list(Channel)
+    thumb, pinky = digits[Channel.THUMB_FLEXOR].points[-1][0], digits[Channel.PINKY].points[-1][0]
+    assert (thumb > pinky) == (side == "right")
+
+
+def test_every_link_leads_somewhere(spoiled_page):
+    found = Elements(spoiled_page)
+    inside = {reference[1:] for reference in found.references if reference.startswith("#")}
+    outside = {reference for reference in found.references if not reference.startswith("#")}
+    assert inside <= set(found.ids)
+    assert outside == {"runs/staircase%201.mcap", "session.mcap"}
+    assert {"findings", "paper", "run-staircase", "checks", "recordings"} <= inside
+
+
+def test_a_finding_names_the_seconds_and_the_figure_that_show_it(recording, spoiled_page):
+    finding = spoiled_page[spoiled_page.index('id="finding-1"') :]
+    finding = finding[: finding.index("</div>")]
+    own = find_steps(recording["command"].times, recording["command"].values)[:8]
+    assert f"{own[0].start:.1f} to {own[-1].end:.1f} s, worst at" in finding
+    assert 'href="#staircase-index"' in finding
+    assert 'href="runs/staircase%201.mcap"' in finding
+
+
+def test_a_page_without_recordings_links_to_none(recording):
+    html = page(recording, [BAD], files={})
+    assert all(reference.startswith("#") for reference in Elements(html).references)
+    assert ".mcap" not in html
 
 
 def test_a_good_hand_has_no_failures(recording):
@@ -60,13 +114,49 @@ def test_a_good_hand_has_no_failures(recording):
     assert "What failed" not in html
 
 
+def test_what_is_healthy_is_folded_and_what_failed_is_not(recording):
+    held_still = held("holding", [[0] * 7, [30000] * 7, [0] * 7], 1.0)
+    results = {
+        "holding": Result(held_still, {"index": {"creep_percent": 0.0}}, (GOOD,)),
+        "audit": Result(held_still, {"index": {"followed": 0.0}}, (BAD,)),
+        "staircase": Result(recording, STAIRCASE.measure(recording), (GOOD,)),
+    }
+    html = render_report(Validation(results, None, 1.0))
+    assert Elements(html).folded == {"run-holding": True, "run-audit": False, "run-staircase": False}
+
+
 def test_nothing_is_loaded_from_anywhere(recording, spoiled_page):
-    parser = Elements()
-    parser.feed(html := spoiled_page)
-    assert all(reference.startswith("#") for reference in parser.references)
-    assert not {"script", "link", "img", "iframe"} & set(parser.tags)
-    assert not re.search(r"url\((?!#)|@import", html)
-    assert parser.figures == list(panels(recording))
+    found = Elements(spoiled_page)
+    assert not {"script", "link", "img", "iframe"} & set(found.tags)
+    assert not re.search(r"url\((?!#)|@import", spoiled_page)
+    assert found.figures == [f"staircase-{name}" for name in (*panels(recording), "currents")]
+    own = [name for name in found.ids if name.startswith(("finding-", "run-", "why-", "staircase-"))]
+    assert len(own) == len(set(own))
+
+
+@pytest.mark.parametrize("style", ["prefers-color-scheme: dark", "@media print", "max-width: 860px"])
+def test_the_page_follows_the_reader(spoiled_page, style):
+    assert style in spoiled_page
+
+
+def test_the_figures_follow_the_pages_colours(spoiled_page):
+    figure = spoiled_page[spoiled_page.index('id="staircase-currents"') :]
+    figure = figure[: figure.index("</figure>")]
+    assert "var(--reading" in figure
+    assert "fill: #ffffff" not in figure
+    assert not re.search(r"(?<!, )#000000", figure)
+
+
+def test_a_figure_far_from_the_papers_has_a_reason_unless_it_failed(recording):
+    cmc = replace(BAD, check="excursion_hand", subject="thumb_cmc_flexion")
+    told = page(recording, [replace(cmc, passed=True)])
+    assert "meets the palm about half way" in told
+    assert "meets the palm about half way" not in page(recording, [cmc])
+
+
+@pytest.mark.parametrize(("ours", "told"), [(16.0, False), (7.4, True), (math.nan, False)])
+def test_a_small_difference_needs_no_reason(ours, told):
+    assert bool(why("excursion_hand", Channel.THUMB_CMC_FLEXION, ours, 16.57)) == told
 
 
 def test_each_channel_stands_beside_the_paper(recording, spoiled_page):
@@ -113,7 +203,13 @@ def test_a_run_that_was_broken_off_says_so_and_shows_what_it_had(recording):
     assert "Broken off" in html
     assert "staircase after 12.5 s" in html
     assert "Out of limits" not in html
-    assert html.count("<figcaption>") == len(cut.series)
+    assert Elements(html).figures == [f"broken-staircase-{name}" for name in ("codes", "currents", "hand")]
+
+
+def test_what_passed_in_a_run_that_was_broken_off_has_passed_only_partly(recording):
+    cut = replace(recording, header=replace(recording.header, finished=False))
+    channels = Elements(page(recording, [GOOD, BAD], broken_off=(cut,))).channels
+    assert (channels["ring"], channels["index"]) == (["channel", "partly"], ["channel", "fail"])
 
 
 def test_nothing_to_report_is_an_error():

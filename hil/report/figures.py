@@ -1,0 +1,138 @@
+"""The figures of a report: which panels an experiment has, what each means, and colours that follow the reader."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+
+from matplotlib.axes import Axes
+
+from aero.channels import Channel
+from hil.recordings.recording import Recording
+from hil.report import lanes
+from hil.report.evidence import figure_name
+from hil.report.lanes import Lanes, Mark, draw_lanes
+from hil.report.plots import COMMAND, HAND, MODEL, RESIDUAL, as_svg, draw_thumb, panels, title
+
+INK = "#000000"
+COLOURS = {
+    INK: "ink",
+    COMMAND: "command",
+    MODEL: "simulator",
+    HAND: "reading",
+    RESIDUAL: "residual",
+    lanes.FOUND: "found",
+}
+"""Colour in a figure to the page's variable for it."""
+BACKGROUND = re.compile(r"fill: #ffffff")
+LANES_INCHES = 3.4
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One figure that can be drawn, and what it means."""
+
+    title: str
+    meaning: str
+    draw: Callable[[Axes], None]
+    height_inches: float = 2.9
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One figure of the page."""
+
+    name: str
+    """Unique on the page; what links point at."""
+    title: str
+    meaning: str
+    svg: str
+
+
+MEANINGS = {
+    lanes.POSITIONS: "What each encoder reads, and in grey what was commanded. A lane that stays flat did not follow.",
+    lanes.CURRENTS: (
+        "What each servo says it draws; the sign is the way its motor turns. A loose or torn cable draws next to none."
+    ),
+    lanes.TEMPERATURES: "Whole degrees, as each servo reports them. All should rise alike, and slowly.",
+    lanes.SIDE_BY_SIDE: (
+        "One stream (grey) on simulator (red) and hand (blue). The shapes should agree; a shift to the right is delay."
+    ),
+}
+SWEEP = (
+    "The channel's own climb and descent. Hand and simulator should lie on each other; dots are the settled residual."
+)
+STEP = "One step at full resolution, a mark a sample: delay, slope and overshoot of simulator and hand."
+THUMB = (
+    "CMC flexion closed at none, half and full abduction. Without abduction the palm stops it half way; with "
+    "abduction it passes the palm."
+)
+LANES_OF: dict[str, tuple[Lanes, ...]] = {
+    "presence": (lanes.CURRENTS, lanes.TEMPERATURES),
+    "audit": (lanes.POSITIONS, lanes.CURRENTS),
+    "excursion": (lanes.POSITIONS, lanes.CURRENTS, lanes.TEMPERATURES),
+    "response": (lanes.POSITIONS,),
+    "holding": (lanes.POSITIONS, lanes.CURRENTS, lanes.TEMPERATURES),
+    "staircase": (lanes.CURRENTS, lanes.TEMPERATURES),
+    "replay": (lanes.SIDE_BY_SIDE,),
+    "homing": (lanes.POSITIONS,),
+}
+"""Experiment to the series that are drawn of it."""
+
+
+def figures_of(experiment: str, recording: Recording, marks: Iterable[tuple[str, Mark]] = ()) -> list[Drawn]:
+    """Draw the figures of an experiment that ran to its end.
+
+    Args:
+        experiment: its name.
+        recording: what it left.
+        marks: name of a figure, and what to mark in it.
+    """
+    found: dict[str, Panel] = {}
+    if experiment == "staircase":
+        found |= {
+            name: Panel(_title(name), STEP if name.startswith("step_") else SWEEP, draw)
+            for name, draw in panels(recording).items()
+        }
+    if experiment == "coupling":
+        found["codes"] = Panel("Thumb", THUMB, partial(draw_thumb, recording=recording))
+    marked = tuple(marks)
+    for kind in LANES_OF.get(experiment, ()):
+        if kind.series in recording.series:
+            own = [mark for name, mark in marked if name == figure_name(experiment, kind.series)]
+            found[kind.series] = _lanes_panel(kind, recording, own)
+    return [_drawn(experiment, name, panel) for name, panel in found.items()]
+
+
+def traces_of(recording: Recording) -> list[Drawn]:
+    """Draw what an experiment that was broken off had recorded until then."""
+    kinds = (lanes.POSITIONS, lanes.CURRENTS, lanes.TEMPERATURES, lanes.SIDE_BY_SIDE)
+    return [
+        _drawn(f"broken-{recording.header.experiment}", kind.series, _lanes_panel(kind, recording))
+        for kind in kinds
+        if kind.series in recording.series and recording[kind.series].times.size
+    ]
+
+
+def themed(svg: str) -> str:
+    """Return a figure whose colours follow the page's, light or dark; a colour the page does not name stays."""
+    for colour, variable in COLOURS.items():
+        svg = svg.replace(f": {colour}", f": var(--{variable}, {colour})")
+    return BACKGROUND.sub("fill: none", svg)
+
+
+def _lanes_panel(kind: Lanes, recording: Recording, marks: Iterable[Mark] = ()) -> Panel:
+    draw = partial(draw_lanes, recording=recording, lanes=kind, marks=tuple(marks))
+    return Panel(f"{kind.title}, all seven", MEANINGS[kind], draw, LANES_INCHES)
+
+
+def _drawn(experiment: str, name: str, panel: Panel) -> Drawn:
+    svg = themed(as_svg(panel.draw, height_inches=panel.height_inches))
+    return Drawn(figure_name(experiment, name), panel.title, panel.meaning, svg)
+
+
+def _title(name: str) -> str:
+    step, _, channel = name.rpartition("step_")
+    return ("One step, " if step or name.startswith("step_") else "") + title(Channel[channel.upper()])
