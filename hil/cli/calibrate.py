@@ -9,13 +9,14 @@ import click
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from aero.channels import Channel
 from aero.safety import unwinding
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE, NewFolder
+from hil.cli.progress_bar import ProgressBar
 from hil.recordings.output import prepared_file, prepared_folder, write_whole
 from hil.system_identification.calibration import Calibration, calibrate
 from hil.system_identification.held_out import FEWEST, PARTS, held_out_rms
@@ -59,7 +60,7 @@ def calibrate_command(
         if plots is not None:
             prepared_folder(plots)
         traces = [load_trace(path) for path in recordings]
-    with given(), unwinding(), Progress(*columns, console=console, transient=True) as bar:
+    with given(), unwinding(), ProgressBar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("replays, about", total=None)
         result = calibrate(
             traces,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from hil.campaign.campaign_page import render_campaign
 from hil.campaign.conduct import AHEAD, cluster, conduct, cores, usable_cores
@@ -18,6 +18,7 @@ from hil.campaign.store import NAME, missing, opened
 from hil.campaign.trial import Outcome
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE
+from hil.cli.progress_bar import ProgressBar
 from hil.diagnosis.dictionary import load_dictionary
 from hil.experiments import EXPERIMENTS
 from hil.faults import CATALOGUE, Schedule, parse_fault
@@ -75,7 +76,7 @@ def campaign(
     count = workers or usable_cores()
     executor = partial(cluster, scheduler) if scheduler else partial(cores, count)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with opening as store, Progress(*columns, console=console) as bar:
+    with opening as store, ProgressBar(*columns, console=console) as bar:
         left = missing(trials, store.keys())
         console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}", markup=False)
         task = bar.add_task("validating", total=len(left))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.progress import Progress
 
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, target
+from hil.cli.progress_bar import ProgressBar
 from hil.experiments.endurance import drift, read_cycles, run_endurance
 from hil.recordings.output import prepared_file
 
@@ -32,7 +32,7 @@ def endurance(
     with given():
         prepared_file(log)
         read_cycles(log)
-    with hand.open() as opened, Progress() as bar:
+    with hand.open() as opened, ProgressBar() as bar:
         task = bar.add_task("endurance", total=1.0)
         done = run_endurance(
             opened, cycles, log, progress=lambda part, doing: bar.update(task, completed=part, description=doing)

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import click
 from rich.console import Console
-from rich.progress import Progress
 
 from aero.policy.file import Policy
 from aero.policy.shipped import DEFAULT, find_policy
@@ -19,6 +18,7 @@ from aero.safety import unwinding
 from hil.cli.evaluation_tables import print_figures, print_gaps
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
+from hil.cli.progress_bar import ProgressBar
 from hil.policies.byte_evaluation import cases, figures, open_loop_gaps, run_trials
 from hil.policies.cube_trial import Trial
 from hil.policies.transmission_gap import ChannelGap
@@ -99,7 +99,7 @@ def evaluate(
     gaps: tuple[ChannelGap, ...] = ()
     made_trials: dict[str, list[Trial]] = {}
     try:
-        with unwinding(), Progress(console=console, transient=True) as bar:
+        with unwinding(), ProgressBar(console=console, transient=True) as bar:
             task = bar.add_task("evaluating", total=1.0)
 
             def show(done: float, doing: str) -> None:

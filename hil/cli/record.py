@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 from rich.console import Console
-from rich.progress import Progress
 
 from aero.channels import Channel
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, Finite, target
+from hil.cli.progress_bar import ProgressBar
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 from hil.system_identification.excitation import MOTIONS, REACH, excitation
@@ -62,7 +62,7 @@ def record_command(
             return
         recorder = Recorder(opened, EXPERIMENT, out)
         try:
-            with Progress(console=console, transient=True) as bar:
+            with ProgressBar(console=console, transient=True) as bar:
                 task = bar.add_task(plan.name, total=1.0)
                 play(opened, recorder, plan, progress=lambda done, _doing: bar.update(task, completed=done))
         except BaseException:

@@ -9,7 +9,6 @@ from pathlib import Path
 import click
 import numpy as np
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from aero.policy.file import Policy
@@ -21,6 +20,7 @@ from aero.policy.task import ShownAction
 from aero.safety import Thresholds
 from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
+from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import telling, viewing, with_view
 from hil.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
@@ -110,7 +110,7 @@ def run_policy(
             audience.follow(source_of(opened))
             recorder = Recorder(opened, "policy", record)
             name = opened.describe()
-            with Progress(console=console, transient=True) as bar:
+            with ProgressBar(console=console, transient=True) as bar:
                 task = bar.add_task(name, total=1.0)
                 try:
                     result = record_policy(

@@ -11,12 +11,13 @@ import click
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import Ended, Exit, ending, given
 from hil.cli.options import ChosenHand
+from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import Audience, telling, viewing
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.tracking import staircase_metrics
@@ -66,7 +67,7 @@ def run(
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced", highlight=False, markup=False)
     with viewing(view, hand) as audience:
-        with emptied(folder), opening as opened, Progress(*columns, console=console, transient=True) as bar:
+        with emptied(folder), opening as opened, ProgressBar(*columns, console=console, transient=True) as bar:
             audience.follow(source_of(opened))
             if dry_run or opened.guard is not None:
                 console.print(before_moving(opened, _furthest(names or DEFAULT)))
