@@ -17,28 +17,33 @@ from hil.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipp
 from hil.campaign.store import NAME, missing, opened
 from hil.campaign.trial import Outcome
 from hil.cli.exits import given
-from hil.cli.options import FIRMWARE
+from hil.cli.options import FIRMWARE, SEED
 from hil.cli.progress_bar import ProgressBar
 from hil.diagnosis.dictionary import load_dictionary
 from hil.experiments import EXPERIMENTS
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 
+MOST = 1_000_000
+"""Hands of one kind in a campaign, more than any machine validates."""
+
 
 @click.command()
-@click.option("--healthy", type=click.IntRange(0), default=0, help="Healthy hands of the population.")
+@click.option("--healthy", type=click.IntRange(0, MOST), default=0, help="Healthy hands of the population.")
 @click.option("--shipped", is_flag=True, help="The shipped units, homed and in ideal zeros, on each kind of firmware.")
 @click.option(
     "--fault", "faults", multiple=True,
     help="A fault as `aero-hil faults` lists it, several for one hand with commas between, or `all` for each of the "
     "list in its three severities; repeatable.",
 )  # fmt: skip
-@click.option("--hands", type=click.IntRange(1), default=5, show_default=True, help="Hands for each fault.")
-@click.option("--first-seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the first hand.")
+@click.option("--hands", type=click.IntRange(1, MOST), default=5, show_default=True, help="Hands for each fault.")
+@click.option("--first-seed", type=SEED, default=0, show_default=True, help="Seed of the first hand.")
 @click.option("--firmware", type=click.Choice(FIRMWARE), multiple=True, default=USUAL_FIRMWARE, show_default=True,
               help="Version on the boards; several take turns.")  # fmt: skip
 @click.option("--only", "names", multiple=True, type=click.Choice(list(EXPERIMENTS)), help="Run only this experiment.")
-@click.option("--workers", type=click.IntRange(1), help="Processes on this machine; one for each core if not given.")
+@click.option(
+    "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
+)
 @click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers, for example tcp://HOST:8786.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path),

@@ -20,14 +20,14 @@ COLOURS = {Verdict.OK: "green", Verdict.LOOK: "yellow", Verdict.WRONG: "red"}
 
 
 @click.command()
-@click.option(
-    "--hil", "port", default="", metavar="PORT", help="Port of a hand, which is asked at rest; nothing moves."
-)
+@click.option("--hil", "port", metavar="PORT", help="Port of a hand, which is asked at rest; nothing moves.")
 @click.option("--json", "as_json", is_flag=True, help="Print data for programs and for bug reports.")
-def doctor(port: str, as_json: bool) -> None:
+def doctor(port: str | None, as_json: bool) -> None:
     """Look at this machine, its serial ports and a hand at rest, and say what to do."""
+    if port == "":
+        raise click.BadParameter("it is empty; name a port, or leave --hil away", param_hint="--hil")
     findings = []
-    for finding in examine(port):
+    for finding in examine(port or ""):
         findings.append(finding)
         if not as_json:
             _show(finding)

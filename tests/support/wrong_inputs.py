@@ -61,6 +61,10 @@ OPTIONS = {
     "train --out OUT": {"--minutes": (*NUMBER, "0"), "--steps": COUNT, "--seed": SEED, "--backend": NAME},
     "emulate": {"--seed": SEED, "--unit": UNIT, "--firmware": NAME, "--hand": NAME, "--parent": WHOLE},
     "firmware compare 0.2.0 0.2.0": {"--seeds": COUNT, "--seed": SEED, "--only": NAME},
+    "campaign --out OUT": {
+        "--healthy": (*WHOLE, "-1", TOO_LARGE), "--hands": COUNT, "--workers": COUNT, "--first-seed": SEED,
+    },
+    "doctor": {"--hil": ("",)},
     "convert-policy CHECKPOINT OUT.npz": {"--settings": NAME, "--shown-action": NAME},
 }  # fmt: skip
 """Command line, option, wrong values."""
