@@ -14,6 +14,8 @@ from aero.protocol import MAX_CODE
 
 Array = Any
 """An array of floats or integers: NumPy's, JAX's (also while tracing), or another that follows the array API."""
+SINGLE_BITS = 32
+"""Width of single precision; a narrower float cannot hold a code, which goes to 65535."""
 
 
 def namespace(array: Array) -> Any:
@@ -22,7 +24,10 @@ def namespace(array: Array) -> Any:
 
 
 def as_floats(values: Array, width: int, what: str) -> Array:
-    """Return `values` as an array of floats with `width` entries on the last axis; floats stay what they are.
+    """Return `values` as an array of floats with `width` entries on the last axis.
+
+    Single and double precision stay what they are. Half precision becomes single: its largest number is less than the
+    largest code.
 
     Raises:
         ValueError: not real numbers, or another width.
@@ -33,6 +38,8 @@ def as_floats(values: Array, width: int, what: str) -> Array:
         array = xp.astype(array, xp.asarray(0.0).dtype)
     elif not xp.isdtype(array.dtype, "real floating"):
         raise ValueError(f"{what}: expected real numbers, got {array.dtype}")
+    elif xp.finfo(array.dtype).bits < SINGLE_BITS:
+        array = xp.astype(array, xp.float32)
     return _of_width(array, width, what)
 
 

@@ -3,6 +3,8 @@ import time
 import array_api_strict as strict
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aero import ActuationMap
 
@@ -69,6 +71,28 @@ def test_single_precision_stays_single():
     codes = MAP.codes_from_lengths(LENGTHS.astype(np.float32))
     assert np.abs(codes.astype(int) - MAP.codes_from_lengths(LENGTHS)).max() <= 1
     assert MAP.travel_from_lengths(LENGTHS.astype(np.float32)).dtype == np.float32
+
+
+shares = st.lists(st.floats(0.0, 1.0), min_size=7, max_size=7).map(np.array)
+
+
+@given(shares, st.sampled_from([np.float16, np.float32]))
+def test_a_narrow_float_means_the_same_posture_as_in_double_precision(share, dtype):
+    low, high = MAP.window_rad.T
+    angles = (low + share * (high - low)).astype(dtype)
+    codes, saturated = MAP.saturating_codes(angles)
+    expected = MAP.saturating_codes(angles.astype(np.float64)).codes
+    assert np.abs(codes.astype(int) - expected).max() <= 1
+    assert not saturated[(expected > 0) & (expected < 65535)].any()
+
+
+def test_half_precision_of_jax_is_widened_too():
+    jnp = pytest.importorskip("jax.numpy")
+    for dtype in (jnp.float16, jnp.bfloat16):
+        angles = jnp.asarray(MAP.angles_from_travel(MAP.travel_from_lengths(NOMINAL)), dtype)
+        expected = MAP.saturating_codes(np.asarray(angles, np.float64)).codes
+        codes = np.asarray(MAP.saturating_codes(angles).codes, int)
+        assert np.abs(codes - expected).max() <= 1
 
 
 @pytest.mark.parametrize("convert", [MAP.codes_from_lengths, lambda x: MAP.lengths_from_codes(x.astype(np.uint16))])
