@@ -10,15 +10,24 @@ import mujoco
 import numpy as np
 from matplotlib.figure import Figure
 
-from model.scene import CUBE_SIDE, add_light
+from model.scene import CUBE, add_light
 from train.evaluation.rollouts import Episodes
 from train.scene import build_scene
 from train.simulator import Floats
 
 FRAMES_PER_S = 20
 WIDTH, HEIGHT = 640, 480
-STICKERS = ((0.80, 0.20, 0.20, 1.0), (0.20, 0.55, 0.30, 1.0), (0.95, 0.95, 0.95, 1.0))
-"""Colours on the three pairs of faces, so that a turn can be seen."""
+STICKERS = {
+    (1, 0, 0): (0.80, 0.15, 0.15, 1.0),
+    (-1, 0, 0): (0.95, 0.55, 0.10, 1.0),
+    (0, 1, 0): (0.15, 0.55, 0.25, 1.0),
+    (0, -1, 0): (0.15, 0.30, 0.75, 1.0),
+    (0, 0, 1): (0.95, 0.95, 0.95, 1.0),
+    (0, 0, -1): (0.95, 0.85, 0.15, 1.0),
+}
+"""Colour on each face, by its outward direction: a turn and its direction can be seen, as on the puzzle."""
+STICKER_THICKNESS = 0.2e-3
+"""m"""
 
 
 def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -> None:
@@ -39,15 +48,20 @@ def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -
     figure.savefig(path, dpi=120)
 
 
+def add_stickers(spec: mujoco.MjSpec) -> None:
+    """Put a coloured square on each face of the cube."""
+    for direction, colour in STICKERS.items():
+        outward = np.array(direction)
+        flat = np.where(outward, STICKER_THICKNESS / 2, 0.4 * CUBE.side_m)
+        place = 0.5 * CUBE.side_m * outward
+        spec.body("cube").add_site(type=mujoco.mjtGeom.mjGEOM_BOX, size=flat, pos=place, rgba=colour)
+
+
 def frames(rows: Floats) -> list[np.ndarray]:
     """Render positions (steps, 23), one (HEIGHT, WIDTH, 3) uint8 picture each."""
     spec = build_scene()
     add_light(spec)
-    for axis, colour in enumerate(STICKERS):
-        flat, place = np.full(3, 0.4 * CUBE_SIDE), np.zeros(3)
-        flat[axis], place[axis] = 0.1e-3, 0.5 * CUBE_SIDE
-        for side in (-1, 1):
-            spec.body("cube").add_site(type=mujoco.mjtGeom.mjGEOM_BOX, size=flat, pos=side * place, rgba=colour)
+    add_stickers(spec)
     model = spec.compile()
     data, camera = mujoco.MjData(model), mujoco.MjvCamera()
     camera.lookat[:] = (0.09, 0.0, 0.02)
