@@ -77,6 +77,8 @@ def run(
 
             def kept(so_far: Validation) -> None:
                 write_figures(so_far, folder)
+                name, ran = list(so_far.results.items())[-1]
+                audience.note(f"{name}: {len(failed(ran.findings))} of {len(ran.findings)} checks failed")
                 _show(so_far, audience)
 
             result = run_validation(

@@ -59,7 +59,8 @@ class Frame:
 
     def line(self) -> str:
         """Return this frame as a line of JSON."""
-        return _line("frame", {name: _plain(value) for name, value in vars(self).items()})
+        body = {name: value.tolist() if name != "t" else value for name, value in vars(self).items()}
+        return _line("frame", body)
 
     @classmethod
     def of(cls, body: dict[str, Any]) -> Self:
@@ -120,7 +121,3 @@ def message(line: str) -> Message:
 
 def _line(kind: str, body: dict[str, Any]) -> str:
     return json.dumps({kind: body}) + "\n"
-
-
-def _plain(value: float | Floats) -> Any:
-    return np.round(value, 6).tolist()

@@ -57,7 +57,7 @@ def _asking_for(token: str, answer: Answer) -> Answer:
     def asked(connection: ServerConnection, request: Request) -> Response | None:
         path, _, query = request.path.partition("?")
         given, _, rest = path.removeprefix("/").partition("/")
-        if not secrets.compare_digest(given.encode(), token.encode()):
+        if not secrets.compare_digest(given.encode(errors="surrogateescape"), token.encode()):
             return connection.respond(HTTPStatus.FORBIDDEN, "The address that aero-hil printed has a token.\n")
         request.path = f"/{rest}?{query}" if query else f"/{rest}"
         return answer(connection, request)

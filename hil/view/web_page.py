@@ -56,6 +56,7 @@ class Page:
         self._cursor_s = 0.0
         self._ended = False
         self._drawn: Frame | None = None
+        self._shown: tuple[object, ...] = ()
         self._ticked = self._told = time.monotonic()
         token = new_token()
         # viser prints an address without the token.
@@ -148,17 +149,25 @@ class Page:
         return self._server.gui.add_uplot(nothing, tuple(series), scales=scales, title=title, height=PLOT_PX)
 
     def _tell(self, frame: Frame) -> None:
-        """Bring up to date what is read and not watched."""
+        """Bring up to date what is read and not watched, where anything is new."""
+        first, last = round(self._frames[0].t, 2), round(self._frames[-1].t, 2)
+        shown = frame.t, first, last, self._state(), len(self._notes), self._verdicts, self._channel.value
+        if shown == self._shown:
+            return
+        self._shown = shown
         self._numbers.content = panel.numbers(self._heading, frame, self._state())
         self._found.content = panel.found(self._verdicts, [note for note in self._notes if note.t <= frame.t])
-        first, last = self._frames[0].t, self._frames[-1].t
         if (self._time.min, self._time.max) != (first, last) and last > first:
-            self._time.min, self._time.max = round(first, 2), round(last, 2)
+            self._time.min, self._time.max = first, last
         if self._mode != "paused":
             # mypy does not see a setter that stands apart from its getter.
             self._time.value = round(frame.t, 2)  # type: ignore[misc]
-        end = self._index(self._cursor_s) + 1
-        begin = self._index(self._cursor_s - PLOTTED_S)
+        self._plot_until(frame)
+
+    def _plot_until(self, frame: Frame) -> None:
+        """Draw what led to a frame."""
+        end = self._index(frame.t) + 1
+        begin = self._index(frame.t - PLOTTED_S)
         step = max((end - begin) // PLOTTED, 1)
         shown = [self._frames[i] for i in range(begin, end, step)]
         times = np.array([one.t for one in shown])

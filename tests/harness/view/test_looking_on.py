@@ -172,4 +172,4 @@ def test_what_travels_to_the_page_arrives_as_it_was():
         assert message(sent.line()) == sent
     arrived = message(unknown.line())
     for name, value in vars(unknown).items():
-        np.testing.assert_allclose(getattr(arrived, name), value, atol=1e-6)
+        np.testing.assert_array_equal(getattr(arrived, name), value)

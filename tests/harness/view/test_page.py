@@ -3,6 +3,7 @@
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import urllib.error
@@ -69,12 +70,15 @@ def test_only_who_knows_the_token_gets_the_page(page):
         assert status == 403, path
         assert len(content) < 100
     assert asked(page.url, "/../../../etc/passwd")[0] == 404
+    with socket.create_connection(("127.0.0.1", int(origin.rsplit(":", 1)[1])), timeout=PATIENCE_S) as raw:
+        raw.sendall(b"GET /\xff\xfe HTTP/1.1\r\nHost: x\r\n\r\n")
+        assert raw.recv(100).split()[1] in (b"403", b"400")
 
 
 def test_only_who_knows_the_token_gets_a_socket(page):
     address, protocol = page.url.replace("http:", "ws:"), f"viser-v{viser.__version__}"
-    with connect(address, subprotocols=[protocol], max_size=None) as socket:
-        assert len(socket.recv(PATIENCE_S)) > 16
+    with connect(address, subprotocols=[protocol], max_size=None) as opened:
+        assert len(opened.recv(PATIENCE_S)) > 16
     with pytest.raises(InvalidStatus, match="403"):
         connect(address.rsplit("/", 1)[0], subprotocols=[protocol])
 
