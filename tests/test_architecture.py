@@ -33,7 +33,7 @@ HIL_LAYERS = (
     {"judging"},
     {"diagnosis"},
     {"doctor", "validation", "report", "policies", "map_identification", "view"},
-    {"system_identification", "campaign"},
+    {"system_identification", "campaign", "foxglove"},
     {"cli", "pytest_plugin"},
 )
 """The folders and files of `hil`, lowest first; each may import itself and what lies below."""

@@ -26,6 +26,7 @@ COMMANDS: dict[str, Row] = {
     "validate": Row("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
     "report": Row("hil.cli.report:report", "Judge recordings again and write the report."),
     "view": Row("hil.cli.view:view", "Play a recording in a web page.", "view"),
+    "export": Row("hil.cli.export:export_command", "Write a recording for Foxglove.", "foxglove"),
     "replay": Row("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
     "diff": Row("hil.cli.diff:diff", "Compare two recordings of one experiment."),
     "baseline": Row("hil.cli.baseline:baseline", "Keep a hand's figures, to be compared with later."),

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -28,6 +28,8 @@ from hil.recordings.recording import Event, Header, Recording, Series, Severity
 from hil.targets.wire_log import Direction, WireRecord
 
 METADATA = "aero-hil"
+FOREIGN = "protobuf"
+"""Encoding of messages that are for other programs alone, see `hil.foxglove`."""
 FORMAT = "1"
 SERIES_PREFIX = "aero.series."
 DIRECTIONS: tuple[Direction, ...] = ("to_hand", "from_hand")
@@ -99,7 +101,7 @@ class RecordingFile:
         self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES)
         self._writer.start(profile="", library="aero-hil")
         self._experiment = header.experiment
-        self._epoch_ns = round(datetime.fromisoformat(header.started).timestamp() * 1e9) if header.started else 0
+        self._epoch_ns = epoch_ns(header)
         self._channels: dict[str, int] = {}
         self._pending: list[tuple[int, int, bytes]] = []
         """Channel, log time and content of messages that are not written yet."""
@@ -135,6 +137,12 @@ class RecordingFile:
         log = {"timestamp": {"sec": sec, "nsec": nsec}, "level": LOG_LEVELS[event.severity], "message": event.text}
         self._add("/events", event.t, log | {"name": self._experiment, "file": "", "line": 0})
 
+    def add_for_viewers(self, topic: str, schema_name: str, schema: Callable[[], bytes], t: float, body: bytes) -> None:
+        """Write a Protobuf message that our own reader passes over; its schema is asked for once a topic."""
+        if topic not in self._channels:
+            self._register(topic, schema_name, FOREIGN, schema(), FOREIGN)
+        self._add_bytes(topic, t, body)
+
     def finish(self, header: Header) -> None:
         """Write the final header and what readers need to jump about, and close the file."""
         with uninterrupted():
@@ -148,15 +156,21 @@ class RecordingFile:
 
     def _channel(self, topic: str, schema_name: str, schema: dict[str, Any]) -> None:
         if topic not in self._channels:
-            with uninterrupted():
-                schema_id = self._writer.register_schema(schema_name, "jsonschema", json.dumps(schema).encode())
-                self._channels[topic] = self._writer.register_channel(topic, "json", schema_id)
+            self._register(topic, schema_name, "jsonschema", json.dumps(schema).encode(), "json")
+
+    def _register(self, topic: str, schema_name: str, schema_encoding: str, schema: bytes, encoding: str) -> None:
+        with uninterrupted():
+            schema_id = self._writer.register_schema(schema_name, schema_encoding, schema)
+            self._channels[topic] = self._writer.register_channel(topic, encoding, schema_id)
 
     def _add(self, topic: str, t: float, body: dict[str, Any]) -> None:
         self._add_text(topic, t, json.dumps({"t": t, **body}))
 
     def _add_text(self, topic: str, t: float, text: str) -> None:
-        self._pending.append((self._channels[topic], self._nanoseconds(t), text.encode()))
+        self._add_bytes(topic, t, text.encode())
+
+    def _add_bytes(self, topic: str, t: float, content: bytes) -> None:
+        self._pending.append((self._channels[topic], self._nanoseconds(t), content))
         if len(self._pending) >= TOGETHER:
             with uninterrupted():
                 self._write_pending()
@@ -168,6 +182,11 @@ class RecordingFile:
 
     def _nanoseconds(self, t: float) -> int:
         return self._epoch_ns + round(t * 1e9)
+
+
+def epoch_ns(header: Header) -> int:
+    """Return the date of a recording's beginning, ns since 1970; 0 for one that does not know it."""
+    return round(datetime.fromisoformat(header.started).timestamp() * 1e9) if header.started else 0
 
 
 def write_recording(recording: Recording, path: Path) -> None:
@@ -232,6 +251,7 @@ def _unpacked_size(chunk: Chunk) -> int:
 def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
     header: Header | None = None
     topics: dict[int, str] = {}
+    foreign: set[int] = set()
     schemas: dict[int, dict[str, Any]] = {}
     series: dict[str, tuple[dict[str, Any], list[dict[str, Any]]]] = {}
     wire: list[WireRecord] = []
@@ -242,10 +262,13 @@ def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
         elif isinstance(record, Schema) and record.name.startswith(SERIES_PREFIX):
             schemas[record.id] = json.loads(record.data)
         elif isinstance(record, Channel):
+            if record.message_encoding == FOREIGN:
+                foreign.add(record.id)
+                continue
             topics[record.id] = record.topic
             if record.schema_id in schemas:
                 series.setdefault(record.topic, (schemas[record.schema_id], []))
-        elif isinstance(record, Message):
+        elif isinstance(record, Message) and record.channel_id not in foreign:
             topic, body = topics[record.channel_id], json.loads(record.data)
             if topic in WIRE_TOPICS:
                 wire.append(WireRecord(body["t"], WIRE_TOPICS[topic], bytes.fromhex(body["hex"])))
