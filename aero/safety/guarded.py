@@ -111,11 +111,6 @@ class GuardedHand(AeroHand):
             raise SafetyStopError(f"{self.name}: not moved. {objection}.")
         return health
 
-    @property
-    def can_limit_torque(self) -> bool:
-        """Whether a channel can be weakened before it meets a stop; firmware `pre` has no setting for it."""
-        return self._usual is not None
-
     def begin(self) -> None:
         """Check the hand and open it gently now, if nothing has moved yet, and not in the middle of the first command.
 

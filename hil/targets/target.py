@@ -14,7 +14,7 @@ from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
-from aero.safety import GuardedHand, WatchedClock
+from aero.safety import GuardedHand, WatchedClock, usual_settings
 from hil.faults.fault import Fault
 from hil.targets.wire_log import WireLog
 from model.geometry import Side
@@ -74,7 +74,7 @@ class Target:
     @property
     def may_push_at_stops(self) -> bool:
         """Whether the thumb may be held at its stops: a guard stops a hand that cannot be weakened for it."""
-        return self.guard is None or self.guard.can_limit_torque
+        return self.guard is None or usual_settings(self.firmware) is not None
 
     def begin(self, *, stops: Iterable[Channel] = ()) -> None:
         """Let a guarded hand be checked and opened before the clock of an experiment starts; others need nothing.
