@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import FINGERS, Channel
-from aero.protocol import MAX_CODE
+from aero.protocol import MAX_CODE, Opcode
 from hil.experiments.presence import round_trips
 from hil.experiments.shared import subjects
 from hil.experiments.shared.command_steps import find_steps
@@ -96,8 +96,12 @@ def measure(recording: Recording) -> Measured:
 
 
 def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:
-    """Return when the readings that came at `times` (n,) were asked for, (n,) s: the last request before each."""
-    requests = np.array([record.t for record in wire if record.direction == "to_hand"] or [np.nan])
+    """Return when the readings that came at `times` (n,) were asked for, (n,) s: the last request before each.
+
+    While a reading is late the driver asks for something else, which does not count.
+    """
+    asked = [record.t for record in wire if record.direction == "to_hand" and record.data[0] == Opcode.GET_POS]
+    requests = np.array(asked or [np.nan])
     found: Floats = requests[np.searchsorted(requests, times, side="right") - 1]
     return found
 

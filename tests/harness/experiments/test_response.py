@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aero.protocol import MAX_CODE
+from aero.protocol import MAX_CODE, Opcode
 from hil.experiments import response
 from hil.recordings.recording import Event, Recording, Series
 from hil.targets.wire_log import WireRecord
@@ -14,6 +14,7 @@ from tests.support.synthetic import HEADER, LABELS
 NUDGED_S, CYCLES_S, END_S = 0.3, 1.0, 2.5
 ON_ITS_WAY_S = 0.0005
 """Time from a request to its reading."""
+ASKED = bytes([Opcode.GET_POS]).ljust(16, b"\0")
 
 
 def recorded(*, events=()):
@@ -37,7 +38,7 @@ def recorded(*, events=()):
         for start, trip in ((0.0, 0.002), (0.1, 0.003), (0.2, 0.009))
         for record in (WireRecord(start, "to_hand", bytes(16)), WireRecord(start + trip, "from_hand", bytes(16)))
     ]
-    wire = (*answered, *(WireRecord(came - ON_ITS_WAY_S, "to_hand", bytes(16)) for came in t[t >= CYCLES_S]))
+    wire = (*answered, *(WireRecord(came - ON_ITS_WAY_S, "to_hand", ASKED) for came in t[t >= CYCLES_S]))
     return Recording(
         replace(HEADER, experiment="response", parameters={"cycles_from_s": CYCLES_S}), series, wire, events
     )
@@ -93,8 +94,10 @@ def test_an_answer_that_was_late_is_no_standstill():
     assert max(response.standstills(came, came, codes, goals)) == pytest.approx(0.06)
 
 
-def test_a_reading_was_asked_for_by_the_last_request_before_it():
-    wire = tuple(WireRecord(at, way, bytes(16)) for at, way in ((1.0, "to_hand"), (1.2, "from_hand"), (2.0, "to_hand")))
+def test_a_reading_was_asked_for_by_the_last_request_for_one_before_it():
+    """Not by what the driver asks for while it waits for a late one."""
+    sent = ((1.0, ASKED), (2.0, ASKED), (2.5, bytes([Opcode.GET_TEMP]).ljust(16, b"\0")))
+    wire = (*(WireRecord(at, "to_hand", data) for at, data in sent), WireRecord(2.6, "from_hand", bytes(16)))
     assert response.asked_at(np.array([1.2, 1.9, 2.0, 5.0]), wire).tolist() == [1.0, 1.0, 2.0, 2.0]
 
 
