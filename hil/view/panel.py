@@ -13,6 +13,7 @@ from aero.actuation import ActuationMap
 from aero.channels import Channel
 from hil.view.frame import Frame, Heading, Note, Verdicts
 from hil.view.posed_hand import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
+from model.appearance import PULLEY_RGBA
 
 TEMPLATES = Environment(
     loader=PackageLoader("hil.view"), autoescape=True, trim_blocks=True, lstrip_blocks=True, auto_reload=False
@@ -20,6 +21,7 @@ TEMPLATES = Environment(
 THUMB = {Channel.THUMB_ABDUCTION: "abduction", Channel.THUMB_CMC_FLEXION: "CMC", Channel.THUMB_FLEXOR: "flexor"}
 EXCURSION_RAD = ActuationMap().excursion_rad
 """Ends of the bars, (7, 2) rad: the shaft angles that the joint box allows."""
+PULLEY: Rgb = (round(255 * PULLEY_RGBA[0]), round(255 * PULLEY_RGBA[1]), round(255 * PULLEY_RGBA[2]))
 LAST_NOTES = 8
 """Events that are shown, the newest last."""
 
@@ -50,7 +52,8 @@ def numbers(heading: Heading, frame: Frame, state: str) -> str:
     """Return the table of all channels at one instant, with the legend of the drawn hand."""
     legend = [(TAUT, "taut cable"), (SLACK, "slack cable"), (UNSEEN, "cable, tension not known")]
     known = bool(np.isfinite(frame.loose).any())
-    shown = [*(legend[:2] if known else legend[2:]), (OTHER, "spring, coupling"), (COMMANDED, "commanded posture")]
+    shown = [*(legend[:2] if known else legend[2:]), (OTHER, "spring, coupling")]
+    shown += [(PULLEY, "pulley"), (COMMANDED, "commanded posture")]
     return TEMPLATES.get_template("panel.html").render(
         heading=heading,
         frame=frame,

@@ -178,6 +178,7 @@ def test_a_page_that_dies_is_said_once_and_the_hand_goes_on(capfd):
     assert capfd.readouterr().err.count("the page's process has ended; the hand goes on") == 1
 
 
+@pytest.mark.slow
 def test_a_stopped_page_keeps_nobody_waiting():
     """Its pipe fills up, and the thread that writes into it stands still; the hand's program does not."""
     with open_target() as target:
@@ -212,6 +213,7 @@ def recording_of(path, *, reads):
         recorder.finish()
 
 
+@pytest.mark.slow
 def test_a_recording_is_served_until_ctrl_c(tmp_path):
     recording_of(tmp_path / "run.mcap", reads=True)
     command = [sys.executable, "-m", "hil.cli", "view", str(tmp_path / "run.mcap")]
@@ -248,7 +250,7 @@ def test_a_validation_leaves_the_same_recording_with_and_without_view(tmp_path):
 
 
 def test_without_the_extra_one_line_names_it(tmp_path):
-    for command in (("emulate", "--view"), ("run-policy", "--view"), ("validate", "--view", "--out", "x")):
+    for command in (("emulate", "--view"), ("validate", "--view", "--out", "x")):
         program = f"import sys; sys.modules['viser'] = None; from hil.cli import main; main({command!r})"
         refused = subprocess.run(
             [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
