@@ -16,7 +16,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command; see `python -m model --help`."""
     parser = argparse.ArgumentParser(prog="python -m model", description=__doc__)
     commands = parser.add_subparsers(dest="action", required=True)
-    for action, help_text in (("export", "write MJCF"), ("render", "write a PNG of the open hand")):
+    for action, help_text in (("export", "write MJCF"), ("render", "write a PNG of the hand")):
         command = commands.add_parser(action, help=help_text)
         command.add_argument("--hand", choices=("right", "left"), default="right")
         command.add_argument("--kind", choices=tuple(BUILDERS), default="routed")
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # Imported late: drawing needs an OpenGL context, exporting does not.
         from model.render import write_picture  # noqa: PLC0415
 
-        write_picture(spec, options.out)
+        write_picture(spec, options.out, options.hand)
     print(f"{options.out}: {options.kind} {options.hand} hand")
 
 

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(
 
 
 def test_the_left_hand_looks_like_the_right_one_in_a_mirror():
-    right, left = (picture(build_routed(side)).astype(int) for side in ("right", "left"))
+    right, left = (picture(build_routed(side), side).astype(int) for side in ("right", "left"))
     assert right.shape == (HEIGHT, WIDTH, 3)
     red_cables = (right[..., 0] > 180) & (right[..., 1] < 80) & (right[..., 2] < 80)
     assert red_cables.sum() > 300
