@@ -91,7 +91,8 @@ def _add_post(body: mujoco.MjsBody, site: mujoco.MjsSite, dorsal: float) -> None
 
 def _palm_parts(palm: mujoco.MjsBody) -> list[NDArray[np.float64]]:
     """Return the corners, (n, 3) m, of what becomes one rounded part each: each knuckle's guard, and the palm."""
-    guards, blocks = [], []
+    guards: list[NDArray[np.float64]] = []
+    blocks: list[NDArray[np.float64]] = []
     for geom in palm.geoms:
         is_box = geom.type == mujoco.mjtGeom.mjGEOM_BOX and geom.group == COLLISION_GROUP
         if not is_box or geom.size.min() <= PLATE:
