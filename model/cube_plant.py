@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from model.geometry import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
-from model.scene import add_cube
+from model.scene import CUBE, Cube, add_cube
 
 OUT_OF_REACH = (1.0, 0.0, 0.0)
 """Where the cube falls freely until it is placed, m."""
@@ -20,7 +20,8 @@ OUT_OF_REACH = (1.0, 0.0, 0.0)
 class CubePlant(BuiltHandPlant):
     """A built hand and a cube that is out of reach until `place_cube`."""
 
-    def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
+    def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right", cube: Cube = CUBE) -> None:
+        self._cube = cube
         # A unit may leave contacts out, which a hand that is fitted without an object does not need.
         super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), hand)
         joint = self._model.joint("cube")
@@ -54,7 +55,7 @@ class CubePlant(BuiltHandPlant):
 
     def _spec(self, hand: Side) -> mujoco.MjSpec:
         spec = super()._spec(hand)
-        add_cube(spec)
+        add_cube(spec, self._cube)
         return spec
 
     def _spin(self) -> float:

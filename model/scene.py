@@ -2,33 +2,59 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import mujoco
 
-CUBE_SIDE = 0.050
-"""m; paper, in-hand cube rotation."""
-CUBE_MASS = 0.0692
-"""kg"""
-CUBE_FRICTION = 0.3
 CUBE_START = (0.11, 0.0, 0.05)
 """Nominal position above the palm, m."""
 FLOOR_HEIGHT = -0.15
 """m"""
 
 
-def add_cube(spec: mujoco.MjSpec) -> mujoco.MjsBody:
+@dataclass(frozen=True)
+class Cube:
+    """What is turned in the hand; the defaults are the paper's simulated cube (section "In-Hand Cube Rotation").
+
+    Raises:
+        ValueError: a side, mass or friction that is not positive, or a centre of mass outside the cube.
+    """
+
+    side_m: float = 0.050
+    mass_kg: float = 0.0692
+    friction: float = 0.3
+    """Coefficient of sliding; of a contact the larger of the two bodies' counts, and the hand's is 0.2."""
+    centre_of_mass_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """From its centre."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre_of_mass_m", tuple(self.centre_of_mass_m))
+        off = max(map(abs, self.centre_of_mass_m))
+        if not (self.side_m > 0 and self.mass_kg > 0 and self.friction > 0 and off < self.side_m / 2):
+            raise ValueError(f"side, mass, friction must be positive and the centre of mass inside the cube: {self}")
+
+
+CUBE = Cube()
+
+
+def add_cube(spec: mujoco.MjSpec, cube: Cube = CUBE) -> mujoco.MjsBody:
     """Add the free cube (`cube`, free joint `cube`) at its nominal start and return its body."""
-    half = CUBE_SIDE / 2
-    cube = spec.worldbody.add_body(name="cube", pos=CUBE_START)
-    cube.add_freejoint(name="cube")
-    cube.add_geom(
+    half = cube.side_m / 2
+    body = spec.worldbody.add_body(name="cube", pos=CUBE_START)
+    body.add_freejoint(name="cube")
+    body.add_geom(
         name="cube",
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=(half, half, half),
-        mass=CUBE_MASS,
-        friction=(CUBE_FRICTION, 0.005, 0.0001),
+        mass=cube.mass_kg,
+        friction=(cube.friction, 0.005, 0.0001),
         rgba=(0.90, 0.55, 0.15, 1.0),
     )
-    return cube
+    if any(cube.centre_of_mass_m):
+        body.explicitinertial = True
+        body.mass, body.ipos = cube.mass_kg, cube.centre_of_mass_m
+        body.inertia = (cube.mass_kg * cube.side_m**2 / 6,) * 3
+    return body
 
 
 def add_floor(spec: mujoco.MjSpec) -> None:

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import click
+import numpy as np
 from rich.console import Console
 
 from aero.policy.file import Policy
@@ -19,7 +20,8 @@ from hil.cli.evaluation_tables import print_figures, print_gaps
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
 from hil.cli.progress_bar import ProgressBar
-from hil.policies.byte_evaluation import cases, figures, open_loop_gaps, run_trials
+from hil.policies.byte_evaluation import cases, figures, open_loop_gaps, over_cubes, run_trials
+from hil.policies.cube_picture import cube_picture
 from hil.policies.cube_trial import Trial
 from hil.policies.transmission_gap import ChannelGap
 from hil.recordings.output import prepared_folder, write_whole
@@ -28,9 +30,12 @@ from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log, task_of
 from train.task.grasp import NOMINAL_RESET
 
-BACKENDS = ("mujoco", "mjx", "built", "bytes")
+BACKENDS = ("mujoco", "mjx", "built", "bytes", "cubes")
+FRESH_SEEDS = 2**31
+"""A seed that is not given is drawn below it."""
 MOST = 1_000_000
 """Episodes, trials or hands that one may ask for."""
+OTHER_CUBES = "every byte, other cubes, a random corrected hand each trial"
 WIDTH = 120
 """Columns where no terminal says how many there are: for a name and the figures beside it."""
 
@@ -38,9 +43,10 @@ WIDTH = 120
 @click.command()
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @click.option(
-    "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "built", "bytes"),
+    "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "built", "bytes", "cubes"),
     show_default=True,
-    help="What to run on: plain MuJoCo, MJX, built hands in process, emulated hands through every byte. Repeatable.",
+    help="What to run on: plain MuJoCo, MJX, built hands in process, emulated hands through every byte, the same with "
+    "other cubes. Repeatable.",
 )  # fmt: skip
 @click.option(
     "--episodes",
@@ -64,11 +70,11 @@ WIDTH = 120
     help="Random hands that share one set of trials.",
 )
 @click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of an episode.")
-@click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of everything that is drawn.")
+@click.option("--seed", type=SEED, help="Seed of everything that is drawn; a fresh one, which is said, if not given.")
 @click.option("--video", "with_video", is_flag=True, help="Render one episode.")
 @click.option(
     "--out", type=NewFolder(), default=Path("evaluation"), show_default=True,
-    help="Folder for evaluation.json, delay.png and policy.mp4.",
+    help="Folder for evaluation.json, delay.png, cubes.png and policy.mp4.",
 )  # fmt: skip
 def evaluate(
     *,
@@ -78,26 +84,26 @@ def evaluate(
     trials: int,
     units: int,
     seconds: float,
-    seed: int,
+    seed: int | None,
     with_video: bool,
     out: Path,
 ) -> None:
     """Measure POLICY, a shipped one (`steady`, the default, or `fast`) or a file: rotation, rate, survival and more.
 
     In simulation under its training conditions, a control period late, in the paper's deployment settings and behind a
-    servo with a sweep of delays and lags; through the bytes on each shipped unit, on random ones and on each firmware.
+    servo with a sweep of delays and lags; through the bytes on each shipped unit, on random ones and on each firmware,
+    and with cubes of other sizes, masses, frictions and centres of mass.
     """
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     with given():
         policy = find_policy(policy_name)
-        prepared_folder(out)
-        if with_video:
-            check_video()
-        if "mjx" in backends and find_spec("mujoco.mjx") is None:
-            raise ValueError("--on mjx needs the extra `train`")
+        _prepare(out, backends, with_video=with_video)
+    seed = int(np.random.default_rng().integers(FRESH_SEEDS)) if seed is None else seed
+    console.print(f"seed {seed}", highlight=False)
     results: dict[str, dict[str, dict[str, float]]] = {}
     gaps: tuple[ChannelGap, ...] = ()
     made_trials: dict[str, list[Trial]] = {}
+    cube_trials: dict[str, list[Trial]] = {}
     try:
         with unwinding(), ProgressBar(console=console, transient=True) as bar:
             task = bar.add_task("evaluating", total=1.0)
@@ -116,10 +122,15 @@ def evaluate(
             if "bytes" in backends:
                 run_trials(policy, cases(policy, trials, units, seconds=seconds, seed=seed), made_trials, show)
                 gaps = _gaps(policy, seconds, seed)
+            if "cubes" in backends:
+                run_trials(policy, over_cubes(policy, trials, seconds=seconds, seed=seed), cube_trials, show)
     finally:  # what had ended is kept, whatever the ending
         if made_trials:
             results["every byte"] = figures(made_trials)
-        report = {"policy": policy.name, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
+        if cube_trials:
+            results[OTHER_CUBES] = figures(cube_trials)
+            cube_picture(results[OTHER_CUBES], out / "cubes.png")
+        report = {"policy": policy.name, "seed": seed, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
         write_whole(out / "evaluation.json", json.dumps(report, indent=1))
         for backend, rows in results.items():
             print_figures(console, backend, rows)
@@ -127,6 +138,15 @@ def evaluate(
         print_gaps(console, gaps)
     if with_video:
         video(log(policy, task_of(policy), seconds, seed).positions, out / "policy.mp4")
+
+
+def _prepare(out: Path, backends: tuple[str, ...], *, with_video: bool) -> None:
+    """Try what is needed before any work."""
+    prepared_folder(out)
+    if with_video:
+        check_video()
+    if "mjx" in backends and find_spec("mujoco.mjx") is None:
+        raise ValueError("--on mjx needs the extra `train`")
 
 
 def _gaps(policy: Policy, seconds: float, seed: int) -> tuple[ChannelGap, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isnan, nan
 
 from rich.console import Console
 from rich.table import Table
@@ -35,8 +36,15 @@ def print_figures(console: Console, backend: str, rows: Mapping[str, Mapping[str
         table.add_column(title, justify="right")
     scale = {"finger_travel_m_s": MM}
     for name, row in rows.items():
-        table.add_row(name, *(form.format(row[key] * scale.get(key, 1.0)) for key, (_, form) in shown.items()))
+        table.add_row(name, *(_cell(row, key, form, scale.get(key, 1.0)) for key, (_, form) in shown.items()))
     console.print(table)
+
+
+def _cell(row: Mapping[str, float], key: str, form: str, scale: float) -> str:
+    """Return a figure, with its 95 % interval where it has one."""
+    low, high = row.get(f"{key}_low", nan), row.get(f"{key}_high", nan)
+    interval = "" if isnan(low) else f" ({form.format(low * scale)}-{form.format(high * scale)})"
+    return form.format(row[key] * scale) + interval
 
 
 def print_gaps(console: Console, gaps: tuple[ChannelGap, ...]) -> None:

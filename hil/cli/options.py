@@ -18,6 +18,7 @@ from hil.cli.exits import given
 if TYPE_CHECKING:
     from aero.safety import Thresholds
     from hil.targets.target import Target
+    from model.scene import Cube
 
 Command = Callable[..., Any]
 
@@ -38,7 +39,12 @@ class ChosenHand:
     hand_id: str = ""
 
     def open(
-        self, *, guarded: bool | None = None, thresholds: Thresholds | None = None, homed: bool = False
+        self,
+        *,
+        guarded: bool | None = None,
+        thresholds: Thresholds | None = None,
+        homed: bool = False,
+        cube: Cube | None = None,
     ) -> AbstractContextManager[Target]:
         """Return the hand as a context manager, see `hil.open_target`."""
         from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
@@ -56,6 +62,7 @@ class ChosenHand:
                     hand_id=self.hand_id,
                     firmware_program=self.program,
                     homed=homed,
+                    cube=cube,
                 )
             )
 

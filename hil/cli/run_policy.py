@@ -22,10 +22,13 @@ from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import telling, viewing, with_view
+from hil.policies.cube_watch import CubeWatch
 from hil.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 from hil.view.sources import source_of
+from model.cube_plant import CubePlant
+from model.scene import CUBE
 from model.units.cable_correction import correction
 from model.units.naming import unit_named
 
@@ -59,6 +62,7 @@ MOST_A = 4.5
     "--max-current", type=Finite(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
     show_default=True, help="Current of a motor at which the hand is stopped, A.",
 )  # fmt: skip
+@click.option("--empty", is_flag=True, help="Leave an emulated hand empty.")
 @with_view
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
 def run_policy(
@@ -73,6 +77,7 @@ def run_policy(
     rehearse: float,
     twin: str | None,
     max_current: float,
+    empty: bool,
     view: bool,
     record: Path | None,
 ) -> None:
@@ -80,7 +85,7 @@ def run_policy(
 
     POLICY is shipped, `steady` (the default) or `fast`, or a file.
 
-    Every hand is guarded, an emulated one too, and ends open.
+    Every hand is guarded, an emulated one too, and ends open. An emulated hand in this process gets the paper's cube.
 
     Exits with 0 when the time ran out and 1 when something else ended it; docs/commands.md has the other codes.
     """
@@ -103,13 +108,16 @@ def run_policy(
             prepared_file(record)
         thresholds = Thresholds(current_a=max_current)
     _say_settings(console, policy, settings)
-    if hand.target in ("emulated", "pty"):
-        console.print("This emulated hand holds no cube; `aero-hil evaluate` runs a policy with one.", highlight=False)
+    if hand.target == "pty":
+        console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.", highlight=False)
+    holds_cube = hand.target == "emulated" and not (dry_run or empty)
     with viewing(view, hand) as audience:
-        with hand.open(guarded=True, thresholds=thresholds) as opened:
+        with hand.open(guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
             audience.follow(source_of(opened))
             recorder = Recorder(opened, "policy", record)
             name = opened.describe()
+            plant = opened.capabilities.get("ground_truth")
+            cube = CubeWatch(plant, hand.seed) if isinstance(plant, CubePlant) else None
             with ProgressBar(console=console, transient=True) as bar:
                 task = bar.add_task(name, total=1.0)
                 try:
@@ -122,6 +130,7 @@ def run_policy(
                             audience,
                             lambda done, doing: bar.update(task, completed=done, description=f"{name}: {doing}"),
                         ),
+                        cube=cube,
                     )
                 except BaseException:
                     if recorder.begun:
@@ -132,7 +141,7 @@ def run_policy(
             recorder.finish(ended=result.run.ending is Ending.TIME)
         ended = result.run.ending
         audience.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
-        _print(console, result, record)
+        _print(console, result, cube, record)
     sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
 
 
@@ -142,7 +151,7 @@ def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> No
             console.print(f"{name}: trained {trained}, used {used}", highlight=False)
 
 
-def _print(console: Console, result: PolicyRun, record: Path | None) -> None:
+def _print(console: Console, result: PolicyRun, cube: CubeWatch | None, record: Path | None) -> None:
     run = result.run
     late_ms = 1e3 * np.percentile(result.lateness_s or (0.0,), (50, 99, 100))
     table = Table(show_header=False)
@@ -156,6 +165,9 @@ def _print(console: Console, result: PolicyRun, record: Path | None) -> None:
         "peak current, A": f"{run.peak_current_a:.2f}",
         "peak temperature, °C": f"{run.peak_temperature_c:.0f}",
     }
+    if cube is not None:
+        rows["cube turned"] = f"{cube.rotation_rad:.2f} rad in {cube.alive_s:.1f} s, {cube.rate_rad_s:.2f} rad/s"
+        rows["cube at the end"] = "lost" if cube.lost else "in the hand"
     for name, text in rows.items():
         table.add_row(name, text)
     console.print(table)

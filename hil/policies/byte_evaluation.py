@@ -16,14 +16,20 @@ from aero.policy.limits import Ending
 from aero.policy.running import RunSettings, Step
 from firmware_emulator.firmware.profiles import PROFILES
 from hil.policies.cube_trial import Trial, run_trial
+from hil.policies.cubes import PROPERTIES, any_cube
+from hil.policies.prediction import of_trials
 from hil.policies.transmission_gap import ChannelGap, channel_gaps
 from hil.recordings.recorder import Progress
 from hil.targets.target import DEFAULT_FIRMWARE
+from model.scene import CUBE, Cube
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 
 Floats = NDArray[np.float64]
+
+BOOTSTRAP_SEED = 0
+"""Of the intervals, so that the same trials say the same."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,7 @@ class Case:
     firmware: str
     seed: int
     settings: RunSettings
+    cube: Cube = CUBE
 
 
 def cases(policy: Policy, trials: int, units: int, *, seconds: float, seed: int) -> list[Case]:
@@ -64,6 +71,23 @@ def cases(policy: Policy, trials: int, units: int, *, seconds: float, seed: int)
         Case(name, unit, firmware, seed + k, corrected[unit.name] if known else bare)
         for name, turn, firmware, known in rows
         for k, unit in enumerate(turn)
+    ]
+
+
+def over_cubes(policy: Policy, trials: int, *, seconds: float, seed: int) -> list[Case]:
+    """Return every trial with another cube, each on another random hand that is corrected for.
+
+    The hands are the same for every cube, so that cubes are compared and not hands.
+    """
+    rng = np.random.default_rng(seed)
+    hands = [plausible_unit(seed + k) for k in range(trials)]
+    settings = [RunSettings(seconds=seconds, correction=tuple(correction(unit, policy.settings))) for unit in hands]
+    rows = [(one.label(value), [one.change(CUBE, value)] * trials) for one in PROPERTIES for value in one.values]
+    rows.append(("any of these cubes", [any_cube(rng) for _ in range(trials)]))
+    return [
+        Case(name, hands[k], DEFAULT_FIRMWARE, seed + k, settings[k], cube)
+        for name, cubes in rows
+        for k, cube in enumerate(cubes)
     ]
 
 
@@ -117,14 +141,19 @@ def open_loop_gaps(
 
 
 def _trial(policy: Policy, case: Case) -> Trial:
-    return run_trial(policy, case.unit, firmware=case.firmware, seed=case.seed, settings=case.settings)
+    return run_trial(policy, case.unit, firmware=case.firmware, seed=case.seed, settings=case.settings, cube=case.cube)
 
 
 def _summary(trials: list[Trial]) -> dict[str, float]:
+    said = of_trials("", trials, BOOTSTRAP_SEED)
     return {
         "episodes": float(len(trials)),
-        "survival": float(np.mean([one.kept for one in trials])),
-        "rate_rad_s": float(np.mean([one.rate_rad_s for one in trials])),
+        "survival": said.kept / said.trials,
+        "survival_low": said.kept_interval[0],
+        "survival_high": said.kept_interval[1],
+        "rate_rad_s": said.rate_rad_s,
+        "rate_rad_s_low": said.rate_interval[0],
+        "rate_rad_s_high": said.rate_interval[1],
         "rotation_median_rad": float(np.median([one.rotation_rad for one in trials])),
         "finger_travel_m_s": float(np.mean([one.travel_per_s[:4] for one in trials])),
         "stopped": float(np.mean([one.run.ending is not Ending.TIME for one in trials])),

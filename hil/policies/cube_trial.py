@@ -16,15 +16,11 @@ from aero.policy.running import Run, RunSettings, Step
 from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
+from hil.policies.cube_watch import CubeWatch
 from hil.targets.guarding import guard
 from model.cube_plant import CubePlant
-from model.scene import CUBE_START
+from model.scene import CUBE, Cube
 from model.units import Unit
-
-LOST_HEIGHT = -0.05
-"""Height of the cube's centre below which it is lost, world frame, m; as in training."""
-PLACING_SPREAD_M = 0.002
-"""Standard deviation of where a person puts the cube, along each axis, m."""
 
 
 @dataclass(frozen=True)
@@ -56,30 +52,6 @@ class Trial:
         return self.rotation_rad / self.alive_s if self.alive_s else 0.0
 
 
-class _Cube:
-    """Watches the cube while the policy runs."""
-
-    def __init__(self, plant: CubePlant, position: np.ndarray, on_step: Callable[[Step], None]) -> None:
-        self._plant, self._position, self._on_step = plant, position, on_step
-        self._began = 0.0
-        self.alive_s, self.rotation, self.lost = 0.0, 0.0, False
-        self.targets: list[np.ndarray] = []
-        self.currents: list[np.ndarray] = []
-
-    def place(self) -> None:
-        self._plant.place_cube(self._position)
-        self._began = self._plant.time
-
-    def watch(self, step: Step) -> None:
-        self.currents.append(np.abs(step.currents_a))
-        if not self.lost:
-            self.targets.append(step.target)
-            self.alive_s = self._plant.time - self._began
-            self.rotation = self._plant.cube_rotation
-            self.lost = bool(self._plant.cube_position()[2] < LOST_HEIGHT)
-        self._on_step(step)
-
-
 def run_trial(
     policy: Policy,
     unit: Unit,
@@ -87,6 +59,7 @@ def run_trial(
     firmware: str = "0.2.0",
     seed: int = 0,
     settings: RunSettings | None = None,
+    cube: Cube = CUBE,
     thresholds: Thresholds | None = None,
     script: NDArray[np.float64] | None = None,
     on_step: Callable[[Step], None] = lambda _: None,
@@ -99,15 +72,25 @@ def run_trial(
         firmware: version the board runs.
         seed: of the hand's noise and of where the cube is put.
         settings: of the loop; the policy's own and 15 s when left out.
+        cube: what it turns.
         thresholds: of the guard, which watches this hand as it does a physical one; the defaults when left out.
         script: actions (periods, 7) to play open loop in place of the policy's.
         on_step: told about every control period.
     """
     settings = settings or RunSettings()
-    plant = CubePlant(unit.hand)
+    plant = CubePlant(unit.hand, cube=cube)
     electronics = EmulatedHand(plant, firmware=firmware, servos=unit.servos, seed=seed)
-    position = np.array(CUBE_START) + PLACING_SPREAD_M * np.random.default_rng(seed).standard_normal(3)
-    cube = _Cube(plant, position, on_step)
+    watch = CubeWatch(plant, seed)
+    targets: list[np.ndarray] = []
+    currents: list[np.ndarray] = []
+
+    def follow(step: Step) -> None:
+        currents.append(np.abs(step.currents_a))
+        if not watch.lost:
+            targets.append(step.target)
+        watch.look()
+        on_step(step)
+
     codec, link = ActuationMap.for_firmware(firmware), InProcessLink(electronics)
     with guard(link, electronics.clock, codec, firmware, thresholds or Thresholds()) as hand:
         hand.begin()
@@ -120,19 +103,19 @@ def run_trial(
             codec,
             settings=settings,
             script=script,
-            on_ready=cube.place,
-            on_step=cube.watch,
+            on_ready=watch.place,
+            on_step=follow,
         )
-    held_s = len(cube.targets) * (settings.settings or policy.settings).period_s
-    travel = np.abs(np.diff(cube.targets, axis=0)).sum(axis=0) / held_s if cube.targets else np.zeros(7)
+    held_s = len(targets) * (settings.settings or policy.settings).period_s
+    travel = np.abs(np.diff(targets, axis=0)).sum(axis=0) / held_s if targets else np.zeros(7)
     return Trial(
         unit=unit.name,
         firmware=firmware,
         seed=seed,
-        kept=not cube.lost and run.ending is Ending.TIME,
-        alive_s=cube.alive_s,
-        rotation_rad=cube.rotation,
+        kept=not watch.lost and run.ending is Ending.TIME,
+        alive_s=watch.alive_s,
+        rotation_rad=watch.rotation_rad,
         run=run,
         travel_per_s=tuple(travel.tolist()),
-        mean_currents_a=tuple(np.nanmean(cube.currents, axis=0).tolist() if cube.currents else [0.0] * 7),
+        mean_currents_a=tuple(np.nanmean(currents, axis=0).tolist() if currents else [0.0] * 7),
     )

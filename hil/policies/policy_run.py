@@ -17,6 +17,7 @@ from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings, Step
+from hil.policies.cube_watch import CubeWatch
 from hil.recordings.recorder import REHEARSAL, Progress, Recorder, silent
 from hil.targets.target import Target
 
@@ -33,7 +34,13 @@ class PolicyRun(NamedTuple):
 
 
 def record_policy(
-    target: Target, recorder: Recorder, policy: Policy, settings: RunSettings, *, progress: Progress = silent
+    target: Target,
+    recorder: Recorder,
+    policy: Policy,
+    settings: RunSettings,
+    *,
+    progress: Progress = silent,
+    cube: CubeWatch | None = None,
 ) -> PolicyRun:
     """Run `policy` on `target`.
 
@@ -43,6 +50,7 @@ def record_policy(
         policy: what acts.
         settings: how.
         progress: told about every control period.
+        cube: put into the hand when the policy begins, and watched.
 
     Raises:
         AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
@@ -86,8 +94,15 @@ def record_policy(
 
     def take(step: Step) -> None:
         keep(step)
+        if cube is not None:
+            cube.look()
         lateness.append(step.late_s)
         progress(min(1.0, len(lateness) * period_s / settings.seconds), policy.name)
+
+    def begin() -> None:
+        recorder.note("the policy begins")
+        if cube is not None:
+            cube.place()
 
     recorder.note(f"policy {policy.name!r} {'reads only' if settings.dry else 'runs'}")
     progress(0.0, EMPTY if settings.rehearsal_s else "going to the grasp")
@@ -99,7 +114,7 @@ def record_policy(
         settings=settings,
         on_rehearsal=rehearse,
         on_wait=lambda: progress(0.0, "put the object in"),
-        on_ready=lambda: recorder.note("the policy begins"),
+        on_ready=begin,
         on_step=take,
     )
     text = f"{run.ending.value}: {run.reason}" if run.reason else run.ending.value

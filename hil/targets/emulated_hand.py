@@ -16,6 +16,8 @@ from hil.faults.faulty_hand import FaultyHand, build_faulty
 from hil.faults.host import HeldUp, Unplugged
 from hil.faults.schedule import Schedule
 from model import BuiltHandPlant
+from model.cube_plant import CubePlant
+from model.scene import Cube
 from model.units import Unit
 
 Rewire = Callable[[Plant], Plant]
@@ -33,20 +35,23 @@ def build_emulated(
     rewire: Rewire | None = None,
     program: Path | None = None,
     schedule: Schedule | None = None,
+    cube: Cube | None = None,
 ) -> tuple[EmulatedHand, BuiltHandPlant]:
     """Return the electronics of an emulated hand, and the mechanics behind them.
 
     `start`, `nvs` and `program` are `EmulatedHand`'s; `rewire` puts something between the two; the
-    faults of `schedule` are put in at their places and times.
+    faults of `schedule` are put in at their places and times. A `cube` makes the mechanics a `CubePlant`.
 
     Raises:
-        ValueError: an unknown firmware or side; a fault that this hand cannot have.
+        ValueError: an unknown firmware or side; a fault that this hand cannot have; faults together with a cube.
         FirmwareProgramError: the program does not run, or does not home.
     """
     if schedule is not None and schedule.faults:
+        if cube is not None:
+            raise ValueError("a hand with faults holds no cube; give one of the two")
         how: dict[str, Any] = {"firmware": firmware, "hand": hand, "seed": seed, "start": start}
         return build_faulty(unit, schedule, **how, nvs=nvs, rewire=rewire, program=program)
-    plant = BuiltHandPlant(unit.hand, hand=hand)
+    plant = BuiltHandPlant(unit.hand, hand) if cube is None else CubePlant(unit.hand, hand, cube)
     behind: Any = plant if rewire is None else rewire(plant)
     electronics = EmulatedHand(
         behind, firmware=firmware, hand=hand, servos=unit.servos, seed=seed, start=start, nvs=nvs, program=program

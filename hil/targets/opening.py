@@ -29,6 +29,7 @@ from hil.targets.target import DEFAULT_FIRMWARE, PHYSICAL, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
 from model.geometry import Side
+from model.scene import Cube
 from model.units import DEFAULT_LIMITS, Unit
 from model.units.naming import unit_named
 
@@ -46,6 +47,7 @@ def open_target(
     firmware_program: Path | str | None = None,
     homed: bool = False,
     faults: Iterable[Fault] = (),
+    cube: Cube | None = None,
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -68,10 +70,11 @@ def open_target(
         homed: whether an emulated hand is homed when it is opened, as every physical hand has been; its encoders' zeros
             are ideal when not.
         faults: what is wrong with an `emulated` or `pty` hand, see `hil.faults`; their chances come from `seed`.
+        cube: lies ready beside an `emulated` hand; its ground truth is then a `model.cube_plant.CubePlant`.
 
     Raises:
         ValueError: an unknown firmware, side or unit; a firmware program or faults for a physical hand; faults that
-            cannot be combined.
+            cannot be combined; a cube for another hand than an `emulated` one without faults.
         FaultNeverFiredError: one of the faults had no effect, on leaving the context without another error.
         FirmwareProgramError: the firmware program does not run, on entering the context.
         NoHandError: nothing answers at the port, on entering the context.
@@ -87,10 +90,14 @@ def open_target(
         raise ValueError(
             f"faults are put into an emulated hand, not into {target!r}; see `aero-hil proxy` for its link"
         )
+    if cube is not None and target != "emulated":
+        raise ValueError(f"a cube is put into a hand in this process, `emulated`, not into {target!r}")
     if target == "pty":
         refuse_at_a_port(schedule.faults)
     program = Path(firmware_program) if firmware_program is not None else None
-    request = Request(target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed, schedule)
+    request = Request(
+        target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed, schedule, cube
+    )
     return kinds.get(target, _physical)(request)
 
 
@@ -113,6 +120,8 @@ class Request:
     """Whether an emulated hand is homed first."""
     schedule: Schedule = field(default_factory=Schedule)
     """Faults of an emulated hand."""
+    cube: Cube | None = None
+    """For an emulated hand in this process."""
 
     def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
@@ -134,6 +143,7 @@ def _emulated(request: Request) -> Iterator[Target]:
         seed=request.seed,
         program=request.program,
         schedule=request.schedule,
+        cube=request.cube,
     )
     link = host_link(electronics, request.schedule)
     with closing(electronics), in_process(request, electronics, plant, link) as target:

@@ -4,6 +4,7 @@ import pytest
 
 from model.cube_plant import CubePlant
 from model.plant import BuiltHandPlant
+from model.scene import Cube
 
 
 def test_a_cube_out_of_reach_does_not_touch_the_hand():
@@ -34,3 +35,47 @@ def test_rotation_is_counted_over_whole_turns_about_the_vertical_whatever_the_or
         for k in range(1, 101):
             plant.advance_to(start + 0.01 * k)
         assert plant.cube_rotation == pytest.approx(8.0, rel=1e-3)
+
+
+HELD_UP_S = 0.1
+
+
+def spin_when_held_up(cube):
+    """Return the cube's angular velocity, (3,) rad/s, after its weight was borne at its middle for `HELD_UP_S`."""
+    plant = CubePlant(cube=cube)
+    plant.place_cube((1.0, 0.0, 0.0))
+    body = plant._model.body("cube").id
+    mujoco.mj_forward(plant._model, plant._data)
+    start = plant.time
+    for k in range(1, 51):
+        middle, weight = np.array(plant.cube_position()), cube.mass_kg * 9.81
+        arm = middle - plant._data.xipos[body]
+        plant._data.xfrc_applied[body] = [0, 0, weight, *np.cross(arm, [0, 0, weight])]
+        plant.advance_to(start + HELD_UP_S * k / 50)
+    return plant._data.cvel[body, :3]
+
+
+def test_a_centre_of_mass_beside_the_middle_tips_a_cube_that_is_held_at_its_middle():
+    still = spin_when_held_up(Cube())
+    np.testing.assert_allclose(still, 0.0, atol=1e-6)
+    tipped = spin_when_held_up(Cube(centre_of_mass_m=(0.003, 0.0, 0.0)))
+    # Weight at 3 mm, inertia of a cube: alpha = m g d / (m a² / 6).
+    expected = 9.81 * 0.003 * 6 / 0.050**2 * HELD_UP_S
+    np.testing.assert_allclose(tipped, [0.0, expected, 0.0], rtol=0.05, atol=0.05)
+
+
+@pytest.mark.parametrize("cube", [Cube(side_m=0.045), Cube(side_m=0.055), Cube(mass_kg=0.14), Cube(friction=1.0)])
+def test_a_cube_has_its_size_mass_and_friction(cube):
+    model = CubePlant(cube=cube)._model
+    geom = model.geom("cube")
+    np.testing.assert_allclose(geom.size, cube.side_m / 2)
+    assert model.body("cube").mass[0] == pytest.approx(cube.mass_kg)
+    assert geom.friction[0] == cube.friction
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"side_m": 0.0}, {"mass_kg": -1.0}, {"friction": 0.0}, {"centre_of_mass_m": (0.03, 0, 0)}]
+)
+def test_a_cube_that_cannot_be_is_refused(wrong):
+    with pytest.raises(ValueError, match="must be positive"):
+        Cube(**wrong)

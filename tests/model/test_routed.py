@@ -10,7 +10,7 @@ from aero.channels import JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
 from model import build_routed
 from model.geometry import hand
 from model.routed import COMMAND_RANGE, TENDONS
-from model.scene import CUBE_MASS, add_cube, add_floor, add_light
+from model.scene import CUBE, add_cube, add_floor, add_light
 from model.skeleton import left_out
 
 SIDES = ("right", "left")
@@ -127,7 +127,7 @@ def test_every_build_compiles_and_steps(side, cube, surroundings):
     mujoco.mj_step(model, data, 100)
     assert np.all(np.isfinite(data.qpos))
     if cube:
-        assert model.body("cube").mass[0] == CUBE_MASS
+        assert model.body("cube").mass[0] == CUBE.mass_kg
         # Held by the open, tilted palm or caught by the floor, not falling through either.
         assert data.body("cube").xpos[2] > (-0.15 if surroundings else -10.0)
 

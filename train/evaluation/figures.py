@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from matplotlib.figure import Figure
 
-from model.scene import CUBE_SIDE, add_light
+from model.scene import CUBE, add_light
 from train.evaluation.rollouts import Episodes
 from train.scene import build_scene
 from train.simulator import Floats
@@ -52,8 +52,8 @@ def add_stickers(spec: mujoco.MjSpec) -> None:
     """Put a coloured square on each face of the cube."""
     for direction, colour in STICKERS.items():
         outward = np.array(direction)
-        flat = np.where(outward, STICKER_THICKNESS / 2, 0.4 * CUBE_SIDE)
-        place = 0.5 * CUBE_SIDE * outward
+        flat = np.where(outward, STICKER_THICKNESS / 2, 0.4 * CUBE.side_m)
+        place = 0.5 * CUBE.side_m * outward
         spec.body("cube").add_site(type=mujoco.mjtGeom.mjGEOM_BOX, size=flat, pos=place, rgba=colour)
 
 

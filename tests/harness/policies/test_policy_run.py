@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from aero.policy.settings import PAPER_TRAINING
 from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from hil.cli import main
+from hil.cli.evaluate import OTHER_CUBES
 from hil.policies.cube_trial import run_trial
 from hil.recordings.mcap_file import read_recording
 from hil.targets.opening import open_target
@@ -164,11 +166,23 @@ def test_run_policy_prints_and_records(path, tmp_path):
     assert read_recording(tmp_path / "run.mcap").header.experiment == "policy"
 
 
+def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turned(path):
+    with_cube, empty = (
+        CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "1", *more]).output
+        for more in ([], ["--empty"])
+    )
+    assert re.search(r"cube turned\D+\d+\.\d\d rad in 1\.0 s", with_cube)
+    assert "cube at the end" in with_cube
+    assert "cube" not in empty
+
+
 def test_run_policy_without_an_object_says_that_it_is_lost(tmp_path):
     *hidden, last = policy().network.layers
     still = replace(policy().network, layers=(*hidden, Layer(0 * last.kernel, 0 * last.bias)))
     save(replace(policy(), network=still), tmp_path / "still.npz")
-    result = CliRunner().invoke(main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "6", "--rehearse", "4"])
+    result = CliRunner().invoke(
+        main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "6", "--rehearse", "4", "--empty"]
+    )
     assert result.exit_code == 1
     assert "draws as little as" in result.output
 
@@ -209,8 +223,9 @@ def test_evaluate_leaves_figures_for_each_backend(path, tmp_path):
     arguments = ["evaluate", str(path), "--episodes", "2", "--trials", "1", "--units", "1", "--seconds", "0.5"]
     result = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
+    assert (tmp_path / "cubes.png").stat().st_size > 10_000
     results = json.loads((tmp_path / "evaluation.json").read_text())["results"]
-    assert set(results) == {"plain MuJoCo", "built hands in process", "every byte"}
+    assert set(results) == {"plain MuJoCo", "built hands in process", "every byte", OTHER_CUBES}
     assert {"reference", "paper", "random units (1)", "paper, firmware pre", "reference, firmware 0.1.0"} <= set(
         results["every byte"]
     )

@@ -3,6 +3,8 @@
 import pytest
 
 from hil import MissingCapabilityError, NoHandError, open_target
+from hil.faults import parse_fault
+from model.scene import CUBE
 
 
 def wire_log(seed, unit="reference"):
@@ -46,6 +48,17 @@ def test_a_missing_port_is_named_with_what_to_try():
 def test_what_cannot_be_is_refused_at_once(asked):
     with pytest.raises(ValueError, match=next(iter(asked.values()))):
         open_target(**asked)
+
+
+@pytest.mark.parametrize("target", ["pty", "/dev/ttyNoSuchHand"])
+def test_a_cube_is_for_a_hand_in_this_process(target):
+    with pytest.raises(ValueError, match=f"`emulated`, not into '{target}'"):
+        open_target(target, cube=CUBE)
+
+
+def test_a_hand_with_faults_holds_no_cube():
+    with pytest.raises(ValueError, match="holds no cube"), open_target(cube=CUBE, faults=[parse_fault("motor_weak")]):
+        pytest.fail("one of the two is refused")
 
 
 def test_a_hand_on_a_pseudo_terminal_answers_and_has_no_ground_truth():

@@ -1,0 +1,47 @@
+"""A cube in an emulated hand while a policy runs: where it is put, how far it turns, when it is lost."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from model.cube_plant import CubePlant
+from model.scene import CUBE_START
+
+LOST_HEIGHT = -0.05
+"""Height of the cube's centre below which it is lost, world frame, m; as in training."""
+PLACING_SPREAD_M = 0.002
+"""Standard deviation of where a person puts the cube, along each axis, m."""
+
+
+class CubeWatch:
+    """Puts the cube into the hand and follows it until it is lost."""
+
+    def __init__(self, plant: CubePlant, seed: int) -> None:
+        """Watch the cube of `plant`; where it is put is drawn from `seed`."""
+        self._plant = plant
+        spread = PLACING_SPREAD_M * np.random.default_rng(seed).standard_normal(3)
+        self._position = np.array(CUBE_START) + spread
+        self._began = 0.0
+        self.alive_s = 0.0
+        """Time until now or until the loss, s."""
+        self.rotation_rad = 0.0
+        """Rotation about the vertical in that time, rad."""
+        self.lost = False
+        """Whether it has fallen."""
+
+    def place(self) -> None:
+        """Put the cube at rest into the hand; its time begins."""
+        self._plant.place_cube(self._position)
+        self._began = self._plant.time
+
+    def look(self) -> None:
+        """Look at the cube after a control period."""
+        if not self.lost:
+            self.alive_s = self._plant.time - self._began
+            self.rotation_rad = self._plant.cube_rotation
+            self.lost = bool(self._plant.cube_position()[2] < LOST_HEIGHT)
+
+    @property
+    def rate_rad_s(self) -> float:
+        """Mean angular velocity, rad/s; zero before the first control period."""
+        return self.rotation_rad / self.alive_s if self.alive_s else 0.0
