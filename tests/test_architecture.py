@@ -26,7 +26,7 @@ ADDITIONALLY = {"hil/cli": {"train"}}
 EMULATOR_FOR_MODEL = {"firmware_emulator.plant", "firmware_emulator.servo.parameters"}
 """What `model` may know of the electronics: the interface behind the servos, and one servo's constants."""
 HIL_LAYERS = (
-    {"faults"},
+    {"faults", "workers"},
     {"targets"},
     {"recordings"},
     {"experiments"},

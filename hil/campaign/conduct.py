@@ -9,6 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, contextmanager
 
 from hil.campaign.trial import Outcome, Trial, perform
+from hil.workers import end_with_the_parent
 
 AHEAD = 2
 """Trials that wait for each worker, so that none has to wait for a trial."""
@@ -19,7 +20,8 @@ ATTEMPTS = 3
 @contextmanager
 def cores(workers: int) -> Iterator[Executor]:
     """Yield workers in processes of their own on this machine, started afresh: MuJoCo does not survive a fork."""
-    executor = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+    afresh = multiprocessing.get_context("spawn")
+    executor = ProcessPoolExecutor(workers, mp_context=afresh, initializer=end_with_the_parent)
     try:
         yield executor
     finally:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,6 +20,7 @@ from hil.policies.prediction import of_trials
 from hil.policies.transmission_gap import ChannelGap, channel_gaps
 from hil.recordings.recorder import Progress
 from hil.targets.target import DEFAULT_FIRMWARE
+from hil.workers import leave_interrupts_to_the_parent
 from model.scene import CUBE, Cube
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
@@ -97,7 +97,7 @@ def run_trials(policy: Policy, made: list[Case], trials: dict[str, list[Trial]],
     However this is left, no worker is.
     """
     # A fresh interpreter a worker: a copy of this one would share its threads' locks. Leaving the pool ends them.
-    with get_context("spawn").Pool(initializer=_leave_signals_to_the_parent) as pool:
+    with get_context("spawn").Pool(initializer=leave_interrupts_to_the_parent) as pool:
         for done, (case, trial) in enumerate(zip(made, pool.imap(partial(_trial, policy), made), strict=True), 1):
             trials.setdefault(case.name, []).append(trial)
             progress(done / len(made), case.name)
@@ -106,10 +106,6 @@ def run_trials(policy: Policy, made: list[Case], trials: dict[str, list[Trial]],
 def figures(trials: Mapping[str, list[Trial]]) -> dict[str, dict[str, float]]:
     """Return the figures of each row of trials, SI units."""
     return {name: _summary(one) for name, one in trials.items()}
-
-
-def _leave_signals_to_the_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def open_loop_gaps(

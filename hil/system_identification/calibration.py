@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
@@ -29,6 +28,7 @@ from hil.system_identification.trace_replay import Prediction, replay
 from hil.system_identification.uncertainty import Intervals, covariance, intervals
 from hil.system_identification.unit_parameters import FREE, KEPT, UnitModel, excited, numbers, told_by
 from hil.targets.target import DEFAULT_FIRMWARE
+from hil.workers import leave_interrupts_to_the_parent
 from model.units import Unit
 
 TYPICAL_ITERATIONS = 4
@@ -146,7 +146,7 @@ def _processes(jobs: int) -> AbstractContextManager[Executor | None]:
     """Return processes that leave Ctrl-C to this one, or nothing for one job."""
     if jobs == 1:
         return nullcontext()
-    return ProcessPoolExecutor(jobs, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
+    return ProcessPoolExecutor(jobs, initializer=leave_interrupts_to_the_parent)
 
 
 def _replays(model: UnitModel) -> int:
