@@ -51,6 +51,11 @@ def machine_backend() -> Backend:
     return "mjx" if jax.default_backend() == "gpu" else "native"
 
 
+def accelerated() -> bool:
+    """Return whether JAX finds anything faster than the CPU."""
+    return bool(jax.default_backend() != "cpu")
+
+
 def train(
     recipe: Recipe,
     backend: Backend,

@@ -271,11 +271,8 @@ settled on all of them and on the paper's hands, where it learns neither to thro
 RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 
 
-def on_gpu(recipe: Recipe) -> Recipe:
-    """Return the recipe at the paper's scale: 8192 environments, 32 minibatches, 3e8 steps; routed hands only.
-
-    Built hands, which have servos in their physics, give way to routed ones behind servos.
-    """
+def on_routed_hands(recipe: Recipe) -> Recipe:
+    """Return the recipe for MJX, which steps no built hands: routed ones behind servos take their place."""
     stages = tuple(
         replace(
             stage,
@@ -286,5 +283,10 @@ def on_gpu(recipe: Recipe) -> Recipe:
         )
         for stage in recipe.stages
     )
-    large = replace(recipe, environments=8192, minibatches=32, stages=stages, stuck=Stuck(steps=30_000_000))
+    return replace(recipe, stages=stages)
+
+
+def on_gpu(recipe: Recipe) -> Recipe:
+    """Return the recipe at the paper's scale: 8192 environments, 32 minibatches, 3e8 steps; routed hands only."""
+    large = replace(on_routed_hands(recipe), environments=8192, minibatches=32, stuck=Stuck(steps=30_000_000))
     return replace(large.with_steps(300_000_000), checkpoint_steps=5_242_880)

@@ -14,9 +14,14 @@ from hil.recordings.output import prepared_folder
 from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log
 from train.progress import PICTURE, Checkpoint
-from train.recipe import RECIPES, on_gpu
+from train.recipe import RECIPES, on_gpu, on_routed_hands
 
 EPISODE_S = 15.0
+WITHOUT_GPU = (
+    "Warning: JAX finds no GPU here; MJX on a CPU is more than 100 times slower than `--backend native`, good for "
+    "a smoke test. The recipe keeps its size for CPUs, not the paper's 8192 environments."
+)
+"""8.2 k environment steps/s and 44, on two cores (docs/training.md)."""
 
 
 @click.command()
@@ -62,9 +67,14 @@ def train(
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or ppo.machine_backend()
-    chosen = on_gpu(RECIPES[recipe]) if on == "mjx" else RECIPES[recipe]
-    chosen = chosen.with_steps(steps) if steps else chosen
     console = Console()
+    chosen = RECIPES[recipe]
+    if on == "mjx" and ppo.accelerated():
+        chosen = on_gpu(chosen)
+    elif on == "mjx":
+        chosen = on_routed_hands(chosen)
+        console.print(WITHOUT_GPU, highlight=False, soft_wrap=True)
+    chosen = chosen.with_steps(steps) if steps else chosen
     console.print(f"{recipe} over {on}, seed {seed}, {chosen.environments} environments, {chosen.steps} steps")
     points: list[Checkpoint] = []
 

@@ -55,6 +55,24 @@ def test_the_command_asks_for_the_recipe_and_says_every_checkpoint(monkeypatch, 
     assert "0.20 M steps" in result.output
 
 
+@pytest.mark.parametrize(("accelerated", "environments"), [(False, STEADY.environments), (True, 8192)])
+def test_mjx_without_a_gpu_says_so_and_keeps_to_the_size_for_cpus(accelerated, environments, monkeypatch, tmp_path):
+    asked = []
+
+    def fake(recipe, *_, **__):
+        asked.append(recipe)
+        return policy()
+
+    monkeypatch.setattr(ppo, "accelerated", lambda: accelerated)
+    monkeypatch.setattr(ppo, "train", fake)
+    result = CliRunner().invoke(main, ["train", "--backend", "mjx", "--out", str(tmp_path)], catch_exceptions=False)
+    assert [recipe.environments for recipe in asked] == [environments]
+    assert not any(stage.built for stage in asked[0].stages)
+    assert [line.startswith("Warning: JAX finds no GPU") for line in result.output.splitlines()].count(True) == (
+        not accelerated
+    )
+
+
 def test_the_command_refuses_a_folder_that_holds_a_run(tmp_path):
     (tmp_path / "parameters.npz").touch()
     result = CliRunner().invoke(main, ["train", "--backend", "native", "--out", str(tmp_path)])
