@@ -53,6 +53,11 @@ class CubePlant(BuiltHandPlant):
         position: NDArray[np.float64] = self._data.qpos[self._cube_qpos : self._cube_qpos + 3].copy()
         return position
 
+    def posture(self) -> NDArray[np.float64]:
+        """Return joint angles, rad, and the cube's position, m, and orientation, w x y z: (23,), for `model.film`."""
+        cube = self._data.qpos[self._cube_qpos : self._cube_qpos + 7]
+        return np.concatenate([self._data.qpos[self.compiled.joint_qpos], cube])
+
     def _spec(self, hand: Side) -> mujoco.MjSpec:
         spec = super()._spec(hand)
         add_cube(spec, self._cube)

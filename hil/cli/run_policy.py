@@ -22,12 +22,14 @@ from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import telling, viewing, with_view
+from hil.policies.cube_film import write_film
 from hil.policies.cube_watch import CubeWatch
 from hil.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 from hil.view.sources import source_of
 from model.cube_plant import CubePlant
+from model.film import check_drawing
 from model.scene import CUBE
 from model.units.cable_correction import correction
 from model.units.naming import unit_named
@@ -62,6 +64,9 @@ MOST_A = 4.5
     "--max-current", type=Finite(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
     show_default=True, help="Current of a motor at which the hand is stopped, A.",
 )  # fmt: skip
+@click.option(
+    "--film", type=click.Path(dir_okay=False, path_type=Path), help="Draw an emulated hand and its cube, as a GIF."
+)
 @click.option("--empty", is_flag=True, help="Leave an emulated hand empty.")
 @with_view
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
@@ -77,6 +82,7 @@ def run_policy(
     rehearse: float,
     twin: str | None,
     max_current: float,
+    film: Path | None,
     empty: bool,
     view: bool,
     record: Path | None,
@@ -90,6 +96,7 @@ def run_policy(
     Exits with 0 when the time ran out and 1 when something else ended it; docs/commands.md has the other codes.
     """
     console = Console()
+    holds_cube = hand.target == "emulated" and not (dry_run or empty)
     with given():
         policy = find_policy(policy_name)
         settings = RunSettings(
@@ -106,11 +113,12 @@ def run_policy(
             settings = replace(settings, correction=tuple(found.tolist()))
         if record is not None:
             prepared_file(record)
+        if film is not None:
+            _check_film(film, holds_cube=holds_cube)
         thresholds = Thresholds(current_a=max_current)
     _say_settings(console, policy, settings)
     if hand.target == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.", highlight=False)
-    holds_cube = hand.target == "emulated" and not (dry_run or empty)
     with viewing(view, hand) as audience:
         with hand.open(guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
             audience.follow(source_of(opened))
@@ -142,7 +150,19 @@ def run_policy(
         ended = result.run.ending
         audience.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
         _print(console, result, cube, record)
+    if film is not None and cube is not None and cube.postures:
+        write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)
+        console.print(f"film in {film}", highlight=False)
     sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
+
+
+def _check_film(path: Path, *, holds_cube: bool) -> None:
+    if not holds_cube:
+        raise ValueError("--film draws an emulated hand and its cube; use it with `--hil emulated`")
+    if path.suffix != ".gif":
+        raise ValueError(f"--film writes a GIF; name the file .gif, not {path.name}")
+    prepared_file(path)
+    check_drawing("--film")
 
 
 def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.cube_plant import CubePlant
 from model.scene import CUBE_START
@@ -28,6 +29,8 @@ class CubeWatch:
         """Rotation about the vertical in that time, rad."""
         self.lost = False
         """Whether it has fallen."""
+        self.postures: list[NDArray[np.float64]] = []
+        """Of hand and cube at the end of each control period, for `model.film.frames`."""
 
     def place(self) -> None:
         """Put the cube at rest into the hand; its time begins."""
@@ -36,6 +39,7 @@ class CubeWatch:
 
     def look(self) -> None:
         """Look at the cube after a control period."""
+        self.postures.append(self._plant.posture())
         if not self.lost:
             self.alive_s = self._plant.time - self._began
             self.rotation_rad = self._plant.cube_rotation

@@ -9,7 +9,7 @@ from aero.policy.network import Layer, Network
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from train.evaluation.backends import beside_a_deployment
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
-from train.evaluation.figures import add_stickers, delay_picture
+from train.evaluation.figures import delay_picture
 from train.evaluation.rollouts import log, run, task_of
 from train.scene import build_scene
 from train.simulator import Simulator
@@ -89,15 +89,6 @@ def test_pictures_are_drawn(tmp_path, batch):
     episodes = [run(policy(), task_of(policy()), batch, 0.5, seed) for seed in (0, 1)]
     delay_picture([0.0, 0.05], episodes, tmp_path / "delay.png")
     assert (tmp_path / "delay.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_every_face_of_the_cube_has_a_colour_of_its_own():
-    spec = build_scene()
-    add_stickers(spec)
-    model = spec.compile()
-    faces = [site for site in range(model.nsite) if model.site_bodyid[site] == model.body("cube").id]
-    assert len({tuple(np.sign(model.site_pos[face]).round(6)) for face in faces}) == 6
-    assert len({tuple(model.site_rgba[face]) for face in faces}) == 6
 
 
 def test_a_log_keeps_every_step_of_an_episode():

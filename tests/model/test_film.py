@@ -1,0 +1,71 @@
+import os
+
+import mujoco
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+from policies import policy
+
+from aero.policy.file import save
+from hil.cli import main
+from model.cube_plant import CubePlant
+from model.film import HEIGHT, STICKERS, WIDTH, add_stickers, frames
+from model.scene import Cube, add_cube
+
+drawn = pytest.mark.skipif(
+    os.environ.get("MUJOCO_GL") not in {"egl", "osmesa", "glfw"}, reason="drawing needs OpenGL: set MUJOCO_GL=egl"
+)
+
+
+@pytest.mark.parametrize("cube", [Cube(), Cube(side_m=0.055)])
+def test_every_face_of_the_cube_has_a_colour_of_its_own(cube):
+    spec = mujoco.MjSpec()
+    add_stickers(add_cube(spec, cube), cube)
+    model = spec.compile()
+    np.testing.assert_allclose(np.abs(model.site_pos).max(axis=1), cube.side_m / 2)
+    assert len({tuple(np.sign(face).round(6)) for face in model.site_pos}) == 6
+    assert len({tuple(colour) for colour in model.site_rgba}) == 6
+
+
+def share_of(picture, colour):
+    """Return the share of a picture that has about the hue of a sticker."""
+    wanted = np.array(STICKERS[colour][:3])
+    pixels = picture.reshape(-1, 3) / 255.0
+    length = np.linalg.norm(pixels, axis=1)
+    return np.mean((pixels @ wanted > 0.985 * length * np.linalg.norm(wanted)) & (np.ptp(pixels, axis=1) > 0.2))
+
+
+@drawn
+def test_a_cube_that_turns_shows_its_next_face():
+    plant = CubePlant()
+    postures = []
+    for angle in (0.0, np.pi):
+        plant.place_cube((0.11, 0.0, 0.05), (np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)))
+        postures.append(plant.posture())
+    before, after = frames(np.array(postures))
+    assert before.shape == (HEIGHT, WIDTH, 3)
+    red, orange = (1, 0, 0), (-1, 0, 0)
+    assert share_of(before, red) > 0.01 > share_of(after, red)
+    assert share_of(after, orange) > 0.01
+
+
+@drawn
+def test_run_policy_leaves_a_film(tmp_path):
+    save(policy(), tmp_path / "policy.npz")
+    arguments = ["run-policy", str(tmp_path / "policy.npz"), "--seconds", "1", "--film", str(tmp_path / "film.gif")]
+    result = CliRunner().invoke(main, arguments, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    with Image.open(tmp_path / "film.gif") as film:
+        assert (film.n_frames, film.size, film.info["duration"]) == (10, (WIDTH, HEIGHT), 100)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [(["--empty", "--film", "x.gif"], "draws an emulated hand"), (["--film", "x.mp4"], "name the file .gif")],
+)
+def test_a_film_that_cannot_be_is_refused_before_anything_moves(arguments, said, tmp_path):
+    save(policy(), tmp_path / "policy.npz")
+    result = CliRunner().invoke(main, ["run-policy", str(tmp_path / "policy.npz"), *arguments])
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.split())
