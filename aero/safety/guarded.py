@@ -187,7 +187,14 @@ class GuardedHand(AeroHand):
         self._set_limit(channel, "torque", register_units)
 
     def home(self, timeout_s: float = 200.0) -> None:
-        """As `AeroHand.home`; the hand is checked before and not watched meanwhile."""
+        """As `AeroHand.home`, from the open hand; it is checked before and not watched meanwhile.
+
+        Closed fingers are opened slowly first: a thumb that lies against them would find its stop there, and all its
+        angles would be wrong from then on.
+        """
+        if self.phase is Phase.MOVING:
+            move_slowly(self, self.clock, self.read_codes(), OPEN, self.thresholds.opening_s)
+            self.clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
         self.begin()
         super().home(timeout_s)
         self._watch.pause()

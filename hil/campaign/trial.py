@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from aero.errors import AeroError
+from aero.safety import SafetyStopError
 from hil.experiments import DEFAULT
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.judging.findings import failed
@@ -86,7 +87,7 @@ def perform(trial: Trial) -> Outcome:
             done = validate(target, trial.experiments)
             stopped = "" if done.stopped is None else done.stopped.sentence
             ended = "" if done.ended_by is None else type(done.ended_by).__name__
-    except FaultNeverFiredError as error:
+    except (FaultNeverFiredError, SafetyStopError) as error:
         stopped, ended = stopped or str(error), ended or type(error).__name__
     except (AeroError, OSError, ArithmeticError) as error:
         stopped, ended = f"the hand does not answer: {error}", type(error).__name__

@@ -127,6 +127,17 @@ def test_limits_are_in_force_though_commands_get_lost():
     assert torque_limits(target) == [LIMP] * 7
 
 
+@pytest.mark.parametrize("firmware", FIRMWARES[1:])  # on `pre` the guard stops the thumb on its way to this posture
+def test_a_hand_that_is_homed_while_it_is_closed_finds_its_true_zeros(firmware):
+    """A thumb that lies against closed fingers would find its stop there, 49 degrees from the true one."""
+    with guarded(firmware=firmware) as target:
+        target.hand.command_codes([6706, 60211, 1370, 37790, 33086, 52414, 55688])
+        wait(target, 1.5)
+        target.hand.command_codes([35583, 64403, 2785, 5186, 26113, 59073, 31007])
+        target.hand.home()
+    assert openness_deg(target) < OPEN_DEG
+
+
 @pytest.mark.parametrize("fault", [nothing, pytest.param(restart, marks=pytest.mark.slow), power_cycle, out_of_step])
 def test_a_thumb_that_stalls_on_firmware_without_limits_is_stopped_and_opened(fault):
     """With a fault in the middle of the opening, which takes the last 2 of 3.2 s."""

@@ -28,3 +28,10 @@ def test_a_hand_that_falls_silent_is_an_outcome():
     outcome = perform(replace(TRIAL, faults=("board_hangs@1",)))
     assert outcome.stopped
     assert outcome.ended
+
+
+def test_a_hand_that_cannot_even_be_homed_is_an_outcome():
+    """A guarded board that is older than declared refuses what the guard sets first."""
+    outcome = perform(replace(TRIAL, firmware="0.1.0", guarded=True, faults=("board_runs_pre",)))
+    assert outcome.ended == "SafetyStopError"
+    assert "SET_SPE" in outcome.stopped
