@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Command = Callable[..., Any]
 
 FIRMWARE = tuple(FIRMWARE_CALIBRATIONS)
-FAULT_HELP = "NAME[:CHANNEL][=SEVERITY][@SECONDS], may be given several times; `aero-hil faults` lists the names."
+FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, may be given several times; `aero-hil faults` lists the names."
 
 
 @dataclass(frozen=True)
