@@ -12,8 +12,8 @@ import mkdocs_gen_files
 import aero
 import hil
 from hil.cli import COMMANDS
-from hil.experiments import EXPERIMENTS, JUDGED
-from hil.judging.limits import load_limits
+from hil.experiments import EXPERIMENTS, JUDGED, Metric
+from hil.judging.limits import Limit, load_limits
 
 KIND, FIRMWARE = "aero_hand_open", "0.2.0"
 """Of the limits that are shown: what `aero-hil validate` takes when nothing else is asked for."""
@@ -26,7 +26,7 @@ def commands() -> Iterator[str]:
     for name, row in COMMANDS.items():
         module, attribute = row.place.split(":")
         yield f"::: mkdocs-click\n    :module: {module}\n    :command: {attribute}\n    :prog_name: aero-hil {name}"
-        yield "    :depth: 1\n    :style: table\n"
+        yield "    :depth: 1\n    :style: plain\n"
         yield f"Needs the extra `{row.extra}`.\n" if name != "doctor" else "Needs no extra.\n"
 
 
@@ -52,25 +52,21 @@ def checks() -> Iterator[str]:
     for name, measuring in JUDGED.items():
         title = EXPERIMENTS[name].title if name in EXPERIMENTS else "The run as a whole, from its bytes"
         yield f"## {name}\n\n{title}.\n"
-        yield "| check | of | limit | what it means when it is off | what to do |\n|---|---|---|---|---|"
-        for metric in measuring.metrics:
-            yield from _rows(name, metric, limits)
+        yield "| check | limits | what it means when it is off, and what to do |\n|---|---|---|"
+        yield from (_row(name, metric, limits) for metric in measuring.metrics)
         yield ""
 
 
-def _rows(experiment, metric, limits) -> Iterator[str]:
+def _row(experiment: str, metric: Metric, limits: tuple[Limit, ...]) -> str:
     found = [limit for limit in limits if (limit.experiment, limit.metric) == (experiment, metric.name)]
-    judged = [limit for limit in found if set(limit.subjects) & set(metric.subjects)]
-    for limit in judged:
-        subjects = [subject for subject in limit.subjects if subject in metric.subjects]
-        yield _row(metric, subjects, limit.text(metric.unit), metric.remedy)
-    if not judged:
-        yield _row(metric, metric.subjects, "none", "")
-
-
-def _row(metric, subjects, limit: str, remedy: str) -> str:
-    cells = (f"`{metric.name}`", ", ".join(subjects), limit, metric.meaning, remedy)
-    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
+    bounds = [
+        f"{', '.join(subjects)}: {limit.text(metric.unit)}"
+        for limit in found
+        if (subjects := [subject for subject in limit.subjects if subject in metric.subjects])
+    ]
+    limited = "<br>".join(bounds) or f"{', '.join(metric.subjects)}: none"
+    cells = (f"`{metric.name}`", limited, f"{metric.meaning} {metric.remedy if bounds else ''}")
+    return f"| {' | '.join(cell.strip().replace('|', chr(92) + '|') for cell in cells)} |"
 
 
 for page, lines in (("commands", commands()), ("api", api()), ("checks", checks())):
