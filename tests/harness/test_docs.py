@@ -79,3 +79,9 @@ def test_every_command_that_is_shown_has_these_options(page, line):
     known = {option for parameter in command.params for option in parameter.opts + parameter.secondary_opts}
     asked = {word.partition("=")[0] for word in words if word.startswith("--")}
     assert asked <= known | {"--help"}, f"{page}: {line}"
+
+
+def test_every_link_of_the_readme_leads_to_a_file():
+    named = re.findall(r"\]\(([^)#:]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert len(named) > 15
+    assert [name for name in named if not (ROOT / name).exists()] == []
