@@ -3,13 +3,19 @@
 `tox -e docs` runs them, because they take more than a few seconds.
 """
 
+import os
+import pty
 import re
+import select
+import shlex
 import shutil
+import subprocess
+import tty
 from importlib import resources
 
 import pytest
 import yaml
-from pages import blocks, run
+from pages import blocks, environment, run
 
 pytestmark = pytest.mark.slow
 
@@ -53,3 +59,23 @@ def test_your_policy(tmp_path):
     for row in ("ended because", "periods outside the command window", "lateness", "cube turned", "cube at the end"):
         assert row in said[1]
     assert "run-policy-twin" in said[2]
+
+
+def test_emulated_servos(tmp_path):
+    line = next(line for line in blocks("docs/emulated_servos.md", "sh")[0].splitlines() if "--bus-port" in line)
+    board, adapter = pty.openpty()
+    for end in (board, adapter):
+        tty.setraw(end)
+    command = shlex.split(line.replace("/dev/ttyUSB0", os.ttyname(adapter)))
+    with subprocess.Popen(command, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout.readline().startswith("ready")
+            os.write(board, bytes.fromhex("FF FF 01 02 01 FB"))  # ping servo 1
+            answer = b""
+            while len(answer) < 6 and select.select([board], [], [], 5.0)[0]:
+                answer += os.read(board, 64)
+        finally:
+            server.terminate()
+    os.close(board)
+    os.close(adapter)
+    assert answer == bytes.fromhex("FF FF 01 02 00 FC")
