@@ -14,15 +14,13 @@ from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import given
-from hil.cli.options import ChosenHand, emulation
+from hil.cli.options import FAULT_HELP, ChosenHand, emulation
 from hil.cli.viewing import viewing, with_view
 from hil.faults import Schedule, parse_fault
 from hil.faults.host import refuse_at_a_port
 from hil.targets.emulated_hand import build_emulated
 from hil.view.sources import EmulatedSource
 from model.units.naming import unit_named
-
-FAULT_HELP = "NAME[:CHANNEL][=SEVERITY][@SECONDS], may be given several times; `aero-hil faults` lists the names."
 
 
 @click.command()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import update_wrapper
@@ -17,12 +17,14 @@ from hil.cli.exits import given
 
 if TYPE_CHECKING:
     from aero.safety import Thresholds
+    from hil.faults import Fault
     from hil.targets.target import Target
     from model.scene import Cube
 
 Command = Callable[..., Any]
 
 FIRMWARE = tuple(FIRMWARE_CALIBRATIONS)
+FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, may be given several times; `aero-hil faults` lists the names."
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class ChosenHand:
         guarded: bool | None = None,
         thresholds: Thresholds | None = None,
         homed: bool = False,
+        faults: Iterable[Fault] = (),
         cube: Cube | None = None,
     ) -> AbstractContextManager[Target]:
         """Return the hand as a context manager, see `hil.open_target`."""
@@ -62,6 +65,7 @@ class ChosenHand:
                     hand_id=self.hand_id,
                     firmware_program=self.program,
                     homed=homed,
+                    faults=faults,
                     cube=cube,
                 )
             )

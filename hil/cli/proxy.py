@@ -10,8 +10,8 @@ import click
 
 from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
-from hil.cli.emulate import FAULT_HELP
 from hil.cli.exits import Ended, Exit, given
+from hil.cli.options import FAULT_HELP
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
 

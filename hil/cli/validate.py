@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from hil.cli.options import ChosenHand, NewFolder, target
+from hil.cli.options import FAULT_HELP, ChosenHand, NewFolder, target
 from hil.cli.viewing import with_view
 
 
@@ -41,6 +41,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     "--zeros", type=click.Choice(["homed", "ideal"]), default="homed", show_default=True,
     help="Encoder zeros of an emulated hand: as homing leaves them, as on every physical hand, or of the drawing.",
 )  # fmt: skip
+@click.option("--fault", "faults", multiple=True, metavar="FAULT", help=f"Put into an emulated hand: {FAULT_HELP}")
 @with_view
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
 @click.option(
@@ -53,6 +54,7 @@ def validate(
     names: tuple[str, ...],
     baseline: Path | None,
     zeros: str,
+    faults: tuple[str, ...],
     view: bool,
     dry_run: bool,
     out: Path | None,
@@ -64,4 +66,4 @@ def validate(
     """
     from hil.cli.validation_run import run  # noqa: PLC0415 - help is quick
 
-    run(hand, names, baseline=baseline, homed=zeros == "homed", view=view, dry_run=dry_run, out=out)
+    run(hand, names, baseline=baseline, homed=zeros == "homed", faults=faults, view=view, dry_run=dry_run, out=out)

@@ -21,6 +21,7 @@ from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import Audience, telling, viewing
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.tracking import staircase_metrics
+from hil.faults import parse_fault
 from hil.judging.baseline import load
 from hil.judging.findings import failed
 from hil.judging.judged_run import Validation
@@ -42,6 +43,7 @@ def run(
     *,
     baseline: Path | None,
     homed: bool,
+    faults: Sequence[str],
     view: bool,
     dry_run: bool,
     out: Path | None,
@@ -53,6 +55,7 @@ def run(
         names: experiments to run; the default ones when empty.
         baseline: folder of the hand's earlier figures.
         homed: whether an emulated hand is homed first.
+        faults: what is put into an emulated hand, as `hil.faults` writes it.
         view: show the hand in a web page.
         dry_run: read and show only.
         out: folder of the results; one named by the time when None.
@@ -62,7 +65,7 @@ def run(
     with given():
         if baseline is not None:
             load(baseline)
-        opening = hand.open(homed=homed)
+        opening = hand.open(homed=homed, faults=[parse_fault(text) for text in faults])
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced", highlight=False, markup=False)

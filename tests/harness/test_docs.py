@@ -3,9 +3,10 @@
 import re
 from pathlib import Path
 
+import click
 import pytest
 
-from hil.cli import COMMANDS
+from hil.cli import COMMANDS, main
 from hil.cli.exits import Exit
 from hil.experiments import EXPERIMENTS
 from hil.judging.limits import load_limits
@@ -52,3 +53,35 @@ def test_every_exit_code_is_in_the_table(code):
 
 def _limits(firmware):
     return load_limits("aero_hand_open", firmware)
+
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+SHOWN_COMMANDS = sorted(
+    {
+        (page.name, part.partition("#")[0].strip())
+        for page in PAGES
+        for block in re.findall(r"^```(?:sh)?\n(.*?)^```", page.read_text(encoding="utf-8"), re.S | re.M)
+        for line in block.splitlines()
+        for part in re.split(r"&&|;", line)
+        if part.strip().startswith("aero-hil ")
+    }
+)
+
+
+@pytest.mark.parametrize(("page", "line"), SHOWN_COMMANDS)
+def test_every_command_that_is_shown_has_these_options(page, line):
+    _, name, *words = line.split()
+    command = main.get_command(click.Context(main), name)
+    assert command is not None, f"{page}: there is no {name}"
+    if isinstance(command, click.Group):
+        command = command.get_command(click.Context(command), words[0])
+        assert command is not None, f"{page}: {line}"
+    known = {option for parameter in command.params for option in parameter.opts + parameter.secondary_opts}
+    asked = {word.partition("=")[0] for word in words if word.startswith("--")}
+    assert asked <= known | {"--help"}, f"{page}: {line}"
+
+
+def test_every_link_of_the_readme_leads_to_a_file():
+    named = re.findall(r"\]\(([^)#:]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert len(named) > 15
+    assert [name for name in named if not (ROOT / name).exists()] == []

@@ -130,12 +130,28 @@ def test_out_of_limits_is_exit_1(tmp_path):
     assert "Out of limits" in (tmp_path / "report.html").read_text()
 
 
+def test_a_fault_is_put_into_an_emulated_hand(tmp_path):
+    arguments = ["validate", "--only", "audit", "--fault", "motor_dead:ring", "--out", str(tmp_path)]
+    result = CliRunner().invoke(main, arguments, catch_exceptions=False)
+    assert result.exit_code == 1, result.output
+    assert "failed ring: followed" in " ".join(result.output.split())
+
+
+def test_a_fault_without_effect_is_exit_2(tmp_path):
+    arguments = ["validate", "--only", "presence", "--fault", "motor_dead:ring@90", "--out", str(tmp_path)]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 2, result.output
+    assert "motor_dead:ring" in result.output
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--firmware", "9.9"], "9.9"),
         (["--unit", "golden"], "golden"),
         (["--hand", "third"], "third"),
+        (["--fault", "cable_bored"], "there is no fault 'cable_bored'"),
+        (["--fault", "motor_dead:ring", "--hil", "/dev/ttyNoSuchHand"], "aero-hil proxy"),
     ],
 )
 def test_bad_usage_is_exit_2(tmp_path, arguments, message):

@@ -1,0 +1,74 @@
+"""The reference pages that are made from the code: commands, Python, checks and limits.
+
+`mkdocs` runs this file while it builds the site; nothing of it is committed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mkdocs_gen_files
+
+import aero
+import hil
+from hil.cli import COMMANDS
+from hil.experiments import EXPERIMENTS, JUDGED, Metric
+from hil.judging.limits import Limit, load_limits
+
+KIND, FIRMWARE = "aero_hand_open", "0.2.0"
+"""Of the limits that are shown: what `aero-hil validate` takes when nothing else is asked for."""
+
+
+def commands() -> Iterator[str]:
+    """Give the page of the commands: each with its options, from click."""
+    yield "# Commands and options\n"
+    yield "As `aero-hil COMMAND --help` prints them. [Exit codes and files](../commands.md) says how commands end.\n"
+    for name, row in COMMANDS.items():
+        module, attribute = row.place.split(":")
+        yield f"::: mkdocs-click\n    :module: {module}\n    :command: {attribute}\n    :prog_name: aero-hil {name}"
+        yield "    :depth: 1\n    :style: plain\n"
+        yield f"Needs the extra `{row.extra}`.\n" if name != "doctor" else "Needs no extra.\n"
+
+
+def api() -> Iterator[str]:
+    """Give the page of the public names of `aero` and `hil`."""
+    yield "# Python\n"
+    for package, about in (
+        (aero, "What drives a hand. It needs NumPy and pyserial only."),
+        (hil, "Hands of every kind behind one name, emulated or physical."),
+    ):
+        yield f"## {package.__name__}\n\n{about}\n"
+        for name in package.__all__:
+            yield f"::: {package.__name__}.{name}\n"
+
+
+def checks() -> Iterator[str]:
+    """Give the page of what each experiment measures, and the limits for a hand as it is shipped."""
+    limits = load_limits(KIND, FIRMWARE)
+    yield "# Checks and limits\n"
+    yield f"What each experiment measures, and the limits of the kind `{KIND}` with firmware {FIRMWARE}, not guarded."
+    yield "Every check is named `experiment.metric`, as in `checks.json`. [Campaigns](../campaign.md) says where limits"
+    yield "come from. A number without a limit is measured and not judged.\n"
+    for name, measuring in JUDGED.items():
+        title = EXPERIMENTS[name].title if name in EXPERIMENTS else "The run as a whole, from its bytes"
+        yield f"## {name}\n\n{title}.\n"
+        yield "| check | limits | what it means when it is off, and what to do |\n|---|---|---|"
+        yield from (_row(name, metric, limits) for metric in measuring.metrics)
+        yield ""
+
+
+def _row(experiment: str, metric: Metric, limits: tuple[Limit, ...]) -> str:
+    found = [limit for limit in limits if (limit.experiment, limit.metric) == (experiment, metric.name)]
+    bounds = [
+        f"{', '.join(subjects)}: {limit.text(metric.unit)}"
+        for limit in found
+        if (subjects := [subject for subject in limit.subjects if subject in metric.subjects])
+    ]
+    limited = "<br>".join(bounds) or f"{', '.join(metric.subjects)}: none"
+    cells = (f"`{metric.name}`", limited, f"{metric.meaning} {metric.remedy if bounds else ''}")
+    return f"| {' | '.join(cell.strip().replace('|', chr(92) + '|') for cell in cells)} |"
+
+
+for page, lines in (("commands", commands()), ("api", api()), ("checks", checks())):
+    with mkdocs_gen_files.open(f"reference/{page}.md", "w") as file:
+        file.write("\n".join(lines) + "\n")
