@@ -15,8 +15,8 @@ Effect = Callable[[EmulatedHand, Fault], None]
 
 RUNS = "board_runs_"
 SAME = (
-    "0.1.2 to 0.1.5 have the same windows, motion and torque, as 0.1.0 and 0.1.1 have; a guard sets the torque, and all "
-    "of these read the same then"
+    "0.1.2 to 0.1.5 have the same windows, motion and torque, as 0.1.0 and 0.1.1 have; a guard sets the torque, and "
+    "all of these read the same then"
 )
 SAME_WHEN_GUARDED = ("0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5")
 """Begins the name of a fault that says which version the board runs in truth."""
