@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from PIL import Image
-from policies import policy
+from policies import holding, policy
 
 from aero.policy.file import save
 from hil.cli import main
@@ -52,7 +52,7 @@ def test_a_cube_that_turns_shows_its_next_face():
 
 @drawn
 def test_run_policy_leaves_a_film(tmp_path):
-    save(policy(), tmp_path / "policy.npz")
+    save(holding(), tmp_path / "policy.npz")
     arguments = ["run-policy", str(tmp_path / "policy.npz"), "--seconds", "1", "--film", str(tmp_path / "film.gif")]
     result = CliRunner().invoke(main, arguments, catch_exceptions=False)
     assert result.exit_code == 0, result.output

@@ -1,5 +1,6 @@
 """Random policies and observations."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -30,6 +31,14 @@ def network(seed: int = 0, widths: tuple[int, ...] = WIDTHS) -> Network:
 
 def policy(seed: int = 0, shown_action: ShownAction = ShownAction.LAST) -> Policy:
     return Policy("test", network(seed), PAPER_TRAINING, shown_action, provenance={"seed": seed})
+
+
+def holding() -> Policy:
+    """Return a policy that always acts zero: it holds the nominal grasp."""
+    net = policy().network
+    *hidden, last = net.layers
+    still = Layer(np.zeros_like(last.kernel), np.zeros_like(last.bias))
+    return replace(policy(), network=replace(net, layers=(*hidden, still)))
 
 
 seeds = st.integers(0, 2**32 - 1)

@@ -3,9 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from checkpoints import EPISODES
-from policies import policy
+from policies import holding, policy
 
-from aero.policy.network import Layer, Network
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from train.evaluation.backends import beside_a_deployment
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
@@ -21,14 +20,6 @@ BATCH = 4
 def batch():
     with Simulator([build_scene().compile()] * BATCH, threads=1) as simulator:
         yield simulator
-
-
-def holding():
-    """A policy that always acts zero: it holds the nominal grasp."""
-    net = policy().network
-    last = net.layers[-1]
-    still = Layer(np.zeros_like(last.kernel), np.zeros_like(last.bias))
-    return replace(policy(), network=Network(net.mean, net.std, (*net.layers[:-1], still)))
 
 
 def test_the_same_seed_gives_the_same_episodes_and_another_others(batch):

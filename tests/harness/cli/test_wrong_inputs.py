@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mujoco
 import pytest
 from click.testing import CliRunner
 from wrong_inputs import cases, filled, make_files
@@ -63,7 +64,7 @@ def test_a_video_that_cannot_be_made_is_refused_before_any_work(command, lacking
 
     if lacking == "imageio":
         monkeypatch.setattr(figures, "find_spec", lambda name: None)
-    monkeypatch.setattr(figures.mujoco, "Renderer", no_context)
+    monkeypatch.setattr(mujoco, "Renderer", no_context)
     result = CliRunner().invoke(main, [command, "--video", "--out", str(tmp_path / "out")])
     assert result.exit_code == 2
     assert result.output.startswith("Error: --video")

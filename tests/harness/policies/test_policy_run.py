@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from policies import policy
+from policies import holding, policy
 from recorded import policy_of
 
 from aero.policy.file import save
 from aero.policy.limits import Ending, RunLimits
 from aero.policy.loop import actions_on
-from aero.policy.network import Layer
 from aero.policy.running import RunSettings
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.shipped import find_policy
@@ -159,16 +158,17 @@ def test_a_cube_that_is_taken_away_ends_a_run_that_was_rehearsed(plants):
 
 
 def test_run_policy_prints_and_records(path, tmp_path):
-    arguments = ["run-policy", str(path), "--seconds", "1", "--record", str(tmp_path / "run.mcap")]
+    arguments = ["run-policy", str(path), "--empty", "--seconds", "1", "--record", str(tmp_path / "run.mcap")]
     result = CliRunner().invoke(main, arguments, catch_exceptions=False)
     assert result.exit_code == 0, result.output
     assert "the time was over" in result.output
     assert read_recording(tmp_path / "run.mcap").header.experiment == "policy"
 
 
-def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turned(path):
+def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turned(tmp_path):
+    save(holding(), tmp_path / "still.npz")
     with_cube, empty = (
-        CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "1", *more]).output
+        CliRunner().invoke(main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "1", *more]).output
         for more in ([], ["--empty"])
     )
     assert re.search(r"cube turned\D+\d+\.\d\d rad in 1\.0 s", with_cube)
@@ -177,9 +177,7 @@ def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turne
 
 
 def test_run_policy_without_an_object_says_that_it_is_lost(tmp_path):
-    *hidden, last = policy().network.layers
-    still = replace(policy().network, layers=(*hidden, Layer(0 * last.kernel, 0 * last.bias)))
-    save(replace(policy(), network=still), tmp_path / "still.npz")
+    save(holding(), tmp_path / "still.npz")
     result = CliRunner().invoke(
         main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "6", "--rehearse", "4", "--empty"]
     )
