@@ -18,7 +18,7 @@ from aero.channels import CABLES, OBSERVATION_ORDER, Channel, Joint
 from model.built import build_built, shaft_name
 from model.compiled_hand import CompiledHand
 from model.geometry.winding import SPOOL_RADIUS
-from model.scene import add_cube
+from model.scene import CUBE, Cube, add_cube
 from model.units import Unit
 from train.hands import TIMESTEP_S, HandRanges, in_training
 from train.scene import add_sensors, tip_geoms
@@ -38,7 +38,7 @@ _TO_COMMAND_ORDER = np.argsort(OBSERVATION_ORDER)
 _FORCE_OF_TORQUE = np.where([channel in CABLES for channel in Channel], -1.0 / SPOOL_RADIUS, 1.0)
 
 
-def build_scene(unit: Unit, torque_limit: float | None) -> CompiledHand:
+def build_scene(unit: Unit, torque_limit: float | None, cube: Cube = CUBE) -> CompiledHand:
     """Return a built right hand with the cube at training's step, its servos driven in position mode.
 
     Its sensors are those of `train.task.signals` and then the tensions of the cables.
@@ -47,10 +47,11 @@ def build_scene(unit: Unit, torque_limit: float | None) -> CompiledHand:
         unit: the hand.
         torque_limit: share of the servos' stall torque that they may use; None for all of it. It bounds the winding's
             current, as a goal torque does, not the voltage: a free shaft keeps its speed.
+        cube: what is turned.
     """
     parameters = in_training(unit).hand
     spec = build_built("right", parameters)
-    add_cube(spec)
+    add_cube(spec, cube)
     for channel in OBSERVATION_ORDER:
         spec.add_sensor(
             name=channel.label,
@@ -70,10 +71,16 @@ def build_scene(unit: Unit, torque_limit: float | None) -> CompiledHand:
 
 
 def draw_scenes(
-    units: Sequence[Unit], ranges: HandRanges, rng: np.random.Generator, torque_limit: float | None
+    units: Sequence[Unit],
+    ranges: HandRanges,
+    rng: np.random.Generator,
+    torque_limit: float | None,
+    cubes: Sequence[Cube] | None = None,
 ) -> list[CompiledHand]:
-    """Return these hands with the cube and fingertips of drawn friction."""
-    scenes = [build_scene(unit, torque_limit) for unit in units]
+    """Return these hands with fingertips of drawn friction, each with its own of `cubes` or with the paper's."""
+    scenes = [
+        build_scene(unit, torque_limit, cube) for unit, cube in zip(units, cubes or [CUBE] * len(units), strict=True)
+    ]
     for scene in scenes:
         scene.model.geom_friction[tip_geoms(scene.model), 0] = rng.uniform(*ranges.tip_friction)
     return scenes

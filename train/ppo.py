@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -17,6 +17,7 @@ from brax.training.agents.ppo import networks as ppo_networks
 from brax.training.agents.ppo import train as brax_ppo
 
 from aero.policy.file import Policy, load, save
+from model.cubes import any_cube
 from train import export, randomise
 from train.built import BuiltSimulator, MixedSimulator, draw_scenes
 from train.environment import CubeEnvironment, prepare_starts
@@ -24,6 +25,7 @@ from train.evaluation.rollouts import Episodes, run
 from train.hands import corrections, draw_hand
 from train.physics import native, over_mjx
 from train.progress import PARAMETERS, Checkpoint, Standing, append, read_standing, write_standing
+from train.randomise import Row
 from train.recipe import Goal, Recipe, Stage
 from train.scene import build_scene
 from train.simulator import Simulator
@@ -65,6 +67,7 @@ def train(
     minutes: float | None = None,
     threads: int | None = None,
     resume: bool = False,
+    provenance: Mapping[str, Any] | None = None,
     on_checkpoint: OnCheckpoint = lambda _: None,
 ) -> Policy:
     """Train until the recipe's steps or the time are over; return the best checkpoint, which is in `folder` too.
@@ -77,6 +80,7 @@ def train(
         minutes: wall time over all attempts, restarts included; None for no bound.
         threads: of the native backend; None for all cores.
         resume: go on with the run in `folder`; Adam's moments start anew.
+        provenance: what the policy's file is to say besides recipe, seed, attempt, steps and resumes.
         on_checkpoint: told about every checkpoint.
 
     Raises:
@@ -89,7 +93,14 @@ def train(
     deadline = time.monotonic() - standing.elapsed_s + (60.0 * minutes if minutes else np.inf)
     while True:
         attempt = _Attempt(
-            recipe, backend, folder, standing, deadline=deadline, on_checkpoint=on_checkpoint, threads=threads
+            recipe,
+            backend,
+            folder,
+            standing,
+            deadline=deadline,
+            on_checkpoint=on_checkpoint,
+            threads=threads,
+            provenance=provenance or {},
         )
         try:
             attempt.run()
@@ -148,7 +159,7 @@ def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing
         raise ValueError(
             f"{folder} holds recipe {standing.recipe!r} with seed {standing.seed}, not {recipe.name!r} with {seed}"
         )
-    return standing
+    return replace(standing, resumes=standing.resumes + 1)
 
 
 class _Attempt:
@@ -164,11 +175,14 @@ class _Attempt:
         deadline: float,
         on_checkpoint: OnCheckpoint,
         threads: int | None,
+        provenance: Mapping[str, Any],
     ) -> None:
         self.standing = standing
         self._recipe, self._backend, self._folder = recipe, backend, folder
         self._deadline, self._on_checkpoint = deadline, on_checkpoint
+        self._provided = provenance
         self._started = time.monotonic() - standing.elapsed_s
+        self._processor_started = time.process_time() - standing.processor_s
         self._last_time, self._last_steps = time.monotonic(), standing.steps
         self._before = 0
         # A run that went on past the point of giving up is not stuck, however it begins after a resume.
@@ -194,11 +208,19 @@ class _Attempt:
         self._before, self._stage = self.standing.steps, stage
         self._task = replace(recipe.task, actuation=stage.actuation)
         rng = np.random.default_rng((self._seed, self.standing.stage))
-        model = build_scene(recipe.task.settings.torque_limit).compile()
+        limit = recipe.task.settings.torque_limit
+        model = build_scene(limit).compile()
+
+        def drawn(count: int, *rows: Row) -> randomise.Draws:
+            if not stage.any_cube:
+                return randomise.draw(model, rng, count, rows)
+            cubes = [build_scene(limit, any_cube(rng)).compile() for _ in range(count)]
+            return randomise.draw(model, rng, count, rows, randomise.cube_draws(cubes))
+
         paper = randomise.table(model, recipe.tip_friction)
-        draws = randomise.draw(model, rng, recipe.environments // self._devices, (*paper, *stage.rows))
-        measured = randomise.draw(model, rng, stage.measured, stage.rows)
-        hands = randomise.models(model, measured) if stage.rows else [model] * stage.measured
+        draws = drawn(recipe.environments // self._devices, *paper, *stage.rows)
+        measured = drawn(stage.measured, *stage.rows)
+        hands = randomise.models(model, measured) if measured else [model] * stage.measured
         with ExitStack() as stack:
             routed, built = self._batches(stage, randomise.models(model, draws), rng, stack)
             self._measured = self._batches(stage, hands, rng, stack)
@@ -218,7 +240,8 @@ class _Attempt:
             return routed, None
         settings, threads = self._recipe.task.settings, self._threads
         units = [draw_hand(stage.hands, rng) for _ in range(built)]
-        scenes = draw_scenes(units, stage.hands, rng, settings.torque_limit)
+        cubes = [any_cube(rng) for _ in units] if stage.any_cube else None
+        scenes = draw_scenes(units, stage.hands, rng, settings.torque_limit, cubes)
         corrected = corrections(units, settings, rng, error_m=stage.hands.correction_error_m, threads=threads)
         return routed, stack.enter_context(BuiltSimulator(scenes, corrected, threads))
 
@@ -281,7 +304,13 @@ class _Attempt:
         if best is None or point.score > best:
             save(policy, self._folder / f"{recipe.name}.npz")
             best = point.score
-        self.standing = replace(self.standing, steps=done, elapsed_s=point.elapsed_s, best_score=best)
+        self.standing = replace(
+            self.standing,
+            steps=done,
+            elapsed_s=point.elapsed_s,
+            processor_s=time.process_time() - self._processor_started,
+            best_score=best,
+        )
         export.save_parameters(parameters, self._folder / PARAMETERS)
         write_standing(self._folder, self.standing)
         append(self._folder, point)
@@ -305,9 +334,11 @@ class _Attempt:
     def _provenance(self, steps: int) -> dict[str, Any]:
         return {
             "recipe": self._recipe.name,
+            "recipe_sha256": self._recipe.fingerprint,
             "backend": self._backend,
             "seed": self.standing.seed,
             "attempt": self.standing.attempt,
             "steps": steps,
-            "versions": {module.__name__: module.__version__ for module in (jax, np)},
+            "resumes": self.standing.resumes,
+            **self._provided,
         }

@@ -58,6 +58,10 @@ class Standing:
     """Environment steps of that attempt."""
     elapsed_s: float = 0.0
     """Wall time of all attempts, s."""
+    processor_s: float = 0.0
+    """Processor time of all attempts, threads added up, s."""
+    resumes: int = 0
+    """How often the run went on after it had ended or was broken off."""
     best_score: float | None = None
     """Score of the stage's best checkpoint, of all attempts."""
 

@@ -2,12 +2,14 @@
 
 Link masses, zero offsets and the rest are independent for every element; the five fingertips share one friction and
 the cube's three moments one factor, as in the released routine. Cube friction and cube mass are not in the table:
-the released routine draws and then overwrites them, so the paper's policies never saw them vary.
+the released routine draws and then overwrites them, so the paper's policies never saw them vary. Cubes that differ in
+those, in size and in where their weight is come from `model.cubes`, compiled.
 """
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -82,9 +84,27 @@ def table(model: mujoco.MjModel, tip_friction: tuple[float, float] = PAPER_TIP_F
     )
 
 
-def draw(model: mujoco.MjModel, rng: np.random.Generator, environments: int, rows: tuple[Row, ...]) -> Draws:
-    """Draw the fields that `rows` randomise for every environment."""
-    fields: Draws = {}
+CUBE_FIELDS = (
+    "geom_size", "geom_rbound", "geom_aabb", "geom_friction",
+    "body_mass", "body_subtreemass", "body_inertia", "body_ipos", "body_invweight0", "dof_invweight0", "dof_M0",
+)  # fmt: skip
+"""Model fields that a cube decides, on both backends."""
+
+
+def cube_draws(scenes: Sequence[mujoco.MjModel]) -> Draws:
+    """Return what the cubes of compiled scenes, one an environment, decide."""
+    return {field: np.stack([getattr(scene, field) for scene in scenes]) for field in CUBE_FIELDS}
+
+
+def draw(
+    model: mujoco.MjModel,
+    rng: np.random.Generator,
+    environments: int,
+    rows: tuple[Row, ...],
+    cubes: Draws | None = None,
+) -> Draws:
+    """Draw the fields that `rows` randomise for every environment, beginning with its own of `cubes`, if any."""
+    fields: Draws = dict(cubes or {})
     for row in rows:
         nominal = getattr(model, row.where[0][0])[row.where[0][1]]
         shape = (1,) * nominal.ndim if row.shared else nominal.shape
@@ -114,6 +134,8 @@ def models(model: mujoco.MjModel, draws: Draws) -> list[mujoco.MjModel]:
         for field, values in draws.items():
             getattr(one, field)[:] = values[environment]
         one.body_sameframe[inertial] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else `body_ipos` is not looked at
+        for body in inertial:
+            _bound(one, body)
     return copies
 
 
@@ -123,6 +145,16 @@ def _with_another_inertial(model: mujoco.MjModel, draws: Draws) -> NDArray[np.in
     for field in draws.keys() & {"body_inertia", "body_ipos"}:
         drawn |= (draws[field] != getattr(model, field)).any(axis=(0, 2))
     return np.flatnonzero(drawn)
+
+
+def _bound(model: mujoco.MjModel, body: int) -> None:
+    """Put the box in which MuJoCo looks for contacts of a body of one geom where the geom is.
+
+    The box is given from the centre of mass; left behind by a drawn one, contacts are missed up to 5 mm deep.
+    """
+    (geom,) = np.flatnonzero(model.geom_bodyid == body)
+    centre, half = np.split(model.geom_aabb[geom], 2)
+    model.bvh_aabb[model.body_bvhadr[body]] = (*(centre - model.body_ipos[body]), *half)
 
 
 def _is_link(model: mujoco.MjModel, body: int) -> bool:

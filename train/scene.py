@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from model.routed import build_routed
-from model.scene import add_cube
+from model.scene import CUBE, Cube, add_cube
 from train.actuation import STALL_FORCE
 
 FINGERTIPS = ("index_tip", "middle_tip", "ring_tip", "pinky_tip", "thumb_tip")
@@ -21,16 +21,17 @@ CUBE_SENSORS = {
 }
 
 
-def build_scene(torque_limit: float | None = None) -> mujoco.MjSpec:
+def build_scene(torque_limit: float | None = None, cube: Cube = CUBE) -> mujoco.MjSpec:
     """Return the right hand with the cube and every sensor of `train.task.signals`, in that order.
 
     Args:
         torque_limit: share of the servos' stall torque that the actuators may use; None leaves them without a bound,
             as the released model.
+        cube: what is turned.
     """
     spec = build_routed("right")
     # A simple body's inertia and centre of mass are fixed when it is compiled; `train.randomise` draws both later.
-    add_cube(spec).simple = 0
+    add_cube(spec, cube).simple = 0
     if torque_limit is not None:
         for channel, force in zip(Channel, torque_limit * STALL_FORCE, strict=True):
             spec.actuator(channel.label).forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE

@@ -11,6 +11,7 @@ from rich.console import Console
 from hil.cli.exits import Ended, Exit, given
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.recordings.output import prepared_folder
+from hil.recordings.provenance import source_commit, versions
 from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log
 from train.progress import PICTURE, Checkpoint
@@ -82,8 +83,11 @@ def train(
         points.append(point)
         console.print(_line(point), highlight=False, soft_wrap=True)
 
+    made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
     try:
-        policy = ppo.train(chosen, on, seed, out, minutes=minutes, resume=resume, on_checkpoint=show)
+        policy = ppo.train(
+            chosen, on, seed, out, minutes=minutes, resume=resume, provenance=made_with, on_checkpoint=show
+        )
     except (FileExistsError, FileNotFoundError, ValueError) as error:
         raise Ended(str(error), Exit.USAGE) from error
     kept = (policy.provenance.get("attempt"), policy.provenance.get("steps"))

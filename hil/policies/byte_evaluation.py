@@ -15,12 +15,12 @@ from aero.policy.limits import Ending
 from aero.policy.running import RunSettings, Step
 from firmware_emulator.firmware.profiles import PROFILES
 from hil.policies.cube_trial import Trial, run_trial
-from hil.policies.cubes import PROPERTIES, any_cube
 from hil.policies.prediction import of_trials
 from hil.policies.transmission_gap import ChannelGap, channel_gaps
 from hil.recordings.recorder import Progress
 from hil.targets.target import DEFAULT_FIRMWARE
 from hil.workers import leave_interrupts_to_the_parent
+from model.cubes import PROPERTIES, any_cube
 from model.scene import CUBE, Cube
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from hil.policies.cubes import PROPERTIES, Property
+from model.cubes import PROPERTIES, Property
 from model.scene import CUBE
 
 Figures = Mapping[str, Mapping[str, float]]

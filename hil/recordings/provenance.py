@@ -43,10 +43,10 @@ def operator() -> str:
         return ""
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of Python and of the installed libraries that results depend on."""
+def versions(*more: str) -> dict[str, str]:
+    """Return the versions of Python, of the installed libraries that results depend on, and of `more`."""
     found = {"python": platform.python_version()}
-    for name in LIBRARIES:
+    for name in (*LIBRARIES, *more):
         try:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:

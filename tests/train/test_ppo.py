@@ -42,8 +42,9 @@ def short_episodes(monkeypatch):
 def test_the_command_asks_for_the_recipe_and_says_every_checkpoint(monkeypatch, tmp_path):
     asked = []
 
-    def fake(recipe, backend, seed, folder, *, minutes, resume, on_checkpoint):
+    def fake(recipe, backend, seed, folder, *, minutes, resume, provenance, on_checkpoint):
         asked.append((recipe.name, recipe.steps, backend, seed, folder, minutes, resume))
+        assert {"mujoco", "jax", "brax"} <= provenance["versions"].keys()
         on_checkpoint(POINT)
         return policy()
 
@@ -106,11 +107,14 @@ def test_a_checkpoint_is_judged_by_the_rate_on_all_hands_the_cubes_of_each_kind_
 @pytest.mark.slow
 def test_a_run_leaves_a_policy_and_can_go_on(tmp_path):
     told: list[Checkpoint] = []
-    policy = ppo.train(TINY, "native", 0, tmp_path, threads=1, on_checkpoint=told.append)
+    policy = ppo.train(TINY, "native", 0, tmp_path, threads=1, provenance={"commit": "abc"}, on_checkpoint=told.append)
     assert [point.steps for point in told] == [0, 80, 160]
     assert read(tmp_path) == told
     assert policy.trained_delay_s == TINY.stages[1].actuation.delay_s
     assert policy.provenance["recipe"] == "steady"
+    assert policy.provenance["recipe_sha256"] == TINY.fingerprint != STEADY.fingerprint
+    assert (policy.provenance["commit"], policy.provenance["resumes"]) == ("abc", 0)
+    assert read_standing(tmp_path).processor_s > 0
     with pytest.raises(FileExistsError, match="resume"):
         ppo.train(TINY, "native", 0, tmp_path)
     with pytest.raises(ValueError, match="seed 0"):
@@ -118,7 +122,8 @@ def test_a_run_leaves_a_policy_and_can_go_on(tmp_path):
     longer = (*TINY.stages, TINY.stages[1])
     more = ppo.train(replace(TINY, stages=longer), "native", 0, tmp_path, threads=1, resume=True)
     assert [point.steps for point in read(tmp_path)] == [0, 80, 160, 240]
-    assert read_standing(tmp_path).steps == 240
+    assert (read_standing(tmp_path).steps, read_standing(tmp_path).resumes) == (240, 1)
+    assert more.provenance["resumes"] == 1
     observation = policy.network.mean
     np.testing.assert_array_equal(load(tmp_path / "steady.npz").network.act(observation), more.network.act(observation))
 

@@ -1,6 +1,7 @@
 """Every row of every randomisation changes the motion, one row at a time, and alike on both backends."""
 
 from dataclasses import fields, replace
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 
 from aero.channels import JOINT_BOX_RAD
 from aero.policy.settings import PAPER_TRAINING
+from model.cubes import PROPERTIES, any_cube
+from model.scene import CUBE, Cube
 from train import randomise
 from train.built import BuiltSimulator, draw_scenes
 from train.hands import HANDS, HandRanges, corrections, draw_hand
@@ -29,9 +32,9 @@ ACTIONS = np.random.default_rng(1).uniform(-1, 1, (PERIODS, 1, 1, len(PAPER_TRAI
 CONTROLS = np.array(PAPER_TRAINING.nominal) + np.array(PAPER_TRAINING.scale) * ACTIONS
 
 
-def one_row_each(model):
-    """Return draws for one environment a row, in which nothing but that row is drawn, and a last one as compiled."""
-    alone = [randomise.draw(model, np.random.default_rng(2), 1, (row,)) for row in ROWS]
+def one_row_each(model, *more):
+    """Return draws for one environment a row, in which nothing but that row is drawn, `more`, and one as compiled."""
+    alone = [*(randomise.draw(model, np.random.default_rng(2), 1, (row,)) for row in ROWS), *more]
     names = sorted({name for draws in alone for name in draws})
     return {
         name: np.concatenate([draws.get(name, getattr(model, name)[None]) for draws in (*alone, {})]) for name in names
@@ -83,6 +86,52 @@ def test_each_range_of_built_hands_alone_changes_the_motion(name):
     assert np.abs(ends[1] - ends[0]).max() > VISIBLE
 
 
+def compiled(cube):
+    return build_scene(TORQUE_LIMIT, cube).compile()
+
+
+@pytest.mark.parametrize("number", range(len(PROPERTIES)), ids=[one.name for one in PROPERTIES])
+def test_each_property_of_a_cube_alone_changes_the_motion(number):
+    one = PROPERTIES[number]
+    scenes = [compiled(one.change(CUBE, value)) for value in one.values]
+    with Simulator(randomise.models(MODEL, randomise.cube_draws(scenes)), threads=1) as simulator:
+        went = motion(simulator)
+    assert np.ptp(went, axis=1).max() > VISIBLE
+
+
+CORNERS = [
+    Cube(side_m=side, mass_kg=mass, friction=friction, centre_of_mass_m=(0.0, 0.0, off))
+    for side, mass, friction, off in product((0.045, 0.055), (0.040, 0.140), (0.3, 1.0), (-0.003, 0.003))
+]
+
+
+def test_a_drawn_cube_moves_as_a_compiled_one():
+    scenes = [compiled(cube) for cube in CORNERS]
+    drawn = randomise.models(MODEL, randomise.cube_draws(scenes))
+    with Simulator(scenes, threads=1) as one, Simulator(drawn, threads=1) as other:
+        np.testing.assert_allclose(motion(other), motion(one), atol=1e-9)
+
+
+@pytest.mark.parametrize("off", [*(0.005 * np.eye(3)), *(-0.005 * np.eye(3))], ids=str)
+def test_a_drawn_centre_of_mass_hides_no_contact(off):
+    """MuJoCo looks for contacts in a box that is given from the centre of mass."""
+    fields = {"body_ipos": MODEL.body_ipos[None].copy()}
+    fields["body_ipos"][0, MODEL.body("cube").id] = off
+    scene = compiled(Cube(centre_of_mass_m=off))
+    with Simulator([scene], threads=1) as one, Simulator(randomise.models(MODEL, fields), threads=1) as other:
+        np.testing.assert_allclose(motion(other), motion(one), atol=1e-9)
+
+
+def test_any_cube_of_built_hands_changes_the_motion():
+    ends = []
+    for cubes in (None, [any_cube(np.random.default_rng(4))]):
+        rng = np.random.default_rng(3)
+        scenes = draw_scenes([draw_hand(HANDS, rng)], HANDS, rng, TORQUE_LIMIT, cubes)
+        with BuiltSimulator(scenes, threads=1) as simulator:
+            ends.append(motion(simulator))
+    assert np.abs(ends[1] - ends[0]).max() > VISIBLE
+
+
 def test_a_cube_compiled_as_a_simple_body_is_refused():
     spec = build_scene(TORQUE_LIMIT)
     spec.body("cube").simple = 1
@@ -120,13 +169,11 @@ def test_the_same_draw_moves_alike_on_both_backends():
     jax = pytest.importorskip("jax", reason="needs the extra `train`")
     from train.physics import over_mjx  # noqa: PLC0415 - only this test needs the extra
 
-    spec = build_scene(TORQUE_LIMIT)
-    spec.geom("cube").type = mujoco.mjtGeom.mjGEOM_SPHERE
-    spec.option.iterations, spec.option.ls_iterations = 20, 50
-    model = spec.compile()
-    draws = one_row_each(model)
+    model = _with_a_ball(CUBE)
+    others = [_with_a_ball(one.change(CUBE, max(one.values))) for one in PROPERTIES]
+    draws = one_row_each(model, *(randomise.cube_draws([other]) for other in others))
     state, control = _sliding(model)
-    count = len(ROWS) + 1
+    count = len(ROWS) + len(others) + 1
     controls = np.broadcast_to(control, (count, 1, len(control)))
     with Simulator(randomise.models(model, draws), threads=1) as simulator:
         states = np.repeat(np.float64(state[None]), count, axis=0)
@@ -134,6 +181,13 @@ def test_the_same_draw_moves_alike_on_both_backends():
     native, mjx = (velocities(np.asarray(end, np.float64)) for end in ends)
     assert (np.abs(native[:-1] - native[-1]).max(axis=1) > 50 * SINGLE_PRECISION).all()
     np.testing.assert_allclose(mjx, native, atol=SINGLE_PRECISION)
+
+
+def _with_a_ball(cube):
+    spec = build_scene(TORQUE_LIMIT, cube)
+    spec.geom("cube").type = mujoco.mjtGeom.mjGEOM_SPHERE
+    spec.option.iterations, spec.option.ls_iterations = 20, 50
+    return spec.compile()
 
 
 def _sliding(model):
