@@ -251,13 +251,13 @@ STEADY = Recipe(
     Task(settings=HALF_TORQUE),
     (
         _built(1_200_000, BOLDEST, NEAR_DEFAULT, 0.75),
-        replace(_built(2_000_000, SMOOTH, HANDS, 0.9), any_cube=True),
-        _last(1_200_000, SURE, routed=_gentle(-200.0)),
+        replace(_built(1_600_000, SMOOTH, HANDS, 0.9), any_cube=True),
+        _last(1_000_000, SURE, routed=_gentle(-200.0)),
         replace(
-            _last(1_600_000, STEADIED, routed=_gentle(-500.0, affordable=0.6)),
+            _last(1_200_000, STEADIED, routed=_gentle(-500.0, affordable=0.6)),
             entropy_cost=1e-3,
             episode_steps=100,
-            measured=200,
+            measured=150,
         ),
     ),
     tip_friction=TIP_FRICTION,
