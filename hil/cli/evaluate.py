@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,13 +17,14 @@ from aero.policy.file import Policy
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
 from aero.safety import unwinding
-from hil.cli.evaluation_tables import print_figures, print_gaps
+from hil.cli.evaluation_tables import print_figures, print_gaps, print_survival
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
 from hil.cli.progress_bar import ProgressBar
-from hil.policies.byte_evaluation import cases, figures, open_loop_gaps, over_cubes, run_trials
+from hil.policies.byte_evaluation import Case, cases, figures, open_loop_gaps, over_cubes, over_long, run_trials
 from hil.policies.cube_picture import cube_picture
 from hil.policies.cube_trial import Trial
+from hil.policies.survival import survival_picture
 from hil.policies.transmission_gap import ChannelGap
 from hil.recordings.output import prepared_folder, write_whole
 from train.evaluation.backends import in_plain_mujoco, on_built_hands, over_mjx
@@ -30,12 +32,13 @@ from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log, task_of
 from train.task.grasp import NOMINAL_RESET
 
-BACKENDS = ("mujoco", "mjx", "built", "bytes", "cubes")
+BACKENDS = ("mujoco", "mjx", "built", "bytes", "cubes", "long")
 FRESH_SEEDS = 2**31
 """A seed that is not given is drawn below it."""
 MOST = 1_000_000
 """Episodes, trials or hands that one may ask for."""
 OTHER_CUBES = "every byte, other cubes, a random corrected hand each trial"
+TITLES = {"bytes": "every byte", "cubes": OTHER_CUBES, "long": "every byte, ten minutes"}
 WIDTH = 120
 """Columns where no terminal says how many there are: for a name and the figures beside it."""
 
@@ -46,7 +49,7 @@ WIDTH = 120
     "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "built", "bytes", "cubes"),
     show_default=True,
     help="What to run on: plain MuJoCo, MJX, built hands in process, emulated hands through every byte, the same with "
-    "other cubes. Repeatable.",
+    "other cubes, the first for ten minutes each. Repeatable.",
 )  # fmt: skip
 @click.option(
     "--episodes",
@@ -74,7 +77,7 @@ WIDTH = 120
 @click.option("--video", "with_video", is_flag=True, help="Render one episode.")
 @click.option(
     "--out", type=NewFolder(), default=Path("evaluation"), show_default=True,
-    help="Folder for evaluation.json, delay.png, cubes.png and policy.mp4.",
+    help="Folder for evaluation.json, delay.png, cubes.png, survival.png and policy.mp4.",
 )  # fmt: skip
 def evaluate(
     *,
@@ -102,8 +105,12 @@ def evaluate(
     console.print(f"seed {seed}", highlight=False)
     results: dict[str, dict[str, dict[str, float]]] = {}
     gaps: tuple[ChannelGap, ...] = ()
-    made_trials: dict[str, list[Trial]] = {}
-    cube_trials: dict[str, list[Trial]] = {}
+    through_bytes: dict[str, Callable[[], list[Case]]] = {
+        "bytes": lambda: cases(policy, trials, units, seconds=seconds, seed=seed),
+        "cubes": lambda: over_cubes(policy, trials, seconds=seconds, seed=seed),
+        "long": lambda: over_long(policy, trials, seed=seed),
+    }
+    made: dict[str, dict[str, list[Trial]]] = {}
     try:
         with unwinding(), ProgressBar(console=console, transient=True) as bar:
             task = bar.add_task("evaluating", total=1.0)
@@ -119,25 +126,32 @@ def evaluate(
                 results["MJX"] = over_mjx(policy, episodes, seconds=seconds, seed=seed)
             if "built" in backends:
                 results["built hands in process"] = on_built_hands(policy, episodes, seconds=seconds, seed=seed)
+            for backend, listed in through_bytes.items():
+                if backend in backends:
+                    run_trials(policy, listed(), made.setdefault(backend, {}), show)
             if "bytes" in backends:
-                run_trials(policy, cases(policy, trials, units, seconds=seconds, seed=seed), made_trials, show)
                 gaps = _gaps(policy, seconds, seed)
-            if "cubes" in backends:
-                run_trials(policy, over_cubes(policy, trials, seconds=seconds, seed=seed), cube_trials, show)
     finally:  # what had ended is kept, whatever the ending
-        if made_trials:
-            results["every byte"] = figures(made_trials)
-        if cube_trials:
-            results[OTHER_CUBES] = figures(cube_trials)
-            cube_picture(results[OTHER_CUBES], out / "cubes.png")
+        results |= {TITLES[backend]: figures(rows) for backend, rows in made.items() if rows}
+        _draw(results, made, out)
         report = {"policy": policy.name, "seed": seed, "results": results, "open_loop": [_as_json(gap) for gap in gaps]}
         write_whole(out / "evaluation.json", json.dumps(report, indent=1))
-        for backend, rows in results.items():
-            print_figures(console, backend, rows)
+        for title, rows in results.items():
+            print_figures(console, title, rows)
+        if made.get("long"):
+            print_survival(console, made["long"])
     if gaps:
         print_gaps(console, gaps)
     if with_video:
         video(log(policy, task_of(policy), seconds, seed).positions, out / "policy.mp4")
+
+
+def _draw(results: dict[str, dict[str, dict[str, float]]], made: dict[str, dict[str, list[Trial]]], out: Path) -> None:
+    """Draw the pictures of what was made."""
+    if made.get("cubes"):
+        cube_picture(results[OTHER_CUBES], out / "cubes.png")
+    if made.get("long"):
+        survival_picture(made["long"], out / "survival.png")
 
 
 def _prepare(out: Path, backends: tuple[str, ...], *, with_video: bool) -> None:

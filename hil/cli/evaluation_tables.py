@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isnan, nan
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from hil.policies.cube_trial import Trial
+from hil.policies.survival import MOMENTS_S, still_held
 from hil.policies.transmission_gap import ChannelGap
 
 COLUMNS = {
@@ -37,6 +40,19 @@ def print_figures(console: Console, backend: str, rows: Mapping[str, Mapping[str
     scale = {"finger_travel_m_s": MM}
     for name, row in rows.items():
         table.add_row(name, *(_cell(row, key, form, scale.get(key, 1.0)) for key, (_, form) in shown.items()))
+    console.print(table)
+
+
+def print_survival(console: Console, rows: Mapping[str, Sequence[Trial]]) -> None:
+    """Print which share of the trials of each row still holds the cube after a time, and how fast they turn it."""
+    table = Table(title="Still held, every byte", title_justify="left")
+    table.add_column("", no_wrap=True)
+    for after_s in MOMENTS_S:
+        table.add_column(f"{after_s:g} s", justify="right")
+    table.add_column("rad/s", justify="right")
+    for name, trials in rows.items():
+        shares = [f"{one.share:.0%} ({one.interval[0]:.0%}-{one.interval[1]:.0%})" for one in still_held(trials)]
+        table.add_row(name, *shares, f"{np.mean([one.rate_rad_s for one in trials]):.2f}")
     console.print(table)
 
 

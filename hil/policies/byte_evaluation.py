@@ -16,6 +16,7 @@ from aero.policy.running import RunSettings, Step
 from firmware_emulator.firmware.profiles import PROFILES
 from hil.policies.cube_trial import Trial, run_trial
 from hil.policies.prediction import of_trials
+from hil.policies.survival import LONG_S
 from hil.policies.transmission_gap import ChannelGap, channel_gaps
 from hil.recordings.recorder import Progress
 from hil.targets.target import DEFAULT_FIRMWARE
@@ -88,6 +89,26 @@ def over_cubes(policy: Policy, trials: int, *, seconds: float, seed: int) -> lis
         Case(name, hands[k], DEFAULT_FIRMWARE, seed + k, settings[k], cube)
         for name, cubes in rows
         for k, cube in enumerate(cubes)
+    ]
+
+
+def over_long(policy: Policy, trials: int, *, seed: int) -> list[Case]:
+    """Return trials of `LONG_S` on the shipped hands and on another random hand each, all corrected for."""
+    reference, paper = load_unit("reference"), load_unit("paper")
+    rows = [
+        ("reference", [reference] * trials),
+        ("paper", [paper] * trials),
+        ("random units", [plausible_unit(seed + k) for k in range(trials)]),
+    ]
+    units = {unit.name: unit for _, turn in rows for unit in turn}
+    settings = {
+        name: RunSettings(seconds=LONG_S, correction=tuple(correction(unit, policy.settings)))
+        for name, unit in units.items()
+    }
+    return [
+        Case(name, unit, DEFAULT_FIRMWARE, seed + k, settings[unit.name])
+        for name, turn in rows
+        for k, unit in enumerate(turn)
     ]
 
 
