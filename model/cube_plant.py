@@ -53,6 +53,10 @@ class CubePlant(BuiltHandPlant):
         position: NDArray[np.float64] = self._data.qpos[self._cube_qpos : self._cube_qpos + 3].copy()
         return position
 
+    def cube_touched(self) -> bool:
+        """Return whether anything touches the cube."""
+        return bool((self._data.contact.geom == self._model.geom("cube").id).any())
+
     def posture(self) -> NDArray[np.float64]:
         """Return joint angles, rad, and the cube's position, m, and orientation, w x y z: (23,), for `model.film`."""
         cube = self._data.qpos[self._cube_qpos : self._cube_qpos + 7]

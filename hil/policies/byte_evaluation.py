@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from math import isnan, nan
 from multiprocessing import get_context
 
 import numpy as np
@@ -172,6 +173,7 @@ def _summary(trials: list[Trial]) -> dict[str, float]:
         "rate_rad_s_low": said.rate_interval[0],
         "rate_rad_s_high": said.rate_interval[1],
         "rotation_median_rad": float(np.median([one.rotation_rad for one in trials])),
+        "airborne": float(np.mean([one.airborne for one in trials if not isnan(one.airborne)] or nan)),
         "finger_travel_m_s": float(np.mean([one.travel_per_s[:4] for one in trials])),
         "stopped": float(np.mean([one.run.ending is not Ending.TIME for one in trials])),
         "mean_current_a": float(np.max(np.mean([one.mean_currents_a for one in trials], axis=0))),

@@ -39,6 +39,8 @@ class Trial:
     """Time until then or until the loss, s."""
     rotation_rad: float
     """Rotation about the vertical in that time, rad."""
+    airborne: float
+    """Share of the control periods at whose end nothing touched the cube; NaN for a trial that lost it at once."""
     run: Run
     """What the loop saw: its ending, missing readings, saturation, currents."""
     travel_per_s: tuple[float, ...]
@@ -115,6 +117,7 @@ def run_trial(
         kept=not watch.lost and run.ending is Ending.TIME,
         alive_s=watch.alive_s,
         rotation_rad=watch.rotation_rad,
+        airborne=watch.airborne,
         run=run,
         travel_per_s=tuple(travel.tolist()),
         mean_currents_a=tuple(np.nanmean(currents, axis=0).tolist() if currents else [0.0] * 7),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import nan
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,8 @@ from model.scene import CUBE_START
 
 LOST_HEIGHT = -0.05
 """Height of the cube's centre below which it is lost, world frame, m; as in training."""
+SETTLING_S = 0.5
+"""How long a cube that is put in may bounce, s; as in training."""
 PLACING_SPREAD_M = 0.002
 """Standard deviation of where a person puts the cube, along each axis, m."""
 
@@ -29,6 +33,7 @@ class CubeWatch:
         """Rotation about the vertical in that time, rad."""
         self.lost = False
         """Whether it has fallen."""
+        self._looks = self._untouched = 0
         self.postures: list[NDArray[np.float64]] = []
         """Of hand and cube at the end of each control period, for `model.film.frames`."""
 
@@ -44,6 +49,14 @@ class CubeWatch:
             self.alive_s = self._plant.time - self._began
             self.rotation_rad = self._plant.cube_rotation
             self.lost = bool(self._plant.cube_position()[2] < LOST_HEIGHT)
+            if self.alive_s > SETTLING_S:
+                self._looks += 1
+                self._untouched += not self._plant.cube_touched()
+
+    @property
+    def airborne(self) -> float:
+        """Share of the looks at which nothing touched the cube, once it had settled; NaN before."""
+        return self._untouched / self._looks if self._looks else nan
 
     @property
     def rate_rad_s(self) -> float:

@@ -4,7 +4,7 @@ import pytest
 
 from model.cube_plant import CubePlant
 from model.plant import BuiltHandPlant
-from model.scene import Cube
+from model.scene import CUBE_START, Cube
 
 
 def test_a_cube_out_of_reach_does_not_touch_the_hand():
@@ -22,6 +22,20 @@ def test_a_placed_cube_lies_where_it_was_put_and_then_falls():
     plant.advance_to(0.2)
     np.testing.assert_allclose(plant.cube_position(), [0.11, 0.0, 0.5 - 0.5 * 9.81 * 0.1**2], atol=2e-3)
     assert plant.cube_rotation == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_cube_is_touched_in_the_hand_and_not_in_the_air():
+    plant = CubePlant()
+    plant.place_cube((0.11, 0.0, 0.5))
+    plant.advance_to(0.05)
+    assert not plant.cube_touched()
+    plant.place_cube(CUBE_START)
+    touched = []
+    for k in range(1, 31):
+        plant.advance_to(0.05 + 0.01 * k)
+        touched.append(plant.cube_touched())
+    assert not touched[0]
+    assert any(touched)
 
 
 def test_rotation_is_counted_over_whole_turns_about_the_vertical_whatever_the_orientation():

@@ -90,6 +90,7 @@ def test_a_hand_that_holds_the_nominal_grasp_keeps_the_cube(unit):
     trial = run_trial(policy(), load_unit(unit), settings=RunSettings(seconds=2.0), script=np.zeros((40, 7)))
     assert trial.run.ending is Ending.TIME, trial.run.reason
     assert trial.kept
+    assert trial.airborne == 0.0
 
 
 def test_a_hand_that_opens_has_not_kept_the_cube():
@@ -140,6 +141,25 @@ def test_travel_is_that_of_the_time_in_which_the_cube_was_held(plants):
     assert not trial.kept
     assert trial.alive_s == pytest.approx(0.5, abs=0.11)
     assert trial.travel_per_s[0] == pytest.approx(0.1 * PAPER_TRAINING.scale[0] / 0.05, rel=0.15)
+
+
+def test_time_in_the_air_counts_once_the_cube_has_settled(plants):
+    """The first 10 of 40 periods are for settling; from the 25th on the cube falls from far above."""
+    seen = []
+
+    def lift(step):
+        seen.append(step)
+        if len(seen) == 25:
+            plants[0].place_cube((0.11, 0.0, 50.0))
+
+    trial = run_trial(
+        policy(),
+        load_unit("reference"),
+        settings=replace(SHORT, seconds=2.0),
+        script=np.zeros((40, 7)),
+        on_step=lift,
+    )
+    assert trial.airborne == pytest.approx(15 / 30, abs=0.05)
 
 
 def test_a_cube_that_is_taken_away_ends_a_run_that_was_rehearsed(plants):
