@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -21,9 +22,9 @@ from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import Audience, telling, viewing
 from hil.experiments import DEFAULT, EXPERIMENTS
 from hil.experiments.staircase.tracking import staircase_metrics
-from hil.faults import parse_fault
+from hil.faults import FaultNeverFiredError, parse_fault
 from hil.judging.baseline import load
-from hil.judging.findings import failed
+from hil.judging.findings import Finding, failed
 from hil.judging.judged_run import Validation
 from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.beside_paper import table
@@ -69,33 +70,54 @@ def run(
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced", highlight=False, markup=False)
+    result: Validation | None = None
     with viewing(view, hand) as audience:
-        with emptied(folder), opening as opened, ProgressBar(*columns, console=console, transient=True) as bar:
-            audience.follow(source_of(opened))
-            if dry_run or opened.guard is not None:
-                console.print(before_moving(opened, _furthest(names or DEFAULT)))
-            if folder is None:
-                return
-            task = bar.add_task("opening", total=1.0)
+        try:
+            with emptied(folder), opening as opened, ProgressBar(*columns, console=console, transient=True) as bar:
+                audience.follow(source_of(opened))
+                if dry_run or opened.guard is not None:
+                    console.print(before_moving(opened, _furthest(names or DEFAULT)))
+                if folder is None:
+                    return
+                task = bar.add_task("opening", total=1.0)
 
-            def kept(so_far: Validation) -> None:
-                write_figures(so_far, folder)
-                name, ran = list(so_far.results.items())[-1]
-                audience.note(f"{name}: {len(failed(ran.findings))} of {len(ran.findings)} checks failed")
-                _show(so_far, audience)
+                def kept(so_far: Validation) -> None:
+                    write_figures(so_far, folder)
+                    name, ran = list(so_far.results.items())[-1]
+                    audience.note(f"{name}: {len(failed(ran.findings))} of {len(ran.findings)} checks failed")
+                    _show(so_far, audience)
 
-            result = run_validation(
-                opened,
-                names or DEFAULT,
-                baseline=baseline,
-                folder=folder,
-                progress=telling(audience, lambda done, doing: bar.update(task, completed=done, description=doing)),
-                on_result=kept,
-            )
+                result = run_validation(
+                    opened,
+                    names or DEFAULT,
+                    baseline=baseline,
+                    folder=folder,
+                    progress=telling(audience, lambda done, doing: bar.update(task, completed=done, description=doing)),
+                    on_result=kept,
+                )
+        except FaultNeverFiredError as error:  # known only once the hand is closed
+            if result is None or folder is None:
+                raise
+            result = _of_another_hand(result, error)
         _show(result, audience)
         _print(console, result, folder)
         write_results(result, folder)
     _end(result, folder)
+
+
+def _of_another_hand(result: Validation, error: FaultNeverFiredError) -> Validation:
+    """Return a run in which a fault that was asked for never came: what was measured stands, a verdict does not."""
+    stopped = Finding(
+        check="fault",
+        subject="hand",
+        passed=False,
+        measured="absent",
+        expected="present",
+        source="--fault",
+        meaning=f"{str(error)[0].upper()}{str(error)[1:]}.",
+        remedy="What was measured is that of a hand without it.",
+    )
+    return replace(result, stopped=result.stopped or stopped, ended_by=error)
 
 
 def _show(result: Validation, audience: Audience) -> None:

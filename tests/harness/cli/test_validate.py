@@ -137,11 +137,15 @@ def test_a_fault_is_put_into_an_emulated_hand(tmp_path):
     assert "failed ring: followed" in " ".join(result.output.split())
 
 
-def test_a_fault_without_effect_is_exit_2(tmp_path):
+def test_a_fault_without_effect_is_exit_2_and_no_verdict_and_the_report_is_there(tmp_path):
     arguments = ["validate", "--only", "presence", "--fault", "motor_dead:ring@90", "--out", str(tmp_path)]
     result = CliRunner().invoke(main, arguments)
     assert result.exit_code == 2, result.output
     assert "motor_dead:ring" in result.output
+    assert not json.loads((tmp_path / "checks.json").read_text())["passed"]
+    report = (tmp_path / "report.html").read_text()
+    assert "Never fired: motor_dead:ring=1.0@90.0" in report
+    assert "What was measured is that of a hand without it." in report
 
 
 @pytest.mark.parametrize(
