@@ -105,6 +105,10 @@ def test_what_tells_two_causes_apart_is_what_was_not_yet_seen():
     assert telling(SLACK.features, SLACK.features, SLACK.features) is None
 
 
+def test_what_two_causes_have_in_common_does_not_tell_them_apart():
+    assert telling({"own/a": 2.0, "own/b": 0.5}, {"own/a": 2.0}, {}) == "own/b"
+
+
 def test_of_features_that_tell_as_much_the_first_by_name_is_meant():
     """Whatever order a set of names has in this run of Python."""
     names = [f"own/{name}" for name in "hdgaefcb"]

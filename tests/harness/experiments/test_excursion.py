@@ -53,6 +53,11 @@ def stale(percent, dt=0.02):
     return excursion.stale(dt * np.arange(len(percent)), codes)
 
 
+def test_the_thumbs_base_is_stopped_by_the_palm_and_all_others_by_their_own_stop():
+    closed = next(metric for metric in excursion.METRICS if metric.name == "closed_angle" and len(metric.subjects) > 1)
+    assert set(closed.subjects) == set(LABELS) - {"thumb_cmc_flexion"}
+
+
 def test_one_repeated_reading_of_a_moving_finger_is_stale():
     """Two readings come between two motions, and one of them repeats the reading before it; then it is one of three."""
     assert stale((0, 10, 20, 20, 30, 40, 50)) == pytest.approx(1 / 2)
