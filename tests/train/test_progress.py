@@ -98,7 +98,15 @@ def test_what_is_measured_at_the_end_of_steady_is_the_ideal_simulator():
 
 def test_at_the_end_of_steady_a_thumb_that_gives_way_costs_built_hands():
     weights = STEADY.task_in(STEADY.stages[-1], 10).rewarded.weights
-    np.testing.assert_array_equal(weights.pushed < 0, [False] * 7 + [True] * 3)
+    built = STEADY.stages[-1].built_hands(10)
+    assert 0 < built < 10
+    np.testing.assert_array_equal(weights.pushed < 0, [False] * (10 - built) + [True] * built)
+
+
+def test_steady_is_found_with_the_papers_cube_and_led_to_any_in_at_most_four_stages():
+    assert len(STEADY.stages) <= 4
+    assert [stage.any_cube for stage in STEADY.stages] == [False] + [True] * (len(STEADY.stages) - 1)
+    assert not any(stage.any_cube for recipe in (FAST, PAPER) for stage in recipe.stages)
 
 
 def test_built_hands_are_corrected_less_well_once_they_are_few():
