@@ -18,6 +18,9 @@ Kind = Literal["power", "intermediate", "precision"]
 FREE = (Channel.INDEX, Channel.MIDDLE, Channel.RING, Channel.PINKY, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 """Channels that close on the object unless a grasp says otherwise; abduction always goes first."""
 
+APERTURE = {"power": 1.0, "intermediate": 1.0, "precision": 0.15}
+"""How far the channels that close on the object stand open before it is there, share of their travel."""
+
 
 @dataclass(frozen=True)
 class Grasp:
@@ -38,11 +41,15 @@ class Grasp:
     """Parts of the hand that must touch the object, or it is another grasp: digits and `palm`. In a precision grasp it
     is the digits' last links that count, and the palm must not touch."""
     closing: tuple[Channel, ...] = FREE
-    """Channels that close on the object; all others are where they belong before it is there."""
+    """Channels that close on the object; the others are in place before it is there."""
 
     def before(self) -> tuple[float, ...]:
         """Return the closure of the channels before the object is there."""
-        return tuple(0.0 if channel in self.closing else share for channel, share in zip(Channel, self.closure, strict=True))
+        aperture = APERTURE[self.kind]
+        return tuple(
+            max(0.0, share - aperture) if channel in self.closing else share
+            for channel, share in zip(Channel, self.closure, strict=True)
+        )
 
     def position_m(self) -> NDArray[np.float64]:
         """Return the centre of the object, (3,), m."""

@@ -114,14 +114,14 @@ def _judge(
     loads += [(f"a push {name}", down, PUSH_N * np.array(way), PUSH_S) for name, way in DIRECTIONS.items()]
     moved, survived = 0.0, 0
     failure = grasp.shortfall(links)
-    for name, gravity, push, lasts_s in loads:
+    for name, gravity, push, lasts_s in [] if failure else loads:
         plant.pull(gravity)
         plant.push(push)
         for _ in range(round(lasts_s / LOOK_S)):
             wait(LOOK_S)
             moved = max(moved, float(np.linalg.norm(plant.ends() - settled, axis=1).max()))
         if moved > FURTHEST_M:
-            failure = failure or f"taken by {name}"
+            failure = f"taken by {name}"
             break
         survived += 1
     return Result(grasp.number, unit, failure, survived, moved, posture)
