@@ -15,6 +15,7 @@ import click
 
 from examples.grasps.taxonomy import GRASPS
 from examples.grasps.trial import Result, hold
+from hil.workers import leave_interrupts_to_the_parent
 from model.units.naming import unit_named
 
 REPORTED_SEEDS = range(91000, 91020)
@@ -22,7 +23,7 @@ REPORTED_SEEDS = range(91000, 91020)
 
 
 @click.command()
-@click.option("--unit", "units", multiple=True, help="A hand, several times if wanted; ideal and reference if left out.")
+@click.option("--unit", "units", multiple=True, help="A hand, several if wanted; left out: ideal and reference.")
 @click.option("--random", "seeds", is_flag=True, help="Also the 20 random hands, plausible:91000 to 91019.")
 @click.option("--grasp", "numbers", multiple=True, type=click.IntRange(1, 33), help="Only this one; several if wanted.")
 @click.option("--picture", type=click.Path(path_type=Path), help="Write a JPEG of all grasps on the first hand.")
@@ -35,7 +36,7 @@ def main(
     names = [*(units or ("ideal", "reference")), *(f"plausible:{seed}" for seed in REPORTED_SEEDS if seeds)]
     grasps = [grasp for grasp in GRASPS if not numbers or grasp.number in numbers]
     results: dict[str, list[Result]] = {}
-    with ProcessPoolExecutor(workers) as pool:
+    with ProcessPoolExecutor(workers, initializer=leave_interrupts_to_the_parent) as pool:
         trials = pool.map(hold, *zip(*product(grasps, map(unit_named, names)), strict=True))
         for grasp in grasps:
             results[grasp.name] = [next(trials) for _ in names]

@@ -110,7 +110,8 @@ class ObjectPlant(BuiltHandPlant):
     def ends(self) -> NDArray[np.float64]:
         """Return the two ends of the object's axis, (2, 3), m, world frame; of a sphere its centre twice."""
         along = self._data.xmat[self._body].reshape(3, 3)[:, 2] * self._thing.half_length_m
-        return self._data.xpos[self._body] + np.outer((1.0, -1.0), along)
+        ends: NDArray[np.float64] = self._data.xpos[self._body] + np.outer((1.0, -1.0), along)
+        return ends
 
     def touching(self) -> frozenset[str]:
         """Return the names of the hand's links that touch the object."""

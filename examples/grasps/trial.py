@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
-from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from aero.channels import JOINT_BOX_RAD
 from examples.grasps.grasp import Grasp
 from examples.grasps.object_plant import ObjectPlant
 from firmware_emulator.hand import EmulatedHand
@@ -74,9 +74,7 @@ NO_PUSH = np.zeros(3)
 def codes_of(closure: ArrayLike, codec: ActuationMap) -> NDArray[np.uint16]:
     """Return the codes, (7,), at which a free hand's joints close by these shares, (7,) 0..1, of their travel."""
     joints = np.asarray(closure, dtype=float)[list(CHANNEL_OF_JOINT)] * JOINT_BOX_RAD[:, 1]
-    codes: NDArray[np.uint16] = codec.saturating_codes(
-        codec.angles_from_travel(codec.travel_from_joints(joints))
-    ).codes
+    codes: NDArray[np.uint16] = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_joints(joints))).codes
     return codes
 
 
