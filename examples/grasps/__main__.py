@@ -13,10 +13,11 @@ from pathlib import Path
 
 import click
 
-from examples.grasps.taxonomy import GRASPS
-from examples.grasps.trial import Result, hold
 from hil.workers import leave_interrupts_to_the_parent
 from model.units.naming import unit_named
+
+from .taxonomy import GRASPS
+from .trial import Result, hold
 
 REPORTED_SEEDS = range(91000, 91020)
 """Of the random hands that stand in docs/grasps.md; no posture was tuned on them."""
@@ -47,7 +48,7 @@ def main(
     else:
         print(table(names, results))
     if picture is not None:
-        from examples.grasps.picture import write_contact_sheet  # noqa: PLC0415  pictures alone need OpenGL
+        from .picture import write_contact_sheet  # noqa: PLC0415  pictures alone need OpenGL
 
         write_contact_sheet(grasps, [row[0] for row in results.values()], picture)
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from examples.grasps.object_plant import HeldObject
+
+from .object_plant import HeldObject
 
 Kind = Literal["power", "intermediate", "precision"]
 

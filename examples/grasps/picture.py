@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from aero.channels import Joint
-from examples.grasps.grasp import Grasp
-from examples.grasps.object_plant import add_object
-from examples.grasps.trial import Result
 from model import build_routed
 from model.portrait import dress_up
+
+from .grasp import Grasp
+from .object_plant import add_object
+from .trial import Result
 
 TILE = 330
 """Pixels drawn across a tile, and down; the picture shows fewer."""

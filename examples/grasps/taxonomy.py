@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from aero.channels import Channel
-from examples.grasps.grasp import FREE, Grasp
-from examples.grasps.object_plant import HeldObject
+
+from .grasp import FREE, Grasp
+from .object_plant import HeldObject
 
 
 def _grasp(row: dict[str, Any]) -> Grasp:

@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.channels import JOINT_BOX_RAD
-from examples.grasps.grasp import Grasp
-from examples.grasps.object_plant import ObjectPlant
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from model.skeleton import GRAVITY
 from model.units import Unit
+
+from .grasp import Grasp
+from .object_plant import ObjectPlant
 
 FIRMWARE = "0.2.0"
 SHAPING_S, CLOSING_S = 0.8, 0.8
