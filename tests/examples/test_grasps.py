@@ -1,0 +1,70 @@
+"""The example `examples/grasps`: what must be held is held, what cannot be is not, and the table is whole."""
+
+from dataclasses import replace
+
+import pytest
+from grasps.__main__ import REPORTED_SEEDS, table
+from grasps.object_plant import HeldObject
+from grasps.taxonomy import GRASPS
+from grasps.trial import hold
+
+from aero.channels import Channel
+from model.units import load_unit
+
+NAMED = {grasp.name: grasp for grasp in GRASPS}
+IDEAL = load_unit("ideal")
+
+
+@pytest.mark.parametrize("name", ["power sphere", "medium wrap"])
+def test_an_easy_grasp_is_held(name):
+    result = hold(NAMED[name], IDEAL)
+    assert result.held, result.failure
+    assert result.survived == 12
+
+
+@pytest.mark.parametrize("change", [{"mass_kg": 20.0}, {"friction": 0.01}], ids=["too heavy", "slippery"])
+def test_what_no_hand_could_hold_is_lost(change):
+    grasp = NAMED["lateral"]
+    result = hold(replace(grasp, thing=replace(grasp.thing, **change)), IDEAL)
+    assert not result.held
+    assert result.survived < 12
+
+
+def test_a_finger_that_does_not_touch_is_another_grasp():
+    grasp = NAMED["medium wrap"]
+    without = replace(grasp, closure=(0.0, *grasp.closure[1:]))
+    assert hold(without, IDEAL).failure == "not touched by index"
+
+
+def test_the_same_grasp_ends_the_same():
+    assert hold(NAMED["power sphere"], IDEAL) == hold(NAMED["power sphere"], IDEAL)
+
+
+def test_the_table_has_33_different_grasps():
+    assert [grasp.number for grasp in GRASPS] == list(range(1, 34))
+    assert len(NAMED) == 33
+    assert len({(grasp.thing, grasp.centre_mm, grasp.axis, grasp.closure) for grasp in GRASPS}) == 33
+    for grasp in GRASPS:
+        assert all(0.0 <= share <= 1.0 for share in grasp.closure), grasp.name
+        assert len(grasp.closure) == len(Channel), grasp.name
+
+
+def test_a_precision_grasp_is_of_the_last_links_and_off_the_palm():
+    grasp = NAMED["tip pinch"]
+    assert grasp.shortfall({"index_distal", "thumb_distal"}) == ""
+    assert grasp.shortfall({"index_middle", "thumb_distal"}) == "not touched by index"
+    assert grasp.shortfall({"index_distal", "thumb_distal", "palm"}) == "lies against the palm"
+
+
+def test_an_object_needs_as_many_sizes_as_its_shape_has():
+    with pytest.raises(ValueError, match="a box has 3 positive sizes"):
+        HeldObject("box", (10.0, 10.0), 0.1)
+
+
+def test_the_printed_table_counts_what_holds():
+    held = hold(NAMED["power sphere"], IDEAL)
+    lost = replace(held, failure="taken by gravity to the wrist")
+    names = ["ideal", *(f"plausible:{seed}" for seed in REPORTED_SEEDS[:2])]
+    text = table(names, {"power sphere": [held, held, lost]})
+    assert "| 11 | power sphere | yes | 1 | taken by gravity to the wrist (1) |" in text
+    assert "| held, of 1 | 1 | 0 to 1 a hand |" in text
