@@ -67,6 +67,37 @@ class RewardSettings:
 PAPER_REWARD = RewardSettings()
 
 
+@dataclass(frozen=True)
+class TurningWeight:
+    """How much a hand's turning counts, by the running mean of its rate.
+
+    A hand that turns fast enough earns little by turning faster, so that the gait need not risk the cube for it; a slow
+    one earns more, so that the hands at the slow end are not given up.
+    """
+
+    memory_steps: int = 400
+    """Control steps that the running mean of the rate looks back on."""
+    enough_rad_s: float = 0.9
+    """Rate from which more speed earns the least."""
+    fading_rad_s: float = 0.4
+    """Width below it over which the weight falls to that."""
+    least: float = 0.1
+    """Weight of turning that is fast enough."""
+    slow_rad_s: tuple[float, float] = (0.6, 0.2)
+    """Numerator and offset of the weight of slow turning, numerator / (offset + rate)."""
+    slow_bounds: tuple[float, float] = (0.4, 2.0)
+    """Lowest and highest weight of slow turning."""
+
+    def of(self, rate_rad_s: Array) -> Array:
+        """Return the weight for running means of the rate, (...)."""
+        xp = namespace(rate_rad_s)
+        numerator, offset = self.slow_rad_s
+        fast = xp.clip((self.enough_rad_s - rate_rad_s) / self.fading_rad_s, self.least, 1.0)
+        # A cube that is turned back has no slower weight than one that lies still, and never a negative one.
+        slow = xp.clip(numerator / (offset + xp.maximum(rate_rad_s, 0.0)), *self.slow_bounds)
+        return fast * slow
+
+
 def side_by_side(first: RewardSettings, count: int, second: RewardSettings, total: int) -> RewardSettings:
     """Return settings of `total` environments: the first `count` are rewarded by `first`, the others by `second`."""
 
