@@ -1,7 +1,7 @@
 """The cube task for training: a batch of hands that restart by themselves, over either backend.
 
-Each restart draws one of the environment's prepared starts. Everything that changes is in `EnvironmentState`, a JAX pytree, so
-that a run can be kept and gone on with to the bit.
+Each restart draws one of the environment's prepared starts. Everything that changes is in `EnvironmentState`, a JAX
+pytree, so that a run can be kept and gone on with to the bit.
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ class CubeEnvironment:
         new = jnp.zeros(len(states), bool).at[slots].set(True)
         running = (standing.states, standing.episode, standing.observation)
         fresh = self._fresh((states, sensors), draw)
-        begun = jax.tree.map(lambda one, other: _choose(new, one, other), fresh, running)
-        return EnvironmentState(*begun, jnp.where(new, 0.0, standing.rate), (states, sensors), key)
+        at, episode, observation = jax.tree.map(lambda one, other: _choose(new, one, other), fresh, running)
+        return EnvironmentState(at, episode, observation, jnp.where(new, 0.0, standing.rate), (states, sensors), key)
 
     def step(self, standing: EnvironmentState, action: Array, prices: Prices) -> tuple[EnvironmentState, Step]:
         """Advance every environment by one control period and restart those that ended."""
@@ -141,8 +141,8 @@ class CubeEnvironment:
             rate = rate + (rotation - rate) / self._turning.memory_steps
         ended = (states, episode, {"state": outcome.observation, "privileged_state": outcome.critic})
         fresh = self._fresh(standing.starts, start_key)
-        going = jax.tree.map(lambda new, old: _choose(over, new, old), fresh, ended)
-        return EnvironmentState(*going, rate, standing.starts, key), step
+        at, episode, observation = jax.tree.map(lambda new, old: _choose(over, new, old), fresh, ended)
+        return EnvironmentState(at, episode, observation, rate, standing.starts, key), step
 
     def _priced(self, rate: Array, prices: Prices) -> Task:
         """Return the task with these prices, its turning weighted for hands of this running rate."""

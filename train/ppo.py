@@ -19,7 +19,7 @@ from brax.training.types import Transition
 
 from aero.actuation.arrays import Array
 from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
-from train.environment import CubeEnvironment, Prices, EnvironmentState
+from train.environment import CubeEnvironment, EnvironmentState, Prices
 from train.recipe import Recipe
 from train.stage import Ramp, Stage
 from train.task.signals import CRITIC_SIZE
@@ -59,6 +59,8 @@ class Ppo:
             },
             PPONetworkParams(policy="policy", value="value"),
         )
+        self.epochs = recipe.epochs
+        """Passes over a batch."""
         self.act = jax.jit(self._act)
         self.learn = jax.jit(self._learn)
 

@@ -64,8 +64,8 @@ class Epoch:
     """Mean angular velocity."""
     hazard_per_s: float
     """Drops a second of one hand."""
-    drop_price: float
-    """Price of a drop."""
+    drop_price: float | None
+    """Price of a drop where it follows the drops."""
     steps_per_s: float
     """Environment steps a second, measuring included."""
     left_s: float

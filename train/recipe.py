@@ -188,7 +188,7 @@ STEADY = Recipe(
     stuck=Stuck(steps=800_000, rate_rad_s=0.4),
 )
 """For the hand, in three stages (docs/recipes.md): the gait is found where it is easy, with the paper's cube on built
-hands of like springs; it is led to all springs and all cubes; and drops are brought down while slow hands are sped up."""
+hands of like springs; it is led to all springs and cubes; and drops are brought down while slow hands are sped up."""
 
 RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +34,8 @@ class Standing:
     """Updates of the networks in that stage."""
     new_hands: int = 0
     """Hands that have come in that stage."""
-    drop_price: float = 0.0
-    """Price of a drop."""
+    drop_price: float | None = None
+    """Price of a drop where it follows the drops."""
     tendency: Tendency = field(default_factory=Tendency)
     """Running means of the hands in training."""
     elapsed_s: float = 0.0
@@ -48,6 +48,21 @@ class Standing:
     """Highest rate of the attempt's checkpoints."""
     best_score: float | None = None
     """Score of the stage's best checkpoint."""
+    measured_at: int = 0
+    """Updates in the stage at the last checkpoint."""
+
+    def in_stage(self, stage: int, drop_price: float | None) -> Standing:
+        """Return the standing at the beginning of a stage."""
+        return replace(
+            self,
+            stage=stage,
+            updates=0,
+            new_hands=0,
+            drop_price=drop_price,
+            tendency=Tendency(),
+            best_score=None,
+            measured_at=0,
+        )
 
 
 def save_state(folder: Path, standing: Standing, arrays: Any) -> None:

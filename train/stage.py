@@ -31,6 +31,9 @@ def constant(value: float) -> Ramp:
     return Ramp(value, value, 1)
 
 
+PAPER_RATE, PAPER_ENTROPY = constant(3e-4), constant(1e-2)
+
+
 @dataclass(frozen=True)
 class Redraw:
     """How often the oldest hands of a batch give way to new ones."""
@@ -83,13 +86,13 @@ class Stage:
     """PPO's clipping parameter."""
     discount: float = 0.97
     """A control step."""
-    learning_rate: Ramp = constant(3e-4)
+    learning_rate: Ramp = PAPER_RATE
     """Adam's for the policy."""
-    value_learning_rate: Ramp = constant(3e-4)
+    value_learning_rate: Ramp = PAPER_RATE
     """Adam's for the value network."""
     gradient_norm: tuple[float, float] | None = None
     """Bounds of the gradients' norms of policy and value network."""
-    entropy_cost: Ramp = constant(1e-2)
+    entropy_cost: Ramp = PAPER_ENTROPY
     """Weight of the policy's entropy."""
     frozen_updates: int = 0
     """Updates at the beginning in which only the value network learns."""

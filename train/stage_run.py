@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any, Literal, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
@@ -14,7 +14,6 @@ import numpy as np
 from aero.policy.file import Policy
 from model.cubes import any_cube
 from train import export, randomise
-from train.built import BuiltSimulator
 from train.environment import STARTS, CubeEnvironment, EnvironmentState, prepare_starts
 from train.evaluation.rollouts import run
 from train.hand_stock import HandStock, oldest, present
@@ -36,15 +35,31 @@ _TRAINED, _MEASURED, _NETWORKS, _ENVIRONMENT, _UPDATES, _RENEWED = range(6)
 """Streams of random numbers of a stage."""
 
 
+class Reached(NamedTuple):
+    """What learning and acting have come to, a JAX pytree."""
+
+    learner: Learner
+    environment: EnvironmentState
+
+
 class StageRun:
     """A stage made ready; use as a context manager."""
 
     def __init__(
-        self, recipe: Recipe, stage: Stage, backend: Backend, seed: tuple[int, ...], threads: int | None, check: Check
+        self,
+        recipe: Recipe,
+        stage: Stage,
+        backend: Backend,
+        seed: tuple[int, ...],
+        *,
+        threads: int | None,
+        check: Check,
     ) -> None:
         self.stage = stage
         self.batch = recipe.environments * stage.unroll
         """Environment steps an update."""
+        self.period_s = recipe.task.settings.period_s
+        """Length of a control period."""
         self._recipe, self._seed, self._threads, self._check = recipe, seed, threads, check
         self._task = recipe.task_in(stage)
         self._kept = ExitStack()
@@ -69,20 +84,20 @@ class StageRun:
         """Of the stage's exploration and learning."""
         return self._key(_UPDATES)
 
-    def begin(self, before: Learner | None) -> tuple[Learner, EnvironmentState]:
+    def begin(self, before: Learner | None) -> Reached:
         """Return a learner that goes on from the stage before, if any, and environments at their start."""
         fresh = self.ppo.begin(self._key(_NETWORKS))
         starts = prepare_starts(self._task, self._simulator, np.random.default_rng((*self._seed, _ENVIRONMENT)))
         environment = self._begin(starts, self._key(_ENVIRONMENT))
-        return self.ppo.go_on(before) if before else fresh, environment
+        return Reached(self.ppo.go_on(before) if before else fresh, environment)
 
-    def template(self) -> tuple[Any, Any]:
+    def template(self) -> Reached:
         """Return the shapes of learner and environments."""
         count = self._recipe.environments
         states = jax.ShapeDtypeStruct((count, STARTS, self._simulator.state_size), jnp.float32)
         sensors = jax.ShapeDtypeStruct((count, STARTS, SENSOR_COUNT), jnp.float32)
         key = self._key(_NETWORKS)
-        return jax.eval_shape(self.ppo.begin, key), jax.eval_shape(self._begin, (states, sensors), key)
+        return Reached(jax.eval_shape(self.ppo.begin, key), jax.eval_shape(self._begin, (states, sensors), key))
 
     def fill(self, new_hands: int) -> None:
         """Put the hands into the batch that are there after `new_hands` have come."""
@@ -98,7 +113,8 @@ class StageRun:
         with scenes:
             rng = np.random.default_rng((*self._seed, _RENEWED, new_hands))
             starts = prepare_starts(self._task, scenes, rng)
-        return self._renew(environment, jnp.array(places), starts)
+        renewed: EnvironmentState = self._renew(environment, jnp.array(places), starts)
+        return renewed
 
     def policy(self, parameters: export.Parameters, provenance: Mapping[str, Any]) -> Policy:
         """Return parameters as a policy."""

@@ -69,7 +69,7 @@ def train(
         if with_video:
             check_video()
     try:
-        from train import training  # noqa: PLC0415 - the extra is asked for where it is used
+        from train import run, training  # noqa: PLC0415 - the extra is asked for where it is used
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or training.machine_backend()
@@ -87,7 +87,7 @@ def train(
         console.print(line, highlight=False, soft_wrap=True, markup=False)
 
     made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
-    told = training.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))
+    told = run.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))
     try:
         ended = training.train(
             chosen, on, seed, out, minutes=minutes, threads=threads, resume=resume, provenance=made_with, told=told
@@ -104,9 +104,10 @@ def train(
 
 def _epoch_line(epoch: Epoch) -> str:
     kept = exp(-EPISODE_S * epoch.hazard_per_s)
+    price = "" if epoch.drop_price is None else f" at {epoch.drop_price:3.0f}"
     return (
         f"{epoch.stage}  {epoch.steps / 1e6:6.2f} M steps  {epoch.rate_rad_s:5.2f} rad/s  keeps {kept:4.0%}  "
-        f"{epoch.hazard_per_s:5.2%} drops/s at {epoch.drop_price:3.0f}  {epoch.steps_per_s:5.0f} steps/s  "
+        f"{epoch.hazard_per_s:5.2%} drops/s{price}  {epoch.steps_per_s:5.0f} steps/s  "
         f"{epoch.left_s / 60:4.0f} min left"
     )
 

@@ -90,7 +90,7 @@ def log(policy: Policy, task: Task, seconds: float, seed: int = 0) -> Log:
 
 
 def run(
-    policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0, check: Callable[[], None] = lambda: None
+    policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0, *, check: Callable[[], None] = lambda: None
 ) -> Episodes:
     """Run one episode in every scene of `batch`.
 
