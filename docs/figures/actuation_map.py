@@ -11,8 +11,8 @@ from aero.channels import FINGERS, Channel, Joint
 from figures.cells import Cell
 from figures.emulated import SEEDED
 from figures.sources import Row, Source
-from hil.map_identification.identify import Identification, identify
-from hil.map_identification.radii import flexor_radius, two_pose_radii
+from hil.lab.map_identification.identify import Identification, identify
+from hil.lab.map_identification.radii import flexor_radius, two_pose_radii
 from model import RoutedHand
 from model.geometry.winding import WINDING
 

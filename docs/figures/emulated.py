@@ -6,8 +6,8 @@ from functools import cache
 
 import hil
 from figures.cells import Tolerance
-from hil.judging.judged_run import Validation
-from hil.validation import validate
+from hil.verdict.judged_run import Validation
+from hil.verdict.validation import validate
 
 SEEDED = Tolerance(
     "the same seed gives the same bytes; MuJoCo 3.17 and 4.0 differ by up to 5 % where dry friction decides",

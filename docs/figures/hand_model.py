@@ -24,9 +24,9 @@ from figures.cells import Cell
 from figures.emulated import SEEDED
 from figures.sources import Row, Source
 from firmware_emulator.plant import Drive
-from hil.experiments.staircase.reachable_range import calibrated_range
-from hil.map_identification.captures import thumb_grid
-from hil.map_identification.identify import fit_inverse, fit_joints
+from hil.checks.staircase.reachable_range import calibrated_range
+from hil.lab.map_identification.captures import thumb_grid
+from hil.lab.map_identification.identify import fit_inverse, fit_joints
 from model import RoutedHand, build_routed
 
 ABDUCTION = 0.8

@@ -6,9 +6,9 @@ from aero.channels import Channel
 from figures.cells import Cell
 from figures.emulated import SEEDED, validation
 from figures.sources import Row, Source
-from hil.experiments.staircase.tracking import ChannelMetrics, staircase_metrics
-from hil.judging.paper_figures import PAPER
+from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.report.plots import title
+from hil.verdict.paper_figures import PAPER
 
 HANDS = (("paper", "pre"), ("reference", "pre"), ("reference", "0.2.0"))
 """Unit and firmware; the first is the paper's own hand."""
