@@ -23,6 +23,7 @@ from hil.diagnosis.dictionary import load_dictionary
 from hil.experiments import EXPERIMENTS
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
+from hil.recordings.provenance import command_line
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""
@@ -82,6 +83,7 @@ def campaign(
     executor = partial(cluster, scheduler) if scheduler else partial(cores, count)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with opening as store, ProgressBar(*columns, console=console) as bar:
+        store.note_command(command_line())
         left = missing(trials, store.keys())
         console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}", markup=False)
         task = bar.add_task("validating", total=len(left))
