@@ -6,15 +6,15 @@ from pathlib import Path
 
 import click
 
-from hil.campaign.population import healthy_hands_of, kind_of, kinds_of
-from hil.campaign.store import NAME, opened
 from hil.cli.exits import given
-from hil.judging.limits import read_limits
-from hil.judging.limits.checks import load_checks
-from hil.judging.limits.compute import FALSE_ALARMS, computed_limits, own_limits
-from hil.judging.limits.writing import limits_text
+from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of
+from hil.lab.campaign.store import NAME, opened
+from hil.lab.limits.checks import load_checks
+from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
+from hil.lab.limits.writing import limits_text
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import command_line
+from hil.verdict.limits import read_limits
 from model.units import DEFAULT_LIMITS
 
 POPULATION = "model/units/plausible.py, homed, both sides; and the shipped units of this kind"
@@ -25,7 +25,7 @@ SHIPPED = "the shipped units of this kind, homed and in ideal zeros, each group 
 @click.argument("campaign", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), required=True,
-    help="Folder for one file for each kind of hand; `hil/judging/limits` of a checkout replaces the project's.",
+    help="Folder for one file for each kind of hand; `hil/data/limits` of a checkout replaces the project's.",
 )  # fmt: skip
 def limits(*, campaign: Path, out: Path) -> None:
     """Compute the limits from the healthy hands of CAMPAIGN, a folder that `aero-hil campaign --healthy` made.

@@ -3,8 +3,8 @@
 import pytest
 
 from aero.channels import FINGERS
-from hil.experiments import EXPERIMENTS
-from hil.experiments.shared.experiment import record
+from hil.checks import EXPERIMENTS
+from hil.checks.shared.experiment import record
 from hil.targets.opening import open_target
 
 
