@@ -14,6 +14,7 @@ from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
 from aero.link import HostLink
+from aero.link_state import Content
 from aero.protocol import Opcode, Reply
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
@@ -118,10 +119,29 @@ class AeroHand:
         Raises:
             ValueError: wrong shape, not integers, out of range; nothing is sent.
             ConnectionError: the link is gone.
+            DesyncError: the board may be out of step; nothing is sent until `resynchronise` succeeds.
         """
         frame = protocol.make_positions(codes)
         self._permit()
         self._link.send(frame)
+
+    def command_codes_blindly(self, codes: ArrayLike) -> None:
+        """Send every channel near a position, in bytes that do no harm if the board is out of step.
+
+        This is the only command that is sent between a `resynchronise` that failed and one that succeeds. A board
+        that is in step carries it out, with each code lowered by up to 1279.
+
+        Args:
+            codes: (7,) integers in 0..65535, as `command_codes`.
+
+        Raises:
+            ValueError: as `command_codes`; nothing is sent.
+            ConnectionError: the link is gone.
+            DesyncError: an earlier frame may have gone out incomplete; nothing is sent.
+        """
+        frame = protocol.make_harmless_positions(codes)
+        self._permit()
+        self._link.send(frame, Content.HARMLESS_FRAME)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """Pull every channel closed with a torque, without position control; there is no command that opens.
@@ -133,7 +153,7 @@ class AeroHand:
 
         Raises:
             ValueError: wrong shape, not integers, out of range; nothing is sent.
-            ConnectionError: the link is gone.
+            ConnectionError, DesyncError: as `command_codes`.
         """
         frame = protocol.make_torques(magnitudes)
         self._permit()
@@ -254,11 +274,14 @@ class AeroHand:
         The broken frame itself is completed with zeros and carried out, because the board offers no way to drop it: a
         position command then opens the channels that it had not got to.
 
+        Once it has begun, nothing else is sent until it has succeeded: a search that failed may itself have left the
+        board out of step, where it would take a position for an opcode.
+
         Returns:
             The stray bytes that the board held, 0..15.
 
         Raises:
-            LinkTimeoutError: the board stays silent.
+            LinkTimeoutError: the board stays silent; call it again.
         """
         self._permit()
         return self._link.resynchronise(self._reply_timeout_s, self._patience_s)

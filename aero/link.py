@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from aero.clock import Clock, Deadline
 from aero.errors import DesyncError, LinkTimeoutError
+from aero.link_state import AFTER, MAY_LEAVE, REASON, Content, Event, State
 from aero.overdue import HELD_BACK_S, Overdue
 from aero.protocol import (
     FRAME_SIZE,
@@ -46,7 +47,8 @@ class HostLink:
     """Exchanges frames with a board.
 
     The lock covers one exchange, from dropping stale input to the reply, or one command that has no reply. Threads may
-    share a link; what two of them do in between exchanges is theirs to order.
+    share a link; what two of them do in between exchanges is theirs to order. What may be sent when is a table,
+    `aero.link_state`.
     """
 
     def __init__(self, transport: Transport, clock: Clock) -> None:
@@ -55,7 +57,7 @@ class HostLink:
         self._lock = threading.Lock()
         self._text = bytearray()
         self._restarts = 0
-        self._cut_short = False
+        self._state = State.IN_STEP
         self._overdue = Overdue()
         self._stray = b""
         self._ahead = bytearray()
@@ -77,15 +79,19 @@ class HostLink:
         """How often boot text has been seen."""
         return self._restarts
 
-    def send(self, frame: bytes) -> None:
+    def send(self, frame: bytes, content: Content = Content.FRAME) -> None:
         """Send a frame that the board does not answer.
+
+        Args:
+            frame: what to send.
+            content: `HARMLESS_FRAME` for one that may be sent to a board that is out of step.
 
         Raises:
             ConnectionError: the link is gone.
-            DesyncError: an earlier frame went out incomplete.
+            DesyncError: the board may be out of step; `resynchronise` has to succeed first.
         """
         with self._lock:
-            self._write(frame)
+            self._write(frame, content)
 
     def ask(self, frame: bytes, timeout_s: float, patience_s: float | None = None) -> Answer:
         """Send a request and return its reply, which is never that of an earlier request.
@@ -102,7 +108,7 @@ class HostLink:
         Raises:
             ConnectionError: the link is gone.
             LinkTimeoutError: nothing came.
-            DesyncError: something came, but no reply; or an earlier frame went out incomplete.
+            DesyncError: something came, but no reply; or the board may be out of step, as with `send`.
         """
         opcode = Opcode(frame[0])
         with self._lock:
@@ -130,7 +136,8 @@ class HostLink:
         that the stray bytes began; whatever opcode it got is carried out, with zeros for the rest of its payload.
         From then on only zeros and queries' opcodes are in the board, so nothing else can be: a query, then one more
         zero for every query that goes unanswered, finds the frame start after at most sixteen. A reply that is late
-        belongs to an earlier one of them, so what it seems to say is confirmed by one query more.
+        belongs to an earlier one of them, so what it seems to say is confirmed by one query more. Until a search has
+        succeeded, nothing else may be sent.
 
         Args:
             reply_timeout_s: time for one reply, s, after which the next frame start is tried.
@@ -141,16 +148,16 @@ class HostLink:
             LinkTimeoutError: the board answered at no position; it is busy (homing), off, or no hand.
         """
         with self._lock:
-            self._cut_short = False
             self._overdue.forget()
             self._drop_stale_input(_QUIET_S)
+            self._state = AFTER[self._state, Event.SEARCH_BEGINS]
             padding = self._pad(FRAME_SIZE - 1)
             for _ in range(_SEARCHES):
                 tried: list[tuple[Opcode, int]] = []
                 reply = None
                 for query in islice(cycle(READINGS), FRAME_SIZE):
                     tried.append((query, padding))
-                    self._request(make_query(query))
+                    self._request(make_query(query), Content.SEARCH)
                     reply = self._take(reply_timeout_s)
                     if reply is not None:
                         break
@@ -161,14 +168,16 @@ class HostLink:
                 for start in [start for query, start in reversed(tried) if query == reply.opcode]:
                     padding += self._pad((start - padding) % FRAME_SIZE)
                     self._overdue.forget()
-                    self._request(make_query(Opcode.GET_TEMP))
+                    self._request(make_query(Opcode.GET_TEMP), Content.SEARCH)
                     if self._take(patience_s) is not None:
                         self._overdue.forget()
+                        self._state = AFTER[self._state, Event.SEARCH_SUCCEEDS]
                         return -padding % FRAME_SIZE
             self._pad(-padding % FRAME_SIZE)  # whole frames in all: a board that was in step and mute stays in step
             raise LinkTimeoutError(
                 f"{self.name}: the board answers at none of the {FRAME_SIZE} possible frame starts. It may be homing "
-                "(wait up to a minute and try again), without power, or this is not the hand's port."
+                "(wait up to a minute and try again), without power, or this is not the hand's port. Nothing else "
+                "is sent until a search succeeds."
             )
 
     def close(self) -> None:
@@ -177,25 +186,25 @@ class HostLink:
 
     def _pad(self, count: int) -> int:
         """Write zeros and return how many."""
-        self._write(PADDING * count)
+        self._write(PADDING * count, Content.SEARCH)
         return count
 
-    def _write(self, data: bytes) -> None:
-        if self._cut_short:
+    def _write(self, data: bytes, content: Content) -> None:
+        if content not in MAY_LEAVE[self._state]:
             raise DesyncError(
-                f"{self.name}: an earlier frame may have gone out incomplete, so the board can be waiting for the rest "
-                "of it. Call resynchronise() before anything else."
+                f"{self.name}: {REASON[self._state]}. Nothing was sent. Call resynchronise() until it succeeds, before "
+                "anything else."
             )
         try:
             self._transport.write(data)
         except ConnectionError:
-            self._cut_short = True
+            self._state = AFTER[self._state, Event.WRITE_FAILS]
             raise
 
-    def _request(self, frame: bytes) -> float:
+    def _request(self, frame: bytes, content: Content = Content.FRAME) -> float:
         """Send a request and return when that was, clock s."""
         asked = self._clock.now()
-        self._write(frame)
+        self._write(frame, content)
         self._overdue.sent(Opcode(frame[0]), asked)
         return asked
 

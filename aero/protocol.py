@@ -72,6 +72,9 @@ class Opcode(IntEnum):
 READINGS = (Opcode.GET_TEMP, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_POS)
 """Queries that change nothing, whenever they are carried out."""
 
+_HARMLESS_BELOW = [max({*range(byte + 1)} - {*Opcode}) for byte in range(256)]
+"""The next byte from each one down that is no opcode."""
+
 SINCE_0_1_0 = frozenset({Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR})
 """What the firmware before 0.1.0, `pre`, takes for an unknown opcode: it drops the frame and says nothing."""
 
@@ -104,6 +107,21 @@ def make_positions(codes: ArrayLike) -> bytes:
         ValueError: wrong shape, not integers, or out of range.
     """
     return _make_channel_words(Opcode.CTRL_POS, codes, MAX_CODE, "position codes")
+
+
+def make_harmless_positions(codes: ArrayLike) -> bytes:
+    """Return a position command that does no harm to a board which is out of step, wherever it begins to read.
+
+    No byte after the first is an opcode. For this each code is lowered by up to 1279 of 65535.
+
+    Args:
+        codes: (7,) integers in 0..65535, command order.
+
+    Raises:
+        ValueError: as `make_positions`.
+    """
+    make_positions(codes)
+    return make_positions([_HARMLESS_BELOW[int(code) >> 8] << 8 for code in np.asarray(codes)])
 
 
 def make_torques(magnitudes: ArrayLike) -> bytes:

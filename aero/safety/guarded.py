@@ -167,6 +167,13 @@ class GuardedHand(AeroHand):
             self._closed = bool((codes > self.thresholds.arrival * MAX_CODE).any())
             self._watch.encoders.commanded(self._bare_clock.now(), self._last_codes / MAX_CODE)
 
+    def command_codes_blindly(self, codes: ArrayLike) -> None:
+        """As `command_codes`, guarded; only the last opening is sent to a board that may be out of step."""
+        if self.phase is Phase.ENDING:
+            super().command_codes_blindly(codes)
+        else:
+            self.command_codes(codes)
+
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
         magnitudes = np.asarray(magnitudes)

@@ -11,7 +11,7 @@ from aero.channels import Channel
 from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
-from aero.protocol import MAX_CODE, Opcode
+from aero.protocol import MAX_CODE
 from aero.safety.thresholds import ServoSettings, Thresholds
 
 STEP_S = 0.02
@@ -26,9 +26,6 @@ LIVE_LOOKS = 3
 """Looks of which the last must differ from an earlier one, so that a board's frozen cache is not believed."""
 OPEN = (0,) * len(Channel)
 """Codes of the open hand."""
-_HARMLESS_BELOW = np.array([max({*range(byte + 1)} - {*Opcode}) for byte in range(256)])
-"""The next byte from each one down that is no opcode: a board that is out of step takes any byte for one, and would
-home or shift its zeros."""
 SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"
 """What to do about a hand that cannot be opened from here."""
 
@@ -50,17 +47,17 @@ def move_slowly(
         start_codes: (7,) in 0..65535, where it stands.
         goal_codes: (7,) in 0..65535.
         seconds: time for the whole window; half the window takes half of it.
-        blindly: whether the board may be out of step, so that no byte of a position may be an opcode.
+        blindly: whether the board may be out of step, where it takes any byte for an opcode.
 
     Raises:
         ConnectionError: the link is gone.
     """
     start, goal = np.asarray(start_codes, np.float64), np.asarray(goal_codes, np.float64)
     steps = max(1, round(seconds / STEP_S * float(np.abs(goal - start).max()) / MAX_CODE))
+    command = hand.command_codes_blindly if blindly else hand.command_codes
     begin = clock.now()
     for step in range(1, steps + 1):
-        codes = np.rint(start + (goal - start) * step / steps).astype(np.int64)
-        hand.command_codes(_HARMLESS_BELOW[codes >> 8] << 8 if blindly else codes)
+        command(np.rint(start + (goal - start) * step / steps).astype(np.int64))
         clock.sleep_until(begin + step * STEP_S)
 
 
@@ -101,7 +98,7 @@ def open_and_relax(
                 # A board that has restarted believes its servos in position mode, and writes only a change of mode.
                 hand.command_torques([0] * len(Channel))
         with suppress(AeroError):
-            hand.command_codes(OPEN)
+            hand.command_codes_blindly(OPEN)
         doubt = attempt.run()
     return doubt
 
