@@ -87,7 +87,8 @@ class StageRun:
     def begin(self, before: Learner | None) -> Reached:
         """Return a learner that goes on from the stage before, if any, and environments at their start."""
         fresh = self.ppo.begin(self._key(_NETWORKS))
-        starts = prepare_starts(self._task, self._simulator, np.random.default_rng((*self._seed, _ENVIRONMENT)))
+        rng = np.random.default_rng((*self._seed, _ENVIRONMENT))
+        starts = prepare_starts(self._task, self._simulator, rng, check=self._check)
         environment = self._begin(starts, self._key(_ENVIRONMENT))
         return Reached(self.ppo.go_on(before) if before else fresh, environment)
 
@@ -112,7 +113,7 @@ class StageRun:
         scenes = self._simulator.part(places, self._threads)
         with scenes:
             rng = np.random.default_rng((*self._seed, _RENEWED, new_hands))
-            starts = prepare_starts(self._task, scenes, rng)
+            starts = prepare_starts(self._task, scenes, rng, check=self._check)
         renewed: EnvironmentState = self._renew(environment, jnp.array(places), starts)
         return renewed
 
