@@ -67,7 +67,7 @@ def candidates(answers: Answers) -> tuple[str, ...]:
     if printed := identify(answers.boot_text).versions:
         possible = tuple(version for version in possible if version in printed)
     if restarted(answers.codes):
-        possible = tuple(version for version in possible if version == "0.2.0")
+        possible = tuple(version for version in possible if version in ("0.2.0", "main"))
     return possible
 
 
@@ -87,7 +87,7 @@ def check_firmware(answers: Answers) -> Finding:
 
 
 def restarted(codes: Sequence[int]) -> bool:
-    """Return whether the thumb's two windows are those of firmware 0.2.0 restarted without homing."""
+    """Return whether the thumb's two windows are those of firmware 0.2.0 or `main` restarted without homing."""
     here, homed = fits_span(codes, RESTARTED.spans_counts()), fits_span(codes, SPANS)
     changed = RESTARTED.spans_counts() != SPANS
     return bool((here & ~homed)[changed].all())

@@ -45,7 +45,7 @@ def test_a_boot_text_narrows_the_versions_down() -> None:
 
 
 def test_a_restart_without_homing_shows_in_the_thumb() -> None:
-    assert candidates(Answers(RESTARTED, (30.0,) * 7, knows_limits=True, boot_text="")) == ("0.2.0",)
+    assert candidates(Answers(RESTARTED, (30.0,) * 7, knows_limits=True, boot_text="")) == ("0.2.0", "main")
     found = check_calibration(RESTARTED)
     assert found.verdict is Verdict.LOOK
     assert "home" in found.remedy
