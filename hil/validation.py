@@ -21,8 +21,8 @@ from hil.judging.limits import Limit, compare, load_limits
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
-from model.units import DEFAULT_LIMITS
-from model.units.naming import unit_named
+from model.units import DEFAULT_LIMITS, shipped_units
+from model.units.naming import PLAUSIBLE, unit_named
 
 SESSION = WHOLE_RUN.name
 """Name in the header of the recording that holds every byte since the hand was opened."""
@@ -119,7 +119,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     for recording in recordings:
         header = recording.header
         if header.experiment == SESSION:
-            session = _link_judged(recording, _limits_of(header))
+            session = _link_judged(recording, _limits_of(header)) if header.finished else None
             continue
         if header.experiment not in EXPERIMENTS:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
@@ -144,8 +144,20 @@ def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
 
 
 def _limits_of(header: Header) -> tuple[Limit, ...]:
-    kind = DEFAULT_LIMITS if header.unit == PHYSICAL else unit_named(header.unit).limits
-    return load_limits(kind, header.firmware, guarded=bool(header.safety))
+    return load_limits(header.limits or _limits_of_unit(header.unit), header.firmware, guarded=bool(header.safety))
+
+
+def _limits_of_unit(unit: str) -> str:
+    """Return the kind of hand of a recording that does not name it, as those of version 0.1.0 do not.
+
+    Raises:
+        ValueError: the unit was a file, which is not opened because a recording names it.
+    """
+    if unit == PHYSICAL or unit.startswith(PLAUSIBLE):
+        return DEFAULT_LIMITS
+    if unit not in shipped_units():
+        raise ValueError(f"this recording of unit {unit!r} does not say which limits it is judged by; record it again")
+    return unit_named(unit).limits
 
 
 def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> tuple[Explanation, ...]:

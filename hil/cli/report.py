@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from hil.cli.exits import given
+from hil.cli.exits import Ended, Exit, given
 from hil.cli.reading import RECORDING, read
 from hil.recordings.output import prepared_file, write_whole
 from hil.report.page import render_report
@@ -19,7 +19,10 @@ from hil.validation import judge_recordings
 @click.argument("recordings", type=RECORDING, nargs=-1, required=True)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("report.html"), show_default=True)
 def report(*, recordings: tuple[Path, ...], out: Path) -> None:
-    """Judge RECORDINGS again and write the report; exits as `validate` does."""
+    """Judge RECORDINGS again and write the report; exits as `validate` does.
+
+    One that was broken off is shown and not judged: the exit code is 2 then, unless something else is out of limits.
+    """
     with given():
         prepared_file(out)
         made = {path: read(path) for path in recordings}
@@ -31,5 +34,9 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
         }
         page = render_report(judged, files)
     write_whole(out, page)
+    cut = [str(path) for path, recording in made.items() if not recording.header.finished]
+    if cut and judged.judged_passed:
+        rest = "; the rest is within limits" if judged.judged else ""
+        raise Ended(f"broken off, and not judged: {', '.join(cut)}{rest}; {out}", Exit.USAGE)
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
-    sys.exit(0 if judged.passed else 1)
+    sys.exit(Exit.WITHIN_LIMITS if judged.passed else Exit.OUT_OF_LIMITS)

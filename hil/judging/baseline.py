@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from aero.regular_file import read_text
 from hil.experiments.shared.experiment import Measured
 from hil.judging.findings import Finding
+from hil.recordings.seal import KEY, unsealed
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,8 @@ class Tolerance:
 
 LARGEST_BYTES = 16 * 2**20
 """Of the figures of a run, which have some ten thousand."""
+FIELDS = {"passed", "measured", "findings", "sight", "explanations", KEY}
+"""Of `checks.json`."""
 TOLERANCES = (
     Tolerance("staircase", "worst_percent", 1.0, 0.3, "% of range", "It tracks worse: slack, friction or a zero."),
     Tolerance("staircase", "rise_hand_ms", 15.0, 0.2, "ms", "The servo has become slower: friction, supply, heat."),
@@ -60,13 +65,14 @@ def load(baseline: Path) -> Mapping[str, Measured]:
     """Return what a baseline measured, by experiment.
 
     Raises:
-        ValueError: the folder is no baseline.
+        ValueError: the folder is no baseline, or is damaged.
     """
     path = baseline / "checks.json"
     try:
-        if path.stat().st_size > LARGEST_BYTES:
-            raise ValueError(f"checks.json is larger than {LARGEST_BYTES} bytes")
-        checks = json.loads(path.read_text(encoding="utf-8"))
+        checks = json.loads(read_text(path, LARGEST_BYTES))
+        if unknown := sorted(checks.keys() - FIELDS):
+            raise ValueError(f"unknown {', '.join(unknown)}")
+        checks = unsealed(checks)
         return {
             experiment: {
                 subject: {metric: value for metric, value in row.items() if _is_figure(metric, value)}
@@ -82,6 +88,8 @@ def _is_figure(metric: str, value: object) -> bool:
     """Return whether a metric has a value; one that could not be measured is kept as null."""
     if not (value is None or isinstance(value, (int, float, str))) or isinstance(value, bool):
         raise TypeError(f"{metric} is {value!r}, not a number")
+    if isinstance(value, (int, float)) and not math.isfinite(value):
+        raise ValueError(f"{metric} is {value}")
     return isinstance(value, (int, float))
 
 

@@ -70,6 +70,11 @@ class Validation:
         return not failed(self.findings)
 
     @property
+    def judged_passed(self) -> bool:
+        """Whether every check of what was judged passed, whatever kept the rest from it."""
+        return not failed((*(f for result in self.judged.values() for f in result.findings), *self.regressions))
+
+    @property
     def hand_seconds(self) -> float:
         """Hand time of all recordings, s."""
         return sum(float(result.recording["codes"].times[-1]) for result in self.results.values())

@@ -61,6 +61,8 @@ class Header:
     """Who ran it, when that was said."""
     hand_id: str = ""
     """Name or serial number of the individual hand."""
+    limits: str = ""
+    """Kind of hand whose limits it is judged by; empty in recordings of version 0.1.0."""
     faults: str = ""
     """What was made wrong with an emulated hand, as `hil.faults.parse_fault` reads it, with blanks between."""
 

@@ -12,6 +12,7 @@ from hil.experiments.staircase import EXPERIMENT as STAIRCASE
 from hil.experiments.staircase.tracking import staircase_metrics
 from hil.judging.judged_run import Validation
 from hil.recordings.output import write_whole
+from hil.recordings.seal import sealed
 from hil.report.page import render_report
 from hil.report.plots import validation_figure
 
@@ -35,7 +36,7 @@ def write_figures(validation: Validation, out: Path) -> None:
     Raises:
         OSError: the folder cannot be written.
     """
-    write_whole(out / "checks.json", json.dumps(checks_json(validation), indent=2) + "\n")
+    write_whole(out / "checks.json", json.dumps(sealed(checks_json(validation)), indent=2) + "\n")
     if validation.measured(STAIRCASE.name) is not None:
         write_whole(out / "metrics.json", json.dumps(metrics_json(validation), indent=2) + "\n")
 
@@ -101,4 +102,4 @@ def _sight(validation: Validation) -> dict[str, Sight]:
 
 
 def _jsonable(value: float | str) -> float | str | None:
-    return None if isinstance(value, float) and math.isnan(value) else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value

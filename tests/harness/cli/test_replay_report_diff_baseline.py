@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import os
 
 import numpy as np
 import pytest
@@ -87,6 +88,58 @@ def test_a_spoiled_recording_is_judged_out_of_limits(results, tmp_path):
     result = invoke("report", tmp_path / "dead.mcap", "--out", tmp_path / "r.html")
     assert result.exit_code == 1
     assert "ring: followed is 0 % of a nudge" in (tmp_path / "r.html").read_text()
+
+
+def cut_off(recording, path):
+    """Write a recording as Ctrl-C or SIGKILL leave it."""
+    header = dataclasses.replace(recording.header, finished=False, duration_s=0.0)
+    write_recording(dataclasses.replace(recording, header=header), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("whole", "cut", "said"),
+    [
+        (("presence",), ("audit", "session"), "; the rest is within limits"),
+        ((), ("audit",), "broken off, and not judged: "),
+        ((), ("session",), "no experiment began"),
+    ],
+)
+def test_what_a_person_broke_off_never_looks_like_a_broken_hand(results, tmp_path, whole, cut, said):
+    paths = [results / f"{name}.mcap" for name in whole]
+    paths += [cut_off(read_recording(results / f"{name}.mcap"), tmp_path / f"{name}.mcap") for name in cut]
+    result = invoke("report", *paths, "--out", tmp_path / "r.html")
+    assert result.exit_code == 2, result.output
+    assert said in result.output
+    assert "out of limits" not in result.output
+
+
+def test_what_is_out_of_limits_is_so_beside_something_broken_off(results, tmp_path):
+    audit = read_recording(results / "audit.mcap")
+    codes = audit["codes"].values.copy()
+    codes[:, 2] = 0
+    write_recording(replaced(audit, "codes", codes), tmp_path / "dead.mcap")
+    cut = cut_off(read_recording(results / "holding.mcap"), tmp_path / "cut.mcap")
+    result = invoke("report", tmp_path / "dead.mcap", cut, "--out", tmp_path / "r.html")
+    assert result.exit_code == 1
+    assert "out of limits" in result.output
+
+
+def test_a_recording_says_by_which_limits_it_is_judged(results, tmp_path):
+    """Its unit file need not be on this machine, and is not opened because a recording names it."""
+    audit = read_recording(results / "audit.mcap")
+    assert audit.header.limits == "aero_hand_open"
+    pipe = tmp_path / "unit.toml"
+    os.mkfifo(pipe)
+    elsewhere = dataclasses.replace(audit.header, unit=str(pipe))
+    write_recording(dataclasses.replace(audit, header=elsewhere), tmp_path / "carried.mcap")
+    result = invoke("report", tmp_path / "carried.mcap", "--out", tmp_path / "r.html")
+    assert result.exit_code == 0, result.output
+    old = dataclasses.replace(elsewhere, limits="")
+    write_recording(dataclasses.replace(audit, header=old), tmp_path / "old.mcap")
+    result = invoke("report", tmp_path / "old.mcap", "--out", tmp_path / "r.html")
+    assert result.exit_code == 2
+    assert "does not say which limits" in result.output
 
 
 def test_a_difference_names_the_channel_that_differs(results, tmp_path):

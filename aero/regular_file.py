@@ -1,0 +1,46 @@
+"""Files that people bring: regular ones of a bounded size. A pipe would be waited on, a device read for ever."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+MIB = 2**20
+_WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+"""A pipe without a writer is opened at once, so that it can be refused."""
+
+
+def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
+    """Open a file for reading.
+
+    Args:
+        path: the file, or a link to one.
+        most_bytes: largest size, bytes; any when None.
+
+    Raises:
+        OSError: there is none, it cannot be read, it is no regular file, or it is larger.
+    """
+    stream = os.fdopen(os.open(path, os.O_RDONLY | _WITHOUT_WAITING), "rb")
+    try:
+        found = os.fstat(stream.fileno())
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(f"{path} is no regular file")
+        if most_bytes is not None and found.st_size > most_bytes:
+            raise OSError(f"{path} has {found.st_size} bytes; {most_bytes} are the most that make sense")
+    except BaseException:
+        stream.close()
+        raise
+    return stream
+
+
+def read_text(path: Path, most_bytes: int = MIB) -> str:
+    """Return the UTF-8 text of a regular file.
+
+    Raises:
+        OSError: as `open_regular`.
+        UnicodeDecodeError: it is not UTF-8.
+    """
+    with open_regular(path, most_bytes) as stream:
+        return stream.read(most_bytes).decode("utf-8")
