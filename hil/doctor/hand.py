@@ -27,6 +27,7 @@ class Answers:
     """Positions, command order."""
     temperatures_c: tuple[float, ...]
     knows_limits: bool
+    knows_calibrate_mid: bool
     boot_text: str
 
 
@@ -41,7 +42,7 @@ def ask(port: str) -> Answers:
     with AeroHand.open_unguarded(port) as hand:
         codes = tuple(hand.read_codes().tolist())
         temperatures = tuple(hand.read_temperatures().tolist())
-        return Answers(codes, temperatures, hand.knows_limits(), hand.boot_text)
+        return Answers(codes, temperatures, hand.knows_limits(), hand.knows_calibrate_mid(), hand.boot_text)
 
 
 def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Finding]:
@@ -63,7 +64,11 @@ def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Finding]:
 
 def candidates(answers: Answers) -> tuple[str, ...]:
     """Return the firmware versions that answer so; empty when none does."""
-    possible = tuple(version for version in FIRMWARE_CALIBRATIONS if (version != "pre") == answers.knows_limits)
+    possible = tuple(
+        version
+        for version in FIRMWARE_CALIBRATIONS
+        if (version != "pre", version == "main") == (answers.knows_limits, answers.knows_calibrate_mid)
+    )
     if printed := identify(answers.boot_text).versions:
         possible = tuple(version for version in possible if version in printed)
     if restarted(answers.codes):
@@ -75,6 +80,7 @@ def check_firmware(answers: Answers) -> Finding:
     """Name the versions that the board behaves like; those that answer alike at rest stand together."""
     versions = candidates(answers)
     data = {"versions": list(versions), "knows_limits": answers.knows_limits}
+    data["knows_calibrate_mid"] = answers.knows_calibrate_mid
     if not versions:
         found = "it behaves like none of the known versions"
         remedy = "flash a published version, and home the hand"
