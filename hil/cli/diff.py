@@ -11,8 +11,8 @@ from rich.table import Table
 
 from hil.cli.exits import given
 from hil.cli.reading import RECORDING, read
-from hil.judging.recording_diff import diff as difference
 from hil.recordings.recording import Recording
+from hil.verdict.recording_diff import diff as difference
 
 
 @click.command()

@@ -8,8 +8,8 @@ import click
 
 from hil.cli.exits import given
 from hil.cli.reading import RECORDING, read
-from hil.foxglove.export import LAYOUT, export, layout
 from hil.recordings.output import prepared_file, write_whole
+from hil.report.foxglove.export import LAYOUT, export, layout
 
 
 @click.command("export")

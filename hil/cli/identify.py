@@ -11,10 +11,10 @@ from rich.table import Table
 
 from hil.cli.exits import given
 from hil.cli.options import NewFolder
-from hil.map_identification.figure import draw_thumb_figure
-from hil.map_identification.files import coefficient_toml, report, table
-from hil.map_identification.identify import identify
-from hil.map_identification.radii import flexor_radius, two_pose_radii
+from hil.lab.map_identification.figure import draw_thumb_figure
+from hil.lab.map_identification.files import coefficient_toml, report, table
+from hil.lab.map_identification.identify import identify
+from hil.lab.map_identification.radii import flexor_radius, two_pose_radii
 from hil.recordings.output import prepared_folder, write_whole
 from model import RoutedHand
 from model.geometry import Side

@@ -12,7 +12,7 @@ from hil.cli.exits import Ended, Exit, given
 from hil.cli.reading import RECORDING, read
 from hil.recordings.output import prepared_file, write_whole
 from hil.report.page import render_report
-from hil.validation import judge_recordings
+from hil.verdict.validation import judge_recordings
 
 
 @click.command()

@@ -29,7 +29,7 @@ from hil.targets.wire_log import Direction, WireRecord
 
 METADATA = "aero-hil"
 FOREIGN = "protobuf"
-"""Encoding of messages that are for other programs alone, see `hil.foxglove`."""
+"""Encoding of messages that are for other programs alone, see `hil.report.foxglove`."""
 FORMAT = "1"
 SERIES_PREFIX = "aero.series."
 DIRECTIONS: tuple[Direction, ...] = ("to_hand", "from_hand")

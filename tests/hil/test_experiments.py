@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil.experiments import DEFAULT, EXPERIMENTS
-from hil.judging.findings import failed
-from hil.validation import validate
+from hil.checks import DEFAULT, EXPERIMENTS
+from hil.verdict.findings import failed
+from hil.verdict.validation import validate
 
 pytestmark = pytest.mark.moves
 NAMES = [name for name in EXPERIMENTS if name in DEFAULT or name == "short_staircase"]

@@ -1,0 +1,120 @@
+"""The embedded store of a campaign: one DuckDB file that other tools can query.
+
+`trials` has a row for each run, `numbers` one for each number that it measured. An outcome is written in one
+transaction, so a program that is killed leaves whole outcomes and nothing else.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import duckdb
+
+from hil.lab.campaign.trial import Outcome, Trial
+
+NAME = "campaign.duckdb"
+_TABLES = """
+CREATE TABLE IF NOT EXISTS trials (
+    key VARCHAR PRIMARY KEY, trial JSON, failed VARCHAR[], stopped VARCHAR, ended VARCHAR,
+    wall_s DOUBLE, processor_s DOUBLE, hand_s DOUBLE, commit VARCHAR
+);
+CREATE TABLE IF NOT EXISTS numbers (
+    key VARCHAR, experiment VARCHAR, subject VARCHAR, metric VARCHAR, value DOUBLE
+);
+"""
+
+_COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit"
+
+
+class Store:
+    """Outcomes on disk; one program writes at a time."""
+
+    def __init__(self, connection: duckdb.DuckDBPyConnection) -> None:
+        self._connection = connection
+
+    def add(self, outcome: Outcome) -> None:
+        """Keep an outcome; one that is there already stays as it is."""
+        if outcome.trial.key in self.keys():
+            return
+        trial = json.dumps(dataclasses.asdict(outcome.trial))
+        key = outcome.trial.key
+        numbers = [
+            (key, experiment, subject, metric, float(value))
+            for experiment, subjects in outcome.numbers.items()
+            for subject, metrics in subjects.items()
+            for metric, value in metrics.items()
+        ]
+        row = (
+            key,
+            trial,
+            list(outcome.failed),
+            outcome.stopped,
+            outcome.ended,
+            outcome.wall_s,
+            outcome.processor_s,
+            outcome.hand_s,
+            outcome.commit,
+        )
+        self._connection.begin()
+        self._connection.execute(f"INSERT INTO trials ({_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
+        if numbers:
+            self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
+        self._connection.commit()
+
+    def keys(self) -> frozenset[str]:
+        """Return the keys of all trials that are done."""
+        return frozenset(key for (key,) in self._connection.execute("SELECT key FROM trials").fetchall())
+
+    def outcomes(self) -> Iterator[Outcome]:
+        """Return everything, in the order in which it came."""
+        numbers: dict[str, dict[str, dict[str, dict[str, float]]]] = {}
+        for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():
+            numbers.setdefault(key, {}).setdefault(experiment, {}).setdefault(subject, {})[metric] = value
+        rows = self._connection.execute(f"SELECT {_COLUMNS} FROM trials ORDER BY rowid").fetchall()
+        for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit in rows:
+            yield Outcome(
+                trial=_trial(trial),
+                numbers=numbers.get(key, {}),
+                failed=tuple(failed),
+                stopped=stopped,
+                ended=ended,
+                wall_s=wall_s,
+                processor_s=processor_s,
+                hand_s=hand_s,
+                commit=commit,
+            )
+
+
+@contextmanager
+def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
+    """Open the store in a folder, which is made when it is not there.
+
+    Raises:
+        ValueError: there is none to read, another program writes to it, or the file is none.
+    """
+    path = folder / NAME
+    if read_only and not path.is_file():
+        raise ValueError(f"there is no campaign in {folder}; `aero-hil campaign --out {folder}` makes one")
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        connection = duckdb.connect(str(path), read_only=read_only)
+    except duckdb.Error as error:
+        raise ValueError(f"cannot open the campaign {path}: {error}") from error
+    with closing(connection):
+        if not read_only:
+            connection.execute(_TABLES)
+        yield Store(connection)
+
+
+def missing(trials: Iterable[Trial], done: frozenset[str]) -> list[Trial]:
+    """Return the trials that are not done, each once, in their order."""
+    return list({trial.key: trial for trial in trials if trial.key not in done}.values())
+
+
+def _trial(text: str) -> Trial:
+    table = json.loads(text)
+    return Trial(**{**table, "faults": tuple(table["faults"]), "experiments": tuple(table["experiments"])})
