@@ -26,16 +26,19 @@ SHORT = RunSettings(seconds=0.6, approach_s=0.3, wait_s=0.1)
 OPEN_DEG = 25.0
 """No joint of an open hand is bent further, as in tests/safety/test_never_left_closed.py."""
 ROUND_TRIP = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0796e-3, 0.5719e-3])
-"""How far a length may come back from where it went, m, abduction rad: the thumb's two fits disagree by so much over its
-workspace (tests/aero/test_actuation_map.py); to this comes half a code."""
+"""How far a length may come back from where it went, m, abduction rad: the thumb's two fits disagree by so much over
+its workspace (tests/aero/test_actuation_map.py); to this comes half a code."""
 LINK_FAULTS = [
     f"{kind}={share}"
     for kind in (
-        "reply_lost", "reply_byte_dropped", "reply_byte_doubled", "reply_byte_inserted", "reply_truncated", "reply_cut",
-        "reply_doubled", "reply_junk", "reply_other_opcode", "command_lost",
+        "reply_lost", "reply_byte_dropped", "reply_byte_doubled", "reply_byte_inserted", "reply_truncated",
+        "reply_cut", "reply_doubled", "reply_junk", "reply_other_opcode", "command_lost",
     )
     for share in (0.05, 0.3)
-] + ["reply_delayed=30", "reply_delayed=400", "command_delayed=30", "usb_timer=16", "link_slow=38400", "link_silent=0.2@1"]  # fmt: skip
+]  # fmt: skip
+LINK_FAULTS += ["reply_delayed=30", "reply_delayed=400", "command_delayed=30", "usb_timer=16", "link_slow=38400"]
+LINK_FAULTS += ["link_silent=0.2@1"]
+"""What the driver can see; what it cannot is in docs/driver.md."""
 
 
 class Case(NamedTuple):
