@@ -36,7 +36,7 @@ def test_the_rise_is_that_of_a_first_order_lag(tau_s):
     found = short_staircase.measure(recording(lagging(tau_s)))
     for label in LABELS:
         assert found[label]["rise_hand_ms"] == pytest.approx(1e3 * tau_s * math.log(9), rel=0.02)
-        assert found[label]["tracking_rms"] == pytest.approx(0.0, abs=0.3 if label == "thumb_abduction" else 0.03)
+        assert found[label]["tracking_rms"] == pytest.approx(0.0, abs=1.0 if label == "thumb_abduction" else 0.05)
         assert found[label]["step_percent"] == pytest.approx(100.0, abs=0.1)
 
 
