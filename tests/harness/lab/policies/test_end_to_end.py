@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from policies import policy as random_policy
 from policy_bytes import asked, fastest, frame, frames_again, positions_sent
 
+from aero.channels import Channel
 from aero.errors import AeroError
 from aero.policy.running import RunSettings
 from aero.policy.shipped import find_policy, shipped_policies
@@ -28,6 +29,7 @@ OPEN_DEG = 25.0
 ROUND_TRIP = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0796e-3, 0.5719e-3])
 """How far a length may come back from where it went, m, abduction rad: the thumb's two fits disagree by so much over
 its workspace (tests/aero/test_actuation_map.py); to this comes half a code."""
+THUMB_CABLES = [Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]
 LINK_FAULTS = [
     f"{kind}={share}"
     for kind in (
@@ -150,5 +152,7 @@ def test_any_policy_on_any_hand(case):
     half = 0.5001 * np.abs(codec.lengths_from_codes(np.full(7, 1)) - codec.lengths_from_codes(np.zeros(7, int)))
     angles = codec.angles_from_travel(codec.travel_from_lengths(goals))
     codes, saturated = codec.saturating_codes(angles)
+    # The thumb's cables pay for a thumb that is not abducted as far as it was told: 2.5 mm/rad.
+    held_back = saturated | (saturated[:, [Channel.THUMB_ABDUCTION]] & np.isin(Channel, THUMB_CABLES))
     back = np.abs(codec.lengths_from_codes(codes) - goals)
-    assert (saturated | (back <= ROUND_TRIP + 2 * half)).all()
+    assert (held_back | (back <= ROUND_TRIP + 2 * half)).all()
