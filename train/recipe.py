@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
 
 from aero.policy.settings import PAPER_TRAINING
 from train.actuation import BUS, SERVOS
 from train.drop_price import DropPrice
 from train.hands import HANDS
 from train.randomise import PAPER_TIP_FRICTION, SERVO_ROWS
+from train.simulator import Floats
 from train.stage import Ramp, Redraw, Stage, constant
 from train.task.episode import Task
 from train.task.grasp import ResetRanges
@@ -26,6 +31,10 @@ class Stuck:
     """Rotation that the best checkpoint must have reached by then."""
 
 
+HARDLY_RAD_S = 0.1
+"""Rate below which a hand hardly turns the cube: a turn takes more than a minute."""
+
+
 @dataclass(frozen=True)
 class Goal:
     """What a checkpoint should reach before its rate alone counts."""
@@ -33,11 +42,22 @@ class Goal:
     survival: float = 0.95
     """Share of episodes that keep the cube."""
     survival_price_rad_s: float = 5.0
-    """Price of the whole share."""
+    """Price of the whole share; in a choice, of each lost cube."""
+    enough_rad_s: float = inf
+    """Rate from which a hand's speed counts no more in a choice."""
+    slow_price_rad_s: float = 0.0
+    """Price in a choice of a hand that hardly turns the cube."""
 
     def score(self, rate_rad_s: float, survival: float) -> float:
         """Return what checkpoints are chosen by: the rate, less what falling short costs."""
         return rate_rad_s - self.survival_price_rad_s * max(0.0, self.survival - survival)
+
+    def worth(self, rates_rad_s: Floats, kept: NDArray[np.bool_]) -> Floats:
+        """Return what each trial (trials,) is worth where checkpoints are chosen among, rad/s."""
+        slow = rates_rad_s < HARDLY_RAD_S
+        capped = np.minimum(rates_rad_s, self.enough_rad_s)
+        worth: Floats = capped - self.survival_price_rad_s * ~kept - self.slow_price_rad_s * slow
+        return worth
 
 
 @dataclass(frozen=True)
@@ -183,7 +203,7 @@ STEADY = Recipe(
             frozen_updates=8,
         ),
     ),
-    goal=Goal(survival=0.98),
+    goal=Goal(survival=0.98, enough_rad_s=1.0, slow_price_rad_s=1.0),
     checkpoint_steps=102_400,
     stuck=Stuck(steps=800_000, rate_rad_s=0.4),
 )

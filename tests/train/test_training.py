@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from aero.policy.file import load
 from hil.cli import main
-from train import stage_run, training
+from train import selection, stage_run, training
 from train.built import BuiltSimulator
 from train.drop_price import Tendency
 from train.progress import Epoch, read
@@ -88,6 +88,7 @@ def commanded(monkeypatch, folder, *arguments, ending=Ending.DONE):
         return Ended(ending, Standing(recipe.name, seed, steps=40_960))
 
     monkeypatch.setattr(training, "train", fake)
+    monkeypatch.setattr("hil.cli.train.choose", lambda *_, **__: None)
     result = CliRunner().invoke(main, ["train", *arguments, "--out", str(folder)], catch_exceptions=False)
     return asked[0], result.output
 
@@ -100,7 +101,7 @@ def test_the_command_asks_for_the_recipe_and_says_epochs_checkpoints_and_how_to_
     assert rest == ["native", 3, tmp_path, {"minutes": 5.0, "threads": 1, "resume": False}]
     assert "0.02 M steps   0.25 rad/s  keeps  86%  1.00% drops/s at 120   1000 steps/s    10 min left" in said
     assert "0.55 rad/s  keeps  97%; average  0.50 rad/s  keeps  98%" in said
-    assert "the time is over: 0.04 M of 0.10 M steps" in said
+    assert "the time is over: 0.04 M of 0.10 M steps, in " in said
     assert f"aero-hil train fast --seed 3 --steps 102400 --out {tmp_path} --resume" in said.replace("\n", "")
 
 
@@ -171,6 +172,20 @@ def test_a_signal_ends_a_run_before_the_next_batch_of_physics_and_the_resumed_on
     for name, array in expected.items():
         np.testing.assert_array_equal(found[name], array)
     assert [point.steps for point in read(tmp_path)] == [80, 120]
+
+
+@pytest.mark.slow
+def test_the_last_checkpoints_and_the_average_are_ranked_on_other_hands(unbroken, monkeypatch):
+    folder, ended = unbroken
+    monkeypatch.setattr(selection, "HELD_OUT", 3)
+    monkeypatch.setattr(selection, "EPISODE_S", 0.5)
+    told = []
+    found = selection.ranked(TINY, folder, ended.standing, {"seed": 0}, threads=1, told=told.append)
+    assert [one.name for one in told] == ["0_0000000080", "0_0000000120", "average_0_0000000120"]
+    bounds = [one.bound_rad_s for one in found]
+    assert bounds == sorted(bounds, reverse=True)
+    (average,) = [one.policy.provenance for one in found if one.name.startswith("average")]
+    assert average == {"seed": 0, "steps": 120, "averaged": True}
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ class Surroundings:
     cube: Cube = CUBE
     """What is turned."""
     side: Side = "right"
-    """Which hand; a left one mirrors the right, and the same actions turn the cube the other way round."""
+    """Which hand; the policy is the same, since lengths and codes are alike on both."""
     disturbance: Disturbance = NONE
     """What happens in the middle of it."""
     assumed_firmware: str | None = None
@@ -61,7 +61,7 @@ class Trial:
     alive_s: float
     """Time until then or until the loss, s."""
     rotation_rad: float
-    """Rotation about the vertical in that time, rad; of a left hand the other way round."""
+    """Rotation about the vertical in that time, rad; positive as a right hand turns it, mirrored for a left one."""
     airborne: float
     """Share of the control periods at whose end nothing touched the cube; NaN for a trial that lost it at once."""
     let_go: float
