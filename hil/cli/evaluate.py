@@ -21,15 +21,13 @@ from hil.cli.evaluation_tables import print_figures, print_gaps, print_lost, pri
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
 from hil.cli.progress_bar import ProgressBar
+from hil.lab.policies.any_cube import ANY_CUBE, over_any, over_corrections, over_disturbances
 from hil.lab.policies.byte_evaluation import (
-    ANY_CUBE,
     Case,
     cases,
     figures,
     open_loop_gaps,
-    over_any,
     over_cubes,
-    over_disturbances,
     over_long,
     run_trials,
 )
@@ -45,7 +43,7 @@ from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log, task_of
 from train.task.grasp import NOMINAL_RESET
 
-BACKENDS = ("mujoco", "mjx", "built", "bytes", "cubes", "any", "disturbed", "mismatches", "long")
+BACKENDS = ("mujoco", "mjx", "built", "bytes", "cubes", "any", "disturbed", "corrections", "mismatches", "long")
 FRESH_SEEDS = 2**31
 """A seed that is not given is drawn below it."""
 MOST = 1_000_000
@@ -56,6 +54,7 @@ TITLES = {
     "cubes": OTHER_CUBES,
     "any": "every byte, any cube, a random corrected hand each trial, right and left",
     "disturbed": "the same, disturbed",
+    "corrections": "the same, as well as the hand is known",
     "mismatches": "every byte, one mismatch between simulator and hand at a time",
     "long": "every byte, ten minutes",
 }
@@ -69,8 +68,8 @@ WIDTH = 120
     "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "built", "bytes", "cubes"),
     show_default=True,
     help="What to run on: plain MuJoCo, MJX, built hands in process, emulated hands through every byte, the same with "
-    "other cubes, any cube on each of the random hands, disturbed, the map's hand with one mismatch at a time, "
-    "and ten minutes each. Repeatable.",
+    "other cubes, any cube on each of the random hands, disturbed, corrected well and badly, "
+    "the map's hand with one mismatch at a time, and ten minutes each. Repeatable.",
 )  # fmt: skip
 @click.option(
     "--episodes",
@@ -93,6 +92,10 @@ WIDTH = 120
     show_default=True,
     help="Random hands that share one set of trials; with `--on any` and `--on disturbed` each has one.",
 )
+@click.option(
+    "--twins", type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="For `--on corrections`: folder of unit files fitted to recordings of these hands, named SEED.toml.",
+)  # fmt: skip
 @click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of an episode.")
 @click.option("--seed", type=SEED, help="Seed of everything that is drawn; a fresh one, which is said, if not given.")
 @click.option("--video", "with_video", is_flag=True, help="Render one episode.")
@@ -107,6 +110,7 @@ def evaluate(
     episodes: int,
     trials: int,
     units: int,
+    twins: Path | None,
     seconds: float,
     seed: int | None,
     with_video: bool,
@@ -131,6 +135,7 @@ def evaluate(
         "cubes": lambda: over_cubes(policy, trials, seconds=seconds, seed=seed),
         "any": lambda: over_any(policy, units, seconds=seconds, seed=seed),
         "disturbed": lambda: over_disturbances(policy, units, seconds=seconds, seed=seed),
+        "corrections": lambda: over_corrections(policy, units, seconds=seconds, seed=seed, twins=twins),
         "mismatches": lambda: over_mismatches(trials, seconds=seconds, seed=seed),
         "long": lambda: over_long(policy, trials, seed=seed),
     }

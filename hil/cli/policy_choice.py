@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aero.policy.file import load, save
-from hil.lab.policies.byte_evaluation import ANY_CUBE, over_any, run_trials
+from hil.lab.policies.any_cube import ANY_CUBE, over_any
+from hil.lab.policies.byte_evaluation import run_trials
 from hil.lab.policies.cube_trial import Trial
 from hil.lab.policies.strata import stratum
 from hil.recordings.output import write_whole

@@ -16,7 +16,6 @@ from aero.policy.limits import Ending
 from aero.policy.running import RunSettings, Step
 from firmware_emulator.firmware.profiles import PROFILES
 from hil.lab.policies.cube_trial import AS_MEASURED, Surroundings, Trial, run_trial
-from hil.lab.policies.disturbance import NONE, Disturbance
 from hil.lab.policies.prediction import of_trials
 from hil.lab.policies.survival import LONG_S
 from hil.lab.policies.transmission_gap import ChannelGap, channel_gaps
@@ -24,7 +23,6 @@ from hil.lab.workers import leave_interrupts_to_the_parent
 from hil.recordings.recorder import Progress
 from hil.targets.target import DEFAULT_FIRMWARE
 from model.cubes import PROPERTIES, any_cube
-from model.geometry import Side
 from model.scene import CUBE
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
@@ -32,19 +30,6 @@ from model.units.plausible import plausible_unit
 
 Floats = NDArray[np.float64]
 
-ANY_CUBE = "any cube on any hand"
-CUBE_STREAM = 2
-"""Stream of a trial's seed that its cube is drawn from."""
-SIDES: tuple[Side, ...] = ("right", "left")
-DISTURBANCES = {
-    "not disturbed": NONE,
-    "gravity 20 degrees off": Disturbance(tilt_rad=np.radians(20.0)),
-    "cube shoved by 0.1 m/s": Disturbance(shove_m_s=0.1),
-    "cube shoved by 0.2 m/s": Disturbance(shove_m_s=0.2),
-    "hand jolted, 5 m/s² for 0.1 s": Disturbance(jolt_m_s2=5.0),
-    "hand jolted, 10 m/s² for 0.1 s": Disturbance(jolt_m_s2=10.0),
-}
-"""What happens to a hand that someone carries or bumps into: rows of the table of disturbances."""
 TURNS_RAD_S = 0.1
 """Rate from which a trial counts as one that turns the cube."""
 BOOTSTRAP_SEED = 0
@@ -109,36 +94,6 @@ def over_cubes(policy: Policy, trials: int, *, seconds: float, seed: int) -> lis
         for name, cubes in rows
         for k, cube in enumerate(cubes)
     ]
-
-
-def over_any(
-    policy: Policy, units: int, *, seconds: float, seed: int, disturbances: Mapping[str, Disturbance] | None = None
-) -> list[Case]:
-    """Return a trial of any cube on each of `units` random hands, right and left in turn, all corrected for.
-
-    Args:
-        policy: what acts.
-        units: hands.
-        seconds: length of a trial.
-        seed: of the first hand; each has the next one, which decides its cube, too.
-        disturbances: rows, each over all hands; one without any when left out.
-    """
-    made = []
-    for k in range(units):
-        unit = plausible_unit(seed + k)
-        settings = RunSettings(seconds=seconds, correction=tuple(correction(unit, policy.settings)))
-        cube, side = any_cube(np.random.default_rng((seed + k, CUBE_STREAM))), SIDES[k % len(SIDES)]
-        made.append((unit, seed + k, settings, Surroundings(cube, side)))
-    return [
-        Case(name, unit, DEFAULT_FIRMWARE, own, settings, replace(surroundings, disturbance=disturbance))
-        for name, disturbance in (disturbances or {ANY_CUBE: NONE}).items()
-        for unit, own, settings, surroundings in made
-    ]
-
-
-def over_disturbances(policy: Policy, units: int, *, seconds: float, seed: int) -> list[Case]:
-    """Return the trials of `over_any` under each of `DISTURBANCES`."""
-    return over_any(policy, units, seconds=seconds, seed=seed, disturbances=DISTURBANCES)
 
 
 def over_long(policy: Policy, trials: int, *, seed: int) -> list[Case]:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from policies import holding
 
+from aero.channels import Channel
 from aero.policy.running import RunSettings
-from hil.lab.policies.byte_evaluation import ANY_CUBE, DISTURBANCES, over_any, over_disturbances
+from hil.lab.policies.any_cube import ANY_CUBE, DISTURBANCES, MEASURED, over_any, over_corrections, over_disturbances
 from hil.lab.policies.cube_trial import Surroundings, run_trial
 from hil.lab.policies.strata import DIVISIONS, strata, strata_picture
 from model.cubes import TAILS
@@ -84,6 +85,29 @@ def test_each_disturbance_comes_to_the_same_hands_and_cubes():
     assert len(made) == 2 * len(DISTURBANCES)
     assert len({(case.unit.name, case.surroundings.cube, case.seed) for case in made}) == 2
     assert len({case.surroundings.disturbance for case in made}) == len(DISTURBANCES)
+
+
+def test_a_correction_is_exact_or_none_or_wrong_or_what_a_unit_file_says(tmp_path):
+    (tmp_path / "6.toml").write_text('description = "a hand as the default one"\n')
+    made = over_corrections(holding(), 2, seconds=15.0, seed=5, twins=tmp_path)
+    rows = {}
+    for case in made:
+        rows.setdefault(case.name, {})[case.seed] = np.array(case.settings.correction)
+    exact, wrong = rows["corrected exactly"], rows["corrected, 0.5 mm wrong"]
+    assert {name: sorted(row) for name, row in rows.items()} == {
+        "corrected exactly": [5, 6],
+        "not corrected": [5, 6],
+        "corrected, 0.5 mm wrong": [5, 6],
+        MEASURED: [6],
+    }
+    assert not any(row.any() for row in rows["not corrected"].values())
+    for seed in (5, 6):
+        off = wrong[seed] - exact[seed]
+        assert 1e-4 < off.std() < 2e-3
+        assert off[Channel.THUMB_ABDUCTION] == 0.0
+    assert not np.allclose(rows[MEASURED][6], exact[6], atol=1e-5)
+    with pytest.raises(ValueError, match=r"5\.toml"):
+        over_corrections(holding(), 1, seconds=15.0, seed=5, twins=tmp_path)
 
 
 def test_a_left_hand_mirrors_the_right_one():
