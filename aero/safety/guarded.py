@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero import protocol
-from aero.channels import Channel
+from aero.channels import THUMB, Channel
 from aero.clock import Clock
 from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.errors import AeroError
@@ -30,7 +30,6 @@ from aero.transport import Transport
 
 STALL_TORQUE = 1000
 """Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
-THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 
 
 class GuardedHand(AeroHand):

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import click
 
+from hil.checks import CHECKS
 from hil.cli.exits import given
 from hil.lab.campaign.population import healthy_hands_of
 from hil.lab.campaign.store import NAME, opened
-from hil.lab.limits.checks import load_checks
 from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
 from hil.lab.limits.writing import limits_text
 from hil.recordings.output import prepared_folder
@@ -25,11 +25,10 @@ from model.units import DEFAULT_LIMITS
 )  # fmt: skip
 def limits(*, campaign: Path, out: Path) -> None:
     """Compute the limits from the healthy hands of CAMPAIGN, a folder that `aero-hil campaign --healthy` made."""
-    checks = load_checks()
     with given(), opened(campaign, read_only=True) as store:
         outcomes = tuple(store.outcomes())
         groups = healthy_hands_of(outcomes)
-        base = computed_limits(checks, groups)
+        base = computed_limits(CHECKS, groups)
         prepared_folder(out)
     provenance: dict[str, str | int | float] = {
         "population": "model/units/plausible.py, homed, both sides",
@@ -39,7 +38,7 @@ def limits(*, campaign: Path, out: Path) -> None:
         "commit": ", ".join(sorted({outcome.commit for outcome in outcomes})),
     }
     for kind in kinds():
-        own = base if kind == DEFAULT_LIMITS else own_limits(checks, base, healthy_hands_of(outcomes, kind))
+        own = base if kind == DEFAULT_LIMITS else own_limits(CHECKS, base, healthy_hands_of(outcomes, kind))
         path = out / f"{kind}.toml"
         path.write_text(
             limits_text(own, provenance, extends="" if kind == DEFAULT_LIMITS else DEFAULT_LIMITS), encoding="utf-8"

@@ -7,7 +7,7 @@ import pytest
 
 from aero.channels import FINGERS, Channel
 from hil.checks import DEFAULT, EXPERIMENTS
-from hil.checks.staircase.stimulus import FULL, Staircase, run_staircase
+from hil.checks.staircase.run import FULL, Staircase, run_staircase
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.lab.system_identification.excitation import REACH
 from hil.recordings.recorder import Recorder

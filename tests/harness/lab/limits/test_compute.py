@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.lab.limits.checks import Check
+from hil.checks.shared.declaration import Check
 from hil.lab.limits.compute import (
     FALSE_ALARMS,
     FIRMWARE_GROUPS,
