@@ -113,6 +113,10 @@ def kinds() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
+JUDGED_AS = {"main": "0.2.0"}
+"""Versions that move and home as another one does, and are judged by its limits."""
+
+
 @cache
 def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
     """Return the limits for one kind of hand and one firmware, guarded or not.
@@ -122,20 +126,28 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
     Raises:
         ValueError: there is no such kind, or its file has a mistake; the message says which.
     """
+    extends, limits = read_limits(kind)
+    own = tuple(
+        limit
+        for limit in limits
+        if (not limit.firmware or JUDGED_AS.get(firmware, firmware) in limit.firmware)
+        and limit.guarded in (None, guarded)
+    )
+    return own + without(load_limits(extends, firmware, guarded=guarded), own) if extends else own
+
+
+def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
+    """Return the kind that a kind of hand extends, empty for none, and its own limits for all versions.
+
+    Raises:
+        ValueError: there is no such kind, or its file has a mistake; the message says which.
+    """
     if kind not in kinds():
         raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
     table = tomllib.loads(LIMITS.joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
     if unknown := sorted(table.keys() - {"extends", "limit", "provenance"}):
         raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit, provenance")
-    limits = (parse_limit(entry) for entry in table.get("limit", ()))
-    own = tuple(
-        limit
-        for limit in limits
-        if (not limit.firmware or firmware in limit.firmware) and limit.guarded in (None, guarded)
-    )
-    if "extends" not in table:
-        return own
-    return own + without(load_limits(table["extends"], firmware, guarded=guarded), own)
+    return table.get("extends", ""), tuple(parse_limit(entry) for entry in table.get("limit", ()))
 
 
 def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, ...]:

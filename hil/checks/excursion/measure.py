@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
+from hil.checks.excursion.simulated_fist import simulated_fist
 from hil.checks.shared.closing_current import closing_current
 from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Measured, last_before, map_of
@@ -22,15 +23,19 @@ REFRESHED_S = 0.015
 
 
 def measure(recording: Recording) -> Measured:
-    """Return where each channel stops alone and in the fist, under which current, and how many readings are stale."""
+    """Return where each channel stops alone and in the fist, under which current, and how many readings are stale.
+
+    The fist is measured beside the simulator's.
+    """
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)
     pull = closing_current(currents.values, recording.header.hand)
     steps = find_steps(commands.times, commands.values)
-    fist_end = next(step.end for step in reversed(steps) if step.after > step.before)
-    fist = last_before(codes.times, codes.values, fist_end).astype(int)
-    fist_start = next(step.start for step in reversed(steps) if step.after > step.before)
-    travel = codec.travel_from_angles(codec.angles_from_codes(np.array([_at(recording, fist_start), fist])))
+    fist = [step for step in steps[2 * len(Channel) :] if step.after > step.before]
+    ends = np.array([last_before(codes.times, codes.values, t) for t in (fist[0].start, fist[-1].end)])
+    fist_travel = np.diff(codec.travel_from_angles(codec.angles_from_codes(ends.astype(np.int64))), axis=0)[0]
+    header = recording.header
+    model_travel = simulated_fist(header.firmware, header.window, header.hand)
     found: dict[str, dict[str, float]] = {}
     for step in steps[: 2 * len(Channel) : 2]:
         closed = last_before(codes.times, codes.values, step.end).astype(int)
@@ -39,7 +44,9 @@ def measure(recording: Recording) -> Measured:
             "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
             "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
             "stop_current": float(last_before(currents.times, pull, step.end)[step.channel]),
-            "fist_travel": scale * float(travel[1, step.channel] - travel[0, step.channel]),
+            "fist_travel": scale * float(fist_travel[step.channel]),
+            "fist_travel_model": scale * float(model_travel[step.channel]),
+            "fist_difference": scale * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
         }
     return found | {"hand": {"stale_readings": 100.0 * stale(codes.times, codes.values)}}
 
@@ -57,8 +64,3 @@ def stale(times: Floats, codes: Floats) -> float:
     on_its_way = (before > MOVING) & (after > MOVING) & apart
     repeated = on_its_way & (now == 0)
     return float(repeated.sum() / on_its_way.sum()) if on_its_way.any() else np.nan
-
-
-def _at(recording: Recording, t: float) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    codes = recording["codes"]
-    return last_before(codes.times, codes.values, t).astype(np.int64)

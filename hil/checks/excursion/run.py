@@ -1,6 +1,7 @@
 """Excursion: how far each channel goes alone, how hard it is stopped, and the whole hand from open to fist.
 
 The full code range is commanded, whatever the map says, so the end stops show where the command window really lies.
+The paper's kinematic validation: the fist of the hand less that of the simulator under the same commands.
 Leaves `codes`, `command_codes`, `currents` and `temperatures`.
 """
 
@@ -9,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from aero.protocol import MAX_CODE
+from hil.checks.excursion.simulated_fist import FIST
 from hil.checks.shared.experiment import Driver, one_closed
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
@@ -21,13 +22,14 @@ FURTHEST = (1.0,) * 7
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Close and open each channel alone, then all together."""
+    """Close and open each channel alone, then close all to a fist."""
     recorder.begin({"hold_s": HOLD_S})
-    driver = Driver(target, recorder, progress, HOLD_S * (3 + 2 * len(Channel)))
+    driver = Driver(target, recorder, progress, HOLD_S * (2 + len(FIST) + 2 * len(Channel)))
     opened = np.zeros(len(Channel))
     driver.hold(opened, HOLD_S, "open hand")
     for channel in Channel:
         driver.hold(one_closed(channel, 1.0), HOLD_S, channel.label)
         driver.hold(opened, HOLD_S, channel.label)
-    driver.hold(np.full(len(Channel), MAX_CODE), HOLD_S, "fist")
+    for codes in FIST:
+        driver.hold(codes, HOLD_S, "fist")
     driver.hold(opened, HOLD_S, "open hand")
