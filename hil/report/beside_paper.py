@@ -123,10 +123,7 @@ def text_rows(validation: Validation) -> list[TextRow]:
 def _text_row(figure: Published, metric: Metric, experiment: str, validation: Validation) -> TextRow:
     result = validation.results[experiment]
     ours = f"{result.measured[figure.subject][metric.name]:.4g} {metric.unit}"
-    other, _, name = figure.model.partition("/")
-    model, simulated = "", validation.measured(other)
-    if simulated is not None:
-        model = f"{simulated.measured[figure.subject][name]:.4g} {metric.unit}"
+    model = f"{result.measured[figure.subject][figure.model]:.4g} {metric.unit}" if figure.model else ""
     limits = {(finding.check, finding.subject): finding.expected for finding in result.findings}
     limit = limits.get((metric.name, figure.subject), "none")
     return TextRow(figure.figure, figure.says, model, ours, limit, metric.differs or figure.note)

@@ -10,13 +10,12 @@ import numpy as np
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import Driver
+from hil.checks.shared.loose_grasp import LOOSE_GRASP
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 
-POSTURE = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
-"""Parts of each channel's window: a loose grasp in which no digit meets another."""
 OPEN_S, HOLD_S = 1.0, 8.0
-FURTHEST = POSTURE
+FURTHEST = LOOSE_GRASP
 """How far each channel is sent at most, part of its window, command order."""
 
 
@@ -26,5 +25,5 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     driver = Driver(target, recorder, progress, 2 * OPEN_S + HOLD_S)
     opened = np.zeros(len(Channel))
     driver.hold(opened, OPEN_S, "open hand")
-    driver.hold(MAX_CODE * np.array(POSTURE), HOLD_S, "holding")
+    driver.hold(MAX_CODE * np.array(LOOSE_GRASP), HOLD_S, "holding")
     driver.hold(opened, OPEN_S, "open hand")

@@ -29,9 +29,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
 
+from aero.channels import Channel
 from hil.checks.shared.subjects import GROUPS
 
 Side = Literal["above", "below", "both"]
@@ -105,11 +106,13 @@ class Published:
     """A figure of the paper's text, and what of ours stands beside it."""
 
     figure: str
-    says: str
-    """As published, with unit."""
-    subject: str
+    """What it is; `{channel}` stands for the subject."""
+    says: str = ""
+    """As published, with unit; the metric's number of the paper when empty."""
+    subject: str = ""
+    """Of ours; every subject that has a number of the paper when empty."""
     model: str = ""
-    """`experiment/metric` with the simulator's value; empty when the simulator has none."""
+    """Metric of the same check with the simulator's value; empty when the simulator has none."""
     note: str = ""
     """How ours differs."""
 
@@ -203,6 +206,18 @@ def _metric(
 
     paper = table.get("paper", {})
     by_group = paper if isinstance(paper, dict) else dict.fromkeys(subjects, paper)
+    numbers = {subject: by_group[group] for group in by_group for subject in GROUPS[group] if subject in subjects}
+    figures = [figure for figure in published if figure.subject] + [
+        replace(
+            figure,
+            figure=figure.figure.format(channel=Channel[subject.upper()].title),
+            says=f"{number:g} {table['unit']}",
+            subject=subject,
+        )
+        for figure in published
+        for subject, number in numbers.items()
+        if not figure.subject
+    ]
     return Metric(
         table["name"],
         table["unit"],
@@ -212,8 +227,8 @@ def _metric(
         checks=parse_checks(experiment, subjects, table),
         worse=Worse(**table["worse"]) if "worse" in table else None,
         column=Column(**table["column"]) if "column" in table else None,
-        paper={subject: by_group[group] for group in by_group for subject in GROUPS[group] if subject in subjects},
-        published=tuple(figure for figure in published if figure.subject in subjects),
+        paper=numbers,
+        published=tuple(figure for figure in figures if figure.subject in subjects),
         **{key: table[key] for key in SEEN & table.keys()},
     )
 
