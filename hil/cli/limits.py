@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from aero.whole_file import write_whole
 from hil.campaign.population import healthy_hands_of
 from hil.campaign.store import NAME, opened
 from hil.cli.exits import given
@@ -41,9 +42,7 @@ def limits(*, campaign: Path, out: Path) -> None:
     for kind in kinds():
         own = base if kind == DEFAULT_LIMITS else own_limits(checks, base, healthy_hands_of(outcomes, kind))
         path = out / f"{kind}.toml"
-        path.write_text(
-            limits_text(own, provenance, extends="" if kind == DEFAULT_LIMITS else DEFAULT_LIMITS), encoding="utf-8"
-        )
+        write_whole(path, limits_text(own, provenance, extends="" if kind == DEFAULT_LIMITS else DEFAULT_LIMITS))
         click.echo(f"{path}: {len(own)} limits")
     click.echo(f"from {provenance['hands']} healthy hands in {campaign / NAME}")
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Literal
 
 import click
-from rich.console import Console
 
+from hil.cli.console import console as new_console
 from hil.cli.exits import Ended, Exit, given
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.recordings.output import prepared_folder
@@ -68,20 +68,20 @@ def train(
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or ppo.machine_backend()
-    console = Console()
+    console = new_console()
     chosen = RECIPES[recipe]
     if on == "mjx" and ppo.accelerated():
         chosen = on_gpu(chosen)
     elif on == "mjx":
         chosen = on_routed_hands(chosen)
-        console.print(WITHOUT_GPU, highlight=False, soft_wrap=True)
+        console.print(WITHOUT_GPU, soft_wrap=True)
     chosen = chosen.with_steps(steps) if steps else chosen
     console.print(f"{recipe} over {on}, seed {seed}, {chosen.environments} environments, {chosen.steps} steps")
     points: list[Checkpoint] = []
 
     def show(point: Checkpoint) -> None:
         points.append(point)
-        console.print(_line(point), highlight=False, soft_wrap=True)
+        console.print(_line(point), soft_wrap=True)
 
     made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
     try:
@@ -93,8 +93,8 @@ def train(
     kept = (policy.provenance.get("attempt"), policy.provenance.get("steps"))
     for point in points:
         if (point.attempt, point.steps) == kept:
-            console.print(f"kept: {_line(point)}", highlight=False, soft_wrap=True)
-    console.print(f"{out / (recipe + '.npz')}, {out / PICTURE}", highlight=False)
+            console.print(f"kept: {_line(point)}", soft_wrap=True)
+    console.print(f"{out / (recipe + '.npz')}, {out / PICTURE}")
     if with_video:
         video(log(policy, chosen.task, EPISODE_S, seed).positions, out / f"{recipe}.mp4")
 
