@@ -20,11 +20,11 @@ from bare import BareSteps
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import hil
-from hil.experiments.staircase.stimulus import Staircase, run_staircase
+from hil.checks.staircase.stimulus import Staircase, run_staircase
 from hil.recordings.recorder import Recorder
 from hil.report.results import write_results
 from hil.targets.target import Target
-from hil.validation import validate
+from hil.verdict.validation import validate
 from model import RoutedHand
 
 HERE = Path(__file__).parent

@@ -11,9 +11,9 @@ import mkdocs_gen_files
 
 import aero
 import hil
+from hil.checks import EXPERIMENTS, JUDGED, Metric
 from hil.cli import COMMANDS
-from hil.experiments import EXPERIMENTS, JUDGED, Metric
-from hil.judging.limits import Limit, load_limits
+from hil.verdict.limits import Limit, load_limits
 
 KIND, FIRMWARE = "aero_hand_open", "0.2.0"
 """Of the limits that are shown: what `aero-hil validate` takes when nothing else is asked for."""

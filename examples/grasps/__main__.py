@@ -13,7 +13,7 @@ from pathlib import Path
 
 import click
 
-from hil.workers import leave_interrupts_to_the_parent
+from hil.lab.workers import leave_interrupts_to_the_parent
 from model.units.naming import unit_named
 
 from .taxonomy import GRASPS

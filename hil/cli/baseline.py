@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from hil.cli.exits import given
-from hil.judging import baseline as baselines
+from hil.verdict import baseline as baselines
 
 
 @click.command()

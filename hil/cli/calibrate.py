@@ -19,14 +19,14 @@ from hil.cli.console import description
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE, NewFolder
 from hil.cli.progress_bar import ProgressBar
+from hil.lab.system_identification.calibration import Calibration, calibrate
+from hil.lab.system_identification.held_out import FEWEST, PARTS, held_out_rms
+from hil.lab.system_identification.search import pooled_rms
+from hil.lab.system_identification.trace import load_trace
+from hil.lab.system_identification.trace_plots import trace_svg
+from hil.lab.system_identification.unit_file import PHYSICAL_UNITS, unit_toml
+from hil.lab.system_identification.unit_parameters import numbers
 from hil.recordings.output import prepared_file, prepared_folder
-from hil.system_identification.calibration import Calibration, calibrate
-from hil.system_identification.held_out import FEWEST, PARTS, held_out_rms
-from hil.system_identification.search import pooled_rms
-from hil.system_identification.trace import load_trace
-from hil.system_identification.trace_plots import trace_svg
-from hil.system_identification.unit_file import PHYSICAL_UNITS, unit_toml
-from hil.system_identification.unit_parameters import numbers
 from model.units.naming import unit_named
 
 

@@ -10,21 +10,21 @@ import click
 from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
 from aero.whole_file import write_whole
-from hil.campaign.campaign_page import render_campaign
-from hil.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
-from hil.campaign.learning import accused
-from hil.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
-from hil.campaign.store import NAME, missing, opened
-from hil.campaign.trial import Outcome
+from hil.checks import EXPERIMENTS
 from hil.cli.console import console as new_console
 from hil.cli.console import description
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE, SEED
 from hil.cli.progress_bar import ProgressBar
-from hil.diagnosis.dictionary import load_dictionary
-from hil.experiments import EXPERIMENTS
 from hil.faults import CATALOGUE, Schedule, parse_fault
+from hil.lab.campaign.campaign_page import render_campaign
+from hil.lab.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
+from hil.lab.campaign.learning import accused
+from hil.lab.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
+from hil.lab.campaign.store import NAME, missing, opened
+from hil.lab.campaign.trial import Outcome
 from hil.recordings.output import prepared_folder, run_folder
+from hil.verdict.dictionary import load_dictionary
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""

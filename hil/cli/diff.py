@@ -10,8 +10,8 @@ from rich.table import Table
 
 from hil.cli.console import console as new_console
 from hil.cli.reading import RECORDING, judging, read
-from hil.judging.recording_diff import diff as difference
 from hil.recordings.recording import Recording
+from hil.verdict.recording_diff import diff as difference
 
 
 @click.command()

@@ -22,11 +22,11 @@ from hil.cli.evaluation_tables import print_figures, print_gaps, print_survival
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
 from hil.cli.progress_bar import ProgressBar
-from hil.policies.byte_evaluation import Case, cases, figures, open_loop_gaps, over_cubes, over_long, run_trials
-from hil.policies.cube_picture import cube_picture
-from hil.policies.cube_trial import Trial
-from hil.policies.survival import survival_picture
-from hil.policies.transmission_gap import ChannelGap
+from hil.lab.policies.byte_evaluation import Case, cases, figures, open_loop_gaps, over_cubes, over_long, run_trials
+from hil.lab.policies.cube_picture import cube_picture
+from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.survival import survival_picture
+from hil.lab.policies.transmission_gap import ChannelGap
 from hil.recordings.output import prepared_folder
 from train.evaluation.backends import in_plain_mujoco, on_built_hands, over_mjx
 from train.evaluation.figures import check_video, video

@@ -9,9 +9,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from hil.policies.cube_trial import Trial
-from hil.policies.survival import MOMENTS_S, still_held
-from hil.policies.transmission_gap import ChannelGap
+from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.survival import MOMENTS_S, still_held
+from hil.lab.policies.transmission_gap import ChannelGap
 
 COLUMNS = {
     "survival": ("keeps", "{:.2f}"),

@@ -71,8 +71,8 @@ CODES = (
     ("firmware_emulator.native.program.FirmwareProgramError", Exit.FIRMWARE),
     ("hil.targets.target.MissingCapabilityError", Exit.USAGE),
     ("hil.faults.schedule.FaultNeverFiredError", Exit.USAGE),
-    ("hil.campaign.conduct.NoSchedulerError", Exit.USAGE),
-    ("hil.campaign.store.StoreError", Exit.USAGE),
+    ("hil.lab.campaign.conduct.NoSchedulerError", Exit.USAGE),
+    ("hil.lab.campaign.store.StoreError", Exit.USAGE),
     ("builtins.OSError", Exit.NOT_WRITTEN),
 )
 """Exception to exit code; the first that fits counts. By name, because only what is imported can have been raised, and

@@ -9,8 +9,8 @@ import click
 from aero.whole_file import write_whole
 from hil.cli.exits import given
 from hil.cli.reading import RECORDING, judging, read
-from hil.foxglove.export import LAYOUT, export, layout
 from hil.recordings.output import prepared_file
+from hil.report.foxglove.export import LAYOUT, export, layout
 
 
 @click.command("export")

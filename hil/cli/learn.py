@@ -7,20 +7,20 @@ from pathlib import Path
 import click
 
 from aero.whole_file import write_whole
-from hil.campaign.detection_table import detection_table
-from hil.campaign.learning import entries
-from hil.campaign.store import opened
-from hil.campaign.summary import detections, false_alarms, sights
 from hil.cli.exits import given
-from hil.diagnosis import dictionary, sight
+from hil.lab.campaign.detection_table import detection_table
+from hil.lab.campaign.learning import entries
+from hil.lab.campaign.store import opened
+from hil.lab.campaign.summary import detections, false_alarms, sights
 from hil.recordings.output import prepared_file, prepared_folder
+from hil.verdict import dictionary, sight
 
 
 @click.command()
 @click.argument("campaign", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), required=True,
-    help="Folder for dictionary.json and sight.json; `hil/diagnosis` of a checkout replaces the project's.",
+    help="Folder for dictionary.json and sight.json; `hil/data` of a checkout replaces the project's.",
 )  # fmt: skip
 @click.option(
     "--table", type=click.Path(dir_okay=False, path_type=Path),

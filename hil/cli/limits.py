@@ -7,14 +7,14 @@ from pathlib import Path
 import click
 
 from aero.whole_file import write_whole
-from hil.campaign.population import healthy_hands_of
-from hil.campaign.store import NAME, opened
 from hil.cli.exits import given
-from hil.judging.limits import kinds
-from hil.judging.limits.checks import load_checks
-from hil.judging.limits.compute import FALSE_ALARMS, computed_limits, own_limits
-from hil.judging.limits.writing import limits_text
+from hil.lab.campaign.population import healthy_hands_of
+from hil.lab.campaign.store import NAME, opened
+from hil.lab.limits.checks import load_checks
+from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
+from hil.lab.limits.writing import limits_text
 from hil.recordings.output import prepared_folder
+from hil.verdict.limits import kinds
 from model.units import DEFAULT_LIMITS
 
 
@@ -22,7 +22,7 @@ from model.units import DEFAULT_LIMITS
 @click.argument("campaign", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), required=True,
-    help="Folder for one file for each kind of hand; `hil/judging/limits` of a checkout replaces the project's.",
+    help="Folder for one file for each kind of hand; `hil/data/limits` of a checkout replaces the project's.",
 )  # fmt: skip
 def limits(*, campaign: Path, out: Path) -> None:
     """Compute the limits from the healthy hands of CAMPAIGN, a folder that `aero-hil campaign --healthy` made."""

@@ -17,10 +17,10 @@ from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE, SEED, Seconds
 from hil.cli.progress_bar import ProgressBar
-from hil.policies.byte_evaluation import run_trials
-from hil.policies.cube_trial import Trial
-from hil.policies.deployment import ANY_HAND, Deployment, load_deployments
-from hil.policies.prediction import Prediction, of_trials, predicted
+from hil.lab.policies.byte_evaluation import run_trials
+from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.deployment import ANY_HAND, Deployment, load_deployments
+from hil.lab.policies.prediction import Prediction, of_trials, predicted
 from train.evaluation.backends import beside_a_deployment
 
 MOST = 1_000_000

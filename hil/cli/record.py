@@ -12,10 +12,10 @@ from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, Finite, target
 from hil.cli.progress_bar import ProgressBar
+from hil.lab.system_identification.excitation import MOTIONS, REACH, excitation
+from hil.lab.system_identification.play_excitation import EXPERIMENT, play
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
-from hil.system_identification.excitation import MOTIONS, REACH, excitation
-from hil.system_identification.play_excitation import EXPERIMENT, play
 
 LABELS = tuple(channel.label for channel in Channel)
 

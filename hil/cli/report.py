@@ -13,7 +13,7 @@ from hil.cli.exits import Ended, Exit, given
 from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
 from hil.report.page import render_report
-from hil.validation import judge_recordings
+from hil.verdict.validation import judge_recordings
 
 
 @click.command()

@@ -23,9 +23,9 @@ from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import telling, viewing, with_view
-from hil.policies.cube_film import write_film
-from hil.policies.cube_watch import CubeWatch
-from hil.policies.policy_run import PolicyRun, record_policy
+from hil.lab.policies.cube_film import write_film
+from hil.lab.policies.cube_watch import CubeWatch
+from hil.lab.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 from hil.view.sources import source_of

@@ -18,7 +18,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the name, or say which there are."""
-        from hil.experiments import EXPERIMENTS  # noqa: PLC0415 - loads a physics engine
+        from hil.checks import EXPERIMENTS  # noqa: PLC0415 - loads a physics engine
 
         return click.Choice(list(EXPERIMENTS)).convert(value, param, ctx)
 

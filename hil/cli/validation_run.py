@@ -16,6 +16,8 @@ from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from hil.checks import DEFAULT, EXPERIMENTS
+from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli.before_moving import before_moving
 from hil.cli.console import console as new_console
 from hil.cli.console import description
@@ -23,16 +25,14 @@ from hil.cli.exits import Ended, Exit, ending, given
 from hil.cli.options import ChosenHand
 from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import Audience, telling, viewing
-from hil.experiments import DEFAULT, EXPERIMENTS
-from hil.experiments.staircase.tracking import staircase_metrics
 from hil.faults import FaultNeverFiredError, parse_fault
-from hil.judging.baseline import load
-from hil.judging.findings import Finding, failed
-from hil.judging.judged_run import Validation
 from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.beside_paper import table
 from hil.report.results import write_figures, write_results
-from hil.validation import validate as run_validation
+from hil.verdict.baseline import load
+from hil.verdict.findings import Finding, failed
+from hil.verdict.judged_run import Validation
+from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
 
 SHOWN = 3

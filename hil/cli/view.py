@@ -7,11 +7,11 @@ from pathlib import Path
 
 import click
 
+from hil.checks import EXPERIMENTS
 from hil.cli.reading import RECORDING, judging, read
-from hil.experiments import EXPERIMENTS
-from hil.judging.findings import failed
 from hil.recordings.recording import Header
-from hil.validation import judge_recordings
+from hil.verdict.findings import failed
+from hil.verdict.validation import judge_recordings
 from hil.view.frame import Heading, Note, Verdicts
 from hil.view.playback import frames
 from hil.view.web_page import Page, keep_up

@@ -33,7 +33,7 @@ from hil.targets.wire_log import Direction, WireRecord
 
 METADATA = "aero-hil"
 FOREIGN = "protobuf"
-"""Encoding of messages that are for other programs alone, see `hil.foxglove`."""
+"""Encoding of messages that are for other programs alone, see `hil.report.foxglove`."""
 FORMAT = "1"
 DIGEST = "sha256"
 """Of the header; recordings of version 0.1.0 have none."""

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from aero.channels import Channel
-from hil.experiments.shared.subjects import CHANNELS
-from hil.experiments.staircase.tracking import ChannelMetrics
-from hil.judging.findings import Finding
-from hil.judging.judged_run import Validation
-from hil.judging.paper_figures import PAPER, PAPER_TEXT, PaperFigure
+from hil.checks.shared.subjects import CHANNELS
+from hil.checks.staircase.tracking import ChannelMetrics
 from hil.report.differences import reason, why
 from hil.report.plots import title
+from hil.verdict.findings import Finding
+from hil.verdict.judged_run import Validation
+from hil.verdict.paper_figures import PAPER, PAPER_TEXT, PaperFigure
 
 
 @dataclass(frozen=True)

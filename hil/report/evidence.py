@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from hil.experiments import JUDGED, metric_of
-from hil.experiments.shared.command_steps import CommandStep, find_steps
-from hil.experiments.shared.subjects import CHANNELS
-from hil.judging.findings import Finding, failed
-from hil.judging.judged_run import Result
+from hil.checks import JUDGED, metric_of
+from hil.checks.shared.command_steps import CommandStep, find_steps
+from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.recording import Recording
+from hil.verdict.findings import Finding, failed
+from hil.verdict.judged_run import Result
 
 PANEL_OF_UNIT = {"A": "currents", "degC": "temperatures"}
 """Unit of a metric to the figure that shows it; `codes` for the others."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from aero.channels import Channel, Joint
-from hil.judging.findings import Finding
+from hil.verdict.findings import Finding
 from model import geometry
 from model.geometry.elements import Link
 from model.routed import build_routed

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.experiments.shared.signals import display_unit
+from hil.checks.shared.signals import display_unit
 from hil.recordings.recording import Recording
 
 COMMAND, READING, SIMULATOR, FOUND = "#777777", "#1f4e9c", "#c0392b", "#e0a3a3"

@@ -10,19 +10,19 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aero.channels import Channel
-from hil.diagnosis.sight import load_sight
-from hil.experiments import EXPERIMENTS, WHOLE_RUN
-from hil.experiments.shared.subjects import CHANNELS, SUBJECTS
-from hil.experiments.staircase.residual_sources import residual_sources
-from hil.experiments.staircase.tracking import staircase_metrics
-from hil.judging.findings import Finding, failed
-from hil.judging.judged_run import Result, Validation
+from hil.checks import EXPERIMENTS, WHOLE_RUN
+from hil.checks.shared.subjects import CHANNELS, SUBJECTS
+from hil.checks.staircase.residual_sources import residual_sources
+from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding
 from hil.report.figures import Drawn, figures_of, traces_of
 from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
 from hil.report.lanes import Mark
 from hil.report.plots import title
+from hil.verdict.findings import Finding, failed
+from hil.verdict.judged_run import Result, Validation
+from hil.verdict.sight import load_sight
 
 Verdict = Literal["pass", "fail", "broken"]
 ALWAYS_OPEN = "staircase"

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.experiments.shared.command_steps import find_steps
-from hil.experiments.shared.signals import display_unit
-from hil.experiments.staircase.settled import residuals
+from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.signals import display_unit
+from hil.checks.staircase.settled import residuals
 from hil.recordings.recording import Recording
 
 MARGIN_S = 2.0

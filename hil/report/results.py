@@ -8,13 +8,13 @@ import math
 from pathlib import Path
 
 from aero.whole_file import whole, write_whole
-from hil.diagnosis.sight import Sight, load_sight
-from hil.experiments.staircase import EXPERIMENT as STAIRCASE
-from hil.experiments.staircase.tracking import staircase_metrics
-from hil.judging.judged_run import Validation
+from hil.checks.staircase import EXPERIMENT as STAIRCASE
+from hil.checks.staircase.tracking import staircase_metrics
 from hil.recordings.seal import sealed
 from hil.report.page import render_report
 from hil.report.plots import validation_figure
+from hil.verdict.judged_run import Validation
+from hil.verdict.sight import Sight, load_sight
 
 PUBLISHED = (
     "unit",

@@ -45,6 +45,28 @@ def test_commands_go_out_as_one_frame_and_wait_for_nothing(hand, board):
     assert board.clock.now() == 0.0
 
 
+codes = st.lists(st.integers(0, 65535), min_size=7, max_size=7)
+
+
+@given(st.lists(st.tuples(codes, st.sampled_from(["position", "torque", "then read"])), min_size=1, max_size=8))
+def test_every_command_is_on_the_wire_when_its_call_returns_and_none_before_it(new_board, commands):
+    """Neither kept for the next call nor sent twice; the board's own count of bytes says so after every call."""
+    board = new_board()
+    hand = AeroHand(board, board.clock)
+    for values, kind in commands:
+        wire, before = [*values[4:], *values[:4]], len(board.frames)
+        if kind == "torque":
+            hand.command_torques([value % 1001 for value in values])
+            assert board.frames[before:] == [reply(0x12, [value % 1001 for value in wire])]
+            continue
+        hand.command_codes(values)
+        assert board.frames[before:] == [reply(0x11, wire)]
+        assert board.written == 16 * len(board.frames)
+        if kind == "then read":
+            hand.read_codes()
+            assert {frame[0] for frame in board.frames[before + 1 :]} <= {0x22, 0x25}
+
+
 def test_nothing_is_sent_when_an_argument_is_wrong(hand, board):
     for call, argument in [
         (hand.command_codes, [float("nan")] * 7),

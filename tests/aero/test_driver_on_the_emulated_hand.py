@@ -8,10 +8,12 @@ import pytest
 from aero import ActuationMap, AeroHand, Channel
 from aero.actuation import FIRMWARE_CALIBRATIONS
 from aero.actuation.fingerprint import check_readings
+from aero.channels import FINGERS
 from aero.errors import WindowMismatchError
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
+from model.units import load_unit
 
 # Reachable in every window, degrees of shaft.
 ANGLES_DEG = np.array([30.0, 90.0, 150.0, 250.0, 60.0, 40.0, 100.0])
@@ -42,6 +44,36 @@ def test_a_posture_is_where_the_map_says_on_every_firmware(firmware, side):
     shafts = rig.shafts_deg_after(codec.codes_from_angles(np.deg2rad(ANGLES_DEG)))
     np.testing.assert_allclose(shafts, ANGLES_DEG, atol=TOLERANCE_DEG)
     np.testing.assert_allclose(np.rad2deg(codec.angles_from_codes(rig.hand.read_codes())), shafts, atol=0.7)
+
+
+def rise_ms(rig, channel):
+    """Return the 10-90 % time of a step of 5 % of the channel's window, ms, from the shaft itself."""
+    clock, codes = rig.electronics.clock, np.full(7, 20000)
+    rig.shafts_deg_after(codes)
+    codes[channel] += round(0.05 * 65535)
+    rig.hand.command_codes(codes)
+    sent, trace = clock.now(), []
+    for ms in range(400):
+        clock.sleep_until(sent + 1e-3 * ms)
+        rig.electronics.advance_plant()
+        trace.append(rig.plant.angles()[channel])
+    part = (np.array(trace) - trace[0]) / (trace[-1] - trace[0])
+    return int(np.argmax(part >= 0.9)) - int(np.argmax(part >= 0.1))
+
+
+@pytest.mark.parametrize("channel", FINGERS, ids=lambda channel: channel.label)
+def test_the_papers_servo_behind_its_firmwares_profile_rises_as_in_the_paper(channel):
+    """120 ms on every finger, hardware column of table "validation"; acceleration x0.7 makes it 140 ms."""
+    rig = Rig(firmware="pre", servos=load_unit("paper").servos)
+    assert rise_ms(rig, channel) == pytest.approx(120, abs=8)
+
+
+def test_the_papers_servo_is_slower_on_longer_ways_by_the_root_of_the_step():
+    """Table "validation": 120 ms on a finger, and 100 ms on the shorter flexor; without a profile both are faster."""
+    unit = load_unit("paper").servos
+    flexor = rise_ms(Rig(firmware="pre", servos=unit), Channel.THUMB_FLEXOR)
+    assert flexor == pytest.approx(100, abs=15)
+    assert rise_ms(Rig(firmware="0.2.0", servos=unit), Channel.INDEX) < 70
 
 
 @pytest.mark.parametrize("firmware", FIRMWARE_CALIBRATIONS)

@@ -1,6 +1,7 @@
 """One servo on the bus: registers, modes, protections, power."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -124,6 +125,46 @@ def test_nothing_moves_before_the_dead_time_is_over():
     assert bus.position() == 3278
     bus.wait(0.2)
     assert bus.position() < 3000
+
+
+def first_motion(bus, plant, limit_s=0.1):
+    """Return after what time from now the shaft of servo 3 leaves its place, s."""
+    written = bus.hand.clock.now()
+    while bus.hand.clock.now() - written < limit_s:
+        bus.wait(0.0002)
+        bus.hand.advance_plant()
+        if plant.angles()[SHAFT_OF_SERVO_3] != 0.0:
+            return bus.hand.clock.now() - written
+    return math.inf
+
+
+def goal_on_the_wire(counts):
+    """Return a write of the goal's block, registers 41 to 47: acceleration 0, no limits."""
+    body = bytes((3, 10, 3, 41, 0)) + counts.to_bytes(2, "little") + (1023).to_bytes(2, "little") + bytes((0xFE, 0x7F))
+    return b"\xff\xff" + body + bytes((~sum(body) & 255,))
+
+
+def test_the_dead_time_is_the_recorded_hands():
+    """15.3 ms from the host less 1 ms of wire (one hand, public logs of June-July 2026), on the loop's grid of 1 ms."""
+    assert HLS3606M.goal_delay_s == pytest.approx(0.0143, abs=1e-6)
+    plant = Bench(BenchShaft(friction=0.0))
+    bus = Bus(plant)
+    bus.port.write(goal_on_the_wire(2000))
+    wire_s = 14 * 10e-6
+    assert first_motion(bus, plant) - wire_s == pytest.approx(0.0143, abs=0.0025)
+
+
+@pytest.mark.parametrize(("register", "step", "unit"), [(50, 1000, 100.0), (254, 1600, 100.0), (20, 300, 100.0)])
+def test_a_unit_of_acceleration_is_a_hundred_counts_a_second_squared(register, step, unit):
+    """HLS documentation, register 41: from rest to rest a triangle takes 2 sqrt(step / acceleration)."""
+    bus = Bus(Bench(BenchShaft(friction=0.0)), servos=replace(HLS3606M, duty_per_count=0.018, stall_torque=5.0))
+    bus.write(41, register, *(3278 - step).to_bytes(2, "little"), *(1023).to_bytes(2, "little"), 0xFE, 0x7F)
+    took = 2.0 * math.sqrt(step / (unit * register))
+    bus.wait(HLS3606M.goal_delay_s + took / 2 - 0.02)
+    halfway = bus.position()
+    bus.wait(took)
+    assert 3278 - halfway == pytest.approx(step / 2, rel=0.12)
+    assert 3278 - bus.position() == pytest.approx(step, abs=2)
 
 
 def test_torque_off_cancels_a_goal_that_is_on_its_way():

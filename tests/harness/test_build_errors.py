@@ -5,10 +5,10 @@ import dataclasses
 import pytest
 from build_errors import BUILD_ERRORS, BuildError, spoiled
 
-from hil.experiments import EXPERIMENTS
-from hil.experiments.staircase.stimulus import Staircase, run_staircase
-from hil.judging.findings import failed
-from hil.validation import validate
+from hil.checks import EXPERIMENTS
+from hil.checks.staircase.stimulus import Staircase, run_staircase
+from hil.verdict.findings import failed
+from hil.verdict.validation import validate
 from model import RoutedHand
 
 FOUND_BY = {

@@ -6,10 +6,10 @@ from pathlib import Path
 import click
 import pytest
 
+from hil.checks import EXPERIMENTS
 from hil.cli import COMMANDS, main
 from hil.cli.exits import Exit
-from hil.experiments import EXPERIMENTS
-from hil.judging.limits import load_limits
+from hil.verdict.limits import load_limits
 
 ROOT = Path(__file__).parents[2]
 MEASURED = {"staircase": {"rise_model_ms"}, "excursion": {"stop_current", "fist_travel"}}

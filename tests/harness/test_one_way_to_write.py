@@ -8,8 +8,8 @@ from click.testing import CliRunner
 from damaged_files import write_policy, write_small_recording
 
 from aero.whole_file import begin_file, whole, write_whole
-from hil.campaign.store import opened
 from hil.cli import main
+from hil.lab.campaign.store import opened
 from hil.recordings.mcap_file import read_recording, write_recording
 
 ROOT = Path(__file__).parents[2]
@@ -18,7 +18,7 @@ ITS_OWN_WAY = {
     "firmware_emulator/firmware/nvs.py": "may import nothing of ours",
     "firmware_emulator/native/compilers.py": "into a temporary folder",
     "firmware_emulator/native/sketch.py": "into a temporary folder",
-    "hil/experiments/endurance.py": "adds to a log",
+    "hil/lab/endurance.py": "adds to a log",
     "train/export.py": "a draft that is renamed",
     "train/progress.py": "a draft that is renamed",
 }

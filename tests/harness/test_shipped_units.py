@@ -2,9 +2,9 @@
 
 import pytest
 
-from hil.judging.findings import failed
 from hil.targets.opening import open_target
-from hil.validation import validate
+from hil.verdict.findings import failed
+from hil.verdict.validation import validate
 from model.units import shipped_units
 
 FIRMWARE = {"paper": "pre"}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from aero.channels import FINGERS, Channel
-from hil.experiments import DEFAULT, EXPERIMENTS
-from hil.experiments.staircase.stimulus import FULL, Staircase, run_staircase
-from hil.experiments.staircase.tracking import staircase_metrics
-from hil.judging.findings import failed
+from hil.checks import DEFAULT, EXPERIMENTS
+from hil.checks.staircase.stimulus import FULL, Staircase, run_staircase
+from hil.checks.staircase.tracking import staircase_metrics
+from hil.lab.system_identification.excitation import REACH
 from hil.recordings.recorder import Recorder
-from hil.system_identification.excitation import REACH
-from hil.validation import validate
+from hil.verdict.findings import failed
+from hil.verdict.validation import validate
 from model import RoutedHand
 
 pytestmark = pytest.mark.moves

@@ -27,16 +27,16 @@ from cosmic_ray.work_item import MutationSpec, TestOutcome
 
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("aero", "firmware_emulator", "hil", "model", "tests", "pyproject.toml")
-JUDGING = ("hil/experiments", "hil/judging", "hil/diagnosis")
+JUDGING = ("hil/checks", "hil/verdict", "hil/lab/limits")
 """What turns a recording into a verdict."""
 NOT_JUDGING = {
     # What a hand and the simulator are told.
-    "hil/experiments/shared/side_by_side.py",
-    "hil/experiments/shared/simulated_hand.py",
-    "hil/experiments/staircase/reachable_range.py",
-    "hil/experiments/staircase/stimulus.py",
+    "hil/checks/shared/side_by_side.py",
+    "hil/checks/shared/simulated_hand.py",
+    "hil/checks/staircase/reachable_range.py",
+    "hil/checks/staircase/stimulus.py",
     # Published figures, which stand beside ours and decide nothing.
-    "hil/judging/paper_figures.py",
+    "hil/verdict/paper_figures.py",
 }
 MOVES_A_HAND = "Target"
 """A function with an argument of this type moves a hand, and so does a class that is made from one."""
@@ -132,8 +132,10 @@ def _moves(function: ast.FunctionDef) -> bool:
 
 def tests_of(module: Path) -> list[Path]:
     """Return the test files of a module: the one that is named after it, then those beside it that open no hand."""
-    folder = Path("tests", "harness", module.parts[1])
-    mirror = folder / f"test_{module.stem}.py"
+    mirrored = Path("tests", "harness", *module.parts[1:-1])
+    folder = next(folder for folder in (mirrored, *mirrored.parents) if folder.exists())
+    name = module.parent.name if module.stem == "__init__" else module.stem
+    mirror = folder / f"test_{name}.py"
     others = [path for path in sorted(folder.glob("test_*.py")) if OPENS_A_HAND not in path.read_text("utf-8")]
     return [mirror, *(path for path in others if path != mirror)] if mirror.exists() else others
 

@@ -7,10 +7,10 @@ from guarded_hands import close, guarded, torque_limits, wait
 from aero import Channel
 from aero.safety import SafetyStopError, Thresholds, usual_settings
 from hil import open_target
-from hil.experiments.staircase.stimulus import FULL, Staircase, run_staircase
+from hil.checks.staircase.stimulus import FULL, Staircase, run_staircase
+from hil.lab.system_identification.excitation import REACH
 from hil.recordings.recorder import Recorder
-from hil.system_identification.excitation import REACH
-from hil.validation import validate
+from hil.verdict.validation import validate
 from model import RoutedHand
 
 

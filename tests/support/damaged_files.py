@@ -15,11 +15,11 @@ from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import ShownAction
 from firmware_emulator.firmware.nvs import Nvs
 from hil import open_target
-from hil.experiments.endurance import read_cycles
-from hil.judging import baseline
+from hil.lab.endurance import read_cycles
+from hil.lab.system_identification.trace import load_trace
 from hil.recordings.mcap_file import UnusableFileError, read_recording, write_recording
 from hil.recordings.recorder import Recorder
-from hil.system_identification.trace import load_trace
+from hil.verdict import baseline
 from model.units import load_unit
 from train.convert import CheckpointError, Origin, convert
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil.campaign.plan import healthy_hands, shipped_hands
-from hil.campaign.trial import Outcome
-from hil.judging.limits.checks import load_checks
-from hil.judging.limits.compute import FIRMWARE_GROUPS
+from hil.lab.campaign.plan import healthy_hands, shipped_hands
+from hil.lab.campaign.trial import Outcome
+from hil.lab.limits.checks import load_checks
+from hil.lab.limits.compute import FIRMWARE_GROUPS
 
 
 def numbers(value=0.0, **changed):

@@ -1,9 +1,9 @@
 """Short runs of what experiments do, returned as their recordings."""
 
-from hil.experiments.staircase.stimulus import run_staircase
-from hil.policies.policy_run import record_policy
+from hil.checks.staircase.stimulus import run_staircase
+from hil.lab.policies.policy_run import record_policy
+from hil.lab.system_identification.play_excitation import EXPERIMENT, play
 from hil.recordings.recorder import Recorder, silent
-from hil.system_identification.play_excitation import EXPERIMENT, play
 from model import RoutedHand
 
 

@@ -11,7 +11,7 @@ from aero.policy.network import Layer, Network
 from aero.policy.running import RunSettings
 from aero.policy.shipped import find_policy
 from aero.policy.task import ShownAction
-from hil.policies.cube_trial import run_trial
+from hil.lab.policies.cube_trial import run_trial
 from model.units import load_unit
 from model.units.cable_correction import correction
 from train.evaluation.rollouts import Episodes, log, run, task_of

@@ -173,6 +173,45 @@ def test_a_policy_can_be_shown_another_action_than_in_training():
         np.testing.assert_array_equal(step.observation[7:], before.action)
 
 
+@pytest.mark.parametrize(("reach", "periods"), [((12,), 12), ((0,), 0), ((3, 5), 8)])
+def test_periods_that_ask_for_more_than_the_window_are_counted(reach, periods):
+    """The index's cable is asked for 30 mm more than the window has, in `reach` of the periods and then not."""
+    beyond, inside = np.zeros(7), np.zeros(7)
+    beyond[0] = -0.05 / PAPER_TRAINING.scale[0]
+    script = np.array([beyond] * sum(reach) + [inside] * (STEPS - sum(reach)))
+    clock, steps = StepClock(), []
+    result = run_policy(policy(), FakeHand(clock), clock, MAP, settings=SHORT, script=script, on_step=steps.append)
+    assert result.saturated == sum(step.saturated.any() for step in steps) == periods
+    assert all(step.saturated.tolist() == [True] + [False] * 6 for step in steps[:periods])
+    assert all(step.command[0] <= 65535 for step in steps)
+
+
+def test_periods_that_the_shafts_speed_holds_back_are_counted():
+    """At 1 rad/s a finger makes 0.45 mm a period: 20 mm take longer than the run, and 0.2 mm fit into one period."""
+    slow = replace(SHORT, limits=RunLimits(shaft_speed_rad_s=1.0))
+    for action, periods in ((-1.0, STEPS), (-0.01, 0)):
+        clock = StepClock()
+        script = np.tile([action] + [0.0] * 6, (STEPS, 1))
+        result = run_policy(policy(), FakeHand(clock), clock, MAP, settings=slow, script=script)
+        assert (result.limited, result.saturated) == (periods, 0)
+
+
+def test_the_largest_current_of_either_sign_and_the_hottest_servo_are_kept():
+    def strained(hand):
+        hand.currents = np.array([0.1, -1.25, 0.0, 0.2, 0.0, 0.0, 1.0])
+        hand.temperatures = np.array([30.0, 31.0, 47.0, 30.0, 30.0, 30.0, 30.0])
+
+    result, _, _ = run(change=strained)
+    assert (result.peak_current_a, result.peak_temperature_c) == (1.25, 47.0)
+
+
+def test_limits_of_a_run_are_the_documented_ones():
+    """740 deg/s is the no-load speed of the HLS3606M; the others are this project's, in docs/policy.md."""
+    limits = RunLimits()
+    assert limits.shaft_speed_rad_s == pytest.approx(np.deg2rad(740), rel=2e-3)
+    assert (limits.missing_readings, limits.late_s, limits.grip_a, limits.grip_window_s) == (4, 0.5, 0.15, 2.0)
+
+
 def test_other_settings_can_be_asked_for():
     _, _, steps = run(replace(SHORT, settings=PAPER_DEPLOYMENT))
     np.testing.assert_allclose(

@@ -11,14 +11,14 @@ import pytest
 from click.testing import CliRunner
 
 from aero import AeroHand, Channel
-from hil import validation
+from hil.checks import EXPERIMENTS
+from hil.checks.staircase import EXPERIMENT as STAIRCASE
+from hil.checks.staircase.stimulus import Staircase, run_staircase
+from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli import main
-from hil.experiments import EXPERIMENTS
-from hil.experiments.staircase import EXPERIMENT as STAIRCASE
-from hil.experiments.staircase.stimulus import Staircase, run_staircase
-from hil.experiments.staircase.tracking import staircase_metrics
-from hil.judging.limits import load_limits
 from hil.recordings.mcap_file import read_recording
+from hil.verdict import validation
+from hil.verdict.limits import load_limits
 from model import RoutedHand
 
 CHANNEL_KEYS = {

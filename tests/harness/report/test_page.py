@@ -9,16 +9,16 @@ import pytest
 from synthetic import held, staircase
 
 from aero.channels import Channel
-from hil.experiments.shared.command_steps import find_steps
-from hil.experiments.staircase import EXPERIMENT as STAIRCASE
-from hil.experiments.staircase.tracking import staircase_metrics
-from hil.judging.findings import Finding
-from hil.judging.judged_run import Result, Validation
-from hil.judging.paper_figures import PAPER_TEXT
+from hil.checks.shared.command_steps import find_steps
+from hil.checks.staircase import EXPERIMENT as STAIRCASE
+from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.differences import why
 from hil.report.hand_picture import outline
 from hil.report.page import render_report
 from hil.report.plots import as_svg, panels, validation_figure
+from hil.verdict.findings import Finding
+from hil.verdict.judged_run import Result, Validation
+from hil.verdict.paper_figures import PAPER_TEXT
 
 GOOD = Finding("rise_hand_ms", "ring", True, "50 ms", "at most 70 ms", "logs", "slow <servo>", "look")
 BAD = Finding("tracking_rms", "index", False, "1.2 mm", "at most 0.9 mm", "paper", "A loose cable.", "Tighten it.")

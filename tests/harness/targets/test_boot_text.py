@@ -5,9 +5,9 @@ import pytest
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from hil import open_target
-from hil.judging.findings import failed
 from hil.targets.boot_text import identify
-from hil.validation import validate
+from hil.verdict.findings import failed
+from hil.verdict.validation import validate
 
 GROUPS = {
     "pre": ("pre",),

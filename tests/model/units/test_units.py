@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import model
-from hil.judging.limits import kinds
+from hil.verdict.limits import kinds
 from model.units import load_unit, shipped_units
 from model.units.fill import fill
 

@@ -1,0 +1,40 @@
+"""Tables of docs/validation.md."""
+
+from __future__ import annotations
+
+from aero.channels import Channel
+from figures.cells import Cell
+from figures.emulated import SEEDED, validation
+from figures.sources import Row, Source
+from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
+from hil.report.plots import title
+from hil.verdict.paper_figures import PAPER
+
+HANDS = (("paper", "pre"), ("reference", "pre"), ("reference", "0.2.0"))
+"""Unit and firmware; the first is the paper's own hand."""
+
+
+def staircase() -> list[Row]:
+    """Tracking and rise of three hands and of the simulator, the paper's figures in brackets."""
+    hands = [staircase_metrics(validation(*hand, "staircase").results["staircase"].recording) for hand in HANDS]
+    names = [f"`{unit}`, {firmware}" for unit, firmware in HANDS]
+    rises = ["rise, simulator", *(f"rise, {name}" for name in names)]
+    header = ("channel", *(f"RMS, {name}" for name in names), *rises)
+    return [header, *(_row(channel, [metrics[channel] for metrics in hands]) for channel in Channel)]
+
+
+def _row(channel: Channel, hands: list[ChannelMetrics]) -> Row:
+    paper, (own, *others) = PAPER[channel], hands
+    digits = 1 if own.unit == "mrad" else 2
+    return (
+        title(channel),
+        Cell.of(f"{{:.{digits}f}} ({{:.{digits}f}})", own.tracking_rms, paper.tracking_rms),
+        *(Cell.of(f"{{:.{digits}f}}", hand.tracking_rms) for hand in others),
+        Cell.of("{:.0f} ({:.0f})", own.rise_model_ms, paper.rise_model_ms),
+        Cell.of("{:.0f} ({:.0f})", own.rise_hand_ms, paper.rise_hand_ms),
+        *(Cell.of("{:.0f}", hand.rise_hand_ms) for hand in others),
+    )
+
+
+STAIRCASE = "`aero-hil validate --only staircase --unit UNIT --firmware FIRMWARE`"
+TABLES = {"staircase": Source(staircase, STAIRCASE, SEEDED)}

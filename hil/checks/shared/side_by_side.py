@@ -1,0 +1,103 @@
+"""One stream of simulator lengths through the simulator and the hand side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from hil.checks.shared.experiment import CURRENT_EVERY, TEMPERATURE_EVERY
+from hil.checks.shared.simulated_hand import MODEL_STEP_S, Simulator
+from hil.recordings.recorder import Progress, Recorder, silent
+from hil.targets.target import Target
+
+Floats = NDArray[np.float64]
+
+
+def follow(
+    target: Target,
+    recorder: Recorder,
+    simulator: Simulator,
+    commands: Floats,
+    *,
+    period_s: float,
+    parameters: Mapping[str, float | str],
+    doing: Callable[[int], str],
+    progress: Progress = silent,
+) -> None:
+    """Send one stream of lengths to both, at one rate.
+
+    At every sample the encoders are read first and the command is sent after, as a policy does. A command beyond the
+    hand's window waits at its end, and an event says so.
+
+    Args:
+        target: the hand.
+        recorder: begun here; what it is left with is said below.
+        simulator: the routed hand of the same side.
+        commands: (n, 7) float, lengths, m and rad.
+        period_s: time from one command to the next, s, a multiple of `MODEL_STEP_S`.
+        parameters: of the experiment.
+        doing: what sample i does, for the progress.
+        progress: called once a sample.
+
+    Leaves `command`, `model`, `hand` and `goal` (simulator length, m or rad; `goal` is what the map makes of the
+    command there and back, hence `hand` if the hand were perfect), `travel` (cable wound in, m, or rad), `codes` and
+    `command_codes` (u16), `currents` (A) and `temperatures` (degC).
+    """
+    hand, clock, codec = target.hand, target.clock, target.map
+    goals, saturated = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_lengths(commands)))
+    recorder.begin(parameters)
+    for channel in Channel:
+        if saturated[:, channel].any():
+            recorder.note(
+                f"{channel.label} waits at the end of its command window in {saturated[:, channel].sum()} of "
+                f"{len(commands)} samples: the map asks for more than the window allows"
+            )
+    simulator.reset()
+    steps = round(period_s / MODEL_STEP_S)
+    simulated = 0
+
+    def simulate(count: int) -> None:
+        nonlocal simulated
+        for _ in range(count):
+            recorder.add("model", recorder.start + simulated * MODEL_STEP_S, simulator.lengths())
+            simulator.advance(MODEL_STEP_S)
+            simulated += 1
+
+    def catch_up(t: float, least: int) -> int:
+        """Bring the simulator to a time, for the hand holds its command too; return by how many steps, from `least`."""
+        late = int((t - recorder.start) / MODEL_STEP_S) - simulated
+        if late < least:
+            return 0
+        simulate(late)
+        if late >= steps:
+            recorder.note(
+                f"this machine was {late * MODEL_STEP_S:.2f} s late; the stream goes on from there", "warning"
+            )
+        return late
+
+    try:
+        for i, command in enumerate(commands):
+            clock.sleep_until(recorder.start + simulated * MODEL_STEP_S)
+            catch_up(clock.now(), steps)
+            codes = hand.read_codes()
+            recorder.add("codes", target.wire.sent_at, codes)
+            hand.command_codes(goals[i])
+            sent = target.wire.sent_at
+            # The answer may have taken its time; simulator and hand get the command together.
+            late = catch_up(sent, 1)
+            recorder.add("command_codes", sent, goals[i])
+            recorder.add("command", sent, command)
+            if i % CURRENT_EVERY == 0:
+                recorder.add("currents", clock.now(), hand.read_currents())
+            if i % TEMPERATURE_EVERY == 0:
+                recorder.add("temperatures", clock.now(), hand.read_temperatures())
+            simulator.command(command)
+            simulate(steps - late if late < steps else steps)
+            progress((i + 1) / len(commands), doing(i))
+    finally:  # of a run that is broken off as well
+        for series, source in (("hand", "codes"), ("goal", "command_codes")):
+            recorder.derive(series, source, codec.lengths_from_codes)
+        recorder.derive("travel", "codes", lambda codes: codec.travel_from_angles(codec.angles_from_codes(codes)))

@@ -1,0 +1,65 @@
+"""How a trace answers one command step: its change, its 10-90 % rise time, its overshoot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil.checks.shared.command_steps import CommandStep
+
+Floats = NDArray[np.float64]
+
+MATCHED_FRACTION = 0.8
+"""A step counts as answered when the trace covers at least this part of it, in its direction."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """A trace's answer to one step."""
+
+    change: float
+    """Last sample before `end` less the sample at `start`, in the trace's unit."""
+    rise: float
+    """10-90 % time of that change, linear between samples, s; NaN when the trace did not move."""
+    rise_on_grid: float
+    """The same from the first sample at or above 10 % to the first at or above 90 %, s: a whole number of samples."""
+    overshoot: float
+    """Greatest excess over the last sample, as a part of the change, not negative; NaN when it did not move."""
+
+    def answers(self, step: CommandStep) -> bool:
+        """Whether the trace followed the step by at least `MATCHED_FRACTION` of it."""
+        asked = step.after - step.before
+        return bool(self.change * np.sign(asked) >= MATCHED_FRACTION * abs(asked))
+
+
+def respond(step: CommandStep, times: Floats, values: Floats) -> Response:
+    """Measure how a trace answers a step.
+
+    Args:
+        step: the step.
+        times: (n,) float, s, increasing.
+        values: (n,) float, the trace of the step's channel in any unit.
+
+    Raises:
+        ValueError: the trace has fewer than two samples between the step and its end.
+    """
+    first = max(0, int(np.searchsorted(times, step.start, side="right")) - 1)
+    last = int(np.searchsorted(times, step.end, side="left"))
+    if last - first < 2:
+        raise ValueError(f"no samples between {step.start:.3f} s and {step.end:.3f} s; was the recording cut short?")
+    t, v = times[first:last], values[first:last]
+    change = float(v[-1] - v[0])
+    if change == 0.0:
+        return Response(0.0, np.nan, np.nan, np.nan)
+    progress = (v - v[0]) / change
+    low, high = int(np.argmax(progress >= 0.1)), int(np.argmax(progress >= 0.9))
+    rise = _crossing(t, progress, high, 0.9) - _crossing(t, progress, low, 0.1)
+    return Response(change, rise, float(t[high] - t[low]), max(0.0, float(progress.max()) - 1.0))
+
+
+def _crossing(t: Floats, progress: Floats, i: int, level: float) -> float:
+    """Return when `progress` crosses `level` on its way from sample `i - 1` to sample `i`, linear in between."""
+    part = (level - progress[i - 1]) / (progress[i] - progress[i - 1])
+    return float(t[i - 1] + part * (t[i] - t[i - 1]))

@@ -1,0 +1,107 @@
+"""Numbers from a staircase recording, as the paper's dynamic validation defines them.
+
+Everything here is a pure function of the recording's series: `command` and `hand` (simulator length of each channel,
+m or rad), `model` (the same from the simulator, on its own time base) and `travel` (cable the spools have wound in,
+m or rad).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from hil.checks.shared.command_steps import CommandStep, find_steps
+from hil.checks.shared.signals import display_unit, rms
+from hil.checks.staircase.rise_time import Response, respond
+from hil.checks.staircase.settled import residuals
+from hil.recordings.recording import Recording
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ChannelMetrics:
+    """One row of the validation table; lengths in `unit`."""
+
+    unit: str
+    """`mm` for a cable, `mrad` for the abduction."""
+    excursion_model: float
+    """Greatest less smallest sensor value of the simulator while this channel was swept."""
+    excursion_hand: float
+    """The same of the travel that the encoder reports."""
+    tracking_rms: float
+    """Root mean square of hand less simulator over the settled samples of the whole run."""
+    rise_model_ms: float
+    """Median 10-90 % rise over the matched steps, in whole integrator steps as the paper counts it; NaN without any."""
+    rise_hand_ms: float
+    """The same of the hand, linear between the encoder samples, which are coarse against it."""
+    overshoot_hand_percent: float
+    """Greatest overshoot of the hand over the matched steps, of the step; NaN when no step matched."""
+    settled_samples: int
+    matched_steps: int
+    """Steps of this channel that simulator and hand both answered."""
+    sweep_rms: float
+    """Tracking RMS over the settled samples of this channel's own sweep only."""
+    worst_residual: float
+    """Settled residual (hand less simulator) of greatest magnitude, with its sign."""
+    worst_residual_at_s: float
+    """Time of that residual, s."""
+
+
+def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
+    """Evaluate a recording of `hil.checks.staircase.stimulus`.
+
+    Raises:
+        KeyError: the recording lacks a series; it was made by another experiment.
+        ValueError: it is too short to evaluate.
+    """
+    command, hand, model, travel = (recording[name] for name in ("command", "hand", "model", "travel"))
+    residual, settled = residuals(recording)
+    steps = find_steps(command.times, command.values)
+    rows: dict[Channel, ChannelMetrics] = {}
+    for channel in Channel:
+        own = [step for step in steps if step.channel == channel]
+        if not own:
+            raise ValueError(f"{channel.label} is never commanded in this recording; it is no complete staircase")
+        matched = _matched(own, (model.times, model.values[:, channel]), (hand.times, hand.values[:, channel]))
+        unit, scale = display_unit(command.units[channel])
+        mask = settled[:, channel]
+        kept = scale * residual[mask, channel]
+        if not kept.size:
+            raise ValueError(f"{channel.label} has no settled sample; hold every level for longer than 0.4 s")
+        sweep = (hand.times[mask] >= own[0].start) & (hand.times[mask] <= own[-1].end)
+        worst = int(np.argmax(np.abs(kept)))
+        rows[channel] = ChannelMetrics(
+            unit=unit,
+            excursion_model=scale * _span(model.times, model.values[:, channel], own),
+            excursion_hand=scale * _span(travel.times, travel.values[:, channel], own),
+            tracking_rms=rms(kept),
+            rise_model_ms=1e3 * _median([m.rise_on_grid for m, _ in matched]),
+            rise_hand_ms=1e3 * _median([h.rise for _, h in matched]),
+            overshoot_hand_percent=1e2 * max((h.overshoot for _, h in matched), default=np.nan),
+            settled_samples=int(mask.sum()),
+            matched_steps=len(matched),
+            sweep_rms=rms(kept[sweep]),
+            worst_residual=float(kept[worst]),
+            worst_residual_at_s=float(hand.times[mask][worst]),
+        )
+    return rows
+
+
+def _matched(
+    steps: list[CommandStep], model: tuple[Floats, Floats], hand: tuple[Floats, Floats]
+) -> list[tuple[Response, Response]]:
+    pairs = [(step, respond(step, *model), respond(step, *hand)) for step in steps]
+    return [(m, h) for step, m, h in pairs if m.answers(step) and h.answers(step)]
+
+
+def _span(times: Floats, values: Floats, steps: list[CommandStep]) -> float:
+    inside = (times >= steps[0].start) & (times <= steps[-1].end)
+    return float(np.ptp(values[inside]))
+
+
+def _median(values: list[float]) -> float:
+    return float(np.median(values)) if values else np.nan

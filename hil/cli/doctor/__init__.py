@@ -1,0 +1,57 @@
+"""`aero-hil doctor`: look at this machine, its ports and the hand at rest, and say what to do."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterable
+from typing import Any
+
+import click
+
+from hil.cli.doctor.examinations import examine
+from hil.cli.doctor.finding import Finding, Subject, Verdict, worst
+from hil.cli.exits import Exit
+
+FORMAT = 1
+"""Number of the shape that `--json` prints; another one when a name in it changes."""
+COLOURS = {Verdict.OK: "green", Verdict.LOOK: "yellow", Verdict.WRONG: "red"}
+
+
+@click.command()
+@click.option("--hil", "port", metavar="PORT", help="Port of a hand, which is asked at rest; nothing moves.")
+@click.option("--json", "as_json", is_flag=True, help="Print data for programs and for bug reports.")
+def doctor(port: str | None, as_json: bool) -> None:
+    """Look at this machine, its serial ports and a hand at rest, and say what to do."""
+    if port == "":
+        raise click.BadParameter("it is empty; name a port, or leave --hil away", param_hint="--hil")
+    findings = []
+    for finding in examine(port or ""):
+        findings.append(finding)
+        if not as_json:
+            _show(finding)
+    if as_json:
+        click.echo(json.dumps(_document(findings), indent=2))
+    sys.exit(exit_code(findings))
+
+
+def exit_code(findings: Iterable[Finding]) -> Exit:
+    """Return 3 where no hand answers, 1 where something else is wrong, 0 where all works."""
+    findings = tuple(findings)
+    if worst(findings, Subject.LINK) is Verdict.WRONG:
+        return Exit.NO_HAND
+    return Exit.OUT_OF_LIMITS if worst(findings) is Verdict.WRONG else Exit.WITHIN_LIMITS
+
+
+def _document(findings: list[Finding]) -> dict[str, Any]:
+    return {"format": FORMAT, "verdict": worst(findings), "findings": [finding.as_dict() for finding in findings]}
+
+
+def _show(finding: Finding) -> None:
+    colour = None if "NO_COLOR" in os.environ else COLOURS[finding.verdict]
+    click.echo(f"{click.style(f'{finding.verdict:5}', fg=colour)} {finding.check}: {finding.finding}")
+    if finding.remedy:
+        click.echo(f"      -> {finding.remedy}")
+    for line in finding.copy:
+        click.echo(f"         {line}")

@@ -1,1 +1,0 @@
-"""Which faults explain all the numbers of a run, and what would tell the likeliest two apart."""

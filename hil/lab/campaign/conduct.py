@@ -1,0 +1,141 @@
+"""Running many trials: on the cores of this machine, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import AbstractContextManager, contextmanager
+from ipaddress import ip_address
+from urllib.parse import urlsplit
+
+from hil.lab.campaign.trial import Outcome, Trial, perform
+from hil.lab.workers import end_with_the_parent
+
+AHEAD = 2
+"""Trials that wait for each worker, so that none has to wait for a trial."""
+PLAIN, ENCRYPTED = {"tcp", "ws"}, {"tls", "wss"}
+"""Schemes of Dask's addresses."""
+ATTEMPTS = 3
+"""Times that workers may die without one trial coming to its end."""
+
+
+@contextmanager
+def cores(workers: int) -> Iterator[Executor]:
+    """Yield workers in processes of their own on this machine, started afresh: MuJoCo does not survive a fork."""
+    afresh = multiprocessing.get_context("spawn")
+    executor = ProcessPoolExecutor(workers, mp_context=afresh, initializer=end_with_the_parent)
+    try:
+        yield executor
+    finally:
+        executor.shutdown(wait=True, cancel_futures=True)
+
+
+class NoSchedulerError(ValueError):
+    """No Dask scheduler can be used at an address; the message says why."""
+
+
+def check_address(scheduler: str, *, trusted: bool) -> None:
+    """See that a scheduler's address is safe to use.
+
+    Dask's workers execute what anyone sends who reaches their ports or the scheduler's. So over a network the address
+    has to be encrypted and authenticated (`tls://`, with Dask's own certificates), unless the person trusts everyone on
+    that network.
+
+    Raises:
+        NoSchedulerError: it is no address, or is neither on this machine, nor TLS, nor trusted.
+    """
+    try:
+        parts = urlsplit(scheduler)
+        host, _ = parts.hostname, parts.port
+    except ValueError as error:
+        raise NoSchedulerError(f"{scheduler!r} is no address of a Dask scheduler: {error}") from error
+    if parts.scheme not in PLAIN | ENCRYPTED or not host:
+        raise NoSchedulerError(
+            f"{scheduler!r} is no address of a Dask scheduler; write tcp://HOST:PORT or tls://HOST:PORT"
+        )
+    if parts.scheme in PLAIN and not trusted and not _on_this_machine(host):
+        raise NoSchedulerError(
+            f"{scheduler} is a plain address on a network, where whoever reaches the ports of its workers can run "
+            "programs on them; use tls://, or --trust-network if everyone there may do that"
+        )
+
+
+def _on_this_machine(host: str) -> bool:
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+@contextmanager
+def cluster(scheduler: str) -> Iterator[Executor]:
+    """Yield the workers of a Dask cluster, which restarts a trial whose worker has died.
+
+    Raises:
+        NoSchedulerError: no scheduler answers at that address.
+    """
+    from distributed import Client  # noqa: PLC0415 - only a cluster needs it
+
+    try:
+        client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, TypeError, RuntimeError) as error:
+        raise NoSchedulerError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    with client:
+        yield client.get_executor(pure=False)  # type: ignore[no-untyped-call]
+
+
+def conduct(
+    trials: Sequence[Trial],
+    executor: Callable[[], AbstractContextManager[Executor]],
+    on_outcome: Callable[[Outcome], None],
+    *,
+    at_once: int,
+) -> None:
+    """Run trials and hand over each outcome as it comes.
+
+    A worker that dies loses nothing: what it had begun is run again by the next workers.
+
+    Args:
+        trials: what to run.
+        executor: a context manager that yields workers; called again when they have died.
+        on_outcome: called in this process, once for each trial.
+        at_once: trials that are handed out at a time.
+
+    Raises:
+        ValueError: a trial names something that does not exist.
+        RuntimeError: the workers die again and again.
+    """
+    left, attempts = list(trials), 0
+    while left:
+        before = len(left)
+        try:
+            with executor() as workers:
+                _run(left, workers, on_outcome, at_once)
+        except BrokenExecutor as error:
+            attempts = attempts + 1 if len(left) == before else 0
+            if attempts == ATTEMPTS:
+                raise RuntimeError(f"the workers died {ATTEMPTS} times over {left[0].key}") from error
+
+
+def _run(left: list[Trial], workers: Executor, on_outcome: Callable[[Outcome], None], at_once: int) -> None:
+    """Run trials and take each that is done out of `left`."""
+    waiting, running = list(left), dict[Future[Outcome], Trial]()
+    try:
+        while waiting or running:
+            while waiting and len(running) < at_once:
+                trial = waiting.pop(0)
+                running[workers.submit(perform, trial)] = trial
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                outcome = future.result()
+                on_outcome(outcome)
+                left.remove(running.pop(future))
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def usable_cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

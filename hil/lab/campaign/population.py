@@ -1,0 +1,51 @@
+"""Readings of healthy hands from a campaign, as the limits are computed from them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+
+import numpy as np
+
+from hil.lab.campaign.trial import Outcome
+from hil.lab.limits.compute import FIRMWARE_GROUPS, Healthy, Readings
+from model.units import DEFAULT_LIMITS, load_unit
+from model.units.naming import PLAUSIBLE
+
+
+def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) -> tuple[Healthy, ...]:
+    """Return the healthy hands of one kind by group of firmware; groups without any are left out.
+
+    The population stands for the default kind; a shipped unit stands for the kind that it names.
+    """
+    population: dict[tuple[bool, int], list[Outcome]] = defaultdict(list)
+    shipped: dict[tuple[bool, int], list[Outcome]] = defaultdict(list)
+    for outcome in outcomes:
+        trial = outcome.trial
+        if trial.faults:
+            continue
+        group = next(i for i, versions in enumerate(FIRMWARE_GROUPS) if trial.firmware in versions)
+        if trial.unit.startswith(PLAUSIBLE):
+            if kind == DEFAULT_LIMITS:
+                population[trial.guarded, group].append(outcome)
+        elif load_unit(trial.unit).limits == kind:
+            shipped[trial.guarded, group].append(outcome)
+    return tuple(
+        Healthy(
+            FIRMWARE_GROUPS[group],
+            _readings(population[guarded, group]),
+            _readings(shipped[guarded, group]),
+            guarded,
+        )
+        for guarded, group in sorted({*population, *shipped})
+    )
+
+
+def _readings(outcomes: Iterable[Outcome]) -> Readings:
+    found: dict[tuple[str, str, str], list[float]] = defaultdict(list)
+    for outcome in outcomes:
+        for experiment, subjects in outcome.numbers.items():
+            for subject, metrics in subjects.items():
+                for metric, value in metrics.items():
+                    found[experiment, metric, subject].append(value)
+    return {key: np.array(values) for key, values in found.items()}

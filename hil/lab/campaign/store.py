@@ -1,0 +1,156 @@
+"""The embedded store of a campaign: one DuckDB file that other tools can query.
+
+`trials` has a row for each run, `numbers` one for each number that it measured. An outcome is written in one
+transaction, so a program that is killed leaves whole outcomes and nothing else.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import duckdb
+
+from hil.lab.campaign.trial import Outcome, Trial
+
+NAME = "campaign.duckdb"
+_TABLES = """
+CREATE TABLE IF NOT EXISTS trials (
+    key VARCHAR PRIMARY KEY, trial JSON, failed VARCHAR[], stopped VARCHAR, ended VARCHAR,
+    wall_s DOUBLE, processor_s DOUBLE, hand_s DOUBLE, commit VARCHAR
+);
+CREATE TABLE IF NOT EXISTS numbers (
+    key VARCHAR, experiment VARCHAR, subject VARCHAR, metric VARCHAR, value DOUBLE
+);
+"""
+
+_COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit"
+
+
+class StoreError(ValueError):
+    """There is no campaign to read, another program writes to it, or its file is damaged; the message says which."""
+
+
+class Store:
+    """Outcomes on disk; one program writes at a time.
+
+    Raises:
+        StoreError: on reading, the file is damaged.
+        OSError: on writing, the disk is full or gone.
+    """
+
+    def __init__(self, connection: duckdb.DuckDBPyConnection, path: Path) -> None:
+        self._connection = connection
+        self._path = path
+        with _read(path):
+            self._keys = {key for (key,) in connection.execute("SELECT key FROM trials").fetchall()}
+
+    def add(self, outcome: Outcome) -> None:
+        """Keep an outcome; one that is there already stays as it is."""
+        if outcome.trial.key in self._keys:
+            return
+        trial = json.dumps(dataclasses.asdict(outcome.trial))
+        key = outcome.trial.key
+        numbers = [
+            (key, experiment, subject, metric, float(value))
+            for experiment, subjects in outcome.numbers.items()
+            for subject, metrics in subjects.items()
+            for metric, value in metrics.items()
+        ]
+        row = (
+            key,
+            trial,
+            list(outcome.failed),
+            outcome.stopped,
+            outcome.ended,
+            outcome.wall_s,
+            outcome.processor_s,
+            outcome.hand_s,
+            outcome.commit,
+        )
+        try:
+            self._connection.begin()
+            self._connection.execute(f"INSERT INTO trials ({_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
+            if numbers:
+                self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
+            self._connection.commit()
+        except duckdb.Error as error:
+            raise OSError(f"cannot write to the campaign {self._path}: {_line(error)}") from error
+        self._keys.add(key)
+
+    def keys(self) -> frozenset[str]:
+        """Return the keys of all trials that are done."""
+        return frozenset(self._keys)
+
+    def outcomes(self) -> Iterator[Outcome]:
+        """Return everything, in the order in which it came."""
+        with _read(self._path):
+            yield from self._outcomes()
+
+    def _outcomes(self) -> Iterator[Outcome]:
+        numbers: dict[str, dict[str, dict[str, dict[str, float]]]] = {}
+        for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():
+            numbers.setdefault(key, {}).setdefault(experiment, {}).setdefault(subject, {})[metric] = value
+        rows = self._connection.execute(f"SELECT {_COLUMNS} FROM trials ORDER BY rowid").fetchall()
+        for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit in rows:
+            yield Outcome(
+                trial=_trial(trial),
+                numbers=numbers.get(key, {}),
+                failed=tuple(failed),
+                stopped=stopped,
+                ended=ended,
+                wall_s=wall_s,
+                processor_s=processor_s,
+                hand_s=hand_s,
+                commit=commit,
+            )
+
+
+@contextmanager
+def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
+    """Open the store in a folder, which is made when it is not there.
+
+    Raises:
+        StoreError: there is none to read, another program writes to it, or the file is none or damaged.
+    """
+    path = folder / NAME
+    if read_only and not path.is_file():
+        raise StoreError(f"there is no campaign in {folder}; `aero-hil campaign --out {folder}` makes one")
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        connection = duckdb.connect(str(path), read_only=read_only)
+    except duckdb.Error as error:
+        raise StoreError(f"cannot open the campaign {path}: {_line(error)}") from error
+    with closing(connection):
+        with _read(path):
+            if not read_only:
+                connection.execute(_TABLES)
+            store = Store(connection, path)
+        yield store
+
+
+@contextmanager
+def _read(path: Path) -> Iterator[None]:
+    """Around reading: what DuckDB or its content refuses is one error that names the file."""
+    try:
+        yield
+    except (duckdb.Error, LookupError, TypeError, AttributeError, ValueError, RecursionError, MemoryError) as error:
+        raise StoreError(f"the campaign {path} is damaged: {_line(error)}") from error
+
+
+def _line(error: BaseException) -> str:
+    """Return the first line of what DuckDB says, which may go on with a trace of its own."""
+    return str(error).partition("\n")[0]
+
+
+def missing(trials: Iterable[Trial], done: frozenset[str]) -> list[Trial]:
+    """Return the trials that are not done, each once, in their order."""
+    return list({trial.key: trial for trial in trials if trial.key not in done}.values())
+
+
+def _trial(text: str) -> Trial:
+    table = json.loads(text)
+    return Trial(**{**table, "faults": tuple(table["faults"]), "experiments": tuple(table["experiments"])})

@@ -1,0 +1,108 @@
+"""One run of a campaign: an emulated hand, healthy or not, goes through the experiments and leaves its numbers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from aero.errors import AeroError
+from aero.safety import SafetyStopError
+from hil.checks import DEFAULT
+from hil.faults import FaultNeverFiredError, parse_fault
+from hil.recordings.provenance import source_commit
+from hil.targets.opening import open_target
+from hil.verdict.findings import failed
+from hil.verdict.judged_run import Validation
+from hil.verdict.validation import validate
+from model.geometry import Side
+
+
+@dataclass(frozen=True, order=True)
+class Trial:
+    """What is run: everything that the numbers depend on."""
+
+    unit: str
+    """As `open_target` takes it, mostly `plausible:SEED`."""
+    side: Side = "right"
+    firmware: str = "0.2.0"
+    """As declared; on the board too, unless a fault puts another there."""
+    seed: int = 0
+    """Of the noise and of the faults."""
+    homed: bool = True
+    guarded: bool = False
+    """Whether the driver guards it, as it does every physical hand: it is then weaker at its stops."""
+    faults: tuple[str, ...] = ()
+    """As `hil.faults` writes them; none for a healthy hand."""
+    experiments: tuple[str, ...] = DEFAULT
+
+    @property
+    def key(self) -> str:
+        """Name the trial; two trials with one key are the same."""
+        zeros = ("homed" if self.homed else "ideal") + (", guarded" if self.guarded else "")
+        parts = (self.unit, self.side, self.firmware, f"seed {self.seed}", zeros)
+        return " | ".join((*parts, " + ".join(self.faults) or "healthy", ",".join(self.experiments)))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a trial."""
+
+    trial: Trial
+    numbers: Mapping[str, Mapping[str, Mapping[str, float]]]
+    """Experiment to subject to metric to value, of every experiment that ended."""
+    failed: tuple[str, ...]
+    """Checks that failed, `experiment/metric/subject`."""
+    stopped: str
+    """What kept the rest from running; empty when all ran."""
+    ended: str
+    """Name of the error that did; empty when there was none."""
+    wall_s: float
+    processor_s: float
+    hand_s: float
+    """Hand time of the recordings, s."""
+    commit: str = ""
+    """Of this project's source."""
+
+
+def perform(trial: Trial) -> Outcome:
+    """Run a trial on the virtual clock.
+
+    Raises:
+        ValueError: the trial names something that does not exist.
+    """
+    wall, processor = time.perf_counter(), time.process_time()
+    done, stopped, ended = Validation({}, None, 0.0), "", ""
+    opening = open_target(
+        firmware=trial.firmware,
+        hand=trial.side,
+        unit=trial.unit,
+        seed=trial.seed,
+        homed=trial.homed,
+        guarded=trial.guarded,
+        faults=[parse_fault(text) for text in trial.faults],
+    )
+    try:
+        with opening as target:
+            done = validate(target, trial.experiments)
+            stopped = "" if done.stopped is None else done.stopped.sentence
+            ended = "" if done.ended_by is None else type(done.ended_by).__name__
+    except (FaultNeverFiredError, SafetyStopError) as error:
+        stopped, ended = stopped or str(error), ended or type(error).__name__
+    except (AeroError, OSError, ArithmeticError) as error:
+        stopped, ended = f"the hand does not answer: {error}", type(error).__name__
+    return Outcome(
+        trial,
+        done.numbers,
+        tuple(
+            f"{name}/{finding.check}/{finding.subject}"
+            for name, result in done.judged.items()
+            for finding in failed(result.findings)
+        ),
+        stopped,
+        ended,
+        time.perf_counter() - wall,
+        time.process_time() - processor,
+        done.hand_seconds,
+        commit=source_commit(),
+    )

@@ -1,0 +1,1 @@
+"""Limits from the readings of healthy hands."""

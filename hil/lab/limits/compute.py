@@ -1,0 +1,234 @@
+"""Limits from the readings of healthy hands: the tail of each is fitted, and the limit is a far quantile of it.
+
+A validation has some two hundred sides of limits. They share one allowance for a false alarm, so each side may accuse
+one healthy hand in tens of thousands, far beyond what a campaign can count. So the tail is carried on by a generalised
+Pareto distribution, which is what the excesses over a high threshold tend to whatever the distribution is (Pickands
+1975), with its parameters from the first two L-moments of the excesses (Hosking and Wallis 1987).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import genpareto, lmoment
+
+from hil.lab.limits.checks import Check
+from hil.verdict.limits import Limit
+
+Floats = NDArray[np.float64]
+
+FALSE_ALARMS = 0.004
+"""Probability that a healthy hand fails a whole validation, that the limits are computed for."""
+TAIL = 0.15
+"""Share of the readings that the tail is fitted to."""
+FURTHEST = 0.5
+"""How far a limit goes beyond the extreme readings at most, as a part of their range."""
+LEAST_EXCESSES = 8
+"""Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
+SHAPES = (-0.5, 0.1)
+"""Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential."""
+
+FIRMWARE_GROUPS = (("pre",), ("0.1.0", "0.1.1"), ("0.1.2",), ("0.1.3", "0.1.4", "0.1.5"), ("0.2.0",))
+"""Versions with the same motion profile, torque, homing and windows; hands of one group are alike."""
+
+Readings = Mapping[tuple[str, str, str], Floats]
+"""(experiment, metric, subject) to the readings (n,) of healthy hands."""
+
+
+@dataclass(frozen=True)
+class Healthy:
+    """Healthy hands of one group of firmware."""
+
+    firmware: tuple[str, ...]
+    population: Readings
+    """Readings whose tails are fitted."""
+    shipped: Readings
+    """Readings of single hands that no limit may accuse."""
+    guarded: bool = False
+    """Whether the driver guards them, so that they are weaker at their stops."""
+
+
+def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
+    """Return the limits of all checks, those with the same bounds in several groups of firmware as one.
+
+    Raises:
+        ValueError: a check has no healthy readings.
+    """
+    sides = sum({"both": 2}.get(check.side or "", 1) for check in checks)
+    found: list[Limit] = []
+    for check in checks:
+        if check.given:
+            found.append(
+                Limit(
+                    check.experiment,
+                    check.metric,
+                    check.subjects,
+                    check.source,
+                    check.at_least,
+                    check.at_most,
+                    firmware=check.firmware,
+                )
+            )
+            continue
+        versions = {v for group in groups for v in group.firmware if not check.firmware or v in check.firmware}
+        meant = [group for group in groups if versions.intersection(group.firmware)]
+        # Each subject of a pool may accuse on its own, so they share the chance.
+        chance = FALSE_ALARMS / sides / len(check.subjects)
+        free = _limits(check, [group for group in meant if not group.guarded], versions, chance)
+        # Firmware `pre` has no torque limit, so its guarded hands are stopped before they can be measured.
+        measured = [group for group in meant if group.guarded and _pooled(group.population, check).size]
+        weaker = _limits(check, measured, versions, chance)
+        found += _together(free, weaker)
+    return tuple(found)
+
+
+def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance: float) -> list[Limit]:
+    """Return the limits of a check for the groups of firmware, of hands that are guarded or of others."""
+    if not groups:
+        return []
+    for group in groups:
+        if not _pooled(group.population, check).size:
+            named = f"{check.experiment} {check.metric}"
+            raise ValueError(f"no healthy hand of firmware {group.firmware[-1]} measured {named}; run every experiment")
+    deviations = np.concatenate([_deviations(group, check) for group in groups])
+    beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
+    return [
+        _limit(check, group, tuple(v for v in group.firmware if v in versions), beyond, deviations.size)
+        for group in groups
+    ]
+
+
+def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
+    """Return one limit for both where guarded hands read as others do, and one for each where they do not."""
+    guarded = {limit.firmware: limit for limit in weaker}
+    found = []
+    for limit in free:
+        other = guarded.get(limit.firmware)
+        assert limit.healthy is not None
+        if other is None or other.healthy is None:
+            found.append(limit)
+            continue
+        if limit.at_least < other.healthy[0] and other.healthy[1] < limit.at_most:
+            low, high = min(limit.healthy[0], other.healthy[0]), max(limit.healthy[1], other.healthy[1])
+            # It has to hold both, whose tails are not the same though their readings overlap.
+            found.append(
+                replace(
+                    limit,
+                    healthy=(low, high),
+                    at_least=min(limit.at_least, other.at_least),
+                    at_most=max(limit.at_most, other.at_most),
+                )
+            )
+        else:
+            found += [replace(limit, guarded=False), replace(other, guarded=True)]
+    return found
+
+
+def _deviations(group: Healthy, check: Check) -> Floats:
+    """Return the readings of a group less their median: what is left is alike in all versions of the firmware."""
+    values = _pooled(group.population, check)
+    return values - np.median(values) if values.size else values
+
+
+def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float], count: int) -> Limit:
+    """Return a limit from a group's median and how far readings of all groups go above and below theirs."""
+    values = _pooled(group.population, check)
+    held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
+    low, high, median = float(held.min()), float(held.max()), float(np.median(values))
+    # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.
+    most = FURTHEST * float(np.ptp(values))
+    upper = max(min(median + beyond[0], float(values.max()) + most), high + check.floor)
+    lower = min(max(median - beyond[1], float(values.min()) - most), low - check.floor)
+    source = f"{values.size} readings of healthy hands with such firmware, spread of {count}"
+    if check.recorded:
+        source += f"; {check.recorded_by}"
+    return Limit(
+        check.experiment,
+        check.metric,
+        check.subjects,
+        source,
+        at_least=-math.inf if check.side == "above" else _outward(lower, -1),
+        at_most=math.inf if check.side == "below" else _outward(upper, 1),
+        firmware=firmware,
+        healthy=(float(f"{low:.6g}"), float(f"{high:.6g}")),
+    )
+
+
+def upper_bound(values: Floats, chance: float) -> float:
+    """Return what a reading exceeds with a probability of `chance`, by the tail of `values` (n,)."""
+    threshold = float(np.quantile(values, 1.0 - TAIL))
+    excesses = values[values > threshold] - threshold
+    if excesses.size < LEAST_EXCESSES or np.ptp(excesses) == 0.0:
+        return float(values.max())
+    mean, spread = (float(lmoment(excesses, order=order)) for order in (1, 2))
+    shape = float(np.clip(2.0 - mean / spread, *SHAPES))
+    return threshold + float(genpareto.isf(chance / TAIL, shape, scale=mean * (1.0 - shape)))
+
+
+def own_limits(checks: Sequence[Check], base: Sequence[Limit], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
+    """Return the limits of a kind of hand that departs from the population, where it does.
+
+    Args:
+        checks: all checks.
+        base: limits of the population.
+        groups: readings of the kind's own hands, as `shipped`.
+    """
+    found = []
+    for check in checks:
+        for group in groups:
+            values = _pooled(group.shipped, check)
+            firmware = tuple(v for v in group.firmware if not check.firmware or v in check.firmware)
+            if check.given or not values.size or not firmware:
+                continue
+            for limit in base:
+                same = (limit.experiment, limit.metric, limit.subjects) == (
+                    check.experiment,
+                    check.metric,
+                    check.subjects,
+                )
+                if same and firmware[0] in limit.firmware:
+                    found += _widened(limit, values, check.floor)
+    return tuple(found)
+
+
+def _key(judged: Limit | Check) -> tuple[str, str, tuple[str, ...]]:
+    return judged.experiment, judged.metric, judged.subjects
+
+
+def _widened(limit: Limit, values: Floats, floor: float) -> list[Limit]:
+    """Return a limit that holds the readings of one hand as well; nothing when it does already."""
+    low, high = float(values.min()) - floor, float(values.max()) + floor
+    if low >= limit.at_least and high <= limit.at_most:
+        return []
+    known = limit.healthy or (low, high)
+    return [
+        replace(
+            limit,
+            source=f"{values.size} readings of this hand, {_short(values.min())} to {_short(values.max())}",
+            healthy=(min(known[0], low + floor), max(known[1], high - floor)),
+            at_least=limit.at_least if math.isinf(limit.at_least) else min(limit.at_least, _outward(low, -1)),
+            at_most=limit.at_most if math.isinf(limit.at_most) else max(limit.at_most, _outward(high, 1)),
+        )
+    ]
+
+
+def _pooled(readings: Readings, check: Check) -> Floats:
+    parts = [readings.get((check.experiment, check.metric, subject), np.empty(0)) for subject in check.subjects]
+    values = np.concatenate(parts)
+    return values[np.isfinite(values)]
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
+def _outward(value: float, sign: int) -> float:
+    """Round to three figures, away from the healthy readings."""
+    if value == 0.0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
+    return float(f"{unit * (math.ceil if sign > 0 else math.floor)(value / unit):.6g}")

@@ -1,0 +1,156 @@
+"""What calibration reads of a recording: commands, encoder counts, currents and temperatures with their times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import WIRE_ORDER, Channel
+from aero.npz import read_npz
+from aero.protocol import MAX_CODE
+from firmware_emulator.firmware.hands import HandSide
+from hil.lab.system_identification.servo_windows import closing_current_sign, window_counts
+from hil.recordings.mcap_file import UnusableFileError, read_recording
+from hil.recordings.recording import Recording
+
+CHANNELS = len(Channel)
+LARGEST_BYTES = 128 * 2**20
+"""Of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One run of one hand. Arrays over channels are in command order, times in s on the recording's own clock."""
+
+    name: str
+    """What reports call it."""
+    t_command: NDArray[np.float64]
+    """(n,) times of the position frames."""
+    codes: NDArray[np.int64]
+    """(n, 7) their u16 words."""
+    t_read: NDArray[np.float64]
+    """(m,) times at which the positions were asked for."""
+    counts: NDArray[np.float64]
+    """(m, 7) positions, servo counts from the extended end of the window; 0 is also what lies beyond it."""
+    currents: NDArray[np.float64]
+    """(m, 7) currents, A, positive while a channel pulls closed; NaN where not read."""
+    temperatures: NDArray[np.float64]
+    """(m, 7) temperatures, degC; NaN where not read."""
+    spans_counts: NDArray[np.float64]
+    """(7,) counts of the command window."""
+    side: HandSide = "right"
+    """Which hand it was."""
+    firmware: str | None = None
+    """What its board ran; None where the file does not say."""
+
+    def __post_init__(self) -> None:
+        n, m = len(self.t_command), len(self.t_read)
+        shapes = {
+            "codes": (n, CHANNELS),
+            "counts": (m, CHANNELS),
+            "currents": (m, CHANNELS),
+            "temperatures": (m, CHANNELS),
+            "spans_counts": (CHANNELS,),
+        }
+        for field, expected in shapes.items():
+            if getattr(self, field).shape != expected:
+                raise ValueError(f"{self.name}: {field} must be {expected}, not {getattr(self, field).shape}")
+        if n == 0 or m == 0:
+            raise ValueError(f"{self.name}: {n} commands and {m} readings; a trace needs both")
+        if np.any(np.diff(self.t_command) < 0) or np.any(np.diff(self.t_read) < 0):
+            raise ValueError(f"{self.name}: times must not run backwards")
+
+    @classmethod
+    def from_npz(cls, path: Path) -> Self:
+        """Read an `.npz` log of a right hand in wire order.
+
+        Arrays: `t_cmd` (N,) s and `cmd` (N, 7) 0..1, NaN where nothing was sent; `t_pos` (N,) s and `pos` (N, 7) 0..1,
+        NaN where nothing was read; `cur_ma` (N, 7); `temp_c` (N, 7); `span_counts` (7,).
+
+        Raises:
+            ValueError: an array is missing or has the wrong shape.
+            OSError: no such file.
+        """
+        try:
+            arrays = read_npz(path, LARGEST_BYTES)
+            if missing := {"t_cmd", "cmd", "t_pos", "pos", "cur_ma", "temp_c", "span_counts"} - set(arrays):
+                raise ValueError(f"it lacks {', '.join(sorted(missing))}")
+            return cls._of_arrays({key: np.asarray(values, float) for key, values in arrays.items()}, path.stem)
+        except (ValueError, TypeError, LookupError) as error:
+            raise ValueError(f"{path} is no .npz log as docs/calibration.md describes it: {error}") from error
+
+    @classmethod
+    def _of_arrays(cls, data: Mapping[str, NDArray[np.float64]], name: str) -> Self:
+        wire = [WIRE_ORDER.index(channel) for channel in Channel]
+        sent = np.isfinite(data["t_cmd"]) & np.isfinite(data["cmd"]).all(axis=1)
+        read = np.isfinite(data["t_pos"]) & np.isfinite(data["pos"]).all(axis=1)
+        spans = data["span_counts"][wire]
+        return cls(
+            name,
+            data["t_cmd"][sent],
+            np.rint(data["cmd"][sent][:, wire] * MAX_CODE).astype(np.int64),
+            data["t_pos"][read],
+            np.rint(data["pos"][read][:, wire] * spans),
+            data["cur_ma"][read][:, wire] / 1000.0 * closing_current_sign("right"),
+            data["temp_c"][read][:, wire],
+            spans,
+        )
+
+    @classmethod
+    def from_recording(cls, recording: Recording, name: str) -> Self:
+        """Take what calibration needs of a recording with series `command_codes` and `codes`.
+
+        Series `currents` and `temperatures` are taken when they are there: the latest sample up to 1 ms after each
+        position.
+
+        Raises:
+            KeyError: the recording has no commands or no positions.
+        """
+        commands, codes = recording["command_codes"], recording["codes"]
+        side: HandSide = "left" if recording.header.hand == "left" else "right"
+        spans = window_counts(side)
+
+        def at_reads(series: str) -> NDArray[np.float64]:
+            if series not in recording.series:
+                return np.full(codes.values.shape, np.nan)
+            source = recording[series]
+            index = np.searchsorted(source.times, codes.times + 1e-3, side="right") - 1
+            rows: NDArray[np.float64] = np.where(index[:, None] >= 0, source.values[index], np.nan)
+            return rows
+
+        return cls(
+            name,
+            commands.times,
+            np.rint(commands.values).astype(np.int64),
+            codes.times,
+            np.rint(codes.values * spans / MAX_CODE),
+            at_reads("currents") * closing_current_sign(side),
+            at_reads("temperatures"),
+            spans,
+            side,
+            recording.header.firmware,
+        )
+
+
+def load_trace(path: Path) -> Trace:
+    """Read an `.mcap` recording of this project or an `.npz` log.
+
+    Raises:
+        ValueError: neither of the two, or a file that lacks what calibration needs; the message names it.
+        OSError: no such file.
+    """
+    if path.suffix == ".npz":
+        return Trace.from_npz(path)
+    if path.suffix == ".mcap":
+        try:
+            return Trace.from_recording(read_recording(path), path.stem)
+        except UnusableFileError:
+            raise
+        except (KeyError, ValueError) as error:
+            raise ValueError(f"{path}: {error.args[0]}") from error
+    raise ValueError(f"{path}: calibration reads .mcap recordings and .npz logs")

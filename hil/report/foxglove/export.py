@@ -1,0 +1,173 @@
+"""A recording with what Foxglove's panels need beside it; `read_recording` passes over what is added.
+
+| topic | schema | what |
+|---|---|---|
+| `/joints/measured`, `/joints/commanded` | `foxglove.JointStates` | sixteen joints, rad |
+| `/hand/scene` | `foxglove.SceneUpdate` | the hand, drawn once |
+| `/hand/fixed_frames`, `/hand/frames` | `foxglove.FrameTransforms` | where its links are |
+| `/findings` | `foxglove.Event` | each finding, over the seconds that show it |
+| `/findings/log` | `foxglove.Log` | the same, as lines of a log |
+
+Angles are those that the encoders say: one angle for all joints on a cable, since a cable cannot tell them apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.JointState_pb2 import JointState
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.KeyValuePair_pb2 import KeyValuePair
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from google.protobuf.message import Message
+from google.protobuf.timestamp_pb2 import Timestamp
+from mcap_protobuf.schema import build_file_descriptor_set
+from numpy.typing import NDArray
+
+from aero.channels import Joint
+from aero.whole_file import whole
+from hil.checks import EXPERIMENTS
+from hil.checks.shared.experiment import map_of
+from hil.recordings.mcap_file import RecordingFile, epoch_ns
+from hil.recordings.recording import Header, Recording
+from hil.report.evidence import by_finding
+from hil.report.foxglove.hand_scene import fixed_frames, moving_frames, scene
+from hil.verdict.findings import Finding, failed
+from hil.verdict.validation import judge_recordings
+
+POSTURE_S = 0.05
+"""Least time from one posture to the next, s: what a film of the hand needs."""
+LAYOUT = "layout.json"
+
+Entry = tuple[float, Callable[[RecordingFile], None]]
+"""When something happens, s since the start, and what writes it."""
+
+
+def export(recording: Recording, path: Path) -> None:
+    """Write a recording for Foxglove, replacing what is at `path`; everything is in the order of time.
+
+    Raises:
+        OSError: the file cannot be written.
+        Exception: the recording lacks something; then nothing is written.
+    """
+    with whole(path) as draft:
+        _write(recording, draft)
+
+
+def _write(recording: Recording, path: Path) -> None:
+    file = RecordingFile(path, recording.header)
+    for name, series in recording.series.items():
+        file.add_series(name, series.columns, series.units)
+    for _, write in sorted([*_recorded(recording), *_added(recording)], key=lambda entry: entry[0]):
+        write(file)
+    file.finish(recording.header)
+
+
+def layout() -> str:
+    """Return the layout of Foxglove's panels that ships with this project, as JSON."""
+    return resources.files("hil.report.foxglove").joinpath(LAYOUT).read_text(encoding="utf-8")
+
+
+def _recorded(recording: Recording) -> Iterator[Entry]:
+    """Return what is in the recording already."""
+    for name, series in recording.series.items():
+        add = partial(RecordingFile.add_sample, name=name, columns=series.columns, units=series.units)
+        for t, row in zip(series.times.tolist(), series.values, strict=True):
+            yield t, partial(add, t=t, row=row)
+    for record in recording.wire:
+        yield record.t, partial(RecordingFile.add_wire, record=record)
+    for event in recording.events:
+        yield event.t, partial(RecordingFile.add_event, event=event)
+
+
+def _added(recording: Recording) -> Iterator[Entry]:
+    """Return what Foxglove's panels need besides."""
+    header = recording.header
+    at = _timestamp(header, 0.0)
+    yield _entry("/hand/scene", 0.0, scene(header.hand, at))
+    yield _entry("/hand/fixed_frames", 0.0, fixed_frames(header.hand, at))
+    for topic, series in (("/joints/measured", "codes"), ("/joints/commanded", "command_codes")):
+        for t, joints in _postures(recording, series):
+            at = _timestamp(header, t)
+            states = [JointState(name=joint.label, position=float(joints[joint])) for joint in Joint]
+            yield _entry(topic, t, JointStates(timestamp=at, joints=states))
+            if series == "codes":
+                yield _entry("/hand/frames", t, moving_frames(header.hand, joints, at))
+    yield from _findings(recording)
+
+
+def _postures(recording: Recording, name: str) -> Iterator[tuple[float, NDArray[np.float64]]]:
+    """Return the joint angles, (16,) rad, that a series of codes stands for, thinned to what is seen."""
+    if name not in recording.series:
+        return
+    series, codec = recording[name], map_of(recording.header)
+    shown = -np.inf
+    for t, codes in zip(series.times.tolist(), series.values, strict=True):
+        if t - shown >= POSTURE_S:
+            shown = t
+            yield t, codec.joints_from_compact(codec.compact_from_codes(codes.astype(np.int64)))
+
+
+def _findings(recording: Recording) -> Iterator[Entry]:
+    """Return what is found in a recording that can be judged, nothing for another."""
+    header = recording.header
+    if header.experiment not in EXPERIMENTS or not header.finished:
+        return
+    judged = judge_recordings([recording])
+    seen = by_finding(judged.judged)
+    for finding in failed(judged.findings):
+        where = seen.get(finding)
+        start, end = (0.0, header.duration_s) if where is None else (where.start, where.end)
+        yield _entry("/findings", start, _event(header, finding, start, end))
+        text = f"{finding.sentence}. {finding.meaning} {finding.remedy}"
+        yield _entry("/findings/log", start, _log(header, start, Log.Level.ERROR, text))
+    passed = len(judged.findings) - len(failed(judged.findings))
+    said = f"{passed} of {len(judged.findings)} checks passed"
+    yield _entry("/findings/log", header.duration_s, _log(header, header.duration_s, Log.Level.INFO, said))
+
+
+def _event(header: Header, finding: Finding, start: float, end: float) -> Event:
+    said = {
+        "finding": finding.sentence,
+        "subject": finding.subject,
+        "meaning": finding.meaning,
+        "remedy": finding.remedy,
+        "source": finding.source,
+    }
+    return Event(
+        start_time=_timestamp(header, start),
+        end_time=_timestamp(header, end),
+        metadata=[KeyValuePair(key=key, value=value) for key, value in said.items()],
+    )
+
+
+def _log(header: Header, t: float, level: Log.Level.ValueType, text: str) -> Log:
+    return Log(timestamp=_timestamp(header, t), level=level, message=text, name=header.experiment)
+
+
+def _entry(topic: str, t: float, message: Message) -> Entry:
+    kind, body = type(message), message.SerializeToString()
+    schema = partial(_schema, kind)
+    return t, partial(
+        RecordingFile.add_for_viewers,
+        topic=topic,
+        schema_name=kind.DESCRIPTOR.full_name,
+        schema=schema,
+        t=t,
+        body=body,
+    )
+
+
+def _schema(kind: type[Message]) -> bytes:
+    files: bytes = build_file_descriptor_set(kind).SerializeToString()
+    return files
+
+
+def _timestamp(header: Header, t: float) -> Timestamp:
+    seconds, nanos = divmod(epoch_ns(header) + round(t * 1e9), 10**9)
+    return Timestamp(seconds=seconds, nanos=nanos)

@@ -1,0 +1,54 @@
+"""The fault dictionary: what each known fault does to the readings, learned from a campaign, as small data."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from aero.channels import Channel
+from hil.faults import CATALOGUE
+from hil.verdict.signature import Signature
+
+FILE = "dictionary.json"
+LEAST = 0.3
+"""Feature below which it is left out of the file; at twice that, causes begin to be confused."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One fault on one hand of the campaign."""
+
+    cause: str
+    """What a finding names: see `Kind.cause`."""
+    fault: str
+    """As `hil.faults` writes it."""
+    features: Signature
+
+    @property
+    def seats(self) -> tuple[Channel | None, ...]:
+        """Channels that it may sit on as well, None for the whole hand: what it does to one it does to all."""
+        return CATALOGUE[self.fault.partition(":")[0].partition("=")[0]].subjects or (None,)
+
+
+def load_dictionary() -> tuple[Entry, ...]:
+    """Return the dictionary that ships."""
+    text = (resources.files("hil") / "data" / FILE).read_text(encoding="utf-8")
+    return tuple(_entry(table) for table in json.loads(text)["entries"])
+
+
+def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int]) -> str:
+    """Return a dictionary as JSON, an entry a line."""
+    lines = [json.dumps({"fault": e.fault, "cause": e.cause, **_rounded(e.features)}) for e in entries]
+    head = json.dumps({"provenance": provenance})[:-1]
+    return f'{head}, "entries": [\n' + ",\n".join(lines) + "\n]}\n"
+
+
+def _entry(table: dict[str, Any]) -> Entry:
+    return Entry(table.pop("cause"), table.pop("fault"), table)
+
+
+def _rounded(features: Signature) -> dict[str, float]:
+    return {name: round(value, 1) for name, value in sorted(features.items()) if abs(value) >= LEAST}

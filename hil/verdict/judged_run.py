@@ -1,0 +1,80 @@
+"""A judged run of experiments: what was recorded, what was measured, and what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hil.checks import WHOLE_RUN, Measured
+from hil.recordings.recording import Recording
+from hil.verdict.explanation import Explanation
+from hil.verdict.findings import Finding, failed
+
+
+@dataclass(frozen=True)
+class Result:
+    """One experiment that ran to its end."""
+
+    recording: Recording
+    measured: Measured
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True)
+class Validation:
+    """A judged run of experiments."""
+
+    results: Mapping[str, Result]
+    """By experiment, in the order in which they ran."""
+    stopped: Finding | None
+    """What kept the rest from running, None when all ran."""
+    wall_seconds: float
+    """Time from the start to the verdict, s."""
+    regressions: tuple[Finding, ...] = ()
+    """Comparison with the hand's own baseline, when there is one."""
+    broken_off: tuple[Recording, ...] = ()
+    """What experiments that did not end had recorded until then."""
+    ended_by: BaseException | None = None
+    """What ended the run before its time, None when it was not."""
+    session: Recording | None = None
+    """Every byte since the hand was opened, for an exact replay; None when judged from files."""
+    whole_run: Result | None = None
+    """What the bytes of the session say about the link; None when judged without them."""
+    explanations: tuple[Explanation, ...] = ()
+    """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+
+    @property
+    def numbers(self) -> Mapping[str, Measured]:
+        """What was measured: by experiment that could be measured, and `session` for the whole run."""
+        return {name: result.measured for name, result in self.judged.items() if result.measured}
+
+    @property
+    def judged(self) -> Mapping[str, Result]:
+        """Every experiment that ended, and `session`, the whole run."""
+        return dict(self.results) | ({} if self.whole_run is None else {WHOLE_RUN.name: self.whole_run})
+
+    def measured(self, name: str) -> Result | None:
+        """Return an experiment's result, None when it did not run or could not be measured."""
+        result = self.results.get(name)
+        return result if result is not None and result.measured else None
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Every finding, and the reason for stopping if there is one."""
+        found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
+        return found if self.stopped is None else (self.stopped, *found)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check passed."""
+        return not failed(self.findings)
+
+    @property
+    def judged_passed(self) -> bool:
+        """Whether every check of what was judged passed, whatever kept the rest from it."""
+        return not failed((*(f for result in self.judged.values() for f in result.findings), *self.regressions))
+
+    @property
+    def hand_seconds(self) -> float:
+        """Hand time of all recordings, s."""
+        return sum(float(result.recording["codes"].times[-1]) for result in self.results.values())

@@ -1,0 +1,179 @@
+"""Limits as data, and the one function that compares measured numbers with them.
+
+One TOML file in `hil/data/limits` for each kind of hand. A limit bounds one metric of one experiment on one or more
+subjects (a channel, or `hand`) and says where the bound comes from. What it means when a metric is out of its bounds
+stands with the experiment that measures it.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from hil.checks import Measured, Measuring, Metric, metric_of
+from hil.checks.shared.subjects import SUBJECTS
+from hil.verdict.findings import Finding
+
+LIMITS = resources.files("hil") / "data" / "limits"
+UNMEASURED = 3.0
+"""Excess of a reading that is not there."""
+NARROWEST = 0.05
+"""Half the range of healthy readings is at least this part of the distance from them to the limit."""
+GIVEN = 0.2
+"""Part of a given bound that stands for half the range of healthy readings, which nobody has measured."""
+REQUIRED = ("experiment", "metric", "subjects", "source")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A bound on one metric."""
+
+    experiment: str
+    metric: str
+    subjects: tuple[str, ...]
+    source: str
+    """Where the bound comes from."""
+    at_least: float = -math.inf
+    at_most: float = math.inf
+    firmware: tuple[str, ...] = ()
+    """Firmware versions it holds for; empty for all."""
+    guarded: bool | None = None
+    """Whether it holds for a hand that is guarded, and weaker at its stops, or for one that is not; None for both."""
+    healthy: tuple[float, float] | None = None
+    """Least and greatest reading of the healthy hands that it was computed from; None for a bound that is given."""
+
+    def excess(self, value: float) -> float:
+        """Return how far a reading lies beyond the healthy ones: 0 among them, 1 at the limit, negative below them.
+
+        A side without a limit has nothing to exceed: 0.
+        A reading that could not be measured, or is beyond a given bound, counts as `UNMEASURED`.
+        """
+        if self.healthy is None or math.isnan(value):
+            return 0.0 if self.at_least <= value <= self.at_most else UNMEASURED
+        low, high = self.healthy
+        if value > high:
+            return (value - high) / (self.at_most - high)
+        return (value - low) / (low - self.at_least) if value < low else 0.0
+
+    def place(self, value: float) -> float:
+        """Return where a reading lies among the healthy ones: 0 in their middle, 1 at the greatest, -1 at the least.
+
+        A reading that could not be measured lies at `UNMEASURED`.
+        """
+        if math.isnan(value):
+            return UNMEASURED
+        if self.healthy is None:
+            bounds = [bound for bound in (self.at_least, self.at_most) if math.isfinite(bound)]
+            middle = sum(bounds) / 2 if len(bounds) == 2 else 0.0
+            return (value - middle) / (GIVEN * (abs(bounds[-1] - middle) or 1.0))
+        low, high = self.healthy
+        margin = max(margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin))
+        return (value - (low + high) / 2) / max((high - low) / 2, NARROWEST * margin)
+
+    def text(self, unit: str) -> str:
+        """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""
+        if math.isinf(self.at_least):
+            return f"at most {self.at_most:g} {unit}"
+        if math.isinf(self.at_most):
+            return f"at least {self.at_least:g} {unit}"
+        return f"{self.at_least:g} to {self.at_most:g} {unit}"
+
+    def judge(self, metric: Metric, subject: str, value: float) -> Finding:
+        """Compare one value of a metric with the bound.
+
+        A value that could not be measured (NaN) fails, and so does one at the end of its scale.
+        """
+        at_the_end = value >= metric.end_of_scale
+        if math.isnan(value):
+            measured = "not measurable"
+        else:
+            measured = f"{value:.4g} {metric.unit}" + (", at the end of the window" if at_the_end else "")
+        return Finding(
+            check=self.metric,
+            subject=subject,
+            passed=self.at_least <= value <= self.at_most and not at_the_end,
+            measured=measured,
+            expected=self.text(metric.unit),
+            source=self.source,
+            meaning=metric.meaning,
+            remedy=metric.remedy,
+        )
+
+
+def kinds() -> tuple[str, ...]:
+    """Return the kinds of hand for which there are limits."""
+    files = (entry.name for entry in LIMITS.iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
+
+
+@cache
+def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
+    """Return the limits for one kind of hand and one firmware, guarded or not.
+
+    A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject.
+
+    Raises:
+        ValueError: there is no such kind, or its file has a mistake; the message says which.
+    """
+    if kind not in kinds():
+        raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
+    table = tomllib.loads(LIMITS.joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
+    if unknown := sorted(table.keys() - {"extends", "limit", "provenance"}):
+        raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit, provenance")
+    limits = (parse_limit(entry) for entry in table.get("limit", ()))
+    own = tuple(
+        limit
+        for limit in limits
+        if (not limit.firmware or firmware in limit.firmware) and limit.guarded in (None, guarded)
+    )
+    if "extends" not in table:
+        return own
+    return own + without(load_limits(table["extends"], firmware, guarded=guarded), own)
+
+
+def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, ...]:
+    """Return `limits` less every subject for which `own` has a limit on the same metric."""
+    taken = {(limit.experiment, limit.metric, subject) for limit in own for subject in limit.subjects}
+    left = []
+    for limit in limits:
+        subjects = tuple(s for s in limit.subjects if (limit.experiment, limit.metric, s) not in taken)
+        if subjects:
+            left.append(replace(limit, subjects=subjects))
+    return tuple(left)
+
+
+def compare(measuring: Measuring, measured: Measured, limits: tuple[Limit, ...]) -> tuple[Finding, ...]:
+    """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
+
+    Raises:
+        KeyError: a limit is set on something that was not measured.
+    """
+    return tuple(
+        limit.judge(metric_of(measuring, limit.metric, subject), subject, float(measured[subject][limit.metric]))
+        for limit in limits
+        if limit.experiment == measuring.name
+        for subject in limit.subjects
+    )
+
+
+def parse_limit(table: Mapping[str, Any]) -> Limit:
+    """Make a limit of one table of a limits file.
+
+    Raises:
+        ValueError: a key is unknown or missing, or the bound is none.
+    """
+    unknown, missing = table.keys() - {field.name for field in fields(Limit)}, set(REQUIRED) - table.keys()
+    if unknown or missing:
+        raise ValueError(f"limit {dict(table)}: unknown keys {sorted(unknown)}, missing keys {sorted(missing)}")
+    if not table["subjects"] or any(subject not in SUBJECTS for subject in table["subjects"]):
+        raise ValueError(f"limit on {table['metric']}: subjects are some of {', '.join(SUBJECTS)}")
+    sequences = {key: tuple(table[key]) for key in ("subjects", "firmware", "healthy") if key in table}
+    limit = Limit(**{**table, **sequences})
+    if not limit.at_least < limit.at_most or (math.isinf(limit.at_least) and math.isinf(limit.at_most)):
+        raise ValueError(f"limit on {limit.metric}: give at_least, at_most, or both with at_least the lower")
+    return limit

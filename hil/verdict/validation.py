@@ -1,0 +1,252 @@
+"""The main job: run experiments on a target and judge them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from aero.channels import Channel
+from aero.errors import AeroError
+from aero.safety import SafetyStopError
+from firmware_emulator.native.program import FirmwareProgramError
+from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN, Experiment
+from hil.checks import session as whole_run
+from hil.checks.shared.experiment import map_of
+from hil.recordings.recorder import Progress, Recorder, silent
+from hil.recordings.recording import Header, Recording
+from hil.targets.target import PHYSICAL, Target
+from hil.verdict.baseline import load, regressions
+from hil.verdict.diagnose import diagnose
+from hil.verdict.explanation import Explanation
+from hil.verdict.findings import Finding, failed
+from hil.verdict.judged_run import Result, Validation
+from hil.verdict.limits import Limit, compare, load_limits
+from model.units import DEFAULT_LIMITS, shipped_units
+from model.units.naming import PLAUSIBLE, unit_named
+
+SESSION = WHOLE_RUN.name
+"""Name in the header of the recording that holds every byte since the hand was opened."""
+STOPPING = (AeroError, SafetyStopError, OSError, FirmwareProgramError, KeyboardInterrupt, SystemExit)
+"""What ends a run before its time, and leaves what was recorded."""
+STOP_SHARE = 0.97
+"""Part of a window from which on a channel may meet its stop."""
+
+
+def validate(
+    target: Target,
+    names: Sequence[str] = DEFAULT,
+    *,
+    baseline: Path | None = None,
+    folder: Path | None = None,
+    progress: Progress = silent,
+    on_result: Callable[[Validation], None] = lambda _: None,
+) -> Validation:
+    """Run experiments on a target and judge them by its kind's limits.
+
+    Ctrl-C and a signal that `aero.safety.unwinding` turns into an exit end the run and are noted in what is returned.
+
+    Args:
+        target: the hand; most experiments move it through its whole range.
+        names: experiments to run, keys of `EXPERIMENTS`.
+        baseline: folder of the hand's own earlier figures, to compare with.
+        folder: where recordings are written as they are made, NAME.mcap and session.mcap; nowhere when None.
+        progress: called with the finished part of the present experiment.
+        on_result: called with everything so far after each experiment.
+
+    Returns:
+        Results up to the first experiment that could not end, or to a failed gate.
+
+    Raises:
+        OSError: a recording cannot be begun.
+        ValueError: the baseline is none.
+    """
+    start = time.perf_counter()
+    limits = load_limits(target.limits, target.firmware, guarded=target.guard is not None)
+    before = load(baseline) if baseline else {}
+    results: dict[str, Result] = {}
+    left_out = [name for name in names if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops]
+    names = [name for name in names if name not in left_out]
+
+    def so_far(stopped: Finding | None = None) -> Validation:
+        measured = {name: result.measured for name, result in results.items()}
+        compared = regressions(before, measured, str(baseline))
+        return Validation(dict(results), stopped, time.perf_counter() - start, compared)
+
+    def recorder(name: str) -> Recorder:
+        return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")
+
+    session, done = recorder(SESSION), so_far()
+    session.begin(from_opening=True)
+    failed_gate = ""
+    for name in names:
+        if failed_gate and not (EXPERIMENTS[name].gentle and _gentle_allowed(results[failed_gate])):
+            done = so_far(_kept_back(failed_gate))
+            break
+        experiment, record = EXPERIMENTS[name], recorder(name)
+        try:
+            if any(experiment.furthest):
+                target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
+            experiment.run(target, record, progress)
+        except STOPPING as error:
+            broken_off = (record.finish(ended=False),) if record.begun else ()
+            done = replace(so_far(_broken_off(name, *_reason(error))), broken_off=broken_off, ended_by=error)
+            break
+        recording = record.finish()
+        results[name] = _judged(experiment, recording, limits)
+        done = so_far()
+        on_result(done)
+        if experiment.gate and failed(results[name].findings):
+            failed_gate = name
+    whole = session.finish(ended=done.ended_by is None)
+    done = replace(done, session=whole, whole_run=_link_judged(whole, limits))
+    if not done.passed:
+        done = replace(done, explanations=_explained(done, names, limits))
+    return _without(done, left_out, target.firmware) if left_out and done.stopped is None else done
+
+
+def judge_recordings(recordings: Sequence[Recording]) -> Validation:
+    """Measure and judge recordings made earlier, by the limits of the hand in their headers.
+
+    The recording of a whole session, which `validate` writes too, tells about the link.
+
+    Raises:
+        ValueError: a recording is of no experiment of `EXPERIMENTS`, or its unit or its limits are unknown.
+    """
+    start = time.perf_counter()
+    results: dict[str, Result] = {}
+    session: Result | None = None
+    broken_off = tuple(r for r in recordings if not r.header.finished and r.header.experiment != SESSION)
+    for recording in recordings:
+        header = recording.header
+        map_of(header)  # an unknown firmware or window is the file's fault, and no finding about the hand
+        if header.experiment == SESSION:
+            session = _link_judged(recording, _limits_of(header)) if header.finished else None
+            continue
+        if header.experiment not in EXPERIMENTS:
+            raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
+        if not header.finished:
+            continue
+        limits = _limits_of(header)
+        results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
+    stopped = None
+    if broken_off:
+        cut = "The recording ends before the experiment does."
+        stopped = _broken_off(broken_off[0].header.experiment, "the recording", cut, "Run it again.")
+    done = Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off, whole_run=session)
+    if done.passed or not results:
+        return done
+    header = next(iter(results.values())).recording.header
+    return replace(done, explanations=_explained(done, tuple(results), _limits_of(header)))
+
+
+def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
+    measured = whole_run.measure(session)
+    return Result(session, measured, compare(WHOLE_RUN, measured, limits))
+
+
+def _limits_of(header: Header) -> tuple[Limit, ...]:
+    return load_limits(header.limits or _limits_of_unit(header.unit), header.firmware, guarded=bool(header.safety))
+
+
+def _limits_of_unit(unit: str) -> str:
+    """Return the kind of hand of a recording that does not name it, as those of version 0.1.0 do not.
+
+    Raises:
+        ValueError: the unit was a file, which is not opened because a recording names it.
+    """
+    if unit == PHYSICAL or unit.startswith(PLAUSIBLE):
+        return DEFAULT_LIMITS
+    if unit not in shipped_units():
+        raise ValueError(f"this recording of unit {unit!r} does not say which limits it is judged by; record it again")
+    return unit_named(unit).limits
+
+
+def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> tuple[Explanation, ...]:
+    """Return what may have caused a run's failures; nothing for one that a person broke off."""
+    if isinstance(done.ended_by, (KeyboardInterrupt, SystemExit)):
+        return ()
+    numbers = done.numbers
+    ended = "" if done.ended_by is None else type(done.ended_by).__name__
+    return diagnose(numbers, limits, ended, [name for name in names if name not in numbers])
+
+
+def _without(done: Validation, left_out: Sequence[str], firmware: str) -> Validation:
+    """Return a run that the guard kept from experiments which push at stops."""
+    meaning = (
+        f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, "
+        "and the guard would stop the hand for its current."
+    )
+    stopped = Finding(
+        check=", ".join(left_out),
+        subject="hand",
+        passed=False,
+        measured="not run",
+        expected="run",
+        source="the guard",
+        meaning=meaning,
+        remedy="Validate with firmware 0.1.0 or later; everything else was run.",
+    )
+    return replace(done, stopped=stopped, ended_by=SafetyStopError(f"{stopped.check} not run. {meaning}"))
+
+
+def _gentle_allowed(result: Result) -> bool:
+    """Return whether what failed at a gate lets the hand be moved gently."""
+    allowed = EXPERIMENTS[result.recording.header.experiment].gentle_after
+    return all(finding.check in allowed for finding in failed(result.findings))
+
+
+def _judged(experiment: Experiment, recording: Recording, limits: tuple[Limit, ...]) -> Result:
+    """Measure and judge; a hand that moved in no way that can be measured fails, and is no mistake of the program."""
+    try:
+        measured = experiment.measure(recording)
+    except ValueError as error:
+        return Result(recording, {}, (_not_measured(experiment.name, str(error)),))
+    return Result(recording, measured, compare(experiment, measured, limits))
+
+
+def _not_measured(name: str, reason: str) -> Finding:
+    return Finding(
+        check=name,
+        subject="hand",
+        passed=False,
+        measured="not measurable",
+        expected="measured",
+        source="the recording",
+        meaning=f"The hand did not move in a way that can be measured: {reason}.",
+        remedy="Mend what the other checks found, then validate again.",
+    )
+
+
+def _reason(error: BaseException) -> tuple[str, str, str]:
+    """Return who or what broke a run off, what that means, and what to do."""
+    if isinstance(error, (KeyboardInterrupt, SystemExit)):
+        return "a person or a signal", "The program was told to stop.", "Run it again."
+    return "the driver", str(error), "Mend this first; what comes after it was not run."
+
+
+def _broken_off(name: str, source: str, meaning: str, remedy: str) -> Finding:
+    return Finding(
+        check=name,
+        subject="hand",
+        passed=False,
+        measured="broken off",
+        expected="run to its end",
+        source=source,
+        meaning=meaning,
+        remedy=remedy,
+    )
+
+
+def _kept_back(name: str) -> Finding:
+    return Finding(
+        check=f"after {name}",
+        subject="hand",
+        passed=False,
+        measured="not run",
+        expected="run",
+        source=f"a hand that fails {name} is not moved further",
+        meaning=f"The checks of {name} failed, so nothing that moves the hand through its range was run.",
+        remedy=f"Mend what {name} found, then validate again.",
+    )

@@ -1,0 +1,96 @@
+"""Spring, friction and slack are told apart in a recording that has known ones."""
+
+import numpy as np
+import pytest
+from synthetic import RANGES, replaced, staircase
+
+from aero.channels import CABLES, Channel
+from hil.checks.staircase.cable_loads import Load, loads
+
+
+def test_springs_without_friction_come_out_as_they_are():
+    recording = staircase(levels=10)
+    found = loads(recording)
+    assert set(found) == set(CABLES)
+    for load in found.values():
+        np.testing.assert_allclose(load.spring_a, 0.7 * np.arange(1, 10) / 10, atol=1e-9)
+        np.testing.assert_allclose(load.friction_a, 0.0, atol=1e-9)
+        assert load.take_up_mm == pytest.approx(load.travel_mm[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.3])
+def test_friction_is_half_the_gap_between_the_two_ways(friction):
+    recording = staircase(levels=10)
+    command = recording["command"].values
+    ways = np.zeros_like(command)
+    for row in range(1, len(ways)):
+        changed = np.sign(command[row] - command[row - 1])
+        ways[row] = np.where(changed != 0, changed, ways[row - 1])
+    signs = np.array([1, 1, 1, 1, 1, 1, -1])
+    pulled = replaced(recording, "currents", signs * (0.7 * command / RANGES + friction * ways))
+    for load in loads(pulled).values():
+        assert load.friction == pytest.approx(friction)
+
+
+def test_slack_is_the_travel_before_the_load_begins():
+    recording = staircase(levels=10)
+    currents = recording["currents"].values.copy()
+    part = recording["command"].values[:, Channel.RING] / RANGES[Channel.RING]
+    currents[:, Channel.RING] = np.where(part > 0.45, 0.5, 0.0)
+    load = loads(replaced(recording, "currents", currents))[Channel.RING]
+    assert load.take_up_mm == pytest.approx(0.4 * 1e3 * RANGES[Channel.RING], rel=0.01)
+
+
+def test_a_cable_that_never_pulls_is_slack_all_the_way():
+    recording = staircase(levels=10)
+    currents = recording["currents"].values.copy()
+    currents[:, Channel.INDEX] = 0.0
+    load = loads(replaced(recording, "currents", currents))[Channel.INDEX]
+    assert load.take_up_mm == pytest.approx(0.9 * 1e3 * RANGES[Channel.INDEX], rel=0.01)
+    assert load.spring == 0.0
+
+
+def test_one_level_has_no_load():
+    with pytest.raises(ValueError, match="at least two levels"):
+        loads(staircase(levels=1))
+
+
+def load(springs, frictions=None, travel=None):
+    springs = np.array(springs, float)
+    travel = np.arange(1.0, len(springs) + 1) if travel is None else travel
+    return Load(np.array(travel), springs, springs * 0 if frictions is None else np.array(frictions, float))
+
+
+def test_a_cable_is_taut_from_0_08_a_on():
+    assert load([0.08, 0.5]).take_up_mm == 0.0
+    assert load([0.079, 0.08]).take_up_mm == 1.0
+    assert load([0.0, 0.07, 0.01, 0.5, 0.0]).take_up_mm == 3.0
+    assert load([0.0, 0.0, 0.0]).take_up_mm == 3.0
+
+
+def test_spring_and_friction_are_those_of_the_middle_of_the_sweep():
+    """Of ten levels the fourth to the eighth: their median, and their upper quartile."""
+    springs = [9, 9, 9, 0.1, 0.2, 0.3, 0.4, 0.5, 9, 9]
+    assert load(springs).spring == pytest.approx(0.3)
+    assert load(np.zeros(10), springs).friction == pytest.approx(0.4)
+    assert load([0.7], [0.2]).spring == 0.7
+    assert load([0.7, 9.0]).spring == 0.7
+    assert load([0.7, 9.0], [0.2, 9.0]).friction == pytest.approx(0.2)
+
+
+def test_each_level_is_read_at_its_end_on_both_ways():
+    """The currents are 5 A but in the last two samples before each change."""
+    recording = staircase(levels=4, hand_tau=0.02)
+    ends = np.flatnonzero(np.diff(recording["command"].values, axis=0).any(axis=1))
+    held = np.zeros(len(recording["currents"].times), bool)
+    held[np.concatenate([ends, ends - 1, [len(held) - 1]])] = True
+    currents = np.where(held[:, None], recording["currents"].values, 5.0)
+    for channel, found in loads(replaced(recording, "currents", currents)).items():
+        np.testing.assert_allclose(found.spring_a, [0.175, 0.35, 0.525])
+        np.testing.assert_allclose(found.friction_a, 0.0, atol=1e-12)
+        np.testing.assert_allclose(found.travel_mm, 1e3 * RANGES[channel] * np.array([0.25, 0.5, 0.75]), rtol=1e-6)
+
+
+def test_two_levels_are_enough():
+    (spring,) = loads(staircase(levels=2))[Channel.RING].spring_a
+    assert spring == pytest.approx(0.35)

@@ -1,0 +1,85 @@
+"""Excursion, on recordings made by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from aero.channels import Channel
+from aero.protocol import MAX_CODE
+from hil.checks import excursion
+from tests.support.synthetic import LABELS, held
+
+OPEN_DEG = (0.0, 0.0, 0.0, 0.0, 9.932, -9.932, -15.278)
+WINDOW_DEG = (288.123, 288.123, 288.123, 288.123, 100.0, 104.1245, 262.4275)
+WINDOW = (45.258, 45.258, 45.258, 45.258, 1745.33, 16.356, 41.222)
+"""The windows of firmware 0.2.0: where they begin, and how far they go at the shaft and in mm (mrad)."""
+
+
+def test_every_number_is_the_recorded_one():
+    """Channel i closes to 91 to 97 % under 0.1 to 0.7 A; the fist goes from 1 % to 81 to 87 %."""
+    each = np.arange(1, 8)
+    command, answer, load = [np.zeros(7)], [np.full(7, 0.01)], [np.zeros(7)]
+    for channel in range(7):
+        alone = np.eye(7)[channel]
+        command += [alone, np.zeros(7)]
+        answer += [alone * (0.9 + each / 100), np.full(7, 0.01)]
+        load += [alone * each / 10, np.zeros(7)]
+    command += [np.ones(7), np.zeros(7)]
+    answer += [0.8 + each / 100, np.zeros(7)]
+    load += [np.full(7, 5.0), np.zeros(7)]
+    currents = np.repeat(load, 45, axis=0) * [1, 1, 1, 1, 1, 1, -1]
+    recording = held(
+        "excursion",
+        np.array(command) * MAX_CODE,
+        0.9,
+        answer=np.array(answer) * MAX_CODE,
+        currents=np.vstack([currents[:1], currents[:-1]]),
+        dt=0.02,
+    )
+    found = excursion.measure(recording)
+    for i, label in enumerate(LABELS):
+        closed = 0.91 + i / 100
+        assert found[label]["closed_percent"] == pytest.approx(100 * closed, abs=0.01)
+        assert found[label]["closed_angle"] == pytest.approx(OPEN_DEG[i] + closed * WINDOW_DEG[i], abs=0.01)
+        assert found[label]["stop_current"] == pytest.approx(0.1 * (i + 1))
+        assert found[label]["fist_travel"] == pytest.approx((0.8 + i / 100) * WINDOW[i], rel=1e-3)
+    assert math.isnan(found["hand"]["stale_readings"])
+
+
+def stale(percent, dt=0.02):
+    codes = np.zeros((len(percent), 7))
+    codes[:, Channel.RING] = np.array(percent) / 100 * MAX_CODE
+    return excursion.stale(dt * np.arange(len(percent)), codes)
+
+
+def test_the_thumbs_base_is_stopped_by_the_palm_and_all_others_by_their_own_stop():
+    closed = next(metric for metric in excursion.METRICS if metric.name == "closed_angle" and len(metric.subjects) > 1)
+    assert set(closed.subjects) == set(LABELS) - {"thumb_cmc_flexion"}
+
+
+def test_one_repeated_reading_of_a_moving_finger_is_stale():
+    """Two readings come between two motions, and one of them repeats the reading before it; then it is one of three."""
+    assert stale((0, 10, 20, 20, 30, 40, 50)) == pytest.approx(1 / 2)
+    assert stale((50, 40, 30, 20, 10, 10, 0)) == pytest.approx(1 / 3)
+
+
+def test_a_reading_counts_between_motions_of_more_than_a_fiftieth():
+    """A finger that sets out, arrives or creeps may stand; 2.1 % from one reading to the next is motion."""
+    assert math.isnan(stale((0, 0, 0, 10, 10, 10)))
+    assert math.isnan(stale((0, 1.9, 1.9, 3.8, 3.8)))
+    assert stale((0, 2.1, 2.1, 4.2)) == 1.0
+
+
+def test_readings_that_come_faster_than_they_are_refreshed_may_repeat():
+    assert math.isnan(stale((0, 10, 10, 20), dt=0.014))
+    assert stale((0, 10, 10, 20), dt=0.016) == 1.0
+
+
+def test_the_share_of_a_recording_is_in_per_cent():
+    """The fist goes 10, 20, 20, 30, 30, 40, 50, 60 %: two of three readings between motions repeat."""
+    percent = np.zeros((15 + 9, 7))
+    percent[1:15:2] = 100 * np.eye(7)
+    percent[15:, 0] = (10, 20, 20, 30, 30, 40, 50, 60, 60)
+    recording = held("excursion", percent / 100 * MAX_CODE, 0.02, dt=0.02)
+    assert excursion.measure(recording)["hand"]["stale_readings"] == pytest.approx(200 / 3)

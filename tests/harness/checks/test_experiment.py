@@ -1,0 +1,102 @@
+"""What all experiments share, where no hand is needed."""
+
+import numpy as np
+import pytest
+
+from aero.channels import Channel
+from hil.checks import DEFAULT, EXPERIMENTS, JUDGED, metric_of
+from hil.checks.shared.closing_current import closing_current
+from hil.checks.shared.experiment import last_before, map_of, one_closed
+from hil.checks.shared.signals import at_times, display_unit, rms
+from tests.support.synthetic import HEADER
+
+
+def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
+    order = "presence audit excursion response coupling holding staircase replay homing"
+    assert list(EXPERIMENTS) == order.split()
+    assert list(DEFAULT) == order.split()[:-1]
+    assert list(JUDGED) == [*order.split(), "session"]
+    assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
+    assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
+    pushing = [name for name, experiment in EXPERIMENTS.items() if experiment.pushes_at_stops]
+    assert pushing == ["excursion", "coupling", "staircase"]
+
+
+def test_how_far_each_experiment_goes_is_known():
+    """The guard is told by it which stops a channel may meet."""
+    fingers, thumb = (1.0,) * 4, (0.0, 0.0, 0.0)
+    assert {name: experiment.furthest for name, experiment in EXPERIMENTS.items()} == {
+        "presence": (0.0,) * 7,
+        "audit": (0.2,) * 7,
+        "excursion": (1.0,) * 7,
+        "response": fingers + thumb,
+        "coupling": (0.0,) * 4 + (1.0, 1.0, 0.0),
+        "holding": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
+        "staircase": (1.0,) * 7,
+        "replay": (1.0,) * 7,
+        "homing": (1.0,) * 7,
+    }
+
+
+@pytest.mark.parametrize("subject", ["index", "thumb_abduction"])
+def test_a_metric_is_that_of_its_subject(subject):
+    metric = metric_of(EXPERIMENTS["staircase"], "tracking_rms", subject)
+    assert metric.name == "tracking_rms"
+    assert metric.unit == {"index": "mm", "thumb_abduction": "mrad"}[subject]
+    with pytest.raises(KeyError, match="audit does not measure friction on index"):
+        metric_of(EXPERIMENTS["audit"], "friction", "index")
+    with pytest.raises(KeyError, match="tracking_rms on hand"):
+        metric_of(EXPERIMENTS["staircase"], "tracking_rms", "hand")
+
+
+def test_readings_that_the_board_clamps_are_known():
+    ends = {
+        (name, metric.name, subject)
+        for name, experiment in JUDGED.items()
+        for metric in experiment.metrics
+        for subject in metric.subjects
+        if metric.end_of_scale == 100.0
+    }
+    assert ends == {
+        *(
+            ("excursion", "closed_percent", channel.label)
+            for channel in Channel
+            if channel is not Channel.THUMB_ABDUCTION
+        ),
+        ("coupling", "stop_without_abduction", "thumb_cmc_flexion"),
+        ("coupling", "stop_abducted", "thumb_cmc_flexion"),
+    }
+    scales = {metric.end_of_scale for experiment in JUDGED.values() for metric in experiment.metrics}
+    assert scales == {100.0, np.inf}
+
+
+def test_the_last_sample_before_a_time_is_not_the_one_at_it():
+    times, values = np.array([0.0, 1.0, 2.0]), np.array([[5.0], [6.0], [7.0]])
+    assert [float(last_before(times, values, t)[0]) for t in (0.5, 1.0, 1.5, 9.0)] == [5.0, 5.0, 6.0, 7.0]
+    with pytest.raises(ValueError, match=r"no sample before 0\.00 s"):
+        last_before(times, values, 0.0)
+
+
+def test_one_channel_is_closed_by_a_part_of_its_window():
+    assert one_closed(Channel.RING, 0.5).tolist() == [0, 0, 32768, 0, 0, 0, 0]
+    assert one_closed(Channel.INDEX, 1.0).tolist() == [65535, 0, 0, 0, 0, 0, 0]
+
+
+def test_the_map_of_a_recording_is_that_of_its_header():
+    codec = map_of(HEADER)
+    assert (codec.window.name, codec.window.hand) == ("homed", "right")
+
+
+def test_positive_current_closes():
+    """All servos of a right hand but the flexor's; a left hand is mirrored."""
+    assert closing_current(np.ones((2, 7)), "right").tolist() == [[1, 1, 1, 1, 1, 1, -1]] * 2
+    assert closing_current(np.ones(7), "left").tolist() == [-1, -1, -1, -1, -1, -1, 1]
+
+
+def test_signals_are_interpolated_scaled_and_squared():
+    values = np.array([[0.0, 10.0], [1.0, 20.0]])
+    np.testing.assert_allclose(at_times(np.array([0.0, 2.0]), values, np.array([0.5, 9.0])), [[0.25, 12.5], [1, 20]])
+    assert display_unit("m") == ("mm", 1000.0)
+    assert display_unit("rad") == ("mrad", 1000.0)
+    assert rms(np.array([3.0, -4.0])) == pytest.approx(np.sqrt(12.5))
+    assert np.isnan(rms(np.array([])))

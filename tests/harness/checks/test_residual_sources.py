@@ -1,0 +1,126 @@
+"""The parts of the tracking error are found where they were put."""
+
+import math
+
+import numpy as np
+import pytest
+from synthetic import RANGES, replaced, staircase
+
+from aero.channels import Channel
+from hil.checks.staircase.residual_sources import Attribution, residual_sources
+from hil.checks.staircase.settled import residuals
+
+RING = Channel.RING
+
+
+@pytest.fixture(scope="module")
+def perfect():
+    return staircase(tau=0.03, hand_tau=0.03)
+
+
+def windows(recording, channel):
+    """Rows of a channel's way up, its way down and the rest."""
+    moved = np.flatnonzero(recording["command"].values[:, channel])
+    top = moved[np.argmax(recording["command"].values[moved, channel])]
+    rows = np.arange(len(recording["hand"].times))
+    end = moved[-1] + 48
+    turn = top + 48
+    return (rows >= moved[0]) & (rows < turn), (rows >= turn) & (rows <= end), (rows < moved[0]) | (rows > end)
+
+
+@pytest.mark.parametrize(("part", "index"), [("closing", 0), ("opening", 1), ("others", 2)])
+def test_an_offset_in_one_part_of_the_run_is_attributed_to_it(perfect, part, index):
+    hand = perfect["hand"].values.copy()
+    hand[windows(perfect, RING)[index], RING] += 0.01 * RANGES[RING]
+    recording = replaced(perfect, "hand", hand)
+    found = residual_sources(recording)
+    assert found[RING].share[part] > 0.9
+    assert part == "others" or found[RING].rms[part] == pytest.approx(1e3 * 0.01 * RANGES[RING], rel=0.1)
+    assert sum(found[RING].share.values()) == pytest.approx(1.0)
+    assert found[Channel.INDEX].share["closing"] == pytest.approx(0.0, abs=0.01) or found[Channel.INDEX].rms[
+        "closing"
+    ] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_blocked_top_is_called_stopped(perfect):
+    hand = perfect["hand"].values.copy()
+    hand[:, RING] = np.minimum(hand[:, RING], 0.6 * RANGES[RING])
+    attribution = residual_sources(replaced(perfect, "hand", hand))[RING]
+    assert attribution.share["stopped"] > 0.5
+
+
+def test_the_words_name_the_sweep_that_couples(perfect):
+    hand = perfect["hand"].values.copy()
+    hand[:, Channel.THUMB_FLEXOR] += 0.05 * hand[:, Channel.THUMB_CMC_FLEXION]
+    recording = replaced(perfect, "hand", hand)
+    where = residual_sources(recording)[Channel.THUMB_FLEXOR].where
+    assert where == "100% while others are swept (most: thumb_cmc_flexion)"
+
+
+@pytest.mark.parametrize(("series", "source"), [("hand", "hand"), ("model", "simulator"), ("goal", "map")])
+def test_a_constant_error_is_attributed_to_its_source(perfect, series, source):
+    error = 0.02 * RANGES[RING]
+    changed = perfect[series].values.copy()
+    changed[:, RING] += error
+    recording = replaced(perfect, series, changed)
+    if series == "goal":
+        recording = replaced(recording, "hand", perfect["hand"].values + error * (np.arange(7) == RING))
+    found = residual_sources(recording)[RING].source
+    assert found[source] == pytest.approx(1e3 * error, rel=0.01)
+    assert all(found[other] < 0.05 * found[source] for other in found if other != source)
+
+
+def test_shares_and_rms_of_each_part_are_the_recorded_ones(perfect):
+    """The ring stands off by 1, 2 and 3 % while it closes, while it opens and while others move."""
+    closing, opening, others = windows(perfect, RING)
+    error = 0.01 * closing + 0.02 * opening + 0.03 * others
+    hand = perfect["hand"].values.copy()
+    hand[:, RING] += error * RANGES[RING]
+    recording = replaced(perfect, "hand", hand)
+    _, settled = residuals(recording)
+    counts = [int((part & settled[:, RING]).sum()) for part in (closing, opening, others)]
+    found = residual_sources(recording)[RING]
+    unit = 10 * RANGES[RING]
+    for i, part in enumerate(("closing", "opening", "others")):
+        assert found.rms[part] == pytest.approx((i + 1) * unit, rel=0.02)
+        squares = [count * (i + 1) ** 2 for i, count in enumerate(counts)]
+        assert found.share[part] == pytest.approx(squares[i] / sum(squares), rel=0.05)
+    assert found.share["stopped"] == 0.0
+    assert math.isnan(found.rms["stopped"])
+    assert found.where.split(", ")[0].endswith("while others are swept (most: index)")
+
+
+def test_parts_below_a_tenth_of_the_squares_are_not_named():
+    shares = {"closing": 0.1, "opening": 0.09, "stopped": 0.51, "others": 0.3}
+    attribution = Attribution({}, shares, {}, RING)
+    assert attribution.where == (
+        "51% where it stands still although the command moves on, 30% while others are swept (most: ring), "
+        "10% while it closes"
+    )
+    assert Attribution({}, {"others": 1.0}, {}, None).where == "100% while others are swept"
+
+
+def test_a_channel_without_any_residual_has_no_shares(perfect):
+    """Not even of the channel during whose sweep it was largest."""
+    still = replaced(perfect, "model", perfect["hand"].values)
+    for found in residual_sources(still).values():
+        assert set(found.share.values()) == {0.0}
+        assert found.worst_other is None
+
+
+@pytest.mark.parametrize(("part", "stopped"), [(0.24, True), (0.26, False)])
+def test_a_hand_that_covers_less_than_a_quarter_of_a_step_stands_still(perfect, part, stopped):
+    hand = perfect["hand"].values.copy()
+    hand[:, RING] *= part
+    share = residual_sources(replaced(perfect, "hand", hand))[RING].share
+    assert (share["stopped"] > 0.9) is stopped
+
+
+@pytest.mark.parametrize("other", [Channel.INDEX, Channel.PINKY, Channel.THUMB_FLEXOR])
+def test_the_worst_sweep_is_that_of_another_channel(perfect, other):
+    """The ring is off by 3 % during its own sweep, and by 1 % during another's, before or after it."""
+    hand = perfect["hand"].values.copy()
+    for channel, part in ((RING, 0.03), (other, 0.01)):
+        own = ~windows(perfect, channel)[2]
+        hand[own, RING] += part * RANGES[RING]
+    assert residual_sources(replaced(perfect, "hand", hand))[RING].worst_other is other

@@ -1,0 +1,158 @@
+"""Response, on a recording made by hand: one sample a millisecond, readings refreshed every 10 ms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aero.protocol import MAX_CODE, Opcode
+from hil.checks import response
+from hil.recordings.recording import Event, Recording, Series
+from hil.targets.wire_log import WireRecord
+from tests.support.synthetic import HEADER, LABELS
+
+NUDGED_S, CYCLES_S, END_S = 0.3, 1.0, 2.5
+ON_ITS_WAY_S = 0.0005
+"""Time from a request to its reading."""
+ASKED = bytes([Opcode.GET_POS]).ljust(16, b"\0")
+
+
+def recorded(*, events=()):
+    """Make a nudge of the ring at 0.3 s, seen 40 ms later, and three cycles of 0.5 s from 1 to 2.5 s."""
+    t = np.round(0.001 * np.arange(round(END_S * 1000) + 1), 6)
+    command, part = np.zeros((len(t), 7)), np.zeros((len(t), 7))
+    command[(t >= NUDGED_S) & (t < CYCLES_S), 2] = 0.15
+    refreshed = np.floor(np.round(t / 0.01, 6)) * 0.01
+    part[:, 2] = np.where(refreshed < CYCLES_S, np.clip((refreshed - NUDGED_S - 0.03) / 0.2, 0, 0.15), 0)
+    phase = (t - CYCLES_S) % 0.5
+    cycling = t >= CYCLES_S
+    command[cycling, :4] = (phase < 0.25)[cycling, None]
+    moving = np.where(refreshed < CYCLES_S, 0.0, 1 - np.abs(1 - ((refreshed - CYCLES_S) % 0.5) / 0.25))
+    part[cycling, :4] = moving[cycling, None]
+    series = {
+        "codes": Series.of(LABELS, ["u16"] * 7, t, np.round(part * MAX_CODE)),
+        "command_codes": Series.of(LABELS, ["u16"] * 7, t, np.round(command * MAX_CODE)),
+    }
+    answered = [
+        record
+        for start, trip in ((0.0, 0.002), (0.1, 0.003), (0.2, 0.009))
+        for record in (WireRecord(start, "to_hand", bytes(16)), WireRecord(start + trip, "from_hand", bytes(16)))
+    ]
+    wire = (*answered, *(WireRecord(came - ON_ITS_WAY_S, "to_hand", ASKED) for came in t[t >= CYCLES_S]))
+    return Recording(
+        replace(HEADER, experiment="response", parameters={"cycles_from_s": CYCLES_S}), series, wire, events
+    )
+
+
+def test_delays_and_rate_are_the_recorded_ones():
+    """40 ms to motion, 10 ms a reading, three cycles in 1.5 s, a median round trip of 3 ms."""
+    found = response.measure(recorded())["hand"]
+    assert found["command_to_motion"] == pytest.approx(40.0)
+    assert found["telemetry_period"] == pytest.approx(10.0)
+    assert found["open_close_rate"] == pytest.approx(2.0)
+    assert found["round_trip"] == pytest.approx(3.0)
+    assert found["longest_standstill"] == pytest.approx(8.5)
+    assert found["backward_readings"] == 0.0
+
+
+def test_one_reading_that_goes_back_is_counted_in_the_recording():
+    """One new reading behind the one before it, and no other, makes the share positive."""
+    recording = recorded()
+    codes = recording["codes"].values.copy()
+    codes[1130:1140, 0] = codes[1115, 0]
+    series = recording["codes"]
+    changed = Series.of(series.columns, series.units, series.times, codes)
+    back = replace(recording, series={**recording.series, "codes": changed})
+    assert 0.0 < response.measure(back)["hand"]["backward_readings"] < 5.0
+
+
+def test_fingers_that_do_not_arrive_have_no_rate():
+    """A warning says so in the recording."""
+    found = response.measure(recorded(events=(Event(2.0, "warning", "the fingers did not arrive"),)))["hand"]
+    assert np.isnan(found["open_close_rate"])
+
+
+def test_the_longest_standstill_of_a_finger_on_its_way_counts():
+    """A reading at 40 % is repeated for 30 ms; the others stand for 9 ms or less."""
+    t = 0.001 * np.arange(100)
+    part = np.zeros((100, 7))
+    part[:, 0] = 0.2 + 0.05 * np.floor(np.arange(100) / 10)
+    part[40:70, 0] = part[40, 0]
+    found = response.standstills(t, t, part * MAX_CODE, np.full((100, 7), float(MAX_CODE)))
+    assert max(found) == pytest.approx(0.029)
+
+
+def test_an_answer_that_was_late_is_no_standstill():
+    """The finger moves on every 10 ms, the host is held up for 50 ms with an answer on its way."""
+    t = 0.01 * np.arange(12)
+    came = np.where(t >= 0.05, t + 0.05, t)
+    part = np.zeros((12, 7))
+    part[:, 0] = np.repeat([0.2, 0.3, 0.4, 0.5, 0.6, 0.7], 2)
+    asked = np.append(t[0], came[:-1])
+    codes, goals = part * MAX_CODE, np.full((12, 7), float(MAX_CODE))
+    assert max(response.standstills(asked, came, codes, goals)) == pytest.approx(0.0)
+    assert max(response.standstills(came, came, codes, goals)) == pytest.approx(0.06)
+
+
+def test_a_reading_was_asked_for_by_the_last_request_for_one_before_it():
+    """Not by what the driver asks for while it waits for a late one."""
+    sent = ((1.0, ASKED), (2.0, ASKED), (2.5, bytes([Opcode.GET_TEMP]).ljust(16, b"\0")))
+    wire = (*(WireRecord(at, "to_hand", data) for at, data in sent), WireRecord(2.6, "from_hand", bytes(16)))
+    assert response.asked_at(np.array([1.2, 1.9, 2.0, 5.0]), wire).tolist() == [1.0, 1.0, 2.0, 2.0]
+
+
+def test_one_new_reading_of_four_that_goes_back_is_a_quarter():
+    """One finger goes 10, 20, 15, 25, 35 % on its way to closed; the others stand."""
+    part = np.zeros((5, 7))
+    part[:, 0] = (0.10, 0.20, 0.15, 0.25, 0.35)
+    assert response.backward(part * MAX_CODE, np.full((5, 7), float(MAX_CODE))) == pytest.approx(0.25)
+
+
+def way(*percent):
+    """Codes of a finger; the others stand open."""
+    codes = np.zeros((len(percent), 7))
+    codes[:, 1] = np.array(percent) / 100 * MAX_CODE
+    return codes
+
+
+def test_a_finger_that_runs_on_before_it_turns_back_is_not_backward():
+    """It closes to 45 % although it is told to open from 40 % on."""
+    readings, told = way(10, 20, 30, 35, 40, 45, 35, 25), way(100, 100, 100, 100, 0, 0, 0, 0)
+    assert response.backward(readings, told) == 0.0
+    assert response.backward(way(10, 20, 30, 35, 40, 45, 35, 38, 30), way(*[100] * 4, *[0] * 5)) == pytest.approx(1 / 6)
+
+
+def test_near_its_goal_a_finger_may_go_back():
+    """From four fifths on of the way; readings that repeat are not new."""
+    told = way(*[100] * 6)
+    assert response.backward(way(50, 60, 70, 85, 82, 90), told) == 0.0
+    assert response.backward(way(50, 60, 60, 60, 79, 78), told) == pytest.approx(1 / 3)
+    assert np.isnan(response.backward(way(*[50] * 6), told))
+
+
+def test_standstills_count_on_the_way_only():
+    """A finger stands at 10, 50, 70 and 90 %, from one change to the next; 90 % is near its goal."""
+    t = 0.01 * np.arange(14)
+    readings, told = way(0, 10, 10, 50, 50, 50, 70, 70, 70, 70, 90, 90, 90, 95), way(*[100] * 14)
+    assert response.standstills(t, t, readings, told) == pytest.approx([0.01, 0.02, 0.03])
+    assert response.standstills(t, t, way(0, 4, 4, 4, 50, 50, 81, 81, 81, 97, 97, 98, 99, 100), told) == pytest.approx(
+        [0.01]
+    )
+    back = way(100, 96, 96, 94, 94, 94, 60, 60, 21, 21, 19, 19, 10, 0)
+    assert response.standstills(t, t, back, way(*[0] * 14)) == pytest.approx([0.02, 0.01, 0.01])
+
+
+def test_the_command_in_force_is_the_last_one_given():
+    commands = Series.of(LABELS, ["u16"] * 7, [1.0, 2.0], [[5.0] * 7, [6.0] * 7])
+    assert response.goal_at(commands, np.array([0.5, 1.0, 1.9, 2.0, 3.0]))[:, 0].tolist() == [5, 5, 5, 6, 6]
+
+
+@pytest.mark.parametrize(
+    ("percent", "closed", "opened"), [(90.1, True, False), (89.9, False, False), (5.9, False, True)]
+)
+def test_fingers_arrive_at_90_and_at_6_per_cent(percent, closed, opened):
+    codes = np.append(np.full(4, round(percent / 100 * MAX_CODE)), [0, 0, 0])
+    assert response._arrived(codes, closing=True) is closed
+    assert response._arrived(codes, closing=False) is opened
+    assert response._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=True) is False
+    assert response._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=False) is False

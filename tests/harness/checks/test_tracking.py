@@ -1,0 +1,209 @@
+"""The metrics give the textbook's answers on responses that have one."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from synthetic import RANGES, replaced, staircase
+
+from aero.channels import Channel
+from hil.checks.shared.command_steps import CommandStep, find_steps
+from hil.checks.shared.signals import at_times
+from hil.checks.staircase.rise_time import Response, respond
+from hil.checks.staircase.settled import quiet_command, quiet_trace, residuals
+from hil.checks.staircase.tracking import staircase_metrics
+
+
+@given(st.floats(0.02, 0.08), st.floats(1e-4, 1.0), st.booleans(), st.floats(0.0, 0.02))
+def test_first_order_rise_is_2_197_time_constants(tau, size, down, delay):
+    t = np.arange(0.0, 1.0, 0.001)
+    sign = -1.0 if down else 1.0
+    trace = sign * size * (1 - np.exp(-np.clip(t - delay, 0, None) / tau))
+    (step,) = find_steps(t, np.outer(t > 0, [sign * size, 0, 0, 0, 0, 0, 0]))
+    response = respond(step, t, trace)
+    assert response.rise == pytest.approx(math.log(9) * tau, rel=1e-3)
+    assert response.rise_on_grid == pytest.approx(math.log(9) * tau, abs=0.0011)
+    assert response.overshoot == pytest.approx(0.0, abs=1e-6)
+    assert response.answers(step)
+
+
+@given(st.floats(0.2, 0.7), st.floats(60.0, 200.0))
+def test_second_order_overshoot_is_the_textbooks(zeta, omega):
+    t = np.arange(0.0, 1.0, 0.0005)
+    damped = omega * math.sqrt(1 - zeta**2)
+    trace = 1 - np.exp(-zeta * omega * t) * (np.cos(damped * t) + zeta * omega / damped * np.sin(damped * t))
+    (step,) = find_steps(t, np.outer(t > 0, [1.0, 0, 0, 0, 0, 0, 0]))
+    expected = math.exp(-math.pi * zeta / math.sqrt(1 - zeta**2))
+    assert respond(step, t, trace).overshoot == pytest.approx(expected, rel=0.01, abs=2e-4)
+
+
+def test_a_dead_trace_answers_nothing():
+    t = np.arange(0.0, 1.0, 0.01)
+    (step,) = find_steps(t, np.outer(t > 0.1, [0, 0, 1.0, 0, 0, 0, 0]))
+    response = respond(step, t, np.zeros_like(t))
+    assert math.isnan(response.rise)
+    assert not response.answers(step)
+
+
+def test_a_trace_that_runs_the_other_way_answers_nothing():
+    t = np.arange(0.0, 1.0, 0.01)
+    (step,) = find_steps(t, np.outer(t > 0.1, [1.0, 0, 0, 0, 0, 0, 0]))
+    assert not respond(step, t, -1.0 * (t > 0.2)).answers(step)
+
+
+def test_steps_end_where_any_channel_changes_next():
+    t = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+    command = np.zeros((5, 7))
+    command[1:, 3] = 1.0
+    command[3:, 6] = -2.0
+    first, second = find_steps(t, command)
+    assert (first.channel, first.start, first.end, first.before, first.after) == (3, 0.5, 1.5, 0.0, 1.0)
+    assert (second.channel, second.start, second.end, second.after) == (6, 1.5, 2.0, -2.0)
+
+
+def test_a_step_without_samples_is_an_error():
+    t = np.array([0.0, 1.0])
+    (step,) = find_steps(t, np.array([[0.0] * 7, [1.0] + [0.0] * 6]))
+    with pytest.raises(ValueError, match="cut short"):
+        respond(step, np.array([0.0]), np.array([0.0]))
+
+
+def test_a_command_is_quiet_from_0_4_s_after_its_last_change():
+    t = 0.02 * np.arange(100)
+    command = np.zeros((100, 7))
+    command[50:, 2] = 1.0
+    quiet = quiet_command(t, command, t)
+    assert np.flatnonzero(np.diff(quiet.astype(int))).tolist() == [19, 49, 69]
+
+
+@given(st.lists(st.floats(-1, 1), min_size=1, max_size=40), st.floats(0.1, 10))
+def test_a_quiet_trace_stays_in_its_band_for_100_ms(values, trace_range):
+    t = 0.02 * np.arange(len(values))
+    v = np.array(values)[:, None]
+    expected = [np.ptp(v[max(0, i - 5) : i + 1]) <= 0.005 * trace_range for i in range(len(v))]
+    assert quiet_trace(t, v, np.array([trace_range]))[:, 0].tolist() == expected
+
+
+@given(st.floats(0.95, 1.05), st.floats(-0.02, 0.02))
+def test_tracking_rms_is_gain_and_offset_error(gain, offset):
+    recording = staircase(gain=gain, offset=offset, tau=0.02, hand_tau=0.02)
+    rows = staircase_metrics(recording)
+    _, settled = residuals(recording)
+    for channel, row in rows.items():
+        level = at_times(recording["command"].times, recording["command"].values, recording["hand"].times)
+        error = ((gain - 1) * level[:, channel] + offset * RANGES[channel])[settled[:, channel]]
+        assert row.tracking_rms == pytest.approx(1e3 * np.sqrt(np.mean(error**2)), abs=1e-6 * 1e3 * RANGES[channel])
+        assert abs(row.worst_residual) >= row.tracking_rms - 1e-12
+
+
+def test_every_number_of_a_row():
+    rows = staircase_metrics(staircase(levels=4, tau=0.03, hand_tau=0.05))
+    for channel, row in rows.items():
+        assert row.unit == ("mrad" if channel is Channel.THUMB_ABDUCTION else "mm")
+        assert row.matched_steps == 8
+        assert row.rise_model_ms == pytest.approx(1e3 * math.log(9) * 0.03, abs=10)
+        assert row.rise_model_ms == pytest.approx(round(row.rise_model_ms, -1))
+        assert row.rise_hand_ms == pytest.approx(1e3 * math.log(9) * 0.05, rel=0.02)
+        assert row.excursion_model == pytest.approx(1e3 * RANGES[channel], rel=1e-3)
+        assert row.excursion_hand == pytest.approx(1e3 * RANGES[channel], rel=1e-3)
+        # From 0.40 s to 0.47 s of each of 8 x 7 + 1 levels.
+        assert row.settled_samples == 8 * 57
+        assert row.overshoot_hand_percent == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_channel_that_never_moves_is_no_staircase():
+    recording = staircase(levels=1)
+    command = recording["command"].values.copy()
+    command[:, Channel.PINKY] = 0.0
+    with pytest.raises(ValueError, match="pinky is never commanded"):
+        staircase_metrics(replaced(recording, "command", command))
+
+
+@pytest.mark.parametrize(("sweep", "own"), [(Channel.RING, True), (Channel.PINKY, False)])
+def test_the_worst_residual_is_told_with_its_sign_and_time(sweep, own):
+    """A hand that is perfect but for one settled sample of the ring, 0.3 % of its range short."""
+    perfect = staircase(tau=0.02, hand_tau=0.02)
+    row = 48 * (1 + 8 * sweep + 3) + 45
+    hand = perfect["hand"].values.copy()
+    hand[row, Channel.RING] -= 0.003 * RANGES[Channel.RING]
+    found = staircase_metrics(replaced(perfect, "hand", hand))
+    worst = 3 * RANGES[Channel.RING]
+    assert found[Channel.RING].worst_residual == pytest.approx(-worst)
+    assert found[Channel.RING].worst_residual_at_s == pytest.approx(0.01 * row)
+    assert found[Channel.RING].tracking_rms == pytest.approx(worst / math.sqrt(8 * 57))
+    assert found[Channel.RING].sweep_rms == pytest.approx(worst / math.sqrt(8 * 8) if own else 0.0, abs=1e-12)
+    assert found[Channel.INDEX].worst_residual == pytest.approx(0.0, abs=1e-12)
+
+
+def test_excursions_are_those_of_the_channels_own_sweep():
+    """The ring stands 60 mm further while the index is swept, which does not count."""
+    still = staircase(tau=0.02, hand_tau=0.02)
+    n = len(still["hand"].times)
+    before = (np.arange(n) < 48 * 7)[:, None] * (np.arange(7) == Channel.RING)
+    moved = replaced(still, "travel", still["travel"].values + 0.060 * before)
+    moved = replaced(moved, "model", still["model"].values + 0.060 * before)
+    for name in ("excursion_hand", "excursion_model"):
+        assert getattr(staircase_metrics(moved)[Channel.RING], name) == pytest.approx(46.0, rel=1e-3)
+
+
+def test_steps_that_only_one_of_both_answers_do_not_match():
+    """Either trace covers 70 % of each of the ring's steps, or 100 %; four fifths are needed."""
+    full = staircase(tau=0.02, hand_tau=0.02)
+    short = np.where(np.arange(7) == Channel.RING, 0.7, 1.0)
+    for name in ("hand", "model"):
+        row = staircase_metrics(replaced(full, name, full[name].values * short))[Channel.RING]
+        assert row.matched_steps == 0
+        assert math.isnan(row.rise_hand_ms)
+        assert math.isnan(row.rise_model_ms)
+        assert math.isnan(row.overshoot_hand_percent)
+
+
+def answer(times, values, *, start=0.0, end=9.0, after=1.0):
+    return respond(CommandStep(0, start, end, 0.0, after), np.array(times, float), np.array(values, float))
+
+
+def test_rise_and_overshoot_of_a_few_samples():
+    """10 % is crossed 0.2 s after the first sample, 90 % 0.8 s after the second; the third goes 20 % too far."""
+    response = answer([0, 1, 2, 3], [0, 0.5, 1.0, 1.0])
+    assert (response.change, response.rise, response.rise_on_grid) == pytest.approx((1.0, 1.6, 1.0))
+    response = answer([0, 1, 2, 3, 4], [2.0, 1.5, 1.0, 0.8, 1.0], after=-1.0)
+    assert (response.change, response.overshoot) == pytest.approx((-1.0, 0.2))
+    assert response.rise == pytest.approx(1.6)
+
+
+def test_a_step_is_judged_from_the_sample_at_its_start_to_the_last_before_its_end():
+    response = answer([0, 1, 2, 3, 4], [9.0, 0.0, 1.0, 2.0, 9.0], start=1.0, end=4.0)
+    assert response.change == 2.0
+    response = answer([0, 1, 2, 3, 4], [9.0, 0.0, 1.0, 2.0, 9.0], start=1.5, end=3.5)
+    assert response.change == 2.0
+    assert answer([1, 2, 3], [0.0, 1.0, 2.0], start=0.5, end=3.5).change == 2.0
+    assert answer([0, 1], [0.0, 1.0]).change == 1.0
+    with pytest.raises(ValueError, match=r"no samples between 1\.000 s and 2\.000 s"):
+        answer([0, 1, 2, 3], [0.0, 1.0, 2.0, 3.0], start=1.0, end=2.0)
+
+
+@pytest.mark.parametrize(("change", "asked", "answers"), [(0.8, 1.0, True), (0.79, 1.0, False), (-0.8, -1.0, True)])
+def test_four_fifths_of_a_step_are_an_answer(change, asked, answers):
+    step = CommandStep(0, 0.0, 9.0, 3.0, 3.0 + asked)
+    assert Response(change, 0.1, 0.1, 0.0).answers(step) is answers
+    assert Response(-change, 0.1, 0.1, 0.0).answers(step) is False
+
+
+def test_a_trace_is_quiet_within_a_two_hundredth_of_its_range():
+    t = 0.02 * np.arange(20)
+    for height, still in ((0.0049, True), (0.0051, False)):
+        trace = np.where(np.arange(20) == 10, height, 0.0)[:, None]
+        assert quiet_trace(t, trace, np.ones(1))[10:16, 0].tolist() == [still] * 6
+        assert quiet_trace(t, trace, np.ones(1))[[9, 16], 0].all()
+
+
+def test_before_the_first_command_nothing_is_quiet():
+    quiet = quiet_command(np.array([1.0]), np.zeros((1, 7)), np.array([0.0, 0.9, 1.39, 1.4]))
+    assert quiet.tolist() == [False, False, False, True]
+
+
+def test_samples_exactly_at_a_tenth_and_at_nine_tenths_are_the_crossings():
+    response = answer([0, 1, 2, 3], [0, 1, 9, 10], after=10.0)
+    assert (response.rise, response.rise_on_grid) == pytest.approx((1.0, 1.0))

@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+import json
+import os
+import pty
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from aero.actuation.window import FIRMWARE_CALIBRATIONS
+from hil.cli.doctor import exit_code
+from hil.cli.doctor.drawing import Attempt, check_drawing
+from hil.cli.doctor.finding import Finding, Subject, Verdict
+from hil.cli.doctor.hand import SPANS, Answers, ask, candidates, check_calibration, check_hand
+from hil.cli.doctor.host_jitter import check_jitter
+from hil.cli.doctor.installation import needs
+from hil.cli.doctor.ports import HAND_USB, UDEV_COPY, Port, check_ports, holders
+from hil.cli.exits import Exit, ending
+from hil.targets.pty_process import serve_in_process
+
+HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())
+RESTARTED = (*HOMED[:4], 400 * 65535 // 1025, 500 * 65535 // 1296, HOMED[6])
+
+
+@pytest.mark.parametrize("version", ["pre", "0.1.0", "0.2.0"])
+def test_the_fingerprint_of_an_emulated_board_names_its_version_and_moves_nothing(version: str) -> None:
+    with serve_in_process(firmware=version, hand="right", unit="reference", seed=0) as path:
+        first = ask(path)
+        second = ask(path)
+    assert version in candidates(first)
+    assert ("pre" in candidates(first)) == (version == "pre")
+    assert np.abs(np.subtract(first.codes, second.codes)).max() < 200  # three counts of the narrowest window
+
+
+def test_versions_that_answer_alike_stand_together() -> None:
+    answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, boot_text="")
+    assert candidates(answers) == tuple(version for version in FIRMWARE_CALIBRATIONS if version != "pre")
+
+
+def test_a_boot_text_narrows_the_versions_down() -> None:
+    answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, boot_text="[BOOT] Auto Homing")
+    assert candidates(answers) == ("0.1.3",)
+
+
+def test_a_restart_without_homing_shows_in_the_thumb() -> None:
+    assert candidates(Answers(RESTARTED, (30.0,) * 7, knows_limits=True, boot_text="")) == ("0.2.0",)
+    found = check_calibration(RESTARTED)
+    assert found.verdict is Verdict.LOOK
+    assert "home" in found.remedy
+    assert check_calibration(HOMED).verdict is Verdict.OK
+
+
+def test_a_hand_at_its_ends_is_not_called_restarted() -> None:
+    found = check_calibration((0,) * 7)
+    assert not found.data["restarted"]
+    assert len(found.data["at_end"]) == 7
+
+
+def test_a_port_that_does_not_answer_is_a_finding() -> None:
+    master, slave = pty.openpty()
+    try:
+        (found,) = check_hand(os.ttyname(slave))
+    finally:
+        os.close(master)
+        os.close(slave)
+    assert (found.check, found.verdict, found.subject) == ("answer", Verdict.WRONG, Subject.LINK)
+
+
+def test_a_port_that_is_not_there_ends_with_no_hand() -> None:
+    assert exit_code(check_hand("/dev/there-is-no-such-port")) is Exit.NO_HAND
+
+
+def test_a_port_that_another_program_holds_is_left_alone() -> None:
+    findings = list(check_hand("/dev/there-is-no-such-port", ["screen (12)"]))
+    assert "screen (12)" in findings[0].finding
+    assert exit_code(findings) is Exit.NO_HAND
+
+
+def test_rights_holder_and_latency_say_what_to_do() -> None:
+    port = Port("/dev/ttyACM0", HAND_USB, permitted=False, group="dialout", holders=("screen (12)",), latency_ms=16)
+    found = {finding.check: finding for finding in check_ports([port])}
+    assert found["rights"].verdict is Verdict.WRONG
+    assert found["rights"].copy == UDEV_COPY
+    assert "screen (12)" in found["holder"].finding
+    assert found["latency"].verdict is Verdict.LOOK
+
+
+def test_a_package_that_is_missing_is_no_defect_but_a_missing_module_of_ours_is() -> None:
+    code, said = ending(ModuleNotFoundError("No module named 'rich'", name="rich"))
+    assert code == Exit.USAGE
+    assert "rich is not installed" in said
+    assert ending(ModuleNotFoundError("No module named 'hil.x'", name="hil.x"))[0] == Exit.DEFECT
+
+
+def test_a_named_port_that_is_not_there_is_not_called_usable() -> None:
+    (found,) = check_ports([], "/dev/there-is-no-such-port")
+    assert "is no port of this machine" in found.finding
+
+
+def test_a_machine_without_ports_is_no_fault() -> None:
+    assert [finding.verdict for finding in check_ports([])] == [Verdict.OK]
+
+
+def test_who_holds_a_port_is_named_but_not_who_serves_it() -> None:
+    master, slave = pty.openpty()
+    serving = subprocess.Popen(["sleep", "60"], pass_fds=(master, slave))
+    with serving, subprocess.Popen(["cat"], stdin=slave, stdout=subprocess.DEVNULL) as held:
+        found = holders(os.ttyname(slave))
+        held.kill()
+        serving.kill()
+    os.close(master)
+    os.close(slave)
+    assert found == (f"cat ({held.pid})",)
+
+
+@pytest.mark.parametrize(("late_s", "verdict"), [(0.001, "ok"), (0.05, "look"), (10.0, "wrong")])
+def test_jitter_is_judged_by_what_the_guard_needs(late_s: float, verdict: str) -> None:
+    assert check_jitter(np.array([0.0, late_s])).verdict == verdict
+
+
+def test_drawing_names_the_opengl_that_works(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    found = check_drawing(lambda backend: Attempt(True, backend == "osmesa", "no display"), present=True)
+    assert found.verdict is Verdict.LOOK
+    assert "MUJOCO_GL=osmesa" in found.remedy
+
+
+def test_an_extra_without_its_packages_is_not_usable() -> None:
+    declared = {"aero-hil": ["numpy>=2", "mujoco>=3 ; extra == 'emulate'", "aero-hil[emulate] ; extra == 'hil'"]}
+    found = needs("hil", lambda name: declared.get(name, []), lambda name: None)
+    assert [need.name for need in found.lacking] == ["mujoco"]
+
+
+@pytest.mark.parametrize(
+    ("subject", "verdict", "code"),
+    [
+        (Subject.MACHINE, Verdict.OK, 0),
+        (Subject.MACHINE, Verdict.LOOK, 0),
+        (Subject.HAND, Verdict.WRONG, 1),
+        (Subject.LINK, Verdict.WRONG, 3),
+    ],
+)
+def test_exit_codes(subject: Subject, verdict: Verdict, code: int) -> None:
+    assert exit_code([Finding("x", verdict, "found", subject=subject)]) == code
+
+
+def test_the_command_prints_json_and_says_that_no_hand_answers() -> None:
+    command = [sys.executable, "-m", "hil.cli", "doctor", "--json", "--hil", "/dev/there-is-no-such-port"]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    printed = json.loads(ran.stdout)
+    assert ran.returncode == Exit.NO_HAND, ran.stderr
+    assert (printed["format"], printed["verdict"]) == (1, "wrong")
+    assert {"python", "extras", "drawing", "jitter", "ports", "answer"} <= {row["check"] for row in printed["findings"]}

@@ -1,0 +1,159 @@
+"""What a campaign says about its checks, on outcomes whose answer is known."""
+
+from dataclasses import replace
+from itertools import permutations
+
+import pytest
+from click.testing import CliRunner
+from outcomes import healthy_campaign, outcome
+
+from hil.cli.campaign import campaign
+from hil.cli.learn import learn
+from hil.cli.limits import limits
+from hil.lab.campaign.campaign_page import render_campaign
+from hil.lab.campaign.detection_table import detection_table, found_from
+from hil.lab.campaign.learning import accused, entries
+from hil.lab.campaign.plan import faulty_hands, healthy_hands, shipped_hands
+from hil.lab.campaign.store import opened
+from hil.lab.campaign.summary import Share, confusion, detections, false_alarms, sights
+from hil.lab.campaign.trial import Trial
+from hil.lab.limits.compute import FIRMWARE_GROUPS
+from hil.verdict.dictionary import Entry
+from hil.verdict.limits import Limit, kinds, parse_limit
+
+TRACKING = Limit(
+    "staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), "", at_most=1.0, healthy=(-0.5, 0.5)
+)
+SLACK = Entry("cable_snapped", "cable_snapped:index=1.0", {"own/staircase/tracking_rms": 1.5})
+
+
+@pytest.fixture(autouse=True)
+def one_limit(monkeypatch):
+    monkeypatch.setattr("hil.lab.campaign.learning.load_limits", lambda kind, firmware, guarded: (TRACKING,))
+
+
+def faulty(tracking, fault="cable_snapped:index=1.0", **more):
+    table = outcome(Trial("reference")).numbers
+    table["staircase"]["index"]["tracking_rms"] = tracking
+    return outcome(Trial("reference", faults=(fault,)), numbers=table, **more)
+
+
+def test_who_is_accused():
+    assert not accused(faulty(0.9))
+    assert accused(faulty(1.1))
+    assert accused(faulty(0.9, stopped="the hand does not answer"))
+
+
+def test_false_alarms_are_counted_by_hand_and_by_check():
+    good = outcome(Trial("reference"))
+    bad = replace(faulty(1.1), trial=Trial("reference", seed=1))
+    share, by_check = false_alarms([good, bad, faulty(1.1)])
+    assert (share.count, share.of) == (1, 2)
+    assert by_check == {"staircase/tracking_rms/index": 1}
+
+
+def test_the_interval_of_none_in_two_hundred():
+    low, high = Share(0, 200).interval
+    assert low == 0.0
+    assert high == pytest.approx(0.0183, abs=2e-4)
+
+
+def test_a_fault_is_found_where_a_check_fails_and_named_by_the_dictionary():
+    (row,) = detections([faulty(4.0), faulty(0.2)], [SLACK])
+    assert (row.name, row.found.count, row.found.of) == ("cable_snapped", 1, 2)
+    assert row.checks == (("staircase/tracking_rms", 1),)
+    assert (row.first, row.among_three) == (1, 1)
+    assert confusion([faulty(4.0)], [SLACK]) == {("cable_snapped", "cable_snapped"): 1}
+
+
+def test_a_fault_counts_as_found_from_where_every_hand_is_accused():
+    mild, medium, severe = (f"encoder_scale:index={scale}" for scale in (1.02, 1.05, 1.2))
+    runs = [faulty(4.0, mild), faulty(4.0, medium), faulty(0.9, medium), faulty(4.0, severe), faulty(4.0, severe)]
+    rows = detections(runs, [SLACK])
+    assert [row.found.count for row in rows] == [1, 1, 2]
+    assert rows[1].furthest == pytest.approx(0.8)
+    assert found_from(rows) == 1.2
+    assert found_from(rows[:2]) is None
+    assert "| 1.2 | 1.02 factor: 1 of 1, 1.05 factor: 1 of 2 (0.8), 1.2 factor: 2 of 2 |" in detection_table(rows, None)
+
+
+def test_checks_that_found_a_fault_as_often_stand_in_the_order_of_their_names():
+    (row,) = detections([faulty(4.0)], [SLACK])
+    for checks in permutations([("audit/pull", 1), ("audit/followed", 1), ("presence/idle_current", 1)]):
+        assert "`audit/followed`, `audit/pull`, `presence/" in detection_table([replace(row, checks=checks)], None)
+
+
+def test_a_fault_that_never_fired_counts_for_nothing():
+    never = faulty(4.0, ended="FaultNeverFiredError", stopped="never fired")
+    assert detections([never], [SLACK]) == ()
+    assert entries([never]) == []
+
+
+def test_a_check_sees_what_it_found_on_every_hand():
+    mild, severe = "encoder_scale:index=1.02", "encoder_scale:index=1.2"
+    found = sights([outcome(Trial("reference")), faulty(4.0, mild), faulty(0.2, mild), faulty(4.0, severe)])
+    sight = found["staircase/tracking_rms"]
+    assert [(seen.fault, seen.severity, seen.hands) for seen in sight.sees] == [("encoder_scale", 1.2, 1)]
+    assert (sight.accused, sight.healthy) == (0, 1)
+
+
+def test_an_entry_tells_the_run_as_seen_from_its_channel():
+    (entry,) = entries([faulty(4.0)])
+    assert (entry.cause, entry.fault) == ("cable_snapped", "cable_snapped:index=1.0")
+    assert entry.features.keys() == {"own/staircase/tracking_rms"}
+    assert entry.features["own/staircase/tracking_rms"] > 2.0
+
+
+def test_the_page_names_what_it_found():
+    page = render_campaign([outcome(Trial("reference")), faulty(4.0), faulty(0.2)], [SLACK])
+    assert "cable snapped" in page
+    assert "1 of 2" in page
+    assert "<svg" in page
+    assert "http" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
+        "http://creativecommons.org", ""
+    ).replace("https://matplotlib.org", "")
+
+
+def test_plans_take_sides_and_firmware_in_turn():
+    hands = healthy_hands(7, 8)
+    assert {(trial.side, trial.firmware, trial.guarded) for trial in hands} == {
+        (side, version, guarded)
+        for side in ("right", "left")
+        for version in ("0.2.0", "0.1.5")
+        for guarded in (False, True)
+    }
+    assert len({trial.unit for trial in hands}) == 8
+    assert all(trial.homed and not trial.faults for trial in hands)
+    assert {trial.firmware for trial in shipped_hands()} == {group[-1] for group in FIRMWARE_GROUPS}
+    dead, other = "motor_dead:ring=1.0", "board_runs_0.2.0=1.0"
+    faulty = faulty_hands([dead, other], 0, 2)
+    assert [trial.faults for trial in faulty] == [(dead,), (dead,), (other,), (other,)]
+    assert not any(trial.guarded for trial in faulty)
+    assert {trial.firmware for trial in faulty[2:]} == {"0.1.5"}
+    both = faulty_hands([f"{dead},{other}"], 0, 2)
+    assert [(trial.faults, trial.firmware) for trial in both] == [((dead, other), "0.1.5")] * 2
+
+
+def test_faults_that_cannot_share_a_hand_are_refused_before_anything_runs(tmp_path):
+    both = "motor_dead:ring,motor_dead:ring=1"
+    result = CliRunner().invoke(campaign, ["--fault", both, "--out", str(tmp_path / "campaign")])
+    assert result.exit_code == 2
+    assert "cannot be combined" in result.output
+    assert not (tmp_path / "campaign").exists()
+
+
+def test_the_commands_write_what_ships(tmp_path):
+    with opened(tmp_path / "campaign") as store:
+        for done in healthy_campaign():
+            store.add(done)
+        store.add(faulty(4.0))
+    for command in (limits, learn):
+        result = CliRunner().invoke(command, [str(tmp_path / "campaign"), "--out", str(tmp_path / "out")])
+        assert result.exit_code == 0, result.output
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert written == {*(f"{kind}.toml" for kind in kinds()), "dictionary.json", "sight.json"}
+    import tomllib  # noqa: PLC0415
+
+    table = tomllib.loads((tmp_path / "out" / "aero_hand_open.toml").read_text())
+    assert table["provenance"]["hands"] == 60
+    assert all(map(parse_limit, table["limit"]))

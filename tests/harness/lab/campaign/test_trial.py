@@ -1,0 +1,37 @@
+"""One run: the same trial gives the same numbers, and a fault changes them."""
+
+from dataclasses import replace
+
+from hil.lab.campaign.trial import Trial, perform
+
+TRIAL = Trial("plausible:5", seed=5, experiments=("presence", "audit"))
+
+
+def test_a_trial_depends_on_nothing_else():
+    assert perform(TRIAL).numbers == perform(TRIAL).numbers
+
+
+def test_a_fault_is_in_the_numbers_and_a_healthy_hand_is_not_accused():
+    faulty = perform(replace(TRIAL, faults=("motor_dead:ring",)))
+    assert "audit/followed/ring" in faulty.failed
+    healthy = perform(TRIAL)
+    assert (healthy.failed, healthy.stopped) == ((), "")
+
+
+def test_a_fault_that_never_fires_is_no_success():
+    outcome = perform(replace(TRIAL, faults=("encoder_slip:index=40@500",)))
+    assert outcome.ended == "FaultNeverFiredError"
+    assert outcome.stopped
+
+
+def test_a_hand_that_falls_silent_is_an_outcome():
+    outcome = perform(replace(TRIAL, faults=("board_hangs@1",)))
+    assert outcome.stopped
+    assert outcome.ended
+
+
+def test_a_hand_that_cannot_even_be_homed_is_an_outcome():
+    """A guarded board that is older than declared refuses what the guard sets first."""
+    outcome = perform(replace(TRIAL, firmware="0.1.0", guarded=True, faults=("board_runs_pre",)))
+    assert outcome.ended == "SafetyStopError"
+    assert "SET_SPE" in outcome.stopped

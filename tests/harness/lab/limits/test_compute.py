@@ -1,0 +1,211 @@
+"""The steps from the readings of healthy hands to a limit, with numbers known by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hil.lab.limits.checks import Check
+from hil.lab.limits.compute import (
+    FALSE_ALARMS,
+    FIRMWARE_GROUPS,
+    Healthy,
+    _outward,
+    _short,
+    computed_limits,
+    own_limits,
+    upper_bound,
+)
+from hil.verdict.limits import Limit
+
+INDEX, RING = ("staircase", "friction", "index"), ("staircase", "friction", "ring")
+BOTH = Check("staircase", "friction", ("index", "ring"), side="both", floor=0.1)
+ONE = Check("staircase", "friction", ("index",), side="both", floor=0.1)
+STEPS = 1.0 * np.arange(100)
+
+
+def hands(values, version="0.2.0", *, ring=(), shipped=(), guarded=False):
+    population = {INDEX: np.asarray(values, float), RING: np.asarray(ring, float)}
+    return Healthy((version,), population, {INDEX: np.asarray(shipped, float)}, guarded)
+
+
+def pareto(chance, excesses):
+    """Return the quantile of a generalised Pareto distribution from sample L-moments, written out."""
+    x, n = np.sort(excesses), len(excesses)
+    mean = x.sum() / n
+    second = 2 * (np.arange(n) * x).sum() / n / (n - 1) - mean
+    shape = 2 - mean / second
+    scale = mean * (1 - shape)
+    return scale / shape * (chance**-shape - 1), shape
+
+
+def test_the_tail_is_carried_on_as_a_generalised_pareto_distribution():
+    """85 readings of 0 and 15 beyond; the threshold is 0, and 15 % lie beyond it."""
+    excesses = np.arange(1, 16) ** 1.7
+    expected, shape = pareto(0.01, excesses)
+    assert -0.5 < shape < 0.1
+    assert upper_bound(np.append(np.zeros(86), excesses), 0.0015) == pytest.approx(expected)
+
+
+def test_the_shape_of_a_tail_is_bounded():
+    """Equal steps have shape -0.94, which counts as -0.5; a far outlier has more than 0.1, which counts as that."""
+    # Of 85 to 99, beyond 84.15: the mean is 7.85, so that the end lies 1.5 x 7.85 x 2 beyond.
+    assert upper_bound(STEPS, 0.0015) == pytest.approx(84.15 + 1.5 * 7.85 * 2 * (1 - math.sqrt(0.01)))
+    excesses = np.append(np.ones(14), 100.0) + 0.01 * np.arange(15)
+    expected = excesses.mean() * 0.9 / 0.1 * (0.01**-0.1 - 1)
+    assert upper_bound(np.append(np.zeros(86), excesses), 0.0015) == pytest.approx(expected)
+
+
+def test_a_tail_of_fewer_than_eight_or_of_one_value_is_its_end():
+    readings = np.append(np.zeros(60), np.arange(1.0, 8.0))
+    assert upper_bound(readings, 1e-4) == 7.0
+    assert upper_bound(np.append(readings, 8.0), 1e-4) > 8.0
+    assert upper_bound(np.append(np.zeros(100), np.full(10, 3.0)), 1e-4) == 3.0
+
+
+def test_a_limit_goes_beyond_the_readings_by_half_their_range_at_most():
+    """Readings of one finger in equal steps from 0 to 99, median 49.5, one check with two sides."""
+    (limit,) = computed_limits([ONE], [hands(STEPS)])
+    beyond = upper_bound(STEPS - 49.5, FALSE_ALARMS / 2)
+    assert beyond < 99
+    assert limit.at_most == pytest.approx(49.5 + beyond, abs=1.0)
+    assert limit.at_least == pytest.approx(49.5 - beyond, abs=0.1)
+    assert limit.healthy == (0.0, 99.0)
+    assert limit.firmware == ("0.2.0",)
+    assert limit.source == "100 readings of healthy hands with such firmware, spread of 100"
+    far = np.append(np.zeros(86), 1.1 ** np.arange(15.0))
+    # Two hundred checks leave each a chance so small that the tail goes on for longer than that.
+    limit = computed_limits([ONE] * 200, [hands(far)])[0]
+    assert limit.at_most == pytest.approx(1.5 * far.max(), abs=0.01)
+    assert limit.at_least == -0.1
+
+
+def test_all_sides_and_subjects_share_the_false_alarms():
+    """Two checks of two sides and one of one side are five; two fingers halve the share of each."""
+    one_sided = Check("audit", "pull", ("index",), side="above", floor=0.1)
+    other = Check("audit", "followed", ("index",), side="both", floor=0.1)
+    pool = hands(STEPS, ring=STEPS)
+    readings = dict.fromkeys([("audit", "pull", "index"), ("audit", "followed", "index")], STEPS)
+    group = Healthy(pool.firmware, {**pool.population, **readings}, {})
+    found = computed_limits([BOTH, one_sided, other], [group])
+    doubled = upper_bound(np.append(STEPS, STEPS) - 49.5, FALSE_ALARMS / 5 / 2)
+    single = upper_bound(STEPS - 49.5, FALSE_ALARMS / 5)
+    assert found[0].at_least == _outward(49.5 - doubled, -1)
+    assert found[2].at_least == _outward(49.5 - single, -1)
+    assert math.isinf(found[1].at_least)
+    assert found[1].at_most == found[2].at_most == _outward(49.5 + single, 1)
+
+
+def test_one_side_is_open():
+    (above,) = computed_limits([Check("staircase", "friction", ("index",), side="above", floor=0.1)], [hands(STEPS)])
+    assert above.at_least == -math.inf
+    assert math.isfinite(above.at_most)
+    (below,) = computed_limits([Check("staircase", "friction", ("index",), side="below", floor=0.1)], [hands(STEPS)])
+    assert below.at_most == math.inf
+    assert math.isfinite(below.at_least)
+
+
+def test_versions_have_limits_of_their_own_about_their_median_and_share_the_spread():
+    few = [hands([0.0, 1.0, 2.0]), hands([10.0, 14.0], "0.1.5")]
+    first, second = computed_limits([ONE], few)
+    # Deviations are -1, 0, 1 and -2, 2; nobody goes further than half the own range beyond the own readings.
+    assert (first.at_least, first.at_most, first.firmware) == (-1.0, 3.0, ("0.2.0",))
+    assert (second.at_least, second.at_most, second.firmware) == (9.9, 14.1, ("0.1.5",))
+    assert second.source == "2 readings of healthy hands with such firmware, spread of 5"
+    limited = Check("staircase", "friction", ("index",), ("0.1.5",), side="both", floor=0.1)
+    (only,) = computed_limits([limited], few)
+    assert only.firmware == ("0.1.5",)
+    assert only.source.endswith("spread of 2")
+
+
+def test_a_given_bound_is_passed_on():
+    given = Check("session", "restarts", ("hand",), ("0.2.0",), at_most=0.0, at_least=-1.0, source="no restart")
+    assert computed_limits([given], []) == (
+        Limit("session", "restarts", ("hand",), "no restart", -1.0, 0.0, firmware=("0.2.0",)),
+    )
+
+
+def test_a_check_without_readings_is_an_error():
+    with pytest.raises(ValueError, match=r"no healthy hand of firmware 0\.2\.0 measured staircase friction"):
+        computed_limits([ONE], [hands([]), hands([1.0], "0.1.5")])
+
+
+def test_readings_that_are_not_there_are_left_out():
+    (limit,) = computed_limits([ONE], [hands([math.nan, 0.0, 1.0, 2.0])])
+    assert limit.healthy == (0.0, 2.0)
+
+
+def test_shipped_and_recorded_hands_widen_what_is_healthy():
+    check = Check(
+        "staircase", "friction", ("index",), side="both", floor=0.1, recorded=(-5.0, 1.0), recorded_by="hand of 1999"
+    )
+    (limit,) = computed_limits([check], [hands([0.0, 2.0], shipped=[7.0])])
+    assert limit.healthy == (-5.0, 7.0)
+    assert (limit.at_least, limit.at_most) == (-5.1, 7.1)
+    assert limit.source.endswith("; hand of 1999")
+
+
+def test_guarded_hands_share_a_limit_that_holds_them():
+    free, weaker = hands([0.0, 4.0]), hands([-0.05, 3.0], guarded=True)
+    (limit,) = computed_limits([ONE], [free, weaker])
+    assert limit.guarded is None
+    assert limit.healthy == (-0.05, 4.0)
+    assert computed_limits([ONE], [free, hands([], guarded=True)])[0].guarded is None
+    apart = computed_limits([ONE], [free, hands([-9.0, 3.0], guarded=True)])
+    assert [(limit.guarded, limit.healthy) for limit in apart] == [(False, (0.0, 4.0)), (True, (-9.0, 3.0))]
+    above = computed_limits([ONE], [free, hands([3.0, 9.0], guarded=True)])
+    assert [limit.guarded for limit in above] == [False, True]
+
+
+BASE = Limit("staircase", "friction", ("index",), "test", -2.0, 2.0, firmware=("0.2.0",), healthy=(-1.0, 1.0))
+
+
+def test_a_hand_beyond_a_limit_has_one_of_its_own():
+    (own,) = own_limits([ONE], [BASE], [hands([], shipped=[1.5, 3.0])])
+    assert (own.at_least, own.at_most, own.healthy) == (-2.0, 3.1, (-1.0, 3.0))
+    assert own.source == "2 readings of this hand, 1.5 to 3"
+    (own,) = own_limits([ONE], [BASE], [hands([], shipped=[-3.0])])
+    assert (own.at_least, own.at_most, own.healthy) == (-3.1, 2.0, (-3.0, 1.0))
+    assert own_limits([ONE], [BASE], [hands([], shipped=[-1.9, 1.9])]) == ()
+    assert own_limits([ONE], [BASE], [hands([], shipped=[1.91])]) != ()
+
+
+def test_an_open_side_stays_open_and_a_bound_without_readings_is_widened():
+    above = Limit("staircase", "friction", ("index",), "test", at_most=2.0, firmware=("0.2.0",))
+    (own,) = own_limits([ONE], [above], [hands([], shipped=[3.0, 5.0])])
+    assert (own.at_least, own.at_most) == (-math.inf, 5.1)
+    assert own.healthy == pytest.approx((2.9, 5.1)) or own.healthy == pytest.approx((3.0, 5.0))
+    below = Limit("staircase", "friction", ("index",), "test", at_least=2.0, firmware=("0.2.0",))
+    (own,) = own_limits([ONE], [below], [hands([], shipped=[1.0])])
+    assert (own.at_least, own.at_most) == (0.9, math.inf)
+
+
+def test_only_the_limit_of_the_same_check_and_version_is_widened():
+    far = [hands([], shipped=[9.0])]
+    assert own_limits([BOTH], [BASE], far) == ()
+    assert own_limits([ONE], [BASE], [hands([], "0.1.5", shipped=[9.0])]) == ()
+    assert own_limits([Check("staircase", "friction", ("index",), ("0.1.5",), "both", 0.1)], [BASE], far) == ()
+    given = Check("staircase", "friction", ("index",), at_most=2.0, source="physics")
+    assert own_limits([given], [BASE], far) == ()
+    other = Limit("staircase", "spring", ("index",), "test", -2.0, 2.0, firmware=("0.2.0",), healthy=(-1.0, 1.0))
+    (own,) = own_limits([ONE], [other, BASE], far)
+    assert own.metric == "friction"
+
+
+@pytest.mark.parametrize(
+    ("value", "up", "down"),
+    [(1234.0, 1240.0, 1230.0), (0.012341, 0.0124, 0.0123), (-1234.0, -1230.0, -1240.0), (7.0, 7.0, 7.0), (0.0, 0, 0)],
+)
+def test_bounds_have_three_figures_and_are_rounded_outwards(value, up, down):
+    assert _outward(value, 1) == up
+    assert _outward(value, -1) == down
+
+
+def test_readings_are_told_in_three_figures():
+    assert [_short(value) for value in (0.12345, 999.4, 1000.0, -12345.6)] == ["0.123", "999", "1000", "-12346"]
+
+
+def test_every_version_stands_in_one_group():
+    assert [version for group in FIRMWARE_GROUPS for version in group] == [
+        "pre", "0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5", "0.2.0"
+    ]  # fmt: skip

@@ -1,0 +1,173 @@
+"""Limits follow from the readings of healthy hands, and hold all of them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import expon, uniform
+
+from hil.lab.limits.checks import load_checks, parse_check
+from hil.lab.limits.compute import Healthy, computed_limits, own_limits, upper_bound
+from hil.lab.limits.writing import limits_text
+from hil.verdict.limits import UNMEASURED, Limit, parse_limit
+
+CHECK = parse_check(
+    {"experiment": "staircase", "metric": "take_up", "subjects": ["index", "ring"], "side": "both", "floor": 0.1}
+)
+VERSIONS = ("0.1.3", "0.1.4", "0.1.5")
+
+
+def healthy(values, shipped=()):
+    readings = {("staircase", "take_up", "index"): np.asarray(values, float)}
+    return Healthy(VERSIONS, readings, {("staircase", "take_up", "ring"): np.asarray(shipped, float)})
+
+
+@given(st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.lists(st.floats(-150, 150), max_size=3))
+def test_a_limit_holds_every_healthy_reading_and_the_floor(values, shipped):
+    (limit,) = computed_limits([CHECK], [healthy(values, shipped)])
+    every = [*values, *shipped]
+    assert limit.at_least <= min(every) - 0.1
+    assert limit.at_most >= max(every) + 0.1
+    assert limit.firmware == VERSIONS
+
+
+@given(st.lists(st.floats(-100, 100), min_size=20, max_size=60), st.floats(-1000, 1000))
+def test_a_limit_moves_with_its_readings(values, shift):
+    (one,) = computed_limits([CHECK], [healthy(values)])
+    (other,) = computed_limits([CHECK], [healthy(np.array(values) + shift)])
+    # Limits are rounded to three figures.
+    assert other.at_most == pytest.approx(one.at_most + shift, abs=0.02 * (abs(shift) + abs(one.at_most) + 1))
+
+
+@pytest.mark.parametrize(("law", "factor"), [(expon(), 1.35), (uniform(), 1.25)])
+def test_a_far_quantile_is_met_by_its_tail(law, factor):
+    chance = 1e-4
+    found = [upper_bound(law.rvs(400, random_state=seed), chance) for seed in range(40)]
+    # The median bound is the true quantile, give or take; a bounded law has nothing beyond its end.
+    assert law.isf(chance) / factor < np.median(found) < law.isf(chance) * factor
+
+
+def test_recorded_hands_are_held():
+    check = parse_check(
+        {
+            "experiment": "staircase",
+            "metric": "take_up",
+            "subjects": ["index"],
+            "side": "above",
+            "floor": 0.1,
+            "recorded": [0.0, 7.0],
+            "recorded_by": "a hand",
+        }
+    )
+    (limit,) = computed_limits([check], [healthy([0.0, 1.0])])
+    assert limit.at_most >= 7.1
+    assert "a hand" in limit.source
+
+
+def test_a_kind_of_its_own_widens_only_what_it_has_to():
+    base = computed_limits([CHECK], [healthy([0.0, 1.0])])
+    assert own_limits([CHECK], base, [healthy([], shipped=[0.5])]) == ()
+    (own,) = own_limits([CHECK], base, [healthy([], shipped=[9.0])])
+    assert (own.at_least, own.at_most) == (base[0].at_least, 9.1)
+
+
+def test_a_file_of_limits_is_read_as_it_was_written():
+    limits = computed_limits([CHECK], [healthy([0.0, 1.0])])
+    import tomllib  # noqa: PLC0415
+
+    table = tomllib.loads(limits_text(limits, {"hands": 2}))
+    assert tuple(map(parse_limit, table["limit"])) == limits
+
+
+@given(st.floats(-50, 50))
+def test_excess_is_one_at_the_limit_and_zero_among_the_healthy(value):
+    limit = Limit("staircase", "take_up", ("index",), "", at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
+    excess = limit.excess(value)
+    assert (abs(excess) > 1.0) == (not -3.0 <= value <= 4.0)
+    assert (excess == 0.0) == (-1.0 <= value <= 2.0)
+    assert math.copysign(1.0, excess) == (-1.0 if value < -1.0 else 1.0)
+
+
+@pytest.mark.parametrize(("low", "high"), [(-3.0, 4.0), (-math.inf, 4.0), (-3.0, math.inf)])
+@given(value=st.floats(-50, 50))
+def test_an_excess_above_one_is_a_reading_out_of_limits(low, high, value):
+    limit = Limit("staircase", "take_up", ("index",), "", at_least=low, at_most=high, healthy=(-1.0, 2.0))
+    assert (abs(limit.excess(value)) > 1.0) == (not low <= value <= high)
+
+
+@given(st.floats(-50, 50))
+def test_a_place_is_one_at_the_greatest_healthy_reading(value):
+    limit = Limit("staircase", "take_up", ("index",), "", at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
+    assert (abs(limit.place(value)) <= 1.0) == (-1.0 <= value <= 2.0)
+    assert limit.place(0.5) == 0.0
+
+
+@pytest.mark.parametrize(("bounds", "value", "place"), [((-math.inf, 1.0), 2.0, 10.0), ((5.0, math.inf), 5.0, 5.0)])
+def test_a_place_is_known_where_a_bound_is_given(bounds, value, place):
+    limit = Limit("presence", "lost_replies", ("hand",), "", at_least=bounds[0], at_most=bounds[1])
+    assert limit.place(value) == pytest.approx(place)
+
+
+def test_a_place_is_finite_where_all_healthy_hands_read_the_same():
+    limit = Limit("staircase", "take_up", ("index",), "", at_most=1.0, healthy=(0.0, 0.0))
+    assert limit.place(0.1) == pytest.approx(2.0)
+
+
+def test_a_reading_that_is_not_there_counts():
+    limit = Limit("staircase", "take_up", ("index",), "", at_most=4.0, healthy=(-1.0, 2.0))
+    assert limit.excess(math.nan) == limit.place(math.nan) == UNMEASURED
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"colour": 1}, "unknown keys"),
+        ({"side": None}, "give a side, or"),
+        ({"floor": 0.0}, "least distance"),
+        ({"at_most": 3.0, "source": "physics"}, "give a side, or"),
+    ],
+)
+def test_a_mistake_in_a_check_is_named(changes, message):
+    table = {"experiment": "staircase", "metric": "spring", "subjects": ["index"], "side": "both", "floor": 0.1}
+    with pytest.raises(ValueError, match=f"check on spring: .*{message}"):
+        parse_check({key: value for key, value in {**table, **changes}.items() if value is not None})
+
+
+def test_no_metric_of_a_subject_is_checked_twice():
+    keys = [
+        (check.experiment, check.metric, subject, version)
+        for check in load_checks()
+        for subject in check.subjects
+        for version in check.firmware or ("pre", "0.1.5", "0.2.0")
+    ]
+    assert len(keys) == len(set(keys))
+
+
+def test_a_guarded_hand_has_limits_of_its_own_only_where_it_differs():
+    readings = {("staircase", "take_up", "index"): np.array([0.0, 1.0])}
+    weaker = {("staircase", "take_up", "index"): np.array([-9.0, -8.0])}
+    alike = computed_limits([CHECK], [Healthy(VERSIONS, readings, {}), Healthy(VERSIONS, readings, {}, guarded=True)])
+    assert [limit.guarded for limit in alike] == [None]
+    apart = computed_limits([CHECK], [Healthy(VERSIONS, readings, {}), Healthy(VERSIONS, weaker, {}, guarded=True)])
+    assert [limit.guarded for limit in apart] == [False, True]
+    assert apart[1].at_most < apart[0].at_least
+
+
+READINGS = st.lists(st.floats(-3, 3), min_size=20, max_size=60)
+
+
+@given(READINGS, READINGS)
+def test_a_limit_for_both_holds_what_each_needs(free, guarded):
+    hands = [
+        Healthy(VERSIONS, {("staircase", "take_up", "index"): np.array(readings)}, {}, guarded=weaker)
+        for readings, weaker in ((free, False), (guarded, True))
+    ]
+    together = computed_limits([CHECK], hands)
+    if len(together) == 1:
+        for kind in hands:
+            (alone,) = computed_limits([CHECK], [replace(kind, guarded=False)])
+            assert together[0].at_least <= alone.at_least
+            assert together[0].at_most >= alone.at_most

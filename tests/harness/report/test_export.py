@@ -1,0 +1,153 @@
+"""An export opens with the public readers, in Foxglove's own schemas, and is still the recording."""
+
+import json
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from mcap.reader import make_reader
+
+from aero.channels import Joint
+from hil import open_target
+from hil.checks import EXPERIMENTS
+from hil.checks.shared.experiment import record
+from hil.cli import main
+from hil.faults import parse_fault
+from hil.recordings.mcap_file import epoch_ns, read_recording, write_recording
+from model.routed import build_routed
+
+pytest.importorskip("foxglove_schemas_protobuf", reason="needs the extra `foxglove`")
+from google.protobuf.timestamp_pb2 import Timestamp
+from mcap_protobuf.decoder import DecoderFactory
+
+from hil.report.foxglove.export import POSTURE_S, layout
+from hil.report.foxglove.hand_scene import ROOT, fixed_frames, moving_frames, scene
+
+SCHEMAS = {
+    "/joints/measured": "foxglove.JointStates",
+    "/joints/commanded": "foxglove.JointStates",
+    "/hand/scene": "foxglove.SceneUpdate",
+    "/hand/fixed_frames": "foxglove.FrameTransforms",
+    "/hand/frames": "foxglove.FrameTransforms",
+    "/findings": "foxglove.Event",
+    "/findings/log": "foxglove.Log",
+    "/events": "foxglove.Log",
+}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A recording of a hand with a torn cable, and its export."""
+    folder = tmp_path_factory.mktemp("export")
+    with open_target(faults=[parse_fault("cable_snapped:ring")]) as target:
+        record(EXPERIMENTS["audit"], target, folder / "audit.mcap")
+    result = CliRunner().invoke(main, ["export", str(folder / "audit.mcap"), "--layout", str(folder / "layout.json")])
+    assert result.exit_code == 0, result.output
+    return folder / "audit.mcap", folder / "audit-foxglove.mcap"
+
+
+def messages(path):
+    with path.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        wanted = [topic for topic, name in SCHEMAS.items() if topic != "/events"]
+        return [(s, c.topic, m, d) for s, c, m, d in reader.iter_decoded_messages(topics=wanted, log_time_order=False)]
+
+
+def test_an_export_is_still_the_recording(files):
+    recording, exported = map(read_recording, files)
+    assert exported == recording
+
+
+def test_every_topic_has_the_schema_of_foxgloves_panels(files):
+    with files[1].open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    found = {c.topic: summary.schemas[c.schema_id].name for c in summary.channels.values()}
+    assert found.items() >= SCHEMAS.items()
+
+
+def test_messages_are_in_the_order_of_time_and_carry_the_date(files):
+    header = read_recording(files[1]).header
+    found = messages(files[1])
+    times = [message.log_time for _, _, message, _ in found]
+    assert times == sorted(times)
+    assert times[0] == epoch_ns(header) > 1.7e18
+
+
+def test_joint_states_follow_the_hand(files):
+    found = [(m.log_time, d) for _, topic, m, d in messages(files[1]) if topic == "/joints/measured"]
+    names = [joint.name for joint in found[0][1].joints]
+    assert names == [joint.label for joint in Joint]
+    assert np.diff([t for t, _ in found]).min() >= 1e9 * POSTURE_S - 1
+    index = np.array([states.joints[Joint.INDEX_PIP].position for _, states in found])
+    assert np.ptp(index) > 0.1
+    assert np.abs(index).max() < np.pi / 2
+
+
+def test_a_finding_is_an_event_over_the_seconds_that_show_it(files):
+    found = [d for _, topic, _, d in messages(files[1]) if topic == "/findings"]
+    said = [{pair.key: pair.value for pair in event.metadata} for event in found]
+    [(event, pull)] = [(e, s) for e, s in zip(found, said, strict=True) if s["finding"].startswith("ring: pull")]
+    assert pull["remedy"]
+    assert event.end_time.ToNanoseconds() - event.start_time.ToNanoseconds() == pytest.approx(1.2e9, abs=0.1e9)
+    logs = [d for _, topic, _, d in messages(files[1]) if topic == "/findings/log"]
+    assert "checks passed" in logs[-1].message
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_the_frames_are_those_of_the_simulated_hand(side):
+    rng = np.random.default_rng(1)
+    angles = rng.uniform(0.0, 0.9, len(Joint))
+    model = build_routed(side).compile()
+    data = mujoco.MjData(model)
+    for joint in Joint:
+        data.joint(joint.label).qpos = angles[joint]
+    mujoco.mj_kinematics(model, data)
+    frames = [*fixed_frames(side, Timestamp()).transforms, *moving_frames(side, angles, Timestamp()).transforms]
+    parent = {frame.child_frame_id: frame for frame in frames}
+    assert set(parent) == {entity.frame_id for entity in scene(side, Timestamp()).entities}
+    for name in parent:
+        assert np.allclose(_place(parent, name)[0], data.body(name).xpos, atol=1e-6), name
+        assert abs(_place(parent, name)[1] @ data.body(name).xquat) == pytest.approx(1.0, abs=1e-6), name
+
+
+def _place(parent, name):
+    """Position and orientation of a frame in the world, by the chain of its parents."""
+    if name == ROOT:
+        return np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+    frame = parent[name]
+    origin, turn = _place(parent, frame.parent_frame_id)
+    moved, turned = np.empty(3), np.empty(4)
+    mujoco.mju_rotVecQuat(moved, np.array([frame.translation.x, frame.translation.y, frame.translation.z]), turn)
+    own = np.array([frame.rotation.w, frame.rotation.x, frame.rotation.y, frame.rotation.z])
+    mujoco.mju_mulQuat(turned, turn, own)
+    return origin + moved, turned
+
+
+def test_every_topic_of_the_layout_is_in_an_export(files):
+    with files[1].open("rb") as stream:
+        topics = {channel.topic for channel in make_reader(stream).get_summary().channels.values()}
+    panels = json.loads(layout())["configById"]
+    paths = [path["value"].partition(".")[0] for panel in panels.values() for path in panel.get("paths", ())]
+    logs = [panel["topicToRender"] for panel in panels.values() if "topicToRender" in panel]
+    drawn = [topic for panel in panels.values() for topic in panel.get("topics", ())]
+    assert {*paths, *logs, *drawn} <= topics
+    assert (files[1].parent / "layout.json").read_text() == layout()
+
+
+def test_a_recording_that_was_broken_off_is_exported_without_findings(files, tmp_path):
+    recording = read_recording(files[0])
+    cut = replace(recording, header=replace(recording.header, finished=False))
+    write_recording(cut, tmp_path / "cut.mcap")
+    result = CliRunner().invoke(main, ["export", str(tmp_path / "cut.mcap"), "--out", str(tmp_path / "out.mcap")])
+    assert result.exit_code == 0, result.output
+    assert {topic for _, topic, _, _ in messages(tmp_path / "out.mcap")} >= {"/hand/scene", "/joints/measured"}
+    assert read_recording(tmp_path / "out.mcap") == cut
+
+
+def test_an_export_never_replaces_its_own_recording(files):
+    before = files[0].read_bytes()
+    result = CliRunner().invoke(main, ["export", str(files[0]), "--out", str(files[0])])
+    assert result.exit_code == 2
+    assert files[0].read_bytes() == before

@@ -1,0 +1,127 @@
+"""What has become worse since a hand's own baseline, on figures made by hand."""
+
+import json
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.recordings.seal import sealed
+from hil.verdict.baseline import LARGEST_BYTES, load, regressions, store
+
+BEFORE = {
+    "staircase": {
+        "ring": {"worst_percent": 2.0, "rise_hand_ms": 50.0, "friction": 0.2, "take_up": 1.0},
+        "index": {"worst_percent": 10.0, "rise_hand_ms": 100.0, "friction": 1.0, "take_up": 20.0},
+    },
+    "presence": {"index": {"idle_current": 0.1}, "ring": {"idle_current": 1.0}},
+    "holding": {"index": {"holding_current": 1.0}, "ring": {"holding_current": 0.5}},
+}
+
+
+@pytest.mark.parametrize(
+    ("experiment", "subject", "metric", "most"),
+    [
+        ("staircase", "ring", "worst_percent", 3.0),  # by 1 % of range, or 0.3 of 2 %
+        ("staircase", "ring", "rise_hand_ms", 65.0),  # by 15 ms, or 0.2 of 50
+        ("staircase", "index", "worst_percent", 13.0),  # by 1 % of range, or 0.3 of 10 %
+        ("staircase", "index", "rise_hand_ms", 120.0),  # by 15 ms, or 0.2 of 100
+        ("staircase", "ring", "friction", 0.32),  # by 0.12 A, or 0.3 of 0.2
+        ("staircase", "index", "friction", 1.3),  # by 0.12 A, or 0.3 of 1
+        ("staircase", "ring", "take_up", 3.0),  # by 2 mm, or 0.2 of 1
+        ("staircase", "index", "take_up", 24.0),  # by 2 mm, or 0.2 of 20
+        ("presence", "ring", "idle_current", 1.5),  # by 0.2 A, or 0.5 of 1
+        ("holding", "ring", "holding_current", 0.75),  # by 0.25 A, or 0.3 of 0.5
+        ("presence", "index", "idle_current", 0.3),  # by 0.2 A, or 0.5 of 0.1
+        ("holding", "index", "holding_current", 1.3),  # by 0.25 A, or 0.3 of 1
+    ],
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_figure_may_grow_by_its_tolerance_and_no_more(experiment, subject, metric, most, sign):
+    for value, passed in ((most - 0.005, True), (most + 0.005, False), (0.0, True)):
+        (finding,) = regressions(BEFORE, {experiment: {subject: {metric: sign * value}}}, "mine")
+        assert finding.passed is passed
+        assert finding.subject == subject
+        assert finding.check == f"{metric} against the baseline"
+    assert f"was {BEFORE[experiment][subject][metric]:.4g}" in finding.measured
+    assert finding.expected == f"at most {most:.4g}"
+
+
+def test_a_negative_figure_of_the_baseline_counts_by_its_size():
+    before = {"holding": {"ring": {"holding_current": -1.0}}}
+    for value, passed in ((1.29, True), (1.31, False)):
+        (finding,) = regressions(before, {"holding": {"ring": {"holding_current": value}}}, "mine")
+        assert finding.passed is passed
+
+
+def test_only_what_both_measured_is_compared():
+    now = {"holding": {"pinky": {"holding_current": 9.0}, "index": {"warming": 99.0}}, "audit": {"ring": {"pull": 9.0}}}
+    assert regressions(BEFORE, now, "mine") == ()
+    assert regressions({}, BEFORE, "mine") == ()
+
+
+def results(folder, measured):
+    folder.mkdir()
+    (folder / "checks.json").write_text(json.dumps({"measured": measured}))
+    return folder
+
+
+def test_figures_and_recordings_are_kept_and_read(tmp_path):
+    found = results(tmp_path / "run", {"holding": {"index": {"warming": 2, "note": "text", "creep_percent": None}}})
+    (found / "holding.mcap").write_bytes(b"recording")
+    (found / "report.html").write_text("page")
+    store(found, tmp_path / "new" / "mine")
+    assert sorted(path.name for path in (tmp_path / "new" / "mine").iterdir()) == ["checks.json", "holding.mcap"]
+    assert load(tmp_path / "new" / "mine") == {"holding": {"index": {"warming": 2}}}
+    with pytest.raises(FileExistsError, match="exists already"):
+        store(found, tmp_path / "new" / "mine")
+    with pytest.raises(FileNotFoundError, match=r"no checks\.json"):
+        store(tmp_path / "new", tmp_path / "other")
+
+
+@pytest.mark.parametrize("value", [True, [1.0], {}])
+def test_a_figure_that_is_no_number_is_refused(tmp_path, value):
+    with pytest.raises(ValueError, match=r"warming is .*, not a number"):
+        load(results(tmp_path / "run", {"holding": {"index": {"warming": value}}}))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"measured": []}', '{"measured": {"holding": 1}}', "[" * 100_000])
+def test_a_file_of_something_else_is_no_baseline(tmp_path, text):
+    (tmp_path / "checks.json").write_text(text)
+    with pytest.raises(ValueError, match="no baseline"):
+        load(tmp_path)
+
+
+def test_no_file_and_one_of_more_than_16_mib_are_no_baseline(tmp_path):
+    with pytest.raises(ValueError, match="no baseline"):
+        load(tmp_path)
+    assert LARGEST_BYTES == 16 * 1024 * 1024
+    good = '{"measured": {}}'
+    (tmp_path / "checks.json").write_text(good + " " * (LARGEST_BYTES - len(good)))
+    assert load(tmp_path) == {}
+    with (tmp_path / "checks.json").open("a") as stream:
+        stream.write(" ")
+    with pytest.raises(ValueError, match="16777216 are the most"):
+        load(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["1e999", "-1e999", "NaN", "Infinity"])
+def test_a_figure_that_is_not_finite_is_refused(tmp_path, text):
+    """It would pass whatever comes."""
+    figures = json.dumps({"measured": {"presence": {"index": {"idle_current": "VALUE"}}}})
+    (tmp_path / "checks.json").write_text(figures.replace('"VALUE"', text))
+    with pytest.raises(ValueError, match="no baseline of `aero-hil baseline`: idle_current is"):
+        load(tmp_path)
+
+
+@given(at=st.integers(0), bit=st.integers(0, 7))
+def test_one_wrong_bit_in_the_figures_of_a_run_gives_the_same_figures_or_none(tmp_path_factory, at, bit):
+    folder = tmp_path_factory.mktemp("run")
+    measured = {"presence": {"index": {"idle_current": 0.125, "lost_replies": None}}}
+    good = json.dumps(sealed({"passed": True, "measured": measured, "findings": []}), indent=2).encode()
+    data = bytearray(good)
+    data[at % len(data)] ^= 1 << bit
+    (folder / "checks.json").write_bytes(data)
+    with suppress(ValueError):
+        assert load(folder) == {"presence": {"index": {"idle_current": 0.125}}}

@@ -1,0 +1,74 @@
+"""The causes of a run in words, by a dictionary made by hand."""
+
+import pytest
+
+from aero.channels import Channel
+from hil.faults import CATALOGUE
+from hil.verdict import diagnose as module
+from hil.verdict.diagnose import diagnose
+from hil.verdict.dictionary import Entry
+from hil.verdict.limits import Limit
+
+LIMITS = tuple(
+    Limit(experiment, metric, subjects, "test", at_most=2.0, healthy=(0.0, 1.0))
+    for experiment, metric, subjects in (
+        ("staircase", "friction", ("index", "ring")),
+        ("staircase", "take_up", ("index", "ring")),
+        ("presence", "round_trip", ("hand",)),
+    )
+)
+ENTRIES = (
+    Entry("stiff", "gear_friction:index=0.2", {"own/staircase/friction": 2.0}),
+    Entry("slack", "cable_long:index=4", {"own/staircase/friction": 1.0, "own/staircase/take_up": 2.5}),
+    Entry("late", "reply_delayed=20", {"hand/presence/round_trip": 2.0}),
+    Entry("gone", "link_silent=1", {"ended/LinkTimeoutError": 7.3}),
+    Entry("others", "supply_low=0.4", {"others/staircase/take_up": 2.0}),
+    Entry("weak", "motor_weak:index=0.8", {"own/staircase/friction": -2.0}),
+)
+
+
+@pytest.fixture(autouse=True)
+def dictionary(monkeypatch):
+    monkeypatch.setattr(module, "_dictionary", lambda: ENTRIES)
+    for entry in ENTRIES:
+        assert entry.fault.partition(":")[0].partition("=")[0] in CATALOGUE
+
+
+def test_the_likeliest_cause_comes_first_with_what_tells_it_from_the_next():
+    found = diagnose({"staircase": {"ring": {"friction": 9.0, "take_up": 0.5}}}, LIMITS, "", ["presence"])
+    assert len(found) == 5
+    assert (found[0].cause, found[0].channel, found[0].fault) == ("stiff", Channel.RING, "gear_friction:index=0.2")
+    assert found[0].meaning == f"{CATALOGUE['gear_friction'].meaning}."
+    assert found[1].cause == "slack"
+    assert found[0].next_look == (
+        "To tell it from slack, measure staircase/take_up of this channel again: this cause does not move it."
+    )
+    assert found[1].next_look.startswith(f"To tell it from {found[2].cause}, measure staircase/take_up of this channel")
+    assert found[1].next_look.endswith("this cause moves it.")
+    assert found[-1].next_look == ""
+
+
+def test_a_cause_of_the_whole_hand_is_told_by_how_the_run_ended():
+    found = diagnose({"presence": {"hand": {"round_trip": 9.0}}}, LIMITS, "", [])
+    assert (found[0].cause, found[0].channel) == ("late", None)
+    found = diagnose({}, LIMITS, "LinkTimeoutError", ["staircase"])
+    assert (found[0].cause, found[0].fault) == ("gone", "link_silent=1")
+
+
+@pytest.mark.parametrize(
+    ("feature", "words"),
+    [
+        ("hand/presence/round_trip", "measure presence/round_trip of the hand again: this cause moves it."),
+        ("others/staircase/spring", "measure staircase/spring of the other channels again: this cause moves it."),
+        ("ended/OSError", "validate again and see whether OSError comes to its end."),
+    ],
+)
+def test_where_to_look_next_is_named(feature, words):
+    assert module._next_look({feature: -2.0}, {}, {}, "slack") == f"To tell it from slack, {words}"
+    assert module._next_look({feature: 2.0}, {}, {feature: 1.0}, "slack").startswith("No further reading tells")
+
+
+def test_the_smaller_of_two_effects_does_not_move_it():
+    words = module._next_look({"own/a/b": 1.0}, {"own/a/b": -2.0}, {}, "slack")
+    assert words.endswith("this cause does not move it.")
+    assert module._next_look({"own/a/b": 2.0}, {"own/a/b": 2.0}, {}, "slack").endswith("does not move it.")

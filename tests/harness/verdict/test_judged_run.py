@@ -1,0 +1,60 @@
+"""What a judged run says about itself, on runs made by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aero.channels import Channel
+from hil.recordings.recording import Recording, Series
+from hil.verdict.explanation import Explanation
+from hil.verdict.findings import Finding, failed
+from hil.verdict.judged_run import Result, Validation
+from tests.support.synthetic import HEADER, LABELS
+
+GOOD = Finding("friction", "ring", True, "0.2 A", "at most 0.3 A", "test", "", "")
+BAD = replace(GOOD, passed=False, measured="0.4 A")
+
+
+def recording(seconds):
+    return Recording(HEADER, {"codes": Series.of(LABELS, ["u16"] * 7, [0.0, seconds], np.zeros((2, 7)))})
+
+
+def run(**changes):
+    results = {
+        "audit": Result(recording(9.0), {"ring": {"pull": 1.0}}, (GOOD,)),
+        "holding": Result(recording(10.5), {}, ()),
+    }
+    return Validation(results, None, 1.0, **changes)
+
+
+def test_a_run_passes_when_each_finding_of_every_kind_does():
+    whole = Result(recording(20.0), {"hand": {"restarts": 0.0}}, (GOOD,))
+    assert run().passed
+    assert run(whole_run=whole, regressions=(GOOD,)).findings == (GOOD, GOOD, GOOD)
+    assert not run(regressions=(BAD,)).passed
+    assert not run(whole_run=replace(whole, findings=(BAD,))).passed
+    assert not replace(run(), stopped=BAD).passed
+    assert replace(run(), stopped=BAD).findings == (BAD, GOOD)
+    assert failed((GOOD, BAD, GOOD)) == (BAD,)
+
+
+def test_numbers_are_those_of_what_could_be_measured():
+    whole = Result(recording(20.0), {"hand": {"restarts": 0.0}}, ())
+    assert run().numbers == {"audit": {"ring": {"pull": 1.0}}}
+    assert run(whole_run=whole).numbers.keys() == {"audit", "session"}
+    assert list(run(whole_run=whole).judged) == ["audit", "holding", "session"]
+    assert run().measured("audit").measured == {"ring": {"pull": 1.0}}
+    assert run().measured("holding") is None
+    assert run().measured("coupling") is None
+
+
+def test_hand_time_is_that_of_all_experiments():
+    assert run().hand_seconds == pytest.approx(19.5)
+
+
+def test_a_finding_and_an_explanation_are_sentences():
+    assert BAD.sentence == "ring: friction is 0.4 A, should be at most 0.3 A"
+    cause = Explanation("slack", Channel.RING, 0.756, "cable_slack=4", "A cable is slack.")
+    assert cause.sentence == "76% slack (ring): A cable is slack."
+    assert replace(cause, channel=None).sentence == "76% slack (the hand): A cable is slack."

@@ -1,0 +1,246 @@
+"""Limits are read, refused and applied as their files say."""
+
+import math
+from functools import cache
+from itertools import permutations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.actuation.window import FIRMWARE_CALIBRATIONS
+from hil.checks import EXPERIMENTS, JUDGED, metric_of
+from hil.lab.limits.checks import load_checks
+from hil.lab.limits.compute import FURTHEST
+from hil.verdict.findings import failed
+from hil.verdict.limits import SUBJECTS, Limit, compare, kinds, load_limits, parse_limit, without
+
+TABLE = {
+    "experiment": "staircase",
+    "metric": "tracking_rms",
+    "subjects": ["index", "ring"],
+    "at_most": 0.9,
+    "source": "paper",
+}
+
+TRACKING = metric_of(EXPERIMENTS["staircase"], "tracking_rms", "index")
+
+
+@given(st.floats(-10, 10), st.floats(0.01, 10), st.floats(-30, 30))
+def test_a_value_passes_exactly_within_the_bound(low, width, value):
+    limit = parse_limit({**TABLE, "at_least": low, "at_most": low + width})
+    assert limit.judge(TRACKING, "index", value).passed == (low <= value <= low + width)
+
+
+def test_a_value_that_could_not_be_measured_fails():
+    finding = parse_limit(TABLE).judge(TRACKING, "index", math.nan)
+    assert not finding.passed
+    assert finding.sentence == "index: tracking_rms is not measurable, should be at most 0.9 mm"
+
+
+def test_each_subject_of_the_experiment_is_compared():
+    other = parse_limit({**TABLE, "experiment": "latency", "subjects": ["hand"]})
+    measured = {"index": {"tracking_rms": 0.5}, "ring": {"tracking_rms": 1.5}}
+    findings = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE), other))
+    assert [finding.subject for finding in findings] == ["index", "ring"]
+    assert [finding.subject for finding in failed(findings)] == ["ring"]
+
+
+def test_a_limit_on_what_was_not_measured_is_an_error():
+    with pytest.raises(KeyError):
+        compare(EXPERIMENTS["staircase"], {"index": {"tracking_rms": 0.5}}, (parse_limit(TABLE),))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"colour": "red"}, "unknown keys \\['colour'\\]"),
+        ({"subjects": ["thumb"]}, "subjects are some of"),
+        ({"subjects": []}, "subjects are some of"),
+        ({"at_least": 1.0}, "at_least the lower"),
+    ],
+)
+def test_a_mistake_in_a_limits_file_is_named(changes, message):
+    with pytest.raises(ValueError, match=message):
+        parse_limit({**TABLE, **changes})
+
+
+@pytest.mark.parametrize("key", ["source", "at_most"])
+def test_a_limit_without_source_or_bound_is_refused(key):
+    with pytest.raises(ValueError, match=r"missing keys|at_least"):
+        parse_limit({name: value for name, value in TABLE.items() if name != key})
+
+
+def test_a_limit_may_hold_for_some_firmware_only():
+    assert all(not limit.firmware or "pre" in limit.firmware for kind in kinds() for limit in load_limits(kind, "pre"))
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_the_shipped_limits_belong_to_an_experiment(kind):
+    for limit in load_limits(kind, "0.2.0"):
+        assert limit.subjects
+        assert set(limit.subjects) <= set(SUBJECTS)
+        for subject in limit.subjects:
+            metric = metric_of(JUDGED[limit.experiment], limit.metric, subject)
+            assert metric.meaning
+            assert metric.remedy
+
+
+def test_an_unknown_kind_of_hand_lists_the_known():
+    with pytest.raises(ValueError, match="aero_hand_open"):
+        load_limits("mechanical", "0.2.0")
+
+
+@pytest.mark.parametrize("firmware", ["pre", "0.1.5", "0.2.0"])
+@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind != "aero_hand_open"])
+def test_a_kind_that_extends_another_only_widens_its_limits(kind, firmware):
+    parent = {(f.experiment, f.metric, s): f for f in load_limits("aero_hand_open", firmware) for s in f.subjects}
+    child = {(f.experiment, f.metric, s): f for f in load_limits(kind, firmware) for s in f.subjects}
+    assert parent.keys() == child.keys()
+    for key, limit in parent.items():
+        assert child[key].at_least <= limit.at_least, key
+        assert child[key].at_most >= limit.at_most, key
+
+
+def test_the_limits_are_those_of_the_checks():
+    """Change a check or the population, then make the limits again with `aero-hil limits`."""
+    for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
+        checks = [check for check in load_checks() if not check.firmware or version in check.firmware]
+        limits = load_limits("aero_hand_open", version)
+        found = {(limit.experiment, limit.metric, subject): limit for limit in limits for subject in limit.subjects}
+        assert found.keys() == {(check.experiment, check.metric, s) for check in checks for s in check.subjects}
+        for check in checks:
+            for subject in check.subjects:
+                limit = found[check.experiment, check.metric, subject]
+                if check.given:
+                    assert (limit.at_least, limit.at_most) == (check.at_least, check.at_most)
+                    continue
+                assert math.isinf(limit.at_least) == (check.side == "above"), limit
+                assert math.isinf(limit.at_most) == (check.side == "below"), limit
+                for reading in check.recorded or ():
+                    assert limit.at_least < reading < limit.at_most, limit
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_no_limit_is_wider_than_its_readings_allow(kind):
+    """A limit that was moved by hand is one that no campaign gave."""
+    checks = {(check.experiment, check.metric, check.subjects): check for check in load_checks()}
+    for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
+        for limit in load_limits(kind, version):
+            check = checks[limit.experiment, limit.metric, limit.subjects]
+            if check.given:
+                continue
+            low, high = limit.healthy
+            margin = max(check.floor, FURTHEST * (high - low))
+            # Limits have three figures, rounded outwards.
+            assert math.isinf(limit.at_most) or limit.at_most <= high + margin + 0.011 * abs(high + margin), limit
+            assert math.isinf(limit.at_least) or limit.at_least >= low - margin - 0.011 * abs(low - margin), limit
+
+
+ALIKE = ({"pre"}, {"0.1.0", "0.1.1"}, {"0.1.2", "0.1.3", "0.1.4", "0.1.5"}, {"0.2.0"})
+"""Versions with the same windows, motion profile and torque; they differ in homing, boot text and heat alone."""
+WITHOUT_A_MAP = ("audit", "excursion", "response", "coupling", "holding")
+"""Experiments that command codes, so that their readings do not depend on the version that was declared."""
+
+
+@cache
+def healthy_ranges(version):
+    return {
+        (limit.experiment, limit.metric, limit.subjects[0]): limit
+        for limit in load_limits("aero_hand_open", version)
+        if limit.experiment in WITHOUT_A_MAP and limit.healthy and limit.metric not in ("closed_angle", "fist_travel")
+    }
+
+
+@pytest.mark.parametrize(("declared", "real"), list(permutations(FIRMWARE_CALIBRATIONS, 2)))
+def test_a_board_of_another_version_is_told_by_its_readings(declared, real):
+    expected, read = healthy_ranges(declared), healthy_ranges(real)
+    telling = [
+        key
+        for key in expected.keys() & read.keys()
+        if read[key].healthy[0] > expected[key].at_most or read[key].healthy[1] < expected[key].at_least
+    ]
+    assert bool(telling) == (not any({declared, real} <= versions for versions in ALIKE))
+
+
+@pytest.mark.parametrize("guarded", [False, True])
+@pytest.mark.parametrize("kind", kinds())
+@pytest.mark.parametrize("firmware", ["pre", "0.1.5", "0.2.0"])
+def test_no_metric_of_a_subject_has_two_limits(kind, firmware, guarded):
+    limits = load_limits(kind, firmware, guarded=guarded)
+    keys = [(limit.experiment, limit.metric, subject) for limit in limits for subject in limit.subjects]
+    assert len(keys) == len(set(keys))
+
+
+def bounded(**changes):
+    return Limit("staircase", "tracking_rms", ("index",), "test", **changes)
+
+
+def test_a_bound_is_told_as_people_read_it():
+    assert bounded(at_most=0.9).text("mm") == "at most 0.9 mm"
+    assert bounded(at_least=42.0).text("mm") == "at least 42 mm"
+    assert bounded(at_least=42.0, at_most=45.3).text("mm") == "42 to 45.3 mm"
+
+
+def test_a_reading_at_the_end_of_its_scale_fails_and_says_so():
+    metric = metric_of(EXPERIMENTS["excursion"], "closed_percent", "index")
+    limit = Limit("excursion", "closed_percent", ("index",), "test", at_most=200.0)
+    for value, words in ((100.0, "100 % of the window, at the end of the window"), (99.99, "99.99 % of the window")):
+        finding = limit.judge(metric, "index", value)
+        assert finding.passed is (value < 100.0)
+        assert finding.measured == words
+    assert (finding.check, finding.source, finding.meaning) == ("closed_percent", "test", metric.meaning)
+    assert (finding.expected, finding.remedy) == ("at most 200 % of the window", metric.remedy)
+
+
+def test_excess_counts_margins_between_healthy_readings_and_limit():
+    both = bounded(at_least=-1.0, at_most=6.0, healthy=(0.0, 2.0))
+    assert [both.excess(value) for value in (-3.0, -1.0, 0.0, 2.0, 4.0, 10.0)] == [-3.0, -1.0, 0.0, 0.0, 0.5, 2.0]
+    above = bounded(at_most=6.0, healthy=(0.0, 2.0))
+    assert [above.excess(value) for value in (-2.0, 4.0)] == [0.0, 0.5]
+    below = bounded(at_least=-1.0, healthy=(0.0, 2.0))
+    assert [below.excess(value) for value in (-2.0, 4.0)] == [-2.0, 0.0]
+
+
+def test_beyond_a_given_bound_an_excess_is_three():
+    given = bounded(at_least=1.0, at_most=2.0)
+    assert [given.excess(value) for value in (0.9, 1.0, 2.0, 2.1, math.nan)] == [3.0, 0.0, 0.0, 3.0, 3.0]
+
+
+def test_limits_that_a_kind_has_of_its_own_take_the_place_of_the_others():
+    general = Limit("staircase", "friction", ("index", "ring"), "test", at_most=1.0)
+    other = Limit("staircase", "spring", ("index",), "test", at_most=1.0)
+    own = Limit("staircase", "friction", ("index",), "test", at_most=9.0)
+    left = without((general, other), (own,))
+    assert [(limit.metric, limit.subjects) for limit in left] == [("friction", ("ring",)), ("spring", ("index",))]
+    assert without((own,), (general,)) == ()
+
+
+def test_limits_of_guarded_hands_are_for_these_alone():
+    free, guarded = (load_limits("aero_hand_open", "0.2.0", guarded=flag) for flag in (False, True))
+    assert {limit.guarded for limit in free} == {None, False}
+    assert {limit.guarded for limit in guarded} == {None, True}
+    assert all(not limit.firmware or "0.2.0" in limit.firmware for limit in (*free, *guarded))
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, 1.0), (2.0, 1.0)])
+def test_a_lower_bound_is_below_the_upper_one(low, high):
+    with pytest.raises(ValueError, match="at_least the lower"):
+        parse_limit({**TABLE, "at_least": low, "at_most": high})
+
+
+@pytest.mark.parametrize("key", ["experiment", "metric", "subjects", "source"])
+def test_what_a_limit_needs_is_named(key):
+    with pytest.raises(ValueError, match=rf"missing keys \['{key}'\]"):
+        parse_limit({name: value for name, value in TABLE.items() if name != key})
+
+
+def test_a_table_of_a_file_becomes_a_limit():
+    table = {**TABLE, "firmware": ["0.2.0"], "healthy": [0.1, 0.5], "guarded": True}
+    assert parse_limit(table) == Limit(
+        "staircase", "tracking_rms", ("index", "ring"), "paper", -math.inf, 0.9, ("0.2.0",), True, (0.1, 0.5)
+    )
+
+
+def test_limits_are_known_for_three_kinds_of_hand():
+    assert kinds() == ("aero_hand_open", "ideal_hand", "paper_hand")
