@@ -64,6 +64,7 @@ def given() -> Iterator[None]:
 
 
 CODES = (
+    ("aero.safety.LinkLostError", Exit.NO_HAND),
     ("aero.safety.SafetyStopError", Exit.STOPPED),
     ("hil.targets.target.NoHandError", Exit.NO_HAND),
     ("aero.errors.AeroError", Exit.NO_HAND),

@@ -16,6 +16,7 @@ from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli.before_moving import before_moving
@@ -103,6 +104,10 @@ def run(
             if result is None or folder is None:
                 raise
             result = _of_another_hand(result, error)
+        except SafetyStopError as error:  # from the end of the hand: it may be closed, and what was measured stands
+            if result is None or folder is None:
+                raise
+            result = replace(result, ended_by=error)
         _show(result, audience)
         _print(console, result, folder)
         write_results(result, folder)

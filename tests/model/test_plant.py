@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from measured_hand import step_rise
 from servo_law import STALL, push, settle, towards
 
 from aero.channels import Channel
@@ -172,20 +173,10 @@ def test_an_unpowered_shaft_coasts_and_a_powered_one_brakes():
     assert braking.speeds()[0] < 0.01 * before
 
 
-def test_a_step_ends_without_overshoot_as_recorded(plant):
+def test_a_step_ends_without_overshoot_as_recorded():
     """164 counts: rises in about 50 ms and does not overshoot (public logs, 600-count and smaller steps)."""
-    count = 2 * np.pi / 4096
-    plant.drive(0, towards(1.5))
-    settle(plant)
-    start = plant.angles()[0]
-    plant.drive(0, towards(1.5 + 164 * count))
-    trace = []
-    for _ in range(40):
-        plant.advance_to(plant.time + 0.005)
-        trace.append((plant.angles()[0] - start) / (164 * count))
-    trace = np.array(trace)
-    assert trace.max() <= trace[-1] + 0.005
-    rise = 0.005 * (np.argmax(trace > 0.9 * trace[-1]) - np.argmax(trace > 0.1 * trace[-1]))
+    rise, overshoot = step_rise()
+    assert overshoot <= 0.005
     assert 0.03 <= rise <= 0.07
 
 
