@@ -293,7 +293,8 @@ class GuardedHand(AeroHand):
         now = self._bare_clock.now()
         if self.phase not in {Phase.OPENING, Phase.MOVING} or now < self._look_due:
             return
-        self._lateness.began(now, now - self._look_due)
+        # What the look before took makes this one not late.
+        self._lateness.began(now, now - max(self._look_due, self._looked_at + self.thresholds.look_s))
         try:
             with self._itself():
                 objection = self._unwatched(now) or self._look()
@@ -302,7 +303,7 @@ class GuardedHand(AeroHand):
         except AeroError:
             objection = self._watch.unanswered(now, self._bare_clock.now())
         self._looked_at = self._bare_clock.now()
-        self._look_due = max(now + self.thresholds.look_s, self._looked_at)  # what a look took makes no other one late
+        self._look_due = now + self.thresholds.look_s
         if objection is not None:
             self._abort(objection)
 

@@ -87,10 +87,10 @@ def test_limits_replace_links(victim, place, monkeypatch):
     for name in ("computed_limits", "own_limits"):
         monkeypatch.setattr(f"hil.cli.limits.{name}", lambda *given: ())
     (place / "L").mkdir()
-    (place / "L" / "paper_hand.toml").symlink_to(victim)
+    (place / "L" / "aero_hand_open.toml").symlink_to(victim)
     result = CliRunner().invoke(main, ["limits", "C", "--out", "L"])
     assert result.exit_code == 0, result.output
-    assert not (place / "L" / "paper_hand.toml").is_symlink()
+    assert not (place / "L" / "aero_hand_open.toml").is_symlink()
 
 
 def test_limits_of_a_campaign_that_measured_too_little_are_refused_with_one_line(place):
