@@ -88,7 +88,7 @@ class GuardedHand(AeroHand):
         self._restarts = 0
         telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
         self._watch = Watch(self.thresholds, spans_counts, telemetry_s)
-        self._lateness = Lateness(self.thresholds.follow_s)
+        self._lateness = Lateness(self.thresholds.follow_s, self.thresholds.look_s)
         self._look_due = self._temperatures_due = self._looked_at = clock.now()
         self._last_codes: NDArray[np.integer] = np.array(OPEN)
         self._closed = False

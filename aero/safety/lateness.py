@@ -16,14 +16,16 @@ class Lateness:
     lateness.
     """
 
-    def __init__(self, kept_s: float) -> None:
+    def __init__(self, kept_s: float, piece_s: float) -> None:
+        """Keep delays for `kept_s`; an idle program waits in pieces of `piece_s`, so its looks begin that late (s)."""
         self._kept_s = kept_s
+        self._piece_s = piece_s
         self._looks: deque[tuple[float, float]] = deque()
         self._replies: deque[tuple[float, float]] = deque()
 
     def began(self, t: float, late_s: float) -> None:
         """Take a look that began at `t`, `late_s` after it was due (s)."""
-        self._note(self._looks, t, late_s)
+        self._note(self._looks, t, late_s if late_s > self._piece_s + WORTH_SAYING_S else 0.0)
 
     def answered(self, t: float, after_s: float) -> None:
         """Take a look that was answered at `t`, `after_s` after it began (s)."""
