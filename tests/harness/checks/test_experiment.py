@@ -12,9 +12,9 @@ from tests.support.synthetic import HEADER
 
 
 def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
-    order = "presence audit excursion response coupling holding staircase replay homing"
+    order = "presence audit excursion response coupling holding staircase replay repeatability homing"
     assert list(EXPERIMENTS) == order.split()
-    assert list(DEFAULT) == order.split()[:-1]
+    assert list(DEFAULT) == order.split()[:-2]
     assert list(JUDGED) == [*order.split(), "session"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
@@ -34,6 +34,7 @@ def test_how_far_each_experiment_goes_is_known():
         "holding": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
         "staircase": (1.0,) * 7,
         "replay": (1.0,) * 7,
+        "repeatability": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
         "homing": (1.0,) * 7,
     }
 
