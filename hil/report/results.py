@@ -8,9 +8,9 @@ import math
 from pathlib import Path
 
 from aero.channels import Channel
+from aero.whole_file import whole, write_whole
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric
-from hil.recordings.output import write_whole
 from hil.recordings.seal import sealed
 from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report
@@ -39,7 +39,8 @@ def write_results(validation: Validation, out: Path) -> None:
     write_figures(validation, out)
     for name, result in validation.results.items():
         if "sweeps" in EXPERIMENTS[name].drawn and result.measured:
-            validation_figure(result.recording).savefig(out / "validation.svg")
+            with whole(out / "validation.svg") as draft:
+                validation_figure(result.recording).savefig(draft)
     names = [*validation.judged, *(cut.header.experiment for cut in validation.broken_off)]
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
