@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aero.policy.file import load, save
+from aero.whole_file import write_whole
 from hil.lab.policies.any_cube import ANY_CUBE, over_any
 from hil.lab.policies.byte_evaluation import run_trials
 from hil.lab.policies.cube_trial import Trial
 from hil.lab.policies.strata import stratum
-from hil.recordings.output import write_whole
 from hil.recordings.provenance import source_commit
 from train.recipe import Recipe
 
