@@ -149,6 +149,11 @@ class EmulatedHand:
         else:
             self.board.start(boot.run(self.board, cause))
 
+    def supply(self, volts: float) -> None:
+        """Let the servos measure another supply (V); what it does to their motors is the plant's."""
+        for servo in self.servos:
+            servo.feedback.volts = volts
+
     def close(self) -> None:
         """Switch the board off; only one that runs a program holds anything that has to be given back."""
         self.board.stop()

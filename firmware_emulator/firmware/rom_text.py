@@ -23,6 +23,7 @@ _LOADING = (
 def rom_text(cause: ResetCause, *, download: bool = False) -> str:
     """Return the text of a reset; with `download` that of a chip which then waits for esptool."""
     if download:
-        return f"{_HEAD}{REASONS[cause]},boot:0x23 (DOWNLOAD(USB/UART0))\r\nSaved PC:0x40041a76\r\nwaiting for download\r\n"
+        waiting = "boot:0x23 (DOWNLOAD(USB/UART0))\r\nSaved PC:0x40041a76\r\nwaiting for download\r\n"
+        return f"{_HEAD}{REASONS[cause]},{waiting}"
     saved = "Saved PC:0x403cf2cb\r\n" if cause == "reset" else ""
     return f"{_HEAD}{REASONS[cause]},boot:0x2b (SPI_FAST_FLASH_BOOT)\r\n{saved}{_LOADING}"

@@ -1,8 +1,8 @@
 """What DTR and RTS do to the board: its USB port is the chip's own, so they are requests on the wire and no pins.
 
 Source: ESP32-S3 technical reference manual, USB Serial/JTAG controller, "reset SoC into download mode"; esptool 5
-(`reset.py`) goes through these states. Raising both, as opening a port does, and dropping both, as closing does, are
-no such request, in whichever order the two lines change.
+(`reset.py`) goes through these states. Opening a port raises DTR, then RTS, and closing drops both at once: neither is
+a reset. A program that drops DTR while RTS is raised does restart the board.
 """
 
 from __future__ import annotations

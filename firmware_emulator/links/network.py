@@ -125,7 +125,8 @@ class NetworkPort:
             return
         self._client.setblocking(False)
         self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._manager = PortManager(_Board(self._change), _Answers(self._send))
+        # It is written for a pyserial port on one side and any file on the other.
+        self._manager = PortManager(_Board(self._change), _Answers(self._send))  # type: ignore[arg-type]
 
     def _change(self, line: str, value: bool) -> None:
         if self._lines.set(**{line: value}):

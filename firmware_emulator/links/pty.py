@@ -86,7 +86,7 @@ class PtyServer:
             self._link = link
             self._away_until: float | None = None
             self._host = Terminal(link)
-            opened.callback(lambda: self._host.close())
+            opened.callback(self._host.close)
             self._takers[self._host] = emulated_hand.receive
             self._network = None if listen is None else NetworkPort(*listen, self._reset_by_lines)
             if self._network is not None:

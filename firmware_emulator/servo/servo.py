@@ -236,7 +236,7 @@ class Servo:
             position = self._bounded(settings.position)
         self._setpoint_counts = position
         shaft = self._mounting.shaft
-        drive = settings.drive(self.frame.angle(position), self._mounting.direction, self.parameters)
+        drive = settings.drive(self._aim(), self._mounting.direction, self.parameters)
         self._shafts.drive(shaft, drive)
         followed = self._motion is not None or settings.has_dead_zone
         self._shafts.follow(shaft, self._follow if followed else None)
@@ -262,21 +262,28 @@ class Servo:
         return None
 
     def _bounded(self, goal: int) -> float:
+        # Limits count for goals that come after them.
         limits = low, high = self.memory.get("min_angle"), self.memory.get("max_angle")
         if high > low and (self.parameters.clamp_goal or limits not in control.FREE_ANGLES):
             return float(min(max(goal, low), high))
         return float(goal)
 
     def _follow(self, t: float) -> float | None:
-        motion, has_dead_zone = self._motion, self._acting.has_dead_zone
+        motion = self._motion
         if motion is not None:
             self._setpoint_counts = motion.at(t)[0]
             if t >= motion.end:
                 self._motion = None
-        elif not has_dead_zone:
+        elif not self._acting.has_dead_zone:
             return None
-        if has_dead_zone and self._acting.ignores(self._setpoint_counts - self.frame.counts(self._angle())):
-            return self._angle()
+        return self._aim()
+
+    def _aim(self) -> float:
+        """Angle (rad) that the motor is sent to: the setpoint, or where it stands while the dead zone holds it."""
+        if self._acting.has_dead_zone:
+            angle = self._angle()
+            if self._acting.ignores(self._setpoint_counts - self.frame.counts(angle)):
+                return angle
         return self.frame.angle(self._setpoint_counts)
 
 
