@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 import numpy as np
+from rich.console import Console
 
 from aero.policy.file import Policy
 from aero.policy.shipped import DEFAULT, find_policy
