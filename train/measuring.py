@@ -1,4 +1,4 @@
-"""Hands that a policy is measured on in process: those of a stage, without cubes from the tail; or routed ones."""
+"""Hands that a policy is measured on in process: those of a stage with evenly drawn cubes, or routed ones."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def hands_to_measure(
 ) -> Batch:
     """Return `count` hands that follow from the seed; whoever asks for them closes the batch."""
     if stage.built:
-        return HandStock(stage, settings, seed, tails=False).batch(range(count), threads, check)
+        return HandStock(stage, settings, seed, training=False).batch(range(count), threads, check)
     draws = draw_routed(stage, settings, np.random.default_rng(seed), count, stage.rows)
     model = build_scene(settings.torque_limit).compile()
     return Simulator(randomise.models(model, draws) if draws else [model] * count, threads)

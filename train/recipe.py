@@ -171,14 +171,15 @@ ANY_CUBE = Stage(
     built=True,
     redraw=Redraw(every=10, hands=40),
     any_cube=True,
+    cube_reach=(0.0, 1.0),
     reset=AS_PLACED,
     episode_steps=300,
     staggered=True,
     measured=16,
 )
-"""All springs, all cubes. A drop is cheap and a slow hand's turning counts twice, or else the gait, which turns few of
-these hands at first, is given up for holding still: with a drop at 100 and no such weight it was, within 0.2 M steps. A
-hand that gives way at its thumb would be stopped by the guard, so that costs."""
+"""All springs, and cubes from the paper's to any: the gait that was found turns the paper's cube at 1.0 rad/s on hands
+with all springs, but any cube at 0.2 rad/s, and with nothing in between it is given up for holding still. A slow hand's
+turning counts twice. A hand that gives way at its thumb would be stopped by the guard, so that costs."""
 
 
 STEADY = Recipe(
@@ -195,6 +196,7 @@ STEADY = Recipe(
             action_rate=Ramp(-0.1, -0.2, 1_000_000),
             redraw=Redraw(every=20, hands=40),
             drop_price=DropPrice(),
+            cube_reach=(1.0, 1.0),
             tail_share=0.5,
             unroll=20,
             clipping=0.2,
