@@ -164,7 +164,7 @@ AS_PLACED = ResetRanges(joint_std_rad=0.04, cube_offset_m=0.006, random_orientat
 
 ANY_CUBE = Stage(
     "spread",
-    600_000,
+    1_500_000,
     RewardSettings(Weights(fall=-60.0, action_rate=-0.1, pushed=-2.0), rotation_cap_rad_s=2.0),
     turning=TurningWeight(),
     actuation=BUS,
@@ -191,7 +191,7 @@ STEADY = Recipe(
         replace(
             ANY_CUBE,
             name="constrain",
-            steps=2_500_000,
+            steps=2_000_000,
             rewarded=RewardSettings(Weights(pushed=-2.0)),
             action_rate=Ramp(-0.1, -0.2, 1_000_000),
             redraw=Redraw(every=20, hands=40),
@@ -201,8 +201,8 @@ STEADY = Recipe(
             unroll=20,
             clipping=0.2,
             discount=0.985,
-            learning_rate=Ramp(2e-4, 1e-4, 2_500_000),
-            entropy_cost=Ramp(1e-2, 3e-3, 2_500_000),
+            learning_rate=Ramp(2e-4, 1e-4, 2_000_000),
+            entropy_cost=Ramp(1e-2, 3e-3, 2_000_000),
             gradient_norm=(1.0, 5.0),
             frozen_updates=8,
         ),
