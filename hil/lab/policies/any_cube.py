@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from aero.channels import CABLES, Channel
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.file import Policy
 from aero.policy.running import RunSettings
 from hil.lab.policies.byte_evaluation import Case
 from hil.lab.policies.cube_trial import Surroundings
 from hil.lab.policies.disturbance import NONE, Disturbance
-from hil.targets.target import DEFAULT_FIRMWARE
 from model.cubes import any_cube
 from model.geometry import Side
 from model.units import Unit, load_unit

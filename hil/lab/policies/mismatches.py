@@ -16,11 +16,11 @@ from matplotlib.figure import Figure
 from scipy.stats import bootstrap
 
 from aero.channels import Channel
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.running import RunSettings
 from hil.lab.policies.byte_evaluation import BOOTSTRAP_SEED, Case
 from hil.lab.policies.cube_trial import Surroundings, Trial
 from hil.lab.policies.prediction import CONFIDENCE, LEAST, Interval
-from hil.targets.target import DEFAULT_FIRMWARE
 from model.parameters import BuiltHandParameters
 from model.units import Unit, load_unit
 
