@@ -15,6 +15,7 @@ from aero.channels import Channel
 from hil.checks.shared import subjects
 from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Experiment, Measured, Metric
+from hil.checks.shared.loose_grasp import LOOSE_GRASP
 from hil.checks.shared.side_by_side import follow
 from hil.checks.shared.signals import display_unit, rms
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
@@ -27,8 +28,6 @@ from model import RoutedHand
 
 Floats = NDArray[np.float64]
 
-GRASP = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
-"""Part of each channel's range at the foot of the steps: a loose grasp in which no digit meets another."""
 STEP = 0.05
 """Part of the range, as each of the paper's twenty levels."""
 STEPS = (0, 1, 2, 1, 0)
@@ -44,7 +43,7 @@ def commands(open_lengths: Floats, closed_lengths: Floats) -> Floats:
     """Return the stream (n, 7) between where every channel waits and its closed end, both (7,); lengths, m and rad."""
     held = round(HOLD_S / SAMPLE_PERIOD_S)
     rows = [np.zeros((round(LEAD_S / SAMPLE_PERIOD_S), len(Channel)))]
-    for channel, foot in zip(Channel, GRASP, strict=True):
+    for channel, foot in zip(Channel, LOOSE_GRASP, strict=True):
         levels = [*(foot + STEP * step for step in STEPS), 0.0]
         rows.append(np.outer(np.repeat(levels, held), np.eye(len(Channel))[channel]))
     return open_lengths + np.vstack(rows) * (closed_lengths - open_lengths)
@@ -131,7 +130,7 @@ EXPERIMENT = Experiment(
     "Tracking and rise time of every channel in half a minute",
     run,
     measure,
-    tuple(foot + STEP * max(STEPS) for foot in GRASP),
+    tuple(foot + STEP * max(STEPS) for foot in LOOSE_GRASP),
     METRICS,
     rank=65,
     by_default=False,
