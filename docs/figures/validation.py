@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from aero.channels import Channel
 from figures.cells import Cell
 from figures.emulated import SEEDED, validation
@@ -23,6 +25,25 @@ def staircase() -> list[Row]:
     return [header, *(_row(channel, [metrics[channel] for metrics in hands]) for channel in Channel)]
 
 
+def excursion() -> list[Row]:
+    """Way of the paper's hand and of the simulator from open to a fist, the paper's figures in brackets."""
+    found = validation("paper", "pre", "excursion").results["excursion"].measured
+    header = ("channel", "hand", "simulator", "excursion &#124;Δ&#124;")
+    return [header, *(_excursion_row(channel, found[channel.label]) for channel in Channel)]
+
+
+def _excursion_row(channel: Channel, found: Mapping[str, float]) -> Row:
+    paper = PAPER[channel]
+    abduction = channel is Channel.THUMB_ABDUCTION
+    one, both = ("{:.0f}", "{:.0f} ({:.0f})") if abduction else ("{:.2f}", "{:.2f} ({:.2f})")
+    return (
+        f"{title(channel)}, {'mrad' if abduction else 'mm'}",
+        Cell.of(both, found["fist_travel"], paper.excursion_hand),
+        Cell.of(one, found["fist_travel_model"]),
+        Cell.of(both, found["fist_difference"], paper.excursion_difference),
+    )
+
+
 def _row(channel: Channel, hands: list[ChannelMetrics]) -> Row:
     paper, (own, *others) = PAPER[channel], hands
     digits = 1 if own.unit == "mrad" else 2
@@ -37,4 +58,5 @@ def _row(channel: Channel, hands: list[ChannelMetrics]) -> Row:
 
 
 STAIRCASE = "`aero-hil validate --only staircase --unit UNIT --firmware FIRMWARE`"
-TABLES = {"staircase": Source(staircase, STAIRCASE, SEEDED)}
+EXCURSION = "`aero-hil validate --only excursion --unit paper --firmware pre`"
+TABLES = {"staircase": Source(staircase, STAIRCASE, SEEDED), "excursion": Source(excursion, EXCURSION, SEEDED)}
