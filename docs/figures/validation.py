@@ -8,10 +8,11 @@ from aero.channels import Channel
 from figures.cells import Cell
 from figures.emulated import SEEDED, validation
 from figures.sources import Row, Source
+from hil.checks import EXPERIMENTS
 from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
-from hil.report.plots import title
-from hil.verdict.paper_figures import PAPER
 
+STAIRCASE, EXCURSION = EXPERIMENTS["staircase"], EXPERIMENTS["excursion"]
+COMPARED = ("tracking_rms", "rise_model_ms", "rise_hand_ms")
 HANDS = (("paper", "pre"), ("reference", "pre"), ("reference", "0.2.0"))
 """Unit and firmware; the first is the paper's own hand."""
 
@@ -33,30 +34,31 @@ def excursion() -> list[Row]:
 
 
 def _excursion_row(channel: Channel, found: Mapping[str, float]) -> Row:
-    paper = PAPER[channel]
-    abduction = channel is Channel.THUMB_ABDUCTION
-    one, both = ("{:.0f}", "{:.0f} ({:.0f})") if abduction else ("{:.2f}", "{:.2f} ({:.2f})")
+    travel, difference = (EXCURSION.metric(name, channel.label) for name in ("fist_travel", "fist_difference"))
+    digits = 0 if travel.unit == "mrad" else 2
+    one, both = f"{{:.{digits}f}}", f"{{:.{digits}f}} ({{:.{digits}f}})"
     return (
-        f"{title(channel)}, {'mrad' if abduction else 'mm'}",
-        Cell.of(both, found["fist_travel"], paper.excursion_hand),
+        f"{channel.title}, {travel.unit}",
+        Cell.of(both, found[travel.name], travel.paper[channel.label]),
         Cell.of(one, found["fist_travel_model"]),
-        Cell.of(both, found["fist_difference"], paper.excursion_difference),
+        Cell.of(both, found[difference.name], difference.paper[channel.label]),
     )
 
 
 def _row(channel: Channel, hands: list[ChannelMetrics]) -> Row:
-    paper, (own, *others) = PAPER[channel], hands
+    own, *others = hands
+    paper = {name: STAIRCASE.metric(name, channel.label).paper[channel.label] for name in COMPARED}
     digits = 1 if own.unit == "mrad" else 2
     return (
-        title(channel),
-        Cell.of(f"{{:.{digits}f}} ({{:.{digits}f}})", own.tracking_rms, paper.tracking_rms),
+        channel.title,
+        Cell.of(f"{{:.{digits}f}} ({{:.{digits}f}})", own.tracking_rms, paper["tracking_rms"]),
         *(Cell.of(f"{{:.{digits}f}}", hand.tracking_rms) for hand in others),
-        Cell.of("{:.0f} ({:.0f})", own.rise_model_ms, paper.rise_model_ms),
-        Cell.of("{:.0f} ({:.0f})", own.rise_hand_ms, paper.rise_hand_ms),
+        Cell.of("{:.0f} ({:.0f})", own.rise_model_ms, paper["rise_model_ms"]),
+        Cell.of("{:.0f} ({:.0f})", own.rise_hand_ms, paper["rise_hand_ms"]),
         *(Cell.of("{:.0f}", hand.rise_hand_ms) for hand in others),
     )
 
 
-STAIRCASE = "`aero-hil validate --only staircase --unit UNIT --firmware FIRMWARE`"
-EXCURSION = "`aero-hil validate --only excursion --unit paper --firmware pre`"
-TABLES = {"staircase": Source(staircase, STAIRCASE, SEEDED), "excursion": Source(excursion, EXCURSION, SEEDED)}
+COMMAND = "`aero-hil validate --only staircase --unit UNIT --firmware FIRMWARE`"
+FIST = "`aero-hil validate --only excursion --unit paper --firmware pre`"
+TABLES = {"staircase": Source(staircase, COMMAND, SEEDED), "excursion": Source(excursion, FIST, SEEDED)}

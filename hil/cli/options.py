@@ -108,8 +108,25 @@ class NewFolder(click.Path):
         return super().convert(value, param, ctx)
 
 
+class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
+    """`HOST:PORT`; port 0 is any free one."""
+
+    name = "host:port"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
+        """Return the two, or say what is expected."""
+        host, colon, port = str(value).rpartition(":")
+        if not (host and colon and port.isdigit() and int(port) < 2**16):
+            self.fail(f"{value!r} is no HOST:PORT, such as localhost:4000", param, ctx)
+        return host, int(port)
+
+
+LONGEST_S = 7 * 86_400.0
+"""Longest time that can be asked for, s: a week."""
+
+
 class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
-    """A finite time, s, from `least` on, or above zero when `least` is None."""
+    """A time, s, up to `LONGEST_S`; from `least` on, or above zero when `least` is None."""
 
     name = "seconds"
 
@@ -122,9 +139,9 @@ class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from C
             seconds = float(value)
         except ValueError:
             self.fail(f"{value!r} is no number of seconds", param, ctx)
-        if not math.isfinite(seconds) or (seconds <= 0 if self.least is None else seconds < self.least):
+        if not seconds <= LONGEST_S or (seconds <= 0 if self.least is None else seconds < self.least):
             wanted = "above 0" if self.least is None else f"from {self.least:g} on"
-            self.fail(f"{value} is no time; give a number of seconds {wanted}", param, ctx)
+            self.fail(f"{value} is no time; give a number of seconds {wanted}, up to {LONGEST_S:g}", param, ctx)
         return seconds
 
 

@@ -12,28 +12,32 @@ import click
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
+from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
-from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli.before_moving import before_moving
+from hil.cli.console import console as new_console
+from hil.cli.console import description
 from hil.cli.exits import Ended, Exit, ending, given
 from hil.cli.options import ChosenHand
 from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import Audience, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import emptied, prepared_folder, run_folder
-from hil.report.beside_paper import table
+from hil.report.beside_paper import compared, table
 from hil.report.results import write_figures, write_results
 from hil.verdict.baseline import load
 from hil.verdict.findings import Finding, failed
-from hil.verdict.judged_run import Validation
+from hil.verdict.judged_run import Result, Validation
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
 
 SHOWN = 3
 """Causes that are told."""
+BAD, PERHAPS = ("failed", "bold"), ("perhaps", "bold")
 SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
 """For a terminal of 80 columns."""
 
@@ -61,15 +65,15 @@ def run(
         dry_run: read and show only.
         out: folder of the results; one named by the time when None.
     """
-    console = Console()
-    columns = (TextColumn("{task.description:28}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    console = new_console()
+    columns = (description(28), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with given():
         if baseline is not None:
             load(baseline)
         opening = hand.open(homed=homed, faults=[parse_fault(text) for text in faults])
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
-            console.print(f"the results in {folder} are replaced", highlight=False, markup=False)
+            console.print(f"the results in {folder} are replaced")
     result: Validation | None = None
     with viewing(view, hand) as audience:
         try:
@@ -99,6 +103,10 @@ def run(
             if result is None or folder is None:
                 raise
             result = _of_another_hand(result, error)
+        except SafetyStopError as error:  # from the end of the hand: it may be closed, and what was measured stands
+            if result is None or folder is None:
+                raise
+            result = replace(result, ended_by=error)
         _show(result, audience)
         _print(console, result, folder)
         write_results(result, folder)
@@ -142,26 +150,26 @@ def _furthest(names: Sequence[str]) -> Sequence[float]:
 
 
 def _print(console: Console, result: Validation, out: Path) -> None:
-    if result.measured("staircase") is not None:
-        console.print(_staircase_table(result))
+    if (beside := compared(result)) is not None:
+        console.print(_table(beside))
     for name, ran in result.results.items():
         bad = len(failed(ran.findings))
-        verdict = f"[bold]{bad} of {len(ran.findings)} failed[/bold]" if bad else f"{len(ran.findings)} checks passed"
-        console.print(f"{name:10} {EXPERIMENTS[name].title}: {verdict}", highlight=False)
+        verdict = (f"{bad} of {len(ran.findings)} failed", "bold") if bad else f"{len(ran.findings)} checks passed"
+        console.print(Text.assemble(f"{name:10} {EXPERIMENTS[name].title}: ", verdict))
     failures = failed(result.findings)
     for finding in failures:
-        console.print(f"[bold]failed[/bold] {finding.sentence}. {finding.meaning} {finding.remedy}", highlight=False)
+        console.print(Text.assemble(BAD, f" {finding.sentence}. {finding.meaning} {finding.remedy}"))
     for explanation in result.explanations[:SHOWN]:
-        console.print(f"[bold]perhaps[/bold] {explanation.sentence} {explanation.next_look}", highlight=False)
+        console.print(Text.assemble(PERHAPS, f" {explanation.sentence} {explanation.next_look}"))
     verdict = f"{len(failures)} of {len(result.findings)} checks failed" if failures else "within limits"
     console.print(
         f"{verdict}; {result.hand_seconds:.0f} s of hand time in {result.wall_seconds:.1f} s; {out / 'report.html'}"
     )
 
 
-def _staircase_table(result: Validation) -> Table:
-    rows = table(staircase_metrics(result.results["staircase"].recording))
-    title = "Simulator and hand on one staircase; mm, abduction in mrad, rise in ms"
+def _table(result: Result) -> Table:
+    rows = table(result)
+    title = f"Simulator and hand on one {result.recording.header.experiment}; mm, abduction in mrad, rise in ms"
     shown = Table("Channel", title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
     for cell in rows[0].cells:
         shown.add_column(cell.short, justify="right")

@@ -9,14 +9,14 @@ Pareto distribution, which is what the excesses over a high threshold tend to wh
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import genpareto, lmoment
 
-from hil.lab.limits.checks import Check
+from hil.checks.shared.declaration import Check
 from hil.verdict.limits import Limit
 
 Floats = NDArray[np.float64]
@@ -52,8 +52,15 @@ class Healthy:
     """Whether the driver guards them, so that they are weaker at their stops."""
 
 
-def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
-    """Return the limits of all checks, those with the same bounds in several groups of firmware as one.
+def computed_limits(
+    checks: Sequence[Check], groups: Sequence[Healthy], experiments: Collection[str] | None = None
+) -> tuple[Limit, ...]:
+    """Return the limits of checks, those with the same bounds in several groups of firmware as one.
+
+    Args:
+        checks: all checks, which share the chance of a false alarm.
+        groups: healthy hands.
+        experiments: whose limits are computed; all when None.
 
     Raises:
         ValueError: a check has no healthy readings.
@@ -61,6 +68,8 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
     sides = sum({"both": 2}.get(check.side or "", 1) for check in checks)
     found: list[Limit] = []
     for check in checks:
+        if experiments is not None and check.experiment not in experiments:
+            continue
         if check.given:
             found.append(
                 Limit(
@@ -90,6 +99,10 @@ def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance:
     """Return the limits of a check for the groups of firmware, of hands that are guarded or of others."""
     if not groups:
         return []
+    for group in groups:
+        if not _pooled(group.population, check).size:
+            named = f"{check.experiment} {check.metric}"
+            raise ValueError(f"no healthy hand of firmware {group.firmware[-1]} measured {named}; run every experiment")
     deviations = np.concatenate([_deviations(group, check) for group in groups])
     beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
     return [
@@ -133,8 +146,6 @@ def _deviations(group: Healthy, check: Check) -> Floats:
 def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float], count: int) -> Limit:
     """Return a limit from a group's median and how far readings of all groups go above and below theirs."""
     values = _pooled(group.population, check)
-    if not values.size:
-        raise ValueError(f"no healthy hand of firmware {firmware[-1]} measured {check.experiment} {check.metric}")
     held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
     # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.

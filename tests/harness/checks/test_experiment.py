@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil.checks import DEFAULT, EXPERIMENTS, JUDGED, metric_of
+from hil.checks import DEFAULT, EXPERIMENTS, JUDGED
 from hil.checks.shared.closing_current import closing_current
 from hil.checks.shared.experiment import last_before, map_of, one_closed
 from hil.checks.shared.signals import at_times, display_unit, rms
@@ -12,9 +12,10 @@ from tests.support.synthetic import HEADER
 
 
 def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
-    order = "presence audit excursion response coupling holding staircase replay repeatability homing"
+    order = "presence audit excursion response coupling holding short_staircase staircase replay repeatability homing"
+    asked_for = {"short_staircase", "repeatability", "homing"}
     assert list(EXPERIMENTS) == order.split()
-    assert list(DEFAULT) == order.split()[:-2]
+    assert list(DEFAULT) == [name for name in order.split() if name not in asked_for]
     assert list(JUDGED) == [*order.split(), "session"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
@@ -32,6 +33,7 @@ def test_how_far_each_experiment_goes_is_known():
         "response": fingers + thumb,
         "coupling": (0.0,) * 4 + (1.0, 1.0, 0.0),
         "holding": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
+        "short_staircase": (0.6, 0.6, 0.6, 0.6, 0.6, 0.4, 0.5),
         "staircase": (1.0,) * 7,
         "replay": (1.0,) * 7,
         "repeatability": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
@@ -41,13 +43,13 @@ def test_how_far_each_experiment_goes_is_known():
 
 @pytest.mark.parametrize("subject", ["index", "thumb_abduction"])
 def test_a_metric_is_that_of_its_subject(subject):
-    metric = metric_of(EXPERIMENTS["staircase"], "tracking_rms", subject)
+    metric = EXPERIMENTS["staircase"].metric("tracking_rms", subject)
     assert metric.name == "tracking_rms"
     assert metric.unit == {"index": "mm", "thumb_abduction": "mrad"}[subject]
     with pytest.raises(KeyError, match="audit does not measure friction on index"):
-        metric_of(EXPERIMENTS["audit"], "friction", "index")
+        EXPERIMENTS["audit"].metric("friction", "index")
     with pytest.raises(KeyError, match="tracking_rms on hand"):
-        metric_of(EXPERIMENTS["staircase"], "tracking_rms", "hand")
+        EXPERIMENTS["staircase"].metric("tracking_rms", "hand")
 
 
 def test_readings_that_the_board_clamps_are_known():

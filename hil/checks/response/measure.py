@@ -1,0 +1,120 @@
+"""Delays, age of the readings, and the open-and-close rate."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import FINGERS
+from aero.protocol import MAX_CODE, Opcode
+from hil.checks.response.run import CHANNEL, CYCLES
+from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.exchanges import round_trips
+from hil.checks.shared.experiment import Measured
+from hil.recordings.recording import Recording, Series
+from hil.targets.wire_log import WireRecord
+
+Floats = NDArray[np.float64]
+MOVED_CODES = 60
+"""Change that counts as motion: three counts of a finger."""
+FAR, SETTING_OUT = 0.2, 0.05
+"""Parts of the range: further than the first from its goal a finger must be moving, unless it is nearer than the second
+to an end, where it sets out."""
+
+
+def measure(recording: Recording) -> Measured:
+    """Return delays (ms) and the open-close rate (Hz) of the hand."""
+    codes, commands = recording["codes"], recording["command_codes"]
+    cycles = float(recording.header.parameters["cycles_from_s"])
+    steps = [step for step in find_steps(commands.times, commands.values) if step.start < cycles]
+    trace = codes.values[:, CHANNEL]
+    delays = []
+    for step in steps:
+        after = np.flatnonzero(codes.times > step.start)
+        # Only motion the way it was told counts: the finger may still creep out of the step before.
+        moved = after[np.sign(step.after - step.before) * (trace[after] - trace[after[0]]) > MOVED_CODES]
+        delays.append(codes.times[moved[0]] - step.start if moved.size else np.nan)
+    changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
+    fast = _after(codes, cycles)
+    goals = goal_at(commands, fast.times)
+    asked = asked_at(fast.times, recording.wire)
+    _, trips = round_trips(recording.wire)
+    arrived = not any(event.severity == "warning" for event in recording.events)
+    rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
+    return {
+        "hand": {
+            "round_trip": 1e3 * float(np.median(trips)),
+            "command_to_motion": 1e3 * float(np.median(delays)),
+            "telemetry_period": 1e3 * float(np.median(np.diff(changed))),
+            "longest_standstill": 1e3 * max(standstills(asked, fast.times, fast.values, goals), default=np.nan),
+            "backward_readings": 100.0 * backward(fast.values, goals),
+            "open_close_rate": float(rate),
+        }
+    }
+
+
+def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:
+    """Return when the readings that came at `times` (n,) were asked for, (n,) s: the last request before each.
+
+    While a reading is late the driver asks for something else, which does not count.
+    """
+    asked = [record.t for record in wire if record.direction == "to_hand" and record.data[0] == Opcode.GET_POS]
+    requests = np.array(asked or [np.nan])
+    found: Floats = requests[np.searchsorted(requests, times, side="right") - 1]
+    return found
+
+
+def standstills(asked: Floats, times: Floats, codes: Floats, goals: Floats) -> list[float]:
+    """Return for how long (s) the same reading of a finger came again and again while it was on its way.
+
+    A reading was true at some time between its request and its arrival, so what counts is the time from the first one's
+    arrival to the last one's request. A program that was late does not count, nor does an answer that was.
+
+    Args:
+        asked: (n,) float, when each reading was asked for, s.
+        times: (n,) float, when it came, s.
+        codes: (n, 7) float, readings.
+        goals: (n, 7) float, commands in force.
+    """
+    found: list[float] = []
+    for finger in FINGERS:
+        part, goal = codes[:, finger] / MAX_CODE, goals[:, finger] / MAX_CODE
+        on_its_way = (np.abs(goal - part) > FAR) & (np.minimum(part, 1.0 - part) > SETTING_OUT)
+        changes = np.flatnonzero(np.diff(part) != 0) + 1
+        for first, last in zip(changes[:-1], changes[1:] - 1, strict=True):
+            if on_its_way[first] and on_its_way[last]:
+                found.append(max(float(asked[last] - times[first]), 0.0))
+    return found
+
+
+def backward(codes: Floats, goals: Floats) -> float:
+    """Return the share of a finger's new readings that lie behind the one before, while it is on its way.
+
+    A finger that is told to turn back runs on for a moment, so each way counts from its furthest point on.
+
+    Args:
+        codes: (n, 7) float, readings.
+        goals: (n, 7) float, commands in force.
+    """
+    steps: list[Floats] = []
+    for finger in FINGERS:
+        ways = np.split(np.arange(len(codes)), np.flatnonzero(np.diff(goals[:, finger])) + 1)
+        for way in ways:
+            ahead = np.abs(goals[way, finger] - codes[way, finger]) / MAX_CODE
+            left = ahead[int(np.argmax(ahead)) :]
+            steps.append(np.diff(left[left > FAR]))
+    taken = np.concatenate(steps)
+    new = taken[taken != 0]
+    return float((new > 0).mean()) if new.size else np.nan
+
+
+def goal_at(commands: Series, times: Floats) -> Floats:
+    """Return the commands (n, 7) in force at `times` (n,)."""
+    rows = np.maximum(np.searchsorted(commands.times, times, side="right") - 1, 0)
+    goals: Floats = commands.values[rows]
+    return goals
+
+
+def _after(series: Series, t: float) -> Series:
+    late = series.times >= t
+    return Series.of(series.columns, series.units, series.times[late], series.values[late])
