@@ -22,6 +22,7 @@ from hil.lab.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, s
 from hil.lab.campaign.store import NAME, missing, opened
 from hil.lab.campaign.trial import Outcome
 from hil.recordings.output import prepared_folder, run_folder
+from hil.recordings.provenance import command_line
 from hil.verdict.dictionary import load_dictionary
 
 MOST = 1_000_000
@@ -82,6 +83,7 @@ def campaign(
     executor = partial(cluster, scheduler) if scheduler else partial(cores, count)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with opening as store, ProgressBar(*columns, console=console) as bar:
+        store.note_command(command_line())
         left = missing(trials, store.keys())
         console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}", markup=False)
         task = bar.add_task("validating", total=len(left))

@@ -120,20 +120,27 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
     Raises:
         ValueError: there is no such kind, or its file has a mistake; the message says which.
     """
-    if kind not in kinds():
-        raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
-    table = tomllib.loads(LIMITS.joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
-    if unknown := sorted(table.keys() - {"extends", "limit", "provenance"}):
-        raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit, provenance")
-    limits = (parse_limit(entry) for entry in table.get("limit", ()))
+    extends, limits = read_limits(kind)
     own = tuple(
         limit
         for limit in limits
         if (not limit.firmware or firmware in limit.firmware) and limit.guarded in (None, guarded)
     )
-    if "extends" not in table:
-        return own
-    return own + without(load_limits(table["extends"], firmware, guarded=guarded), own)
+    return own + without(load_limits(extends, firmware, guarded=guarded), own) if extends else own
+
+
+def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
+    """Return the kind that a kind of hand extends, empty for none, and its own limits for all versions.
+
+    Raises:
+        ValueError: there is no such kind, or its file has a mistake; the message says which.
+    """
+    if kind not in kinds():
+        raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
+    table = tomllib.loads(LIMITS.joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
+    if unknown := sorted(table.keys() - {"extends", "limit", "provenance"}):
+        raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit, provenance")
+    return table.get("extends", ""), tuple(parse_limit(entry) for entry in table.get("limit", ()))
 
 
 def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, ...]:

@@ -1,6 +1,7 @@
 """Excursion: how far each channel goes alone, how hard it is stopped, and the whole hand from open to fist.
 
 The full code range is commanded, whatever the map says, so the end stops show where the command window really lies.
+The paper's kinematic validation: the fist of the hand less that of the simulator under the same commands.
 Leaves `codes`, `command_codes`, `currents` and `temperatures`.
 """
 
@@ -24,6 +25,7 @@ from hil.checks.shared.experiment import (
     one_closed,
 )
 from hil.checks.shared.signals import display_unit
+from hil.checks.shared.simulated_fist import FIST, simulated_fist
 from hil.recordings.recorder import LENGTH_UNITS, Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -39,28 +41,33 @@ HOLD_S = 0.9
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Close and open each channel alone, then all together."""
+    """Close and open each channel alone, then close all to a fist."""
     recorder.begin({"hold_s": HOLD_S})
-    driver = Driver(target, recorder, progress, HOLD_S * (3 + 2 * len(Channel)))
+    driver = Driver(target, recorder, progress, HOLD_S * (2 + len(FIST) + 2 * len(Channel)))
     opened = np.zeros(len(Channel))
     driver.hold(opened, HOLD_S, "open hand")
     for channel in Channel:
         driver.hold(one_closed(channel, 1.0), HOLD_S, channel.label)
         driver.hold(opened, HOLD_S, channel.label)
-    driver.hold(np.full(len(Channel), MAX_CODE), HOLD_S, "fist")
+    for codes in FIST:
+        driver.hold(codes, HOLD_S, "fist")
     driver.hold(opened, HOLD_S, "open hand")
 
 
 def measure(recording: Recording) -> Measured:
-    """Return where each channel stops alone and in the fist, under which current, and how many readings are stale."""
+    """Return where each channel stops alone and in the fist, under which current, and how many readings are stale.
+
+    The fist is measured beside the simulator's.
+    """
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)
     pull = closing_current(currents.values, recording.header.hand)
     steps = find_steps(commands.times, commands.values)
-    fist_end = next(step.end for step in reversed(steps) if step.after > step.before)
-    fist = last_before(codes.times, codes.values, fist_end).astype(int)
-    fist_start = next(step.start for step in reversed(steps) if step.after > step.before)
-    travel = codec.travel_from_angles(codec.angles_from_codes(np.array([_at(recording, fist_start), fist])))
+    fist = [step for step in steps[2 * len(Channel) :] if step.after > step.before]
+    ends = np.array([last_before(codes.times, codes.values, t) for t in (fist[0].start, fist[-1].end)])
+    fist_travel = np.diff(codec.travel_from_angles(codec.angles_from_codes(ends.astype(np.int64))), axis=0)[0]
+    header = recording.header
+    model_travel = simulated_fist(header.firmware, header.window, header.hand)
     found: dict[str, dict[str, float]] = {}
     for step in steps[: 2 * len(Channel) : 2]:
         closed = last_before(codes.times, codes.values, step.end).astype(int)
@@ -69,7 +76,9 @@ def measure(recording: Recording) -> Measured:
             "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
             "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
             "stop_current": float(last_before(currents.times, pull, step.end)[step.channel]),
-            "fist_travel": scale * float(travel[1, step.channel] - travel[0, step.channel]),
+            "fist_travel": scale * float(fist_travel[step.channel]),
+            "fist_travel_model": scale * float(model_travel[step.channel]),
+            "fist_difference": scale * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
         }
     return found | {"hand": {"stale_readings": 100.0 * stale(codes.times, codes.values)}}
 
@@ -87,11 +96,6 @@ def stale(times: Floats, codes: Floats) -> float:
     on_its_way = (before > MOVING) & (after > MOVING) & apart
     repeated = on_its_way & (now == 0)
     return float(repeated.sum() / on_its_way.sum()) if on_its_way.any() else np.nan
-
-
-def _at(recording: Recording, t: float) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    codes = recording["codes"]
-    return last_before(codes.times, codes.values, t).astype(np.int64)
 
 
 METRICS = (
@@ -183,6 +187,14 @@ METRICS = (
         "deg",
         tuple(channel for channel in subjects.CHANNELS if channel != "thumb_cmc_flexion"),
         "Shaft angle where the channel stops.",
+    ),
+    *(
+        Metric(name, unit, channels, meaning)
+        for unit, channels in (("mm", subjects.CABLES), ("mrad", ("thumb_abduction",)))
+        for name, meaning in (
+            ("fist_travel_model", "Travel of the simulator's channel from open to the fist, under the same commands."),
+            ("fist_difference", "Magnitude of simulator less hand, from open to the fist: the paper's excursion |Δ|."),
+        )
     ),
 )
 """What is measured, and what it means when it is off."""

@@ -25,11 +25,9 @@ def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) ->
         if trial.faults:
             continue
         group = next(i for i, versions in enumerate(FIRMWARE_GROUPS) if trial.firmware in versions)
-        if trial.unit.startswith(PLAUSIBLE):
-            if kind == DEFAULT_LIMITS:
-                population[trial.guarded, group].append(outcome)
-        elif load_unit(trial.unit).limits == kind:
-            shipped[trial.guarded, group].append(outcome)
+        if kind_of(trial.unit) == kind:
+            hands = population if trial.unit.startswith(PLAUSIBLE) else shipped
+            hands[trial.guarded, group].append(outcome)
     return tuple(
         Healthy(
             FIRMWARE_GROUPS[group],
@@ -39,6 +37,19 @@ def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) ->
         )
         for guarded, group in sorted({*population, *shipped})
     )
+
+
+def kind_of(unit: str) -> str:
+    """Return the kind of hand that a unit stands for."""
+    return DEFAULT_LIMITS if unit.startswith(PLAUSIBLE) else load_unit(unit).limits
+
+
+def kinds_of(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
+    """Return the kinds whose healthy hands are in a campaign; the default kind needs hands of the population."""
+    units = {outcome.trial.unit for outcome in outcomes if not outcome.trial.faults}
+    population = any(unit.startswith(PLAUSIBLE) for unit in units)
+    own = {kind_of(unit) for unit in units} - {DEFAULT_LIMITS}
+    return (*((DEFAULT_LIMITS,) if population else ()), *sorted(own))
 
 
 def _readings(outcomes: Iterable[Outcome]) -> Readings:

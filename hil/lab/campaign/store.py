@@ -25,6 +25,7 @@ CREATE TABLE IF NOT EXISTS trials (
 CREATE TABLE IF NOT EXISTS numbers (
     key VARCHAR, experiment VARCHAR, subject VARCHAR, metric VARCHAR, value DOUBLE
 );
+CREATE TABLE IF NOT EXISTS commands (command VARCHAR PRIMARY KEY);
 """
 
 _COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit"
@@ -64,6 +65,15 @@ class Store:
         if numbers:
             self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
         self._connection.commit()
+
+    def note_command(self, command: str) -> None:
+        """Keep a command that trials came from, once."""
+        self._connection.execute("INSERT OR IGNORE INTO commands VALUES (?)", (command,))
+
+    def commands(self) -> tuple[str, ...]:
+        """Return the commands that the trials came from, in the order in which they were first given."""
+        rows = self._connection.execute("SELECT command FROM commands ORDER BY rowid").fetchall()
+        return tuple(command for (command,) in rows)
 
     def keys(self) -> frozenset[str]:
         """Return the keys of all trials that are done."""

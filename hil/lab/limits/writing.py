@@ -9,7 +9,9 @@ from collections.abc import Mapping, Sequence
 from hil.verdict.limits import Limit
 
 
-def limits_text(limits: Sequence[Limit], provenance: Mapping[str, str | int | float], *, extends: str = "") -> str:
+def limits_text(
+    limits: Sequence[Limit], provenance: Mapping[str, str | int | float | list[str]], *, extends: str = ""
+) -> str:
     """Return limits as TOML that `load_limits` reads."""
     lines = ["# Made by `aero-hil limits`; change `checks.toml` or the population, and make it again."]
     if extends:
@@ -32,5 +34,5 @@ def limits_text(limits: Sequence[Limit], provenance: Mapping[str, str | int | fl
     return "\n".join(lines) + "\n"
 
 
-def _value(value: str | float) -> str:
+def _value(value: str | float | list[str]) -> str:
     return json.dumps(value)

@@ -14,6 +14,8 @@ OPEN_DEG = (0.0, 0.0, 0.0, 0.0, 9.932, -9.932, -15.278)
 WINDOW_DEG = (288.123, 288.123, 288.123, 288.123, 100.0, 104.1245, 262.4275)
 WINDOW = (45.258, 45.258, 45.258, 45.258, 1745.33, 16.356, 41.222)
 """The windows of firmware 0.2.0: where they begin, and how far they go at the shaft and in mm (mrad)."""
+SIMULATED = (44.49, 44.77, 44.59, 44.32, 1539.4, 6.55, 25.6)
+"""Travel of the simulator from open to a fist under firmware 0.2.0, mm (mrad)."""
 
 
 def test_every_number_is_the_recorded_one():
@@ -44,6 +46,12 @@ def test_every_number_is_the_recorded_one():
         assert found[label]["closed_angle"] == pytest.approx(OPEN_DEG[i] + closed * WINDOW_DEG[i], abs=0.01)
         assert found[label]["stop_current"] == pytest.approx(0.1 * (i + 1))
         assert found[label]["fist_travel"] == pytest.approx((0.8 + i / 100) * WINDOW[i], rel=1e-3)
+        # The thumb slides along the palm on its way.
+        near = 0.005 if i < 4 else 0.05 * SIMULATED[i]
+        assert found[label]["fist_travel_model"] == pytest.approx(SIMULATED[i], abs=near)
+        difference = abs(found[label]["fist_travel_model"] - found[label]["fist_travel"])
+        assert found[label]["fist_difference"] == pytest.approx(difference)
+    assert found["ring"]["fist_difference"] == pytest.approx(44.59 - 0.82 * 45.258, abs=0.01)
     assert math.isnan(found["hand"]["stale_readings"])
 
 

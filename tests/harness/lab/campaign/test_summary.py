@@ -1,5 +1,6 @@
 """What a campaign says about its checks, on outcomes whose answer is known."""
 
+import tomllib
 from dataclasses import replace
 from itertools import permutations
 
@@ -165,8 +166,34 @@ def test_the_commands_write_what_ships(tmp_path):
         assert result.exit_code == 0, result.output
     written = {path.name for path in (tmp_path / "out").iterdir()}
     assert written == {*(f"{kind}.toml" for kind in kinds()), "dictionary.json", "sight.json"}
-    import tomllib  # noqa: PLC0415
+    tables = {kind: tomllib.loads((tmp_path / "out" / f"{kind}.toml").read_text()) for kind in kinds()}
+    assert {kind: table["provenance"]["hands"] for kind, table in tables.items()} == {
+        "aero_hand_open": 40,
+        "ideal_hand": 10,
+        "paper_hand": 10,
+    }
+    assert all(map(parse_limit, tables["aero_hand_open"]["limit"]))
 
-    table = tomllib.loads((tmp_path / "out" / "aero_hand_open.toml").read_text())
-    assert table["provenance"]["hands"] == 60
-    assert all(map(parse_limit, table["limit"]))
+
+def test_shipped_units_alone_make_their_own_limits_anew(tmp_path):
+    """The limits of the population stay as they are; the commands that made a file stand in it."""
+    with opened(tmp_path / "campaign") as store:
+        store.note_command("aero-hil campaign --shipped --out campaign")
+        for done in healthy_campaign():
+            if not done.trial.unit.startswith("plausible"):
+                store.add(done)
+    result = CliRunner().invoke(limits, [str(tmp_path / "campaign"), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"ideal_hand.toml", "paper_hand.toml"}
+    table = tomllib.loads((tmp_path / "out" / "paper_hand.toml").read_text())
+    assert table["extends"] == "aero_hand_open"
+    assert table["provenance"]["commands"][0] == "aero-hil campaign --shipped --out campaign"
+
+
+def test_a_campaign_of_no_healthy_hand_makes_no_limits(tmp_path):
+    with opened(tmp_path / "campaign") as store:
+        store.add(faulty(4.0))
+    result = CliRunner().invoke(limits, [str(tmp_path / "campaign"), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert "no healthy hand" in result.output
+    assert not (tmp_path / "out").exists()
