@@ -43,6 +43,10 @@ PROPERTIES = (
 cubes and wooden blocks of about this size, smooth plastic to rubber."""
 
 
+TAILS = {"side": (0.052, 0.055), "mass": (0.110, 0.140), "friction": (0.8, 1.0)}
+"""Ends of the ranges, SI, where policies are slow or drop the cube: large, heavy and sticky ones."""
+
+
 def any_cube(rng: np.random.Generator) -> Cube:
     """Draw a cube, each property uniformly from end to end, its centre of mass along a random direction."""
     cube = CUBE
@@ -51,3 +55,10 @@ def any_cube(rng: np.random.Generator) -> Cube:
     direction = rng.standard_normal(3)
     off = rng.uniform(0.0, max(PROPERTIES[-1].values)) * direction / np.linalg.norm(direction)
     return replace(cube, centre_of_mass_m=tuple(off.tolist()))
+
+
+def tail_cube(rng: np.random.Generator) -> Cube:
+    """Draw a cube that has one property from its tail."""
+    cube, name = any_cube(rng), str(rng.choice(list(TAILS)))
+    (one,) = (one for one in PROPERTIES if one.name == name)
+    return one.change(cube, float(rng.uniform(*TAILS[name])))

@@ -1,6 +1,6 @@
 """Built hands in training: behind servos and one-way cables, with the states, controls and sensors of the routed hand.
 
-So a batch may hold both kinds. A state begins as the routed scene's (time, joints and cube, their velocities) and goes
+So one task serves both kinds. A state begins as the routed scene's (time, joints and cube, their velocities) and goes
 on with angles and velocities of the six spools and the tensions of their cables, which decide the sheaths' friction.
 Controls and sensed lengths pass the actuation map, as in deployment.
 """
@@ -22,7 +22,7 @@ from model.scene import CUBE, Cube, add_cube
 from model.units import Unit
 from train.hands import TIMESTEP_S, HandRanges, in_training
 from train.scene import add_sensors, tip_geoms
-from train.simulator import STATE_KIND, Batch, Floats, Simulator
+from train.simulator import STATE_KIND, Floats, Simulator
 from train.task.episode import PHYSICS_STEP_S
 
 EXTRA = 3 * len(CABLES)
@@ -108,8 +108,19 @@ class BuiltSimulator(Simulator):
         self._scenes = list(scenes)
         self._places = _places(self._models[0])
         self.state_size = len(self._places) + len(CABLES)
-        self._corrections = np.zeros((len(scenes), 1, _SHAFTS)) if corrections is None else corrections[:, None]
+        self._corrections = (
+            np.zeros((len(scenes), 1, _SHAFTS)) if corrections is None else np.array(corrections)[:, None]
+        )
         self._map = ActuationMap()
+
+    def replace(self, place: int, scene: CompiledHand, correction: Floats) -> None:
+        """Put another hand and its correction (7,) into a place of the batch."""
+        self._models[place], self._scenes[place] = scene.model, scene
+        self._corrections[place, 0] = correction
+
+    def part(self, places: Sequence[int], threads: int | None = None) -> BuiltSimulator:
+        """Return the hands of these places as a batch of its own."""
+        return BuiltSimulator([self._scenes[place] for place in places], self._corrections[places, 0], threads)
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
         """Step every scene, see `Batch`."""
@@ -143,31 +154,6 @@ class BuiltSimulator(Simulator):
         sensors[..., :_SHAFTS] = lengths[..., list(OBSERVATION_ORDER)]
         sensors[..., _SHAFTS : 2 * _SHAFTS] *= _FORCE_OF_TORQUE
         return sensors
-
-
-class MixedSimulator(Batch):
-    """Two batches as one: routed hands first, then built ones; whoever made them closes them."""
-
-    def __init__(self, routed: Batch, built: BuiltSimulator) -> None:
-        super().__init__(routed.models + built.models)
-        self._routed, self._built = routed, built
-        self.state_size = built.state_size
-
-    def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
-        """Step every scene, see `Batch`."""
-        n = len(self._routed)
-        routed, routed_sensors = self._routed.advance(states[:n, :-EXTRA], controls[:n])
-        built, built_sensors = self._built.advance(states[n:], controls[n:])
-        return np.concatenate([_padded(routed), built]), np.concatenate([routed_sensors, built_sensors])
-
-    def at(self, starts: Floats) -> Floats:
-        """Return states at rest at `starts`, see `Batch`."""
-        n = len(self._routed)
-        return np.concatenate([_padded(self._routed.at(starts[:n])), self._built.at(starts[n:])])
-
-
-def _padded(states: Floats) -> Floats:
-    return np.pad(states, ((0, 0), (0, EXTRA)))
 
 
 def _places(model: mujoco.MjModel) -> NDArray[np.int_]:

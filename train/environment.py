@@ -1,35 +1,39 @@
-"""The cube task as a Brax environment: a batch of hands that restart by themselves, over either backend.
+"""The cube task for training: a batch of hands that restart by themselves, over either backend.
 
-Brax's own wrappers restart an episode from its first state, again and again; here each restart draws another of the
-environment's prepared starts. Episode accounting is what `brax.envs.wrappers.training.EpisodeWrapper` does.
+Each restart draws one of the environment's prepared starts. Everything that changes is in `EnvironmentState`, a JAX
+pytree, so that a run can be kept and gone on with to the bit.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from brax.envs.base import Env, State
 
 from aero.actuation.arrays import Array
-from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
+from aero.policy.task import ACTION_SIZE
 from train import actuation
 from train.physics import Advance
 from train.simulator import Batch, Floats, positions, velocities
 from train.task.episode import Episode, Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
-from train.task.signals import CRITIC_SIZE, critic_state, unpack
+from train.task.reward import TurningWeight
+from train.task.signals import critic_state, unpack
 
-STARTS = 16
+STARTS = 8
 """Prepared starts of each environment."""
+
+Starts = tuple[Array, Array]
+"""States (batch, starts, state size) and sensors (batch, starts, 43)."""
 
 
 def prepare_starts(
     task: Task, simulator: Batch, rng: np.random.Generator, count: int = STARTS
 ) -> tuple[Floats, Floats]:
-    """Return states (batch, count, 46) and sensors (batch, count, 43) of starts, drawn for each environment."""
+    """Return states (batch, count, state size) and sensors (batch, count, 43) of starts, drawn for each environment."""
     nominal = np.array(task.settings.nominal)
     states, sensors = [], []
     for _ in range(count):
@@ -39,94 +43,125 @@ def prepare_starts(
     return np.stack(states, axis=1), np.stack(sensors, axis=1)
 
 
-class CubeEnvironment(Env):
-    """A batch of cube tasks; its size is fixed by the starts, and by the advance function's models."""
+class Prices(NamedTuple):
+    """Weights of the reward that may change from update to update; both are negative."""
 
-    def __init__(self, task: Task, advance: Advance, starts: tuple[Floats, Floats], backend: str) -> None:
-        """Make environments from `starts` (see `prepare_starts`) that move by `advance`."""
-        self._task = task
-        self._advance = advance
-        self._start_states, self._start_sensors = (jnp.asarray(array, jnp.float32) for array in starts)
-        self._backend = backend
+    fall: Array
+    """Of losing the cube."""
+    action_rate: Array
+    """Of the squared change of the action."""
+
+
+class EnvironmentState(NamedTuple):
+    """Where a batch of environments stands."""
+
+    states: Array
+    """Of the physics, (batch, state size)."""
+    episode: Episode
+    observation: dict[str, Array]
+    """The actor's `state`, (batch, 14), and the critic's `privileged_state`, (batch, 81)."""
+    rate: Array
+    """Running mean of each hand's rate over its episodes, (batch,), rad/s."""
+    starts: Starts
+    key: Array
+
+
+class Step(NamedTuple):
+    """What a control period gave, each (batch,)."""
+
+    reward: Array
+    over: Array
+    """1 where the episode ended, else 0."""
+    cut: Array
+    """1 where it ended by its length alone, else 0."""
+    rotation: Array
+    """Mean angular velocity about the vertical, rad/s."""
+    lost: Array
+    """1 where the cube was lost, else 0."""
+
+
+class CubeEnvironment:
+    """A batch of cube tasks; its size is that of the starts and of the advance function's models."""
+
+    def __init__(self, task: Task, advance: Advance, turning: TurningWeight | None = None) -> None:
+        """Make environments that move by `advance` and weight each hand's turning by `turning`."""
+        self._task, self._advance, self._turning = task, advance, turning
 
     @property
-    def observation_size(self) -> dict[str, int]:
-        """Sizes of the actor's and the critic's observation."""
-        return {"state": OBSERVATION_SIZE, "privileged_state": CRITIC_SIZE}
+    def prices(self) -> Prices:
+        """The task's own."""
+        weights = self._task.rewarded.weights
+        return Prices(jnp.float32(weights.fall), jnp.float32(weights.action_rate))
 
-    @property
-    def action_size(self) -> int:
-        """Seven."""
-        return ACTION_SIZE
+    def begin(self, starts: Starts, key: Array, *, staggered: bool = False) -> EnvironmentState:
+        """Start every environment; `staggered` ones are of any age, so that not all episodes end at once."""
+        states, sensors = (jnp.asarray(array, jnp.float32) for array in starts)
+        key, draw, age = jax.random.split(key, 3)
+        at, episode, observation = self._fresh((states, sensors), draw)
+        if staggered:
+            ages = jax.random.randint(age, episode.periods.shape, 0, self._task.episode_steps)
+            episode = episode._replace(periods=ages.astype(jnp.float32))
+        return EnvironmentState(at, episode, observation, jnp.zeros(len(states)), (states, sensors), key)
 
-    @property
-    def backend(self) -> str:
-        """`native` or `mjx`."""
-        return self._backend
+    def renew(self, standing: EnvironmentState, slots: Array, starts: Starts) -> EnvironmentState:
+        """Return the standing with new hands in `slots` (count,), which begin at `starts` of their own."""
+        key, draw = jax.random.split(standing.key)
+        states, sensors = (
+            old.at[slots].set(jnp.asarray(new, jnp.float32)) for old, new in zip(standing.starts, starts, strict=True)
+        )
+        new = jnp.zeros(len(states), bool).at[slots].set(True)
+        running = (standing.states, standing.episode, standing.observation)
+        fresh = self._fresh((states, sensors), draw)
+        at, episode, observation = jax.tree.map(lambda one, other: _choose(new, one, other), fresh, running)
+        return EnvironmentState(at, episode, observation, jnp.where(new, 0.0, standing.rate), (states, sensors), key)
 
-    def reset(self, rng: jax.Array) -> State:
-        """Start every environment; `rng` is one key an environment."""
-        key, draw = jax.random.split(rng[0])
-        states, episode, observation = self._fresh(draw)
-        zeros = jnp.zeros(len(rng))
-        metrics = dict.fromkeys(("rotation", "action_rate", "fall"), zeros)
-        info = {
-            "steps": zeros,
-            "truncation": zeros,
-            "episode_done": zeros,
-            "episode_metrics": {**metrics, "sum_reward": zeros, "length": zeros},
-        }
-        pipeline_state = {"states": states, "episode": episode, "key": key}
-        return State(pipeline_state, observation, zeros, zeros, metrics, info)
-
-    def step(self, state: State, action: jax.Array) -> State:
+    def step(self, standing: EnvironmentState, action: Array, prices: Prices) -> tuple[EnvironmentState, Step]:
         """Advance every environment by one control period and restart those that ended."""
-        before: dict[str, Any] = state.pipeline_state
-        key, noise_key, start_key = jax.random.split(before["key"], 3)
-        episode, controls = command(self._task, before["episode"], action)
-        states, sensors = self._advance(before["states"], controls)
+        key, noise_key, start_key = jax.random.split(standing.key, 3)
+        task = self._priced(standing.rate, prices)
+        episode, controls = command(task, standing.episode, action)
+        states, sensors = self._advance(standing.states, controls)
         noise = jax.random.uniform(noise_key, action.shape, minval=-1.0, maxval=1.0)
         episode, outcome = finish(
-            self._task, episode, sensors, positions=positions(states), velocities=velocities(states), noise=noise
+            task, episode, sensors, positions=positions(states), velocities=velocities(states), noise=noise
         )
         broken = ~jnp.all(jnp.isfinite(states), axis=-1)
         lost = outcome.lost | broken
-        fall_reward = self._task.rewarded.weights.fall * self._task.settings.period_s
-        reward = jnp.where(broken, fall_reward, outcome.reward)
-
-        over = lost | (episode.periods >= self._task.episode_steps)
-        ended_now = over.astype(jnp.float32)
-        metrics = {name: jnp.where(broken, 0.0, outcome.terms[name]) for name in state.metrics}
-        info = {
-            "steps": episode.periods,
-            "truncation": jnp.where(lost, 0.0, ended_now),
-            "episode_done": ended_now,
-            "episode_metrics": _accumulate(state, {**metrics, "sum_reward": reward, "length": jnp.ones_like(reward)}),
-        }
-        fresh = self._fresh(start_key)
+        over = lost | (episode.periods >= task.episode_steps)
+        rotation = jnp.where(broken, 0.0, outcome.terms["rotation"])
+        step = Step(
+            reward=jnp.where(broken, prices.fall * task.settings.period_s, outcome.reward),
+            over=over.astype(jnp.float32),
+            cut=(over & ~lost).astype(jnp.float32),
+            rotation=rotation,
+            lost=lost.astype(jnp.float32),
+        )
+        rate = standing.rate
+        if self._turning is not None:
+            rate = rate + (rotation - rate) / self._turning.memory_steps
         ended = (states, episode, {"state": outcome.observation, "privileged_state": outcome.critic})
-        states, episode, observation = jax.tree.map(lambda new, old: _choose(over, new, old), fresh, ended)
-        pipeline_state = {"states": states, "episode": episode, "key": key}
-        return State(pipeline_state, observation, reward, ended_now, metrics, info)
+        fresh = self._fresh(standing.starts, start_key)
+        at, episode, observation = jax.tree.map(lambda new, old: _choose(over, new, old), fresh, ended)
+        return EnvironmentState(at, episode, observation, rate, standing.starts, key), step
 
-    def _fresh(self, key: jax.Array) -> tuple[Array, Episode, dict[str, Array]]:
-        """Draw one start for every environment: its state, episode and observation."""
-        batch = self._start_states.shape[0]
+    def _priced(self, rate: Array, prices: Prices) -> Task:
+        """Return the task with these prices, its turning weighted for hands of this running rate."""
+        weights = self._task.rewarded.weights
+        rotation = weights.rotation if self._turning is None else weights.rotation * self._turning.of(rate)
+        weights = replace(weights, fall=prices.fall, action_rate=prices.action_rate, rotation=rotation)
+        return replace(self._task, rewarded=replace(self._task.rewarded, weights=weights))
+
+    def _fresh(self, starts: Starts, key: Array) -> tuple[Array, Episode, dict[str, Array]]:
+        """Draw one of its starts for every environment: its state, episode and observation."""
+        batch, count = starts[0].shape[:2]
         which_key, actuation_key, noise_key = jax.random.split(key, 3)
-        which = jax.random.randint(which_key, (batch,), 0, self._start_states.shape[1])
-        states = self._start_states[jnp.arange(batch), which]
-        sensors = self._start_sensors[jnp.arange(batch), which]
+        which = jax.random.randint(which_key, (batch,), 0, count)
+        states, sensors = (array[jnp.arange(batch), which] for array in starts)
         episode = begin(self._task, sensors, jax.random.uniform(actuation_key, (batch, actuation.DRAWS)))
         noise = jax.random.uniform(noise_key, (batch, ACTION_SIZE), minval=-1.0, maxval=1.0)
         observation = observed(self._task, episode, noise)
         critic = critic_state(observation, positions(states), velocities(states), unpack(sensors))
         return states, episode, {"state": observation, "privileged_state": critic}
-
-
-def _accumulate(state: State, values: dict[str, Array]) -> dict[str, Array]:
-    """Add a step's values to the sums of the running episode, which begin again after its end."""
-    running = 1.0 - state.info["episode_done"]
-    return {name: total * running + values[name] for name, total in state.info["episode_metrics"].items()}
 
 
 def _choose(condition: Array, new: Array, old: Array) -> Array:

@@ -11,10 +11,21 @@ import numpy as np
 
 from aero.policy.file import Policy
 from train.convert import network
+from train.ppo import Learner
 from train.task.episode import PHYSICS_STEP_S, Task
 
 Parameters = Any
 """Brax's (normaliser, policy, value)."""
+
+
+def parameters(learner: Learner) -> Parameters:
+    """Return what a learner has learned."""
+    return learner.normaliser, learner.networks.policy, learner.networks.value
+
+
+def average(learner: Learner) -> Parameters:
+    """Return the same with the moving average of the policy's weights."""
+    return learner.normaliser, learner.average, learner.networks.value
 
 
 def policy(name: str, task: Task, parameters: Parameters, provenance: Mapping[str, Any]) -> Policy:

@@ -1,10 +1,10 @@
-"""What a training run leaves in its folder: checkpoints, the best policy, the curve, and where it stands."""
+"""What is known of a run while it goes on: its epochs, and the curve of its checkpoints."""
 
 from __future__ import annotations
 
 import csv
-import json
 from dataclasses import asdict, dataclass
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,6 @@ from matplotlib.figure import Figure
 
 CURVE = "curve.csv"
 PICTURE = "curve.png"
-STATE = "state.json"
-PARAMETERS = "parameters.npz"
 
 
 @dataclass(frozen=True)
@@ -35,35 +33,43 @@ class Checkpoint:
     survival: float
     """Share of episodes that kept the cube."""
     airborne: float
-    """Share of steps without contact, on the routed hands."""
+    """Share of steps without contact."""
     overspeed: float
     """Share of commands that the servo cannot follow."""
     score: float
     """What the best checkpoint is chosen by."""
+    average_rate_rad_s: float = nan
+    """Mean angular velocity with the moving average of the weights, rad/s."""
+    average_survival: float = nan
+    """Share of episodes that kept the cube with it."""
+    training_rate_rad_s: float = nan
+    """Running mean of the hands in training, exploration included, rad/s."""
+    hazard_per_s: float = nan
+    """Running mean of their drops a second."""
+    drop_price: float = nan
+    """Price of a drop."""
 
 
 @dataclass(frozen=True)
-class Standing:
-    """Where a run stands, so that it can go on."""
+class Epoch:
+    """What the hands in training did lately, exploration included; costs nothing to know."""
 
-    recipe: str
-    """Name of the recipe."""
-    seed: int
-    """The run's seed."""
-    attempt: int = 0
-    """The attempt that is running."""
-    stage: int = 0
-    """The stage of the recipe that is running."""
-    steps: int = 0
-    """Environment steps of that attempt."""
-    elapsed_s: float = 0.0
-    """Wall time of all attempts, s."""
-    processor_s: float = 0.0
-    """Processor time of all attempts, threads added up, s."""
-    resumes: int = 0
-    """How often the run went on after it had ended or was broken off."""
-    best_score: float | None = None
-    """Score of the stage's best checkpoint, of all attempts."""
+    attempt: int
+    """Which attempt."""
+    stage: str
+    """Name of the stage."""
+    steps: int
+    """Environment steps of this attempt."""
+    rate_rad_s: float
+    """Mean angular velocity."""
+    hazard_per_s: float
+    """Drops a second of one hand."""
+    drop_price: float | None
+    """Price of a drop where it follows the drops."""
+    steps_per_s: float
+    """Environment steps a second, measuring included."""
+    left_s: float
+    """Wall time to the recipe's end at this speed, s."""
 
 
 def append(folder: Path, point: Checkpoint) -> None:
@@ -84,22 +90,6 @@ def read(folder: Path) -> list[Checkpoint]:
     with (folder / CURVE).open(newline="") as file:
         rows = [{name: kinds.get(name, float)(value) for name, value in row.items()} for row in csv.DictReader(file)]
     return [Checkpoint(**row) for row in rows]
-
-
-def write_standing(folder: Path, standing: Standing) -> None:
-    """Write where the run stands; an interrupted write leaves the old file."""
-    partial = folder / f"{STATE}.partial"
-    partial.write_text(json.dumps(asdict(standing), indent=1))
-    partial.replace(folder / STATE)
-
-
-def read_standing(folder: Path) -> Standing:
-    """Read where a run stands.
-
-    Raises:
-        FileNotFoundError: there is no run in `folder`.
-    """
-    return Standing(**json.loads((folder / STATE).read_text()))
 
 
 def picture(points: list[Checkpoint], path: Path) -> None:

@@ -6,59 +6,14 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 
 from aero.policy.settings import PAPER_TRAINING
-from train.actuation import BUS, IDEAL, SERVOS, ActuationRanges
-from train.hands import HANDS, HandRanges
-from train.randomise import PAPER_TIP_FRICTION, SERVO_ROWS, Row
+from train.actuation import BUS, SERVOS
+from train.drop_price import DropPrice
+from train.hands import HANDS
+from train.randomise import PAPER_TIP_FRICTION, SERVO_ROWS
+from train.stage import Ramp, Redraw, Stage, constant
 from train.task.episode import Task
-from train.task.reward import PAPER_REWARD, RewardSettings, Weights, side_by_side
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A stretch of a run with one reward and one set of PPO's settings; the defaults are the paper's."""
-
-    steps: int
-    """Environment steps."""
-    rewarded: RewardSettings = PAPER_REWARD
-    """What is rewarded."""
-    routed_rewarded: RewardSettings | None = None
-    """What is rewarded on the routed hands, if something else than on the built ones."""
-    actuation: ActuationRanges = IDEAL
-    """What the hand does to commands and readings."""
-    rows: tuple[Row, ...] = ()
-    """What is randomised besides the paper's table, on routed hands."""
-    built: float = 0.0
-    """Share of built hands among the environments."""
-    hands: HandRanges = HANDS
-    """Which built hands."""
-    any_cube: bool = False
-    """Whether every hand has a cube of its own (`model.cubes`), for training and measuring, or the paper's."""
-    learning_rate: float = 3e-4
-    """Adam's."""
-    discount: float = 0.97
-    """A control step."""
-    entropy_cost: float = 1e-2
-    """Weight of the policy's entropy."""
-    episode_steps: int = 500
-    """Control steps after which an episode is cut off and another start is drawn."""
-    routed_measured: ActuationRanges | None = None
-    """What measured routed hands do to commands and readings, if something else than those it trains on."""
-    measured: int = 100
-    """Hands that a checkpoint is measured on, one episode each; those of the last stage decide which one is kept."""
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.built < 1.0:
-            raise ValueError(f"some hands of a stage must be routed: 0 <= built < 1, got {self.built}")
-
-    def built_hands(self, hands: int) -> int:
-        """Return how many of a batch of `hands` are built; they are the last."""
-        return int(self.built * hands)
-
-    def rewards(self, hands: int) -> RewardSettings:
-        """Return what is rewarded in each of a batch of `hands`."""
-        if self.routed_rewarded is None:
-            return self.rewarded
-        return side_by_side(self.routed_rewarded, hands - self.built_hands(hands), self.rewarded, hands)
+from train.task.grasp import ResetRanges
+from train.task.reward import RewardSettings, TurningWeight, Weights
 
 
 @dataclass(frozen=True)
@@ -73,23 +28,16 @@ class Stuck:
 
 @dataclass(frozen=True)
 class Goal:
-    """What a checkpoint should reach before its rate alone counts; the prices of falling short are in rad/s."""
+    """What a checkpoint should reach before its rate alone counts."""
 
     survival: float = 0.95
-    """Share of episodes that keep the cube, on the routed hands."""
-    built_survival: float = 0.9
-    """The same on the built hands, which are drawn wider than hands are."""
-    airborne: float = 1.0
-    """Share of the physics steps in which nothing touches the cube, on the routed hands."""
-    survival_price: float = 5.0
-    """Of the whole share."""
-    airborne_price: float = 50.0
-    """Of the whole share."""
+    """Share of episodes that keep the cube."""
+    survival_price_rad_s: float = 5.0
+    """Price of the whole share."""
 
-    def score(self, rate_rad_s: float, *, survival: float, built_survival: float, airborne: float) -> float:
+    def score(self, rate_rad_s: float, survival: float) -> float:
         """Return what checkpoints are chosen by: the rate, less what falling short costs."""
-        lost = max(0.0, self.survival - survival) + max(0.0, self.built_survival - built_survival)
-        return rate_rad_s - self.survival_price * lost - self.airborne_price * max(0.0, airborne - self.airborne)
+        return rate_rad_s - self.survival_price_rad_s * max(0.0, self.survival - survival)
 
 
 @dataclass(frozen=True)
@@ -110,14 +58,10 @@ class Recipe:
     """Parallel environments."""
     minibatches: int = 4
     """Minibatches a batch; together they hold one unroll of every environment."""
-    unroll: int = 40
-    """Control steps an unroll."""
     epochs: int = 4
     """Passes over a batch."""
     checkpoint_steps: int = 204_800
     """Environment steps between checkpoints."""
-    clipping: float = 0.3
-    """PPO's clipping parameter."""
     gae: float = 0.95
     """Lambda of the generalised advantage estimate."""
     hidden: tuple[int, ...] = (512, 256, 128)
@@ -129,10 +73,14 @@ class Recipe:
         if self.environments % self.minibatches:
             raise ValueError(f"{self.environments} environments must divide into minibatches, got {self.minibatches}")
 
-    def task_in(self, stage: Stage, hands: int) -> Task:
-        """Return what is trained for in one of the stages, on a batch of `hands`."""
+    def task_in(self, stage: Stage) -> Task:
+        """Return what is trained for in one of the stages."""
         return replace(
-            self.task, rewarded=stage.rewards(hands), actuation=stage.actuation, episode_steps=stage.episode_steps
+            self.task,
+            rewarded=stage.rewarded,
+            reset=stage.reset,
+            actuation=stage.actuation,
+            episode_steps=stage.episode_steps,
         )
 
     @property
@@ -147,12 +95,12 @@ class Recipe:
 
     def with_steps(self, steps: int) -> Recipe:
         """Return the recipe for a run of `steps`, with at least ten checkpoints where the batches allow."""
-        batch = self.environments * self.unroll
+        batch = self.environments * max(stage.unroll for stage in self.stages)
         stages = tuple(replace(stage, steps=round(stage.steps * steps / self.steps)) for stage in self.stages)
         return replace(self, stages=stages, checkpoint_steps=max(batch, min(self.checkpoint_steps, steps // 10)))
 
 
-PAPER = Recipe("paper", Task(), (Stage(10_000_000),))
+PAPER = Recipe("paper", Task(), (Stage("paper", 10_000_000),))
 """The paper's task, reward and settings, nothing added."""
 
 TIP_FRICTION = (0.2, 1.0)
@@ -163,20 +111,6 @@ BOLD = RewardSettings(Weights(action_rate=-0.2))
 
 BOLDEST = RewardSettings(Weights(action_rate=-0.1))
 """For the beginning on built hands."""
-
-SMOOTH = RewardSettings(Weights(action_rate=-0.3))
-"""For the middle: a gait that is found can pay more than one that is looked for."""
-
-SURE = RewardSettings(Weights(fall=-200.0, action_rate=-0.3, airborne=-10.0, pushed=-5.0))
-"""For the end on built hands: twice the paper's price on losing the cube, one on bouncing, and one on a thumb that
-gives way, which the guard ends."""
-
-GENTLE = RewardSettings(
-    Weights(fall=-200.0, action_rate=-0.3, airborne=-50.0, cube_speed=-10.0), rotation_cap_rad_s=1.0, affordable=0.5
-)
-"""For the end on routed hands, where gaits that throw the cube are easily found: bouncing and the cube's speed take up
-to half of what turning earns, and bursts earn nothing."""
-
 
 HALF_TORQUE = replace(PAPER_TRAINING, noise=(0.002, 0.002, 0.002, 0.002, 0.02, 0.002, 0.002), torque_limit=0.5)
 """The paper's training settings with half the servos' torque, and 2 mm of noise for 5, still 145 encoder counts."""
@@ -191,8 +125,8 @@ FAST = Recipe(
         )
     ),
     (
-        Stage(1_000_000, BOLD, actuation=SERVOS, rows=SERVO_ROWS),
-        Stage(5_000_000, RewardSettings(Weights(fall=-150.0, action_rate=-0.3))),
+        Stage("find", 800_000, BOLD, actuation=SERVOS, rows=SERVO_ROWS),
+        Stage("race", 5_000_000, RewardSettings(Weights(fall=-150.0, action_rate=-0.3))),
     ),
     tip_friction=TIP_FRICTION,
     goal=Goal(survival=0.97),
@@ -205,38 +139,56 @@ and raced without them."""
 NEAR_DEFAULT = replace(HANDS, towards_recorded=(0.0, 0.5))
 """For the beginning: a gait is found sooner where the springs are alike."""
 
-LESS_CORRECTED = replace(HANDS, correction_error_m=2 * HANDS.correction_error_m)
-"""For the end: a gait must not lean on a correction that nobody has."""
+AS_PLACED = ResetRanges(joint_std_rad=0.04, cube_offset_m=0.006, random_orientation=False)
+"""A cube that is put in upright, as people do, with three times the error of the trials through the bytes."""
 
+ANY_CUBE = Stage(
+    "spread",
+    500_000,
+    RewardSettings(Weights(action_rate=-0.1, pushed=-2.0), rotation_cap_rad_s=2.0),
+    actuation=BUS,
+    built=True,
+    redraw=Redraw(every=20, hands=40),
+    any_cube=True,
+    reset=AS_PLACED,
+    episode_steps=300,
+    staggered=True,
+    unroll=20,
+    clipping=0.2,
+    discount=0.98,
+    learning_rate=constant(2e-4),
+    measured=16,
+)
+"""All springs, all cubes; a hand that gives way at its thumb would be stopped by the guard, so that costs."""
 
 STEADY = Recipe(
     "steady",
     Task(settings=HALF_TORQUE),
     (
-        Stage(1_000_000, BOLDEST, actuation=BUS, rows=SERVO_ROWS, built=0.75, hands=NEAR_DEFAULT, measured=50),
-        Stage(2_800_000, SMOOTH, actuation=BUS, rows=SERVO_ROWS, built=0.9, any_cube=True, measured=50),
-        Stage(
-            1_200_000,
-            SURE,
-            routed_rewarded=GENTLE,
-            # Commands without delay and in steps of any size too, as in the ideal simulator.
-            actuation=replace(BUS, delay_s=(0.0, BUS.delay_s[1]), slewed=False),
-            routed_measured=IDEAL,
-            built=0.6,
-            hands=LESS_CORRECTED,
-            any_cube=True,
-            entropy_cost=1e-3,
-            episode_steps=200,  # short ones have many starts, in which most cubes are lost
-            measured=100,
+        Stage("find", 800_000, BOLDEST, actuation=BUS, built=True, hands=NEAR_DEFAULT, measured=16),
+        ANY_CUBE,
+        replace(
+            ANY_CUBE,
+            name="constrain",
+            steps=2_500_000,
+            rewarded=RewardSettings(Weights(pushed=-2.0)),
+            action_rate=Ramp(-0.1, -0.2, 1_000_000),
+            turning=TurningWeight(),
+            drop_price=DropPrice(),
+            tail_share=0.5,
+            discount=0.985,
+            learning_rate=Ramp(2e-4, 1e-4, 2_500_000),
+            entropy_cost=Ramp(1e-2, 3e-3, 2_500_000),
+            gradient_norm=(1.0, 5.0),
+            frozen_updates=8,
         ),
     ),
-    tip_friction=TIP_FRICTION,
-    goal=Goal(survival=0.98, built_survival=0.95, airborne=0.01),
-    stuck=Stuck(steps=1_000_000, rate_rad_s=0.4),
+    goal=Goal(survival=0.98),
+    checkpoint_steps=102_400,
+    stuck=Stuck(steps=800_000, rate_rad_s=0.4),
 )
 """For the hand, in three stages (docs/recipes.md): the gait is found where it is easy, with the paper's cube on built
-hands of like springs; it is led to all springs and all cubes; and it settles, exploring little, on the paper's hands
-too, where it learns not to throw the cube."""
+hands of like springs; it is led to all springs and cubes; and drops are brought down while slow hands are sped up."""
 
 RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 
@@ -244,13 +196,9 @@ RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
 def on_routed_hands(recipe: Recipe) -> Recipe:
     """Return the recipe for MJX, which steps no built hands: routed ones behind servos take their place."""
     stages = tuple(
-        replace(
-            stage,
-            built=0.0,
-            rewarded=stage.routed_rewarded or stage.rewarded,
-            routed_rewarded=None,
-            actuation=SERVOS if stage.built else stage.actuation,
-        )
+        replace(stage, built=False, redraw=None, tail_share=0.0, actuation=SERVOS, rows=SERVO_ROWS)
+        if stage.built
+        else stage
         for stage in recipe.stages
     )
     return replace(recipe, stages=stages)

@@ -20,7 +20,9 @@ PAGES = (
     "electronics",
     "campaign",
     "detection",
+    "safety",
     "speed",
+    "grasps",
 )
 """Modules of this package that have tables, each named as its page."""
 PHYSICS = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"

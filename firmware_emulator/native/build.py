@@ -50,18 +50,20 @@ def build(
     wanted = frozenset(sanitize)
     if unknown := wanted - set(SANITIZERS):
         raise FirmwareBuildError(f"unknown sanitizer {', '.join(sorted(unknown))}; known are {', '.join(SANITIZERS)}")
-    compiler = choose(wanted)
-    own = [f"-D{macro}" for macro in (*defines, *([f"{hand.upper()}_HAND"] if hand else []))]
-    options = [*compiler.options, *STANDARD, *(f"-D{macro}" for macro in DEFINES), *_checks(wanted)]
-    if coverage and compiler.command != ("g++",):
-        raise FirmwareBuildError("counting executed lines needs g++ with its 32-bit libraries (g++-multilib)")
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
+        # What was given is looked at first: a missing compiler is no reason to leave a mistake in it untold.
         try:
             units = translated(source, folder / "sketch", hand=hand)
         except SketchError as error:
             raise FirmwareBuildError(str(error)) from error
-        roots = [HOST, *([_root(library)] if library is not None else [])]
+        library_root = [] if library is None else [_root(library)]
+        compiler = choose(wanted)
+        if coverage and compiler.command != ("g++",):
+            raise FirmwareBuildError("counting executed lines needs g++ with its 32-bit libraries (g++-multilib)")
+        own = [f"-D{macro}" for macro in (*defines, *([f"{hand.upper()}_HAND"] if hand else []))]
+        options = [*compiler.options, *STANDARD, *(f"-D{macro}" for macro in DEFINES), *_checks(wanted)]
+        roots = [HOST, *library_root]
         includes = [f"-I{root}" for root in (*roots, folder / "sketch", folder / "sketch/src")]
         jobs: list[_Job] = []
         for root in roots:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from math import exp
 from pathlib import Path
 from typing import Literal
 
 import click
 from rich.console import Console
 
+from aero.policy.file import load
 from hil.cli.exits import Ended, Exit, given
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import source_commit, versions
 from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log
-from train.progress import PICTURE, Checkpoint
+from train.progress import Checkpoint, Epoch
 from train.recipe import RECIPES, on_gpu, on_routed_hands
 
 EPISODE_S = 15.0
@@ -35,10 +37,11 @@ WITHOUT_GPU = (
 @click.option(
     "--minutes",
     type=Finite(0.0, min_open=True),
-    help="Wall time, restarts included; without it the recipe's steps decide.",
+    help="Wall time of this call; without it the recipe's steps decide. A bounded run can be gone on with.",
 )
 @click.option("--steps", type=click.IntRange(1, 10**12), help="Environment steps instead of the recipe's.")
 @click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
+@click.option("--threads", type=click.IntRange(1, 1024), help="Threads of the native backend; all cores by default.")
 @click.option("--video", "with_video", is_flag=True, help="Render an episode of the best checkpoint at the end.")
 @click.option(
     "--out", type=NewFolder(), default=Path("training"), show_default=True,
@@ -52,56 +55,66 @@ def train(
     minutes: float | None,
     steps: int | None,
     resume: bool,
+    threads: int | None,
     with_video: bool,
     out: Path,
 ) -> None:
     """Train RECIPE, `steady` for the hand or `fast` for the record in simulation.
 
-    The best checkpoint, by true rotation and survival, is written to the folder as it comes; Ctrl-C keeps it.
+    Ctrl-C, a termination and `--minutes` end it within seconds and lose nothing: `--resume` goes on from there, to the
+    same weights as without the break.
     """
     with given():
         prepared_folder(out)
         if with_video:
             check_video()
     try:
-        from train import ppo  # noqa: PLC0415 - the extra is asked for where it is used
+        from train import run, training  # noqa: PLC0415 - the extra is asked for where it is used
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
-    on = backend or ppo.machine_backend()
+    on = backend or training.machine_backend()
     console = Console()
     chosen = RECIPES[recipe]
-    if on == "mjx" and ppo.accelerated():
+    if on == "mjx" and training.accelerated():
         chosen = on_gpu(chosen)
     elif on == "mjx":
         chosen = on_routed_hands(chosen)
         console.print(WITHOUT_GPU, highlight=False, soft_wrap=True)
     chosen = chosen.with_steps(steps) if steps else chosen
     console.print(f"{recipe} over {on}, seed {seed}, {chosen.environments} environments, {chosen.steps} steps")
-    points: list[Checkpoint] = []
 
-    def show(point: Checkpoint) -> None:
-        points.append(point)
-        console.print(_line(point), highlight=False, soft_wrap=True)
+    def say(line: str) -> None:
+        console.print(line, highlight=False, soft_wrap=True, markup=False)
 
     made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
+    told = run.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))
     try:
-        policy = ppo.train(
-            chosen, on, seed, out, minutes=minutes, resume=resume, provenance=made_with, on_checkpoint=show
+        ended = training.train(
+            chosen, on, seed, out, minutes=minutes, threads=threads, resume=resume, provenance=made_with, told=told
         )
     except (FileExistsError, FileNotFoundError, ValueError) as error:
         raise Ended(str(error), Exit.USAGE) from error
-    kept = (policy.provenance.get("attempt"), policy.provenance.get("steps"))
-    for point in points:
-        if (point.attempt, point.steps) == kept:
-            console.print(f"kept: {_line(point)}", highlight=False, soft_wrap=True)
-    console.print(f"{out / (recipe + '.npz')}, {out / PICTURE}", highlight=False)
-    if with_video:
-        video(log(policy, chosen.task, EPISODE_S, seed).positions, out / f"{recipe}.mp4")
+    say(f"{ended.ending.value}: {ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps are in {out}")
+    if ended.ending is not training.Ending.DONE:
+        bound = f" --steps {steps}" if steps else ""
+        say(f"To go on: aero-hil train {recipe} --seed {seed}{bound} --out {out} --resume")
+    if with_video and (out / f"{recipe}.npz").exists():
+        video(log(load(out / f"{recipe}.npz"), chosen.task, EPISODE_S, seed).positions, out / f"{recipe}.mp4")
 
 
-def _line(point: Checkpoint) -> str:
+def _epoch_line(epoch: Epoch) -> str:
+    kept = exp(-EPISODE_S * epoch.hazard_per_s)
+    price = "" if epoch.drop_price is None else f" at {epoch.drop_price:3.0f}"
     return (
-        f"attempt {point.attempt}  {point.steps / 1e6:6.2f} M steps  {point.elapsed_s / 60:5.1f} min  "
-        f"{point.steps_per_s:6.0f} steps/s  {point.rotation_rad:5.1f} rad  {point.rate_rad_s:5.2f} rad/s  "
-        f"keeps {point.survival:4.0%}"
+        f"{epoch.stage}  {epoch.steps / 1e6:6.2f} M steps  {epoch.rate_rad_s:5.2f} rad/s  keeps {kept:4.0%}  "
+        f"{epoch.hazard_per_s:5.2%} drops/s{price}  {epoch.steps_per_s:5.0f} steps/s  "
+        f"{epoch.left_s / 60:4.0f} min left"
+    )
+
+
+def _checkpoint_line(point: Checkpoint) -> str:
+    return (
+        f"checkpoint  attempt {point.attempt}  {point.steps / 1e6:6.2f} M steps  {point.elapsed_s / 60:5.1f} min  "
+        f"{point.rotation_rad:5.1f} rad  {point.rate_rad_s:5.2f} rad/s  keeps {point.survival:4.0%}; "
+        f"average {point.average_rate_rad_s:5.2f} rad/s  keeps {point.average_survival:4.0%}"
     )

@@ -27,15 +27,20 @@ def holding(costs):
     return sorted({page for page, name in MARKED if name in names})
 
 
+def agrees(page, costs):
+    if lines := list(moved(page, measured(page, costs))):
+        pytest.fail("\n".join((*lines, "`tox -e figures` writes what is measured")), pytrace=False)
+
+
 @pytest.mark.parametrize("page", holding(QUICK), ids=lambda page: page.name)
 def test_what_is_printed_is_what_is_measured(page):
-    assert list(moved(page, measured(page, QUICK))) == []
+    agrees(page, QUICK)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", holding((Cost.SLOW,)), ids=lambda page: page.name)
 def test_what_is_printed_is_what_is_measured_in_minutes(page):
-    assert list(moved(page, measured(page, (Cost.SLOW,)))) == []
+    agrees(page, (Cost.SLOW,))
 
 
 def test_every_table_stands_once_in_its_page():

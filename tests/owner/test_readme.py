@@ -1,7 +1,8 @@
 """The README's owner section, word for word, against a hand that is served as a port, homed and guarded.
 
-Runs in an environment that has the extras that the README names and nothing else, in a folder outside the checkout:
-`tox -e owner`. What would take too long in CI is shortened by options that are added to a command.
+Runs in an environment that has the extras that the README names and nothing else but pytest-xdist, in a folder
+outside the checkout: `tox -e owner`. What would take too long in CI is shortened by options that are added to a
+command. The commands that need a twin of the hand run on a second hand beside the others, since both wait in real time.
 """
 
 import os
@@ -27,6 +28,7 @@ SHORTER = {
 }
 """Command to what is added to it here."""
 LIMIT_S = 600
+FIRST_HAND, SECOND_HAND = pytest.mark.xdist_group("first hand"), pytest.mark.xdist_group("second hand")
 
 pytestmark = pytest.mark.slow
 
@@ -38,6 +40,11 @@ def owner_commands():
     lines = [line.partition("#")[0].strip() for line in block.splitlines()]
     commands = [part.strip() for line in lines for part in line.split("&&")]
     return [command for command in commands if command and not command.startswith(("pip ", "aero-hil emulate"))]
+
+
+def on_two_hands(commands):
+    """The commands as parameters; those with `mine`, the recording or the twin, are for the second hand."""
+    return [pytest.param(command, marks=SECOND_HAND if "mine" in command else FIRST_HAND) for command in commands]
 
 
 def as_run(command, port):
@@ -76,6 +83,7 @@ def port(folder):
         server.send_signal(signal.SIGTERM)
 
 
+@FIRST_HAND
 def test_help_and_dry_run(port, folder):
     assert run(["aero-hil", "--help"], folder).returncode == 0
     shown = run(["aero-hil", "validate", "--hil", port, "--dry-run"], folder)
@@ -83,13 +91,14 @@ def test_help_and_dry_run(port, folder):
     assert "guarded" in shown.stdout
 
 
-@pytest.mark.parametrize("command", owner_commands())
+@pytest.mark.parametrize("command", on_two_hands(owner_commands()))
 def test_the_owner_section_works_as_it_is_written(port, folder, command):
     """In order: what one command writes, the next reads."""
     ran = run(as_run(command, port), folder)
     assert ran.returncode == 0, f"{command}\n{ran.stdout[-3000:]}\n{ran.stderr[-3000:]}"
 
 
+@FIRST_HAND
 def test_what_was_left_can_be_looked_at_again(port, folder):
     results = folder / "validation" / "latest"
     recordings = sorted(str(path) for path in results.glob("*.mcap"))
@@ -101,6 +110,7 @@ def test_what_was_left_can_be_looked_at_again(port, folder):
     assert shutil.which("aero-hil", path=scripts()["PATH"])
 
 
+@SECOND_HAND
 def test_a_terminated_run_keeps_what_it_had_and_opens_the_hand(port, folder):
     command = ["aero-hil", "record", "--hil", port, "--excite", "steps", "--scale", "0.4", "--out", "cut.mcap"]
     with subprocess.Popen(command, cwd=folder, env=scripts(), stderr=subprocess.PIPE, text=True) as child:

@@ -16,6 +16,11 @@ POINT = Checkpoint(
     airborne=0.001,
     overspeed=0.0,
     score=0.5,
+    average_rate_rad_s=0.5,
+    average_survival=0.98,
+    training_rate_rad_s=0.45,
+    hazard_per_s=0.002,
+    drop_price=120.0,
 )
 
 EPISODES = Episodes(

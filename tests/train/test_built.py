@@ -23,10 +23,9 @@ from model.plant import BuiltHandPlant
 from model.units import Unit, load_unit
 from model.units.plausible import plausible_unit
 from train.actuation import DRAWS, ActuationRanges
-from train.built import EXTRA, SHEATHS_HELD_S, BuiltSimulator, MixedSimulator, build_scene, draw_scenes
+from train.built import EXTRA, SHEATHS_HELD_S, BuiltSimulator, build_scene, draw_scenes
 from train.hands import HANDS, TIMESTEP_S, draw_hand, in_training
-from train.scene import build_scene as build_routed_scene
-from train.simulator import Simulator, positions, velocities
+from train.simulator import positions, velocities
 from train.task.episode import Task, begin, command, finish
 from train.task.grasp import NOMINAL_RESET, PAPER_RESET, draw_starts
 from train.task.signals import SENSOR_COUNT, unpack
@@ -248,17 +247,22 @@ def trained_lengths(policy, unit, script):
     return np.array(lengths)
 
 
-def test_a_mixed_batch_is_its_two_parts(built, starts):
-    routed_starts = draw_starts(np.random.default_rng(2), 2, PAPER_RESET)
-    with Simulator([build_routed_scene(0.5).compile()] * 2, threads=1) as routed:
-        mixed = MixedSimulator(routed, built)
-        assert len(mixed) == BATCH + 2
-        both = np.concatenate([routed_starts, starts])
-        states, sensors = mixed.advance(mixed.at(both), np.broadcast_to(NOMINAL, (BATCH + 2, 5, 7)))
-        alone = routed.advance(routed.at(routed_starts), np.broadcast_to(NOMINAL, (2, 5, 7)))
-    np.testing.assert_array_equal(states[:2, :46], alone[0])
-    np.testing.assert_array_equal(sensors[:2], alone[1])
-    np.testing.assert_array_equal(states[2:], built.advance(built.at(starts), control(5))[0])
+def test_a_hand_that_replaces_another_moves_as_in_a_batch_of_its_own(starts):
+    units = [load_unit("reference"), load_unit("paper")]
+    correction = np.array([0.001] * 7)
+    with BuiltSimulator([build_scene(units[0], 0.5) for _ in range(2)], threads=1) as both:
+        before = both.advance(both.at(starts[:2]), np.broadcast_to(NOMINAL, (2, 5, 7)))
+        both.replace(1, build_scene(units[1], 0.5), correction)
+        states, sensors = both.advance(both.at(starts[:2]), np.broadcast_to(NOMINAL, (2, 5, 7)))
+        with both.part([1], threads=1) as part:
+            again = part.advance(part.at(starts[1:2]), np.broadcast_to(NOMINAL, (1, 5, 7)))
+    with BuiltSimulator([build_scene(units[1], 0.5)], correction[None], threads=1) as alone:
+        expected = alone.advance(alone.at(starts[1:2]), np.broadcast_to(NOMINAL, (1, 5, 7)))
+    for found in ((states[1:], sensors[1:]), again):
+        np.testing.assert_array_equal(found[0], expected[0])
+        np.testing.assert_array_equal(found[1], expected[1])
+    np.testing.assert_array_equal(states[0], before[0][0])
+    assert not np.allclose(states[1], before[0][1])
 
 
 def test_hands_are_drawn_inside_their_ranges_and_reach_both_ends():

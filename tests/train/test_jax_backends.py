@@ -2,7 +2,6 @@
 
 import json
 import pickle
-from dataclasses import fields, replace
 from functools import partial
 
 import numpy as np
@@ -19,13 +18,13 @@ from aero.policy.settings import PAPER_TRAINING  # noqa: E402
 from aero.policy.task import ActionMemory, ShownAction, observe, targets  # noqa: E402
 from train import actuation, export, randomise  # noqa: E402
 from train.convert import CheckpointError, Origin, convert  # noqa: E402
-from train.environment import CubeEnvironment, prepare_starts  # noqa: E402
+from train.environment import CubeEnvironment, Prices, prepare_starts  # noqa: E402
 from train.physics import MjxBatch, native  # noqa: E402
 from train.scene import build_scene  # noqa: E402
 from train.simulator import Simulator, positions  # noqa: E402
 from train.task.episode import Task, begin, command, finish  # noqa: E402
 from train.task.grasp import PAPER_RESET, draw_starts  # noqa: E402
-from train.task.reward import RewardSettings, Weights, reward, side_by_side  # noqa: E402
+from train.task.reward import RewardSettings, TurningWeight, Weights  # noqa: E402
 from train.task.signals import SENSOR_COUNT  # noqa: E402
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)
@@ -174,68 +173,97 @@ def test_an_episode_is_the_same_in_a_trace_and_in_numpy():
     np.testing.assert_array_equal(lost, expected[4])
 
 
-def test_prices_shrink_alike_in_a_trace_and_in_numpy():
-    rng = np.random.default_rng(0)
-    values = {field.name: rng.uniform(size=9) for field in fields(Weights)}
-    dear = Weights(action_rate=-0.1, airborne=-100.0)
-    bounded, free = RewardSettings(dear, affordable=0.5), RewardSettings(Weights(airborne=-1.0))
-    settings = side_by_side(bounded, 5, free, 9)
-    traced = jax.jit(lambda values: reward(values, settings, 0.05))(values)
-    np.testing.assert_allclose(traced, reward(values, settings, 0.05), rtol=1e-5, atol=1e-7)
-    assert (traced[:5] > reward(values, replace(bounded, affordable=np.inf), 0.05)[:5]).all()
-
-
 @pytest.fixture(scope="module")
-def environment():
+def world():
+    """Four routed hands that end their episodes after six steps: the task, its physics and its starts."""
     model = build_scene().compile()
     rng = np.random.default_rng(0)
     simulator = Simulator(randomise.models(model, randomise.draw(model, rng, 4, randomise.table(model))), threads=1)
     task = Task(episode_steps=6, actuation=actuation.SERVOS)
-    yield CubeEnvironment(task, native(simulator), prepare_starts(task, simulator, rng, count=2), "native")
+    yield task, native(simulator), prepare_starts(task, simulator, rng, count=2)
     simulator.close()
 
 
-def test_the_environment_restarts_by_itself_and_keeps_the_books(environment):
-    reset, step = jax.jit(environment.reset), jax.jit(environment.step)
-    state = reset(jax.random.split(jax.random.PRNGKey(0), 4))
-    total = np.zeros(4)
+KEY = jax.random.PRNGKey(0)
+PUSH = jnp.full((4, 7), 0.1)
+
+
+def test_the_environment_restarts_by_itself_and_counts_cut_episodes(world):
+    task, advance, starts = world
+    environment = CubeEnvironment(task, advance)
+    state, step = environment.begin(starts, KEY), jax.jit(environment.step)
     for k in range(1, 14):
-        state = step(state, jnp.full((4, 7), 0.1))
-        total = np.where((k - 1) % 6 == 0, 0.0, total) + np.asarray(state.reward)
-        np.testing.assert_array_equal(state.done, float(k % 6 == 0))
-        np.testing.assert_array_equal(state.info["truncation"], float(k % 6 == 0))
-        np.testing.assert_allclose(state.info["episode_metrics"]["sum_reward"], total, rtol=1e-4, atol=1e-6)
-        np.testing.assert_array_equal(state.info["episode_metrics"]["length"], (k - 1) % 6 + 1)
-        shown = np.asarray(state.obs["state"])[:, 7:]
+        state, made = step(state, PUSH, environment.prices)
+        np.testing.assert_array_equal(made.over, float(k % 6 == 0))
+        np.testing.assert_array_equal(made.cut, float(k % 6 == 0))
+        shown = np.asarray(state.observation["state"])[:, 7:]
         np.testing.assert_allclose(shown, 0.0 if k % 6 == 0 else 0.1, atol=1e-6)
-    assert {name: value.shape for name, value in state.obs.items()} == {"state": (4, 14), "privileged_state": (4, 81)}
-    assert np.isfinite(np.asarray(state.obs["privileged_state"])).all()
+    shapes = {name: value.shape for name, value in state.observation.items()}
+    assert shapes == {"state": (4, 14), "privileged_state": (4, 81)}
+    assert np.isfinite(np.asarray(state.observation["privileged_state"])).all()
 
 
-def test_each_environment_can_be_rewarded_by_its_own(environment):
-    dear, free = RewardSettings(Weights(action_rate=-7.0)), RewardSettings(Weights(action_rate=0.0))
-    task = replace(environment._task, rewarded=side_by_side(dear, 1, free, 4))
-    both = CubeEnvironment(
-        task, environment._advance, (environment._start_states, environment._start_sensors), "native"
-    )
-    state = both.reset(jax.random.split(jax.random.PRNGKey(0), 4))
-    state = both.step(state, jnp.full((4, 7), 0.1))
-    rotation = 0.05 * np.asarray(state.metrics["rotation"])
-    np.testing.assert_allclose(state.reward, rotation - 0.05 * np.array([7 * 0.07, 0, 0, 0]), atol=1e-6)
+def test_staggered_episodes_do_not_all_end_at_once(world):
+    task, advance, starts = world
+    state = CubeEnvironment(task, advance).begin(starts, KEY, staggered=True)
+    ages = np.asarray(state.episode.periods)
+    assert len(set(ages)) > 1
+    assert ((ages >= 0) & (ages < 6)).all()
 
 
-def test_a_state_that_is_not_finite_counts_as_a_fall_and_restarts(environment):
+def test_prices_are_those_that_are_given(world):
+    task, advance, starts = world
+    environment = CubeEnvironment(task, advance)
+    _, made = environment.step(environment.begin(starts, KEY), PUSH, Prices(jnp.float32(-1.0), jnp.float32(-7.0)))
+    np.testing.assert_allclose(made.reward, 0.05 * (np.asarray(made.rotation) - 7 * 0.07), atol=1e-6)
+
+
+def test_turning_is_weighted_by_the_running_rate_of_each_hand_which_outlives_its_episodes(world):
+    task, advance, starts = world
+    environment = CubeEnvironment(task, advance, TurningWeight(memory_steps=4))
+    state = environment.begin(starts, KEY)._replace(rate=jnp.array([0.0, 0.4, 0.7, 2.0]))
+    after, made = environment.step(state, 0 * PUSH, environment.prices)
+    rotation = np.asarray(made.rotation)
+    weights = np.array([2.0, 1.0, 0.5 * 0.6 / 0.9, 0.1 * 0.4])
+    np.testing.assert_allclose(made.reward, 0.05 * weights * rotation, atol=1e-6)
+    rate = np.asarray(state.rate) + (rotation - np.asarray(state.rate)) / 4
+    np.testing.assert_allclose(after.rate, rate, atol=1e-6)
+    for _ in range(6):
+        before, (after, _) = after, environment.step(after, 0 * PUSH, environment.prices)
+    assert np.abs(np.asarray(after.rate) - np.asarray(before.rate)).max() < 1.0
+    assert (np.asarray(after.rate) != 0.0).all()
+
+
+def test_hands_that_are_renewed_begin_with_nothing_and_the_others_go_on(world):
+    task, advance, starts = world
+    environment = CubeEnvironment(task, advance, TurningWeight())
+    state = environment.begin(starts, KEY)._replace(rate=jnp.full(4, 0.5))
+    state, _ = environment.step(state, PUSH, environment.prices)
+    new = tuple(array[:2] + 0.25 for array in starts)
+    renewed = environment.renew(state, jnp.array([3, 0]), new)
+    for before, after in zip(jax.tree.leaves(state.episode), jax.tree.leaves(renewed.episode), strict=True):
+        np.testing.assert_array_equal(before[1:3], after[1:3])
+    np.testing.assert_array_equal(renewed.episode.periods, [0, 1, 1, 0])
+    np.testing.assert_array_equal(np.asarray(renewed.rate)[[0, 3]], 0.0)
+    np.testing.assert_array_equal(renewed.states[1:3], state.states[1:3])
+    np.testing.assert_allclose(np.asarray(renewed.starts[0])[[3, 0]], new[0], rtol=1e-6)
+    assert any(np.allclose(renewed.states[3], start, rtol=1e-6) for start in new[0][0])
+
+
+def test_a_state_that_is_not_finite_counts_as_a_fall_and_restarts(world):
+    task, _, starts = world
+
     def blows_up(states, controls):
         return states * jnp.nan, jnp.zeros((4, 5, SENSOR_COUNT)) * jnp.nan
 
-    broken = CubeEnvironment(
-        environment._task, blows_up, (environment._start_states, environment._start_sensors), "native"
-    )
-    state = broken.step(broken.reset(jax.random.split(jax.random.PRNGKey(0), 4)), jnp.zeros((4, 7)))
-    np.testing.assert_allclose(state.reward, -5.0)
-    np.testing.assert_array_equal(state.done, 1.0)
-    np.testing.assert_array_equal(state.info["truncation"], 0.0)
-    assert np.isfinite(np.asarray(state.obs["state"])).all()
+    broken = CubeEnvironment(task, blows_up, TurningWeight())
+    state, made = broken.step(broken.begin(starts, KEY), 0 * PUSH, broken.prices)
+    np.testing.assert_allclose(made.reward, -5.0)
+    np.testing.assert_array_equal(made.over, 1.0)
+    np.testing.assert_array_equal(made.cut, 0.0)
+    np.testing.assert_array_equal(made.lost, 1.0)
+    assert np.isfinite(np.asarray(state.observation["state"])).all()
+    assert np.isfinite(np.asarray(state.rate)).all()
 
 
 @pytest.mark.slow

@@ -89,7 +89,9 @@ def log(policy: Policy, task: Task, seconds: float, seed: int = 0) -> Log:
     return Log(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def run(policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0) -> Episodes:
+def run(
+    policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0, *, check: Callable[[], None] = lambda: None
+) -> Episodes:
     """Run one episode in every scene of `batch`.
 
     Args:
@@ -98,9 +100,15 @@ def run(policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0)
         batch: scenes made with `build_scene`.
         seconds: length of an episode, s.
         seed: of starts, actuation and noise.
+        check: called after each control period; what it raises ends the run.
     """
     tally = _Tally(task, len(batch))
-    _run(policy, task, batch, seconds, rng=np.random.default_rng(seed), on_period=tally.add)
+
+    def add(episode: Episode, states: Floats, sensors: Floats, outcome: Outcome) -> None:
+        tally.add(episode, states, sensors, outcome)
+        check()
+
+    _run(policy, task, batch, seconds, rng=np.random.default_rng(seed), on_period=add)
     return tally.episodes()
 
 

@@ -150,12 +150,11 @@ def finish(
         rotation_cap_rad_s=task.rewarded.rotation_cap_rad_s,
     )
     episode = episode._replace(lengths=last.lengths, periods=episode.periods + 1)
-    settled = episode.periods * period_s > SETTLING_S
     observation = observed(task, episode, noise)
     return episode, Outcome(
         observation=observation,
         critic=critic_state(observation, positions, velocities, last),
-        reward=reward(values, task.rewarded, period_s, settled),
+        reward=reward(values, task.rewarded, period_s),
         lost=fallen(last.cube_position[..., 2]),
         terms=values,
     )

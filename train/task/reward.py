@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from math import inf
 
-import numpy as np
-from numpy.typing import NDArray
-
 from aero.actuation.arrays import Array, namespace
 from aero.channels import Channel, Joint
 from train.task.grasp import NOMINAL_JOINTS
@@ -20,11 +17,8 @@ HELD_RAD = 0.1
 """How far the thumb's abduction may stand beyond what it was sent in the last two periods and still hold, rad; less
 than half of what the guard allows (0.26, 15 % of its window)."""
 
-Each = float | NDArray[np.float64]
+Each = float | Array
 """A number for all environments, or one for each, (batch,)."""
-
-PRICES = ("cube_speed", "airborne")
-"""Terms that price how the cube moves, which a hand that does not turn it never pays."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +33,6 @@ class Weights:
     """Of the squared change of the action."""
     cube_speed: Each = 0.0
     """Of the cube's squared linear speed, mean over the control period, s²/m²."""
-    airborne: Each = 0.0
-    """Of the share of the control period's physics steps in which nothing touches the cube; not a term of the
-    paper's."""
     pushed: Each = 0.0
     """Of how far the thumb's abduction is pushed away beyond `HELD_RAD`, 1/rad; not a term of the paper's."""
     pose: Each = 0.0
@@ -58,30 +49,42 @@ class RewardSettings:
 
     weights: Weights = Weights()
     """Of the terms."""
-    rotation_cap_rad_s: Each = inf
+    rotation_cap_rad_s: float = inf
     """Rotation faster than this earns no more; the paper has no cap."""
-    affordable: Each = inf
-    """Share of what turning brings in that the prices on the cube's motion take at most, see `reward`."""
 
 
 PAPER_REWARD = RewardSettings()
 
 
-def side_by_side(first: RewardSettings, count: int, second: RewardSettings, total: int) -> RewardSettings:
-    """Return settings of `total` environments: the first `count` are rewarded by `first`, the others by `second`."""
+@dataclass(frozen=True)
+class TurningWeight:
+    """How much a hand's turning counts, by the running mean of its rate.
 
-    def each(one: Each, other: Each) -> NDArray[np.float64]:
-        return np.where(np.arange(total) < count, one, other)
+    A hand that turns fast enough earns little by turning faster, so that the gait need not risk the cube for it; a slow
+    one earns more, so that the hands at the slow end are not given up.
+    """
 
-    weights = {
-        field.name: each(getattr(first.weights, field.name), getattr(second.weights, field.name))
-        for field in fields(Weights)
-    }
-    return RewardSettings(
-        Weights(**weights),
-        each(first.rotation_cap_rad_s, second.rotation_cap_rad_s),
-        each(first.affordable, second.affordable),
-    )
+    memory_steps: int = 400
+    """Control steps that the running mean of the rate looks back on."""
+    enough_rad_s: float = 0.9
+    """Rate from which more speed earns the least."""
+    fading_rad_s: float = 0.4
+    """Width below it over which the weight falls to that."""
+    least: float = 0.1
+    """Weight of turning that is fast enough."""
+    slow_rad_s: tuple[float, float] = (0.6, 0.2)
+    """Numerator and offset of the weight of slow turning, numerator / (offset + rate)."""
+    slow_bounds: tuple[float, float] = (0.4, 2.0)
+    """Lowest and highest weight of slow turning."""
+
+    def of(self, rate_rad_s: Array) -> Array:
+        """Return the weight for running means of the rate, (...)."""
+        xp = namespace(rate_rad_s)
+        numerator, offset = self.slow_rad_s
+        fast = xp.clip((self.enough_rad_s - rate_rad_s) / self.fading_rad_s, self.least, 1.0)
+        # A cube that is turned back has no slower weight than one that lies still, and never a negative one.
+        slow = xp.clip(numerator / (offset + xp.maximum(rate_rad_s, 0.0)), *self.slow_bounds)
+        return fast * slow
 
 
 def fallen(cube_height: Array) -> Array:
@@ -98,7 +101,7 @@ def terms(
     last_action: Array,
     sent: Array,
     period_s: float,
-    rotation_cap_rad_s: Array,
+    rotation_cap_rad_s: float,
 ) -> dict[str, Array]:
     """Return every term before weighting, each with the leading axes of `joints`.
 
@@ -110,7 +113,7 @@ def terms(
         last_action: the one before, (..., 7).
         sent: the higher of what the two ask for, (..., 7); a thumb that is still on its way is not pushed.
         period_s: length of the period, s.
-        rotation_cap_rad_s: rotation that is rewarded at most, rad/s, a number or (...,).
+        rotation_cap_rad_s: rotation that is rewarded at most, rad/s.
 
     The rotation is the mean over the period: sampled once a period, a policy learns to burst at the sampling.
     """
@@ -131,34 +134,6 @@ def terms(
     }
 
 
-def reward(values: dict[str, Array], rewarded: RewardSettings, period_s: float, settled: Array | bool = True) -> Array:
-    """Return the weighted sum of the terms times the control period, (...) or (batch,).
-
-    Prices on the cube's motion count where it has `settled`, bool (...): how it drops into the hand is none of the
-    policy's doing, and would take most of what is affordable.
-
-    Environments with an affordable share are a group: where their prices would take more than that share of what
-    turning brings in (what rotation earns, less what changing the action costs), mean against mean, all of the group's
-    prices shrink to it. However dear bouncing is, a gait that turns the cube then earns more than holding it still, but
-    for the risk of losing it.
-    """
-    weighted = {field.name: getattr(rewarded.weights, field.name) * values[field.name] for field in fields(Weights)}
-    xp = namespace(values["rotation"])
-    prices = xp.where(settled, sum(weighted.pop(name) for name in PRICES), 0.0)
-    income = weighted["rotation"] + weighted["action_rate"]
-    return (sum(weighted.values()) + prices * _shrunk(prices, income, rewarded.affordable)) * period_s
-
-
-def _shrunk(prices: Array, income: Array, affordable: Each) -> Array:
-    """Return the factor, 0 to 1, by which each environment's prices, which are negative, are to shrink."""
-    xp = namespace(prices)
-    group = np.isfinite(affordable)
-    if not group.any():
-        return 1.0
-    share = np.where(group, affordable, 0.0)
-    # The state of a broken simulation is not finite, and must not reach the others.
-    sound = xp.isfinite(prices) & xp.isfinite(income)
-    allowed = xp.sum(xp.where(sound, share * income, 0.0))
-    paid = xp.sum(xp.where(sound & group, -prices, 0.0))
-    nothing = 1e-9  # hands that pay nothing must not divide by it
-    return xp.where(group, xp.clip(allowed / xp.maximum(paid, nothing), 0.0, 1.0), 1.0)
+def reward(values: dict[str, Array], rewarded: RewardSettings, period_s: float) -> Array:
+    """Return the weighted sum of the terms times the control period, (...)."""
+    return sum(getattr(rewarded.weights, field.name) * values[field.name] for field in fields(Weights)) * period_s

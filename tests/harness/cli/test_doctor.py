@@ -5,6 +5,7 @@ import os
 import pty
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -105,14 +106,15 @@ def test_a_machine_without_ports_is_no_fault() -> None:
 
 def test_who_holds_a_port_is_named_but_not_who_serves_it() -> None:
     master, slave = pty.openpty()
-    serving = subprocess.Popen(["sleep", "60"], pass_fds=(master, slave))
-    with serving, subprocess.Popen(["cat"], stdin=slave, stdout=subprocess.DEVNULL) as held:
+    reading = [sys.executable, "-c", "import sys; sys.stdin.read()"]
+    serving = subprocess.Popen(reading, stdin=subprocess.PIPE, pass_fds=(master, slave))
+    with serving, subprocess.Popen(reading, stdin=slave) as held:
         found = holders(os.ttyname(slave))
         held.kill()
         serving.kill()
     os.close(master)
     os.close(slave)
-    assert found == (f"cat ({held.pid})",)
+    assert found == (f"{Path(sys.executable).name} ({held.pid})",)
 
 
 @pytest.mark.parametrize(("late_s", "verdict"), [(0.001, "ok"), (0.05, "look"), (10.0, "wrong")])

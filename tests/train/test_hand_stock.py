@@ -1,0 +1,75 @@
+"""Which hands a batch holds, and that a hand is the same whoever builds it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from model.cubes import PROPERTIES, TAILS, any_cube, tail_cube
+from train.hand_stock import HandStock, oldest, present
+from train.recipe import STEADY
+
+STOCK = HandStock(STEADY.stages[-1], STEADY.task.settings, (3, 0, 2, 0))
+
+
+@given(st.integers(1, 300), st.lists(st.integers(1, 100), max_size=8))
+def test_the_oldest_hands_give_way_to_the_next_numbers(count, redraws):
+    batch, new = list(range(count)), 0
+    for hands in redraws:
+        for place in oldest(count, new, hands):
+            assert batch[place] == min(batch)
+            batch[place] = count + new
+            new += 1
+        assert present(count, new) == batch
+
+
+def test_forty_of_256_hands_are_the_oldest_forty():
+    numbers = present(256, 240)
+    places = oldest(256, 240, 40)
+    assert len(set(places)) == 40
+    assert sorted(numbers[place] for place in places) == sorted(numbers)[:40]
+
+
+def test_a_hand_follows_from_its_number_alone():
+    first, again, other = STOCK.hand(7), STOCK.hand(7), STOCK.hand(8)
+    np.testing.assert_array_equal(first.correction, again.correction)
+    np.testing.assert_array_equal(first.scene.model.body_mass, again.scene.model.body_mass)
+    assert not np.allclose(first.correction, other.correction)
+    elsewhere = replace(STOCK, seed=(4, 0, 2, 0)).hand(7)
+    assert not np.allclose(first.correction, elsewhere.correction)
+
+
+def share_in_a_tail(cubes):
+    values = {one.name: one.change for one in PROPERTIES}
+    assert set(TAILS) < set(values)
+    inside = [
+        TAILS["side"][0] <= cube.side_m <= TAILS["side"][1]
+        or TAILS["mass"][0] <= cube.mass_kg <= TAILS["mass"][1]
+        or TAILS["friction"][0] <= cube.friction <= TAILS["friction"][1]
+        for cube in cubes
+    ]
+    return np.mean(inside)
+
+
+def test_a_cube_from_the_tail_has_one_property_from_it_and_all_within_what_people_have():
+    rng = np.random.default_rng(0)
+    cubes = [tail_cube(rng) for _ in range(300)]
+    assert share_in_a_tail(cubes) == 1.0
+    assert all(0.045 <= cube.side_m <= 0.055 and 0.040 <= cube.mass_kg <= 0.140 for cube in cubes)
+    assert all(0.3 <= cube.friction <= 1.0 for cube in cubes)
+    for name, (low, high) in {"side_m": (0.052, 0.055), "mass_kg": (0.110, 0.140), "friction": (0.8, 1.0)}.items():
+        assert np.mean([low <= getattr(cube, name) <= high for cube in cubes]) > 1 / 3
+    assert 0.4 < share_in_a_tail([any_cube(rng) for _ in range(300)]) < 0.8
+
+
+@pytest.mark.parametrize(("tails", "share", "least", "most"), [(True, 1.0, 1.0, 1.0), (False, 1.0, 0.2, 0.95)])
+def test_only_hands_to_train_on_have_cubes_from_the_tail(tails, share, least, most, monkeypatch):
+    seen = []
+    monkeypatch.setattr("train.hand_stock.draw_scenes", lambda u, r, g, t, cubes: seen.extend(cubes) or [None])
+    monkeypatch.setattr("train.hand_stock.corrections", lambda *_, **__: np.zeros((1, 7)))
+    stock = replace(STOCK, stage=replace(STOCK.stage, tail_share=share), tails=tails)
+    for number in range(60):
+        stock.hand(number)
+    assert least <= share_in_a_tail(seen) <= most

@@ -1,0 +1,205 @@
+"""Training end to end, small; what runs XLA's compiler for tens of seconds is slow."""
+
+import signal
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("brax.training.agents.ppo", reason="needs the extra `train`")
+
+from checkpoints import POINT
+from click.testing import CliRunner
+
+from aero.policy.file import load
+from hil.cli import main
+from train import stage_run, training
+from train.built import BuiltSimulator
+from train.drop_price import Tendency
+from train.progress import Epoch, read
+from train.recipe import STEADY, Stuck
+from train.run import Listener
+from train.run_state import STATE, Standing, load_arrays, read_standing, save_state
+from train.stage import Redraw
+from train.training import Ended, Ending
+
+TINY = replace(
+    STEADY,
+    environments=8,
+    minibatches=2,
+    epochs=1,
+    hidden=(16,),
+    stages=tuple(
+        replace(stage, unroll=5, steps=120, measured=2, frozen_updates=1, redraw=Redraw(every=2, hands=3))
+        for stage in STEADY.stages[1:]
+    ),
+    checkpoint_steps=80,
+)
+"""Two stages of three updates of 40 steps each; hands are replaced before the third."""
+EPOCH = Epoch(
+    attempt=0,
+    stage="find",
+    steps=20_480,
+    rate_rad_s=0.25,
+    hazard_per_s=0.01,
+    drop_price=120.0,
+    steps_per_s=1000.0,
+    left_s=600.0,
+)
+
+
+@pytest.fixture(autouse=True)
+def short_episodes(monkeypatch):
+    monkeypatch.setattr(stage_run, "EPISODE_S", 0.5)
+
+
+def trained(folder, recipe=TINY, **options):
+    return training.train(recipe, "native", 0, folder, threads=1, **options)
+
+
+def kept(folder):
+    """Return every array of a run's state."""
+    with np.load(folder / STATE) as archive:
+        return {name: archive[name] for name in archive.files if name != "standing"}
+
+
+def test_a_state_comes_back_as_it_went(tmp_path):
+    standing = Standing("steady", 3, attempt=1, steps=1000, updates=7, tendency=Tendency(0.1, 0.02, 7), drop_price=61.3)
+    arrays = {"a": np.arange(3.0, dtype=np.float32), "b": (np.uint32(7), np.zeros((2, 0)))}
+    save_state(tmp_path, standing, arrays)
+    assert read_standing(tmp_path) == standing
+    again = load_arrays(tmp_path, arrays)
+    np.testing.assert_array_equal(again["a"], arrays["a"])
+    assert again["b"][0] == 7
+    with pytest.raises(ValueError, match="another recipe"):
+        load_arrays(tmp_path, {"a": np.zeros(4)})
+    with pytest.raises(FileNotFoundError):
+        read_standing(tmp_path / "elsewhere")
+
+
+def commanded(monkeypatch, folder, *arguments, ending=Ending.DONE):
+    """Run the command with a training that only tells, and return what it asked for and what it said."""
+    asked = []
+
+    def fake(recipe, backend, seed, folder, *, told, provenance, **options):
+        asked.append((recipe, backend, seed, folder, options))
+        assert {"mujoco", "jax", "brax"} <= provenance["versions"].keys()
+        told.epoch(EPOCH)
+        told.checkpoint(POINT)
+        return Ended(ending, Standing(recipe.name, seed, steps=40_960))
+
+    monkeypatch.setattr(training, "train", fake)
+    result = CliRunner().invoke(main, ["train", *arguments, "--out", str(folder)], catch_exceptions=False)
+    return asked[0], result.output
+
+
+def test_the_command_asks_for_the_recipe_and_says_epochs_checkpoints_and_how_to_go_on(monkeypatch, tmp_path):
+    arguments = ["fast", "--backend", "native", "--steps", "102400", "--seed", "3", "--minutes", "5", "--threads", "1"]
+    asked, said = commanded(monkeypatch, tmp_path, *arguments, ending=Ending.TIME)
+    recipe, *rest = asked
+    assert (recipe.name, recipe.steps) == ("fast", 102_400)
+    assert rest == ["native", 3, tmp_path, {"minutes": 5.0, "threads": 1, "resume": False}]
+    assert "0.02 M steps   0.25 rad/s  keeps  86%  1.00% drops/s at 120   1000 steps/s    10 min left" in said
+    assert "0.55 rad/s  keeps  97%; average  0.50 rad/s  keeps  98%" in said
+    assert "the time is over: 0.04 M of 0.10 M steps" in said
+    assert f"aero-hil train fast --seed 3 --steps 102400 --out {tmp_path} --resume" in said.replace("\n", "")
+
+
+@pytest.mark.parametrize(("accelerated", "environments"), [(False, STEADY.environments), (True, 8192)])
+def test_mjx_without_a_gpu_says_so_and_keeps_to_the_size_for_cpus(accelerated, environments, monkeypatch, tmp_path):
+    monkeypatch.setattr(training, "accelerated", lambda: accelerated)
+    (recipe, *_), said = commanded(monkeypatch, tmp_path, "--backend", "mjx")
+    assert recipe.environments == environments
+    assert not any(stage.built for stage in recipe.stages)
+    assert ("Warning: JAX finds no GPU" in said) == (not accelerated)
+
+
+def test_the_command_refuses_a_folder_that_holds_a_run(tmp_path):
+    (tmp_path / STATE).touch()
+    result = CliRunner().invoke(main, ["train", "--backend", "native", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "resume" in result.output
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory):
+    """A run that nothing ended before its time."""
+    folder = tmp_path_factory.mktemp("unbroken")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stage_run, "EPISODE_S", 0.5)
+        return folder, trained(folder, provenance={"commit": "abc"})
+
+
+@pytest.mark.slow
+def test_a_run_leaves_a_policy_every_checkpoint_and_its_curve(unbroken):
+    folder, ended = unbroken
+    assert (ended.ending, ended.standing.steps, ended.standing.new_hands) == (Ending.DONE, 240, 3)
+    assert [point.steps for point in read(folder)] == [80, 120, 200, 240]
+    names = {path.name for path in (folder / "checkpoints").iterdir()}
+    assert names == {f"{kind}0_{steps:010d}.npz" for kind in ("", "average_") for steps in (80, 120, 200, 240)}
+    policy = load(folder / "steady.npz")
+    assert policy.provenance["recipe_sha256"] == TINY.fingerprint != STEADY.fingerprint
+    assert (policy.provenance["commit"], policy.provenance["resumes"]) == ("abc", 0)
+    with pytest.raises(FileExistsError, match="resume"):
+        trained(folder)
+    with pytest.raises(ValueError, match="seed 0"):
+        training.train(TINY, "native", 1, folder, resume=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_before_the_next_batch_of_physics_and_the_resumed_one_has_the_same_weights(
+    number, unbroken, monkeypatch, tmp_path
+):
+    calls = {"physics": 0}
+    advance = BuiltSimulator.advance
+
+    def counted(self, states, controls):
+        calls["physics"] += 1
+        if calls["physics"] == calls.get("stop"):
+            signal.raise_signal(number)
+        return advance(self, states, controls)
+
+    monkeypatch.setattr(BuiltSimulator, "advance", counted)
+    preparing = 2 * STEADY_STARTS
+    rng, resumed = np.random.default_rng(int(number)), False
+    for _ in range(3):
+        calls["stop"] = calls["physics"] + preparing + int(rng.integers(1, 12))
+        ended = trained(tmp_path, resume=resumed)
+        resumed = (tmp_path / STATE).exists()
+        if ended.ending is Ending.DONE:
+            break
+        assert calls["physics"] <= calls["stop"] + 1
+    calls["stop"] = -1
+    assert trained(tmp_path, resume=resumed).ending is Ending.DONE
+    expected, found = kept(unbroken[0]), kept(tmp_path)
+    assert expected.keys() == found.keys()
+    for name, array in expected.items():
+        np.testing.assert_array_equal(found[name], array)
+    assert [point.steps for point in read(tmp_path)] == [80, 120, 200, 240]
+
+
+STEADY_STARTS = 8
+"""Batches of physics that prepare the starts, `train.environment.STARTS`; sensors are read from one each."""
+
+
+@pytest.mark.slow
+def test_a_run_that_holds_the_cube_still_is_begun_again_with_another_seed(tmp_path):
+    told = []
+
+    def enough(point):
+        told.append(point)
+        if point.attempt == 1:
+            raise KeyboardInterrupt
+
+    hopeless = replace(TINY, stuck=Stuck(steps=80, rate_rad_s=1e3))
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path, hopeless, told=Listener(checkpoint=enough))
+    assert [(point.attempt, point.steps) for point in told] == [(0, 80), (1, 80)]
+    assert told[0].score != told[1].score
+
+
+@pytest.mark.slow
+def test_a_run_stops_at_its_time_and_says_where_it_stands(tmp_path):
+    ended = trained(tmp_path, minutes=1e-6)
+    assert (ended.ending, ended.standing.steps) == (Ending.TIME, 0)

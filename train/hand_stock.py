@@ -1,0 +1,74 @@
+"""The built hands of a stage, each with its cube; the oldest give way to new ones.
+
+A hand has a number, and everything about it follows from the stage's seed and that number. New hands take the places
+of the oldest in turn, so the count of redraws says which hands are there: a run that goes on builds the same ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from aero.policy.settings import PolicySettings
+from model.compiled_hand import CompiledHand
+from model.cubes import any_cube, tail_cube
+from model.scene import CUBE
+from train.built import BuiltSimulator, draw_scenes
+from train.hands import corrections, draw_hand
+from train.simulator import Floats
+from train.stage import Stage
+
+Check = Callable[[], None]
+"""Looks whether the run is to end, and raises if so."""
+
+
+class StockedHand(NamedTuple):
+    """A built hand with its cube, ready for a batch."""
+
+    scene: CompiledHand
+    correction: Floats
+    """By how much longer its channels are commanded, (7,), m, abduction rad."""
+
+
+@dataclass(frozen=True)
+class HandStock:
+    """Where the hands of a stage come from."""
+
+    stage: Stage
+    settings: PolicySettings
+    seed: tuple[int, ...]
+    """Of the stage; hands of another seed are others."""
+    tails: bool = True
+    """Whether the stage's share of cubes comes from the tail; those that measure are drawn evenly."""
+
+    def hand(self, number: int) -> StockedHand:
+        """Build the hand of this number."""
+        rng = np.random.default_rng((*self.seed, number))
+        unit, cube = draw_hand(self.stage.hands, rng), CUBE
+        if self.stage.any_cube:
+            tail = self.tails and rng.uniform() < self.stage.tail_share
+            cube = tail_cube(rng) if tail else any_cube(rng)
+        (scene,) = draw_scenes([unit], self.stage.hands, rng, self.settings.torque_limit, [cube])
+        error_m = self.stage.hands.correction_error_m
+        return StockedHand(scene, corrections([unit], self.settings, rng, error_m=error_m, threads=1)[0])
+
+    def batch(self, numbers: Sequence[int], threads: int | None, check: Check) -> BuiltSimulator:
+        """Build the hands of these numbers as one batch."""
+        made = []
+        for number in numbers:
+            check()
+            made.append(self.hand(number))
+        return BuiltSimulator([one.scene for one in made], np.array([one.correction for one in made]), threads)
+
+
+def present(count: int, new: int) -> list[int]:
+    """Return which numbers are in the `count` places of a batch after `new` hands have come to the first ones."""
+    return [place + count * -(-(new - place) // count) if new > place else place for place in range(count)]
+
+
+def oldest(count: int, new: int, hands: int) -> list[int]:
+    """Return the places that the next `hands` new ones take, after `new` have come."""
+    return [(new + k) % count for k in range(hands)]
