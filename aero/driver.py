@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero import protocol
+from aero.acknowledgement import Centred, Trimmed, centred, trimmed
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
@@ -211,23 +212,41 @@ class AeroHand:
         It is asked to limit a channel that no board has. It refuses, or does not know the request and says nothing.
         Errors as `read_codes`.
         """
-        self._permit()
-        try:
-            self._link.ask(protocol.make_refused_setting(), self._reply_timeout_s, self._patience_s)
-        except LinkTimeoutError:
-            self._query(Opcode.GET_TEMP)  # silent about this alone, or altogether?
-            return False
-        return True
+        return self._knows(protocol.make_refused_setting())
 
-    def trim(self, channel: Channel, degrees: int) -> int:
+    def knows_calibrate_mid(self) -> bool:
+        """Return whether the board knows CALIBRATE_MID, which tells firmware `main` from all before; changes nothing.
+
+        It is asked to calibrate a channel that no board has. It refuses, or does not know the request and says nothing.
+        Errors as `read_codes`.
+        """
+        return self._knows(protocol.make_refused_calibration())
+
+    def trim(self, channel: Channel, degrees: int) -> Trimmed:
         """Shift one channel's extended end by whole degrees (-360..360) of its shaft, kept over restarts; not repeated.
 
-        Trims add up until the next homing, which drops them, as does power-on with firmware 0.1.3 and later.
-
-        Returns:
-            The new extended end, servo counts 0..4095.
+        Trims add up until the next homing, which drops them, as does power-on with firmware 0.1.3 and later. A trim by
+        0 changes nothing; with firmware `main` it tells where the servo stands.
         """
-        return self._acknowledged(protocol.make_trim(channel, degrees), channel).words[1]
+        return trimmed(self._acknowledged(protocol.make_trim(channel, degrees), channel))
+
+    def calibrate_mid(self, channel: Channel) -> Centred:
+        """Make a channel's present position 2048 counts, the middle of its servo's turn; firmware `main` alone.
+
+        The board's window stays as it is, so that every command means another angle afterwards: **the finger may jump
+        with the next command**. The servo keeps it over power-off, until the next homing. Not repeated.
+
+        Raises:
+            LinkTimeoutError: the board is older than `main`, or silent.
+            RefusedError: the board is in torque mode, or the servo did not answer; its zero may have moved.
+        """
+        result = centred(self._acknowledged(protocol.make_calibrate_mid(channel), channel))
+        if result is None:
+            raise RefusedError(
+                f"{self.name}: {channel.label} was not calibrated. The board is in torque mode (command_codes() ends "
+                "it), or the servo did not answer. Its zero may have moved; home the hand before anything else."
+            )
+        return result
 
     def home(self, timeout_s: float = _HOMING_TIMEOUT_S) -> None:
         """Home all channels and wait until the board says that it is done: about 4 s, a minute up to firmware 0.1.2.
@@ -309,6 +328,16 @@ class AeroHand:
         answer = self._link.ask(protocol.make_query(opcode), self._reply_timeout_s, self._patience_s)
         self._read_from = answer.asked
         return answer.reply
+
+    def _knows(self, request: bytes) -> bool:
+        """Return whether the board answers a request that it refuses, if it knows it."""
+        self._permit()
+        try:
+            self._link.ask(request, self._reply_timeout_s, self._patience_s)
+        except LinkTimeoutError:
+            self._query(Opcode.GET_TEMP)  # silent about this alone, or altogether?
+            return False
+        return True
 
     def _set(self, request: bytes, channel: Channel, value: int) -> None:
         stored = self._acknowledged(request, channel, self._patience_s).words[1]

@@ -15,7 +15,7 @@ from aero.protocol import (
     FRAME_SIZE,
     PADDING,
     READINGS,
-    SINCE_0_1_0,
+    SINCE,
     Opcode,
     Reply,
     ReplyScanner,
@@ -300,7 +300,7 @@ class HostLink:
                 f"{asked}, but {len(stray)} other bytes: {stray[: 2 * FRAME_SIZE].hex(' ')}. Is another program using "
                 "the port, and is it the hand's?"
             )
-        too_old = f"too old for {opcode.name} (firmware before 0.1.0), " if opcode in SINCE_0_1_0 else ""
+        too_old = f"too old for {opcode.name} (firmware before {SINCE[opcode]}), " if opcode in SINCE else ""
         return LinkTimeoutError(
             f"{asked}. The board may be {too_old}homing (about 4 s after power-on, up to 45 s), without power, waiting "
             "for the rest of a frame that another program cut short (resynchronise() helps), or this is not the hand's "

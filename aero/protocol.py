@@ -8,7 +8,8 @@ zero filler, and because nothing but boot text is ever sent unasked.
 The words of a frame are in wire order, which is the servos' ID order. This is the only module of the driver that
 knows it: what goes in and what comes out is in command order.
 
-Source: TetherIA aero-open-firmware d7bd82e and aero-hand-open 6a3022d (firmware 0.1.0 and 0.2.0, same frames).
+Source: TetherIA aero-open-firmware d7bd82e and aero-hand-open 6a3022d (firmware 0.1.0 and 0.2.0, same frames), dd91e5a
+(`main`: CALIBRATE_MID and the longer acknowledgement of TRIM).
 """
 
 from __future__ import annotations
@@ -59,6 +60,7 @@ class Opcode(IntEnum):
     HOMING = 0x01
     SET_ID = 0x02
     TRIM = 0x03
+    CALIBRATE_MID = 0x04
     CTRL_POS = 0x11
     CTRL_TOR = 0x12
     GET_POS = 0x22
@@ -75,8 +77,14 @@ READINGS = (Opcode.GET_TEMP, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_POS)
 _HARMLESS_BELOW = [max({*range(byte + 1)} - {*Opcode}) for byte in range(256)]
 """The next byte from each one down that is no opcode."""
 
-SINCE_0_1_0 = frozenset({Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR})
-"""What the firmware before 0.1.0, `pre`, takes for an unknown opcode: it drops the frame and says nothing."""
+SINCE = {
+    **dict.fromkeys((Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR), "0.1.0"),
+    Opcode.CALIBRATE_MID: "`main` of July 2026",
+}
+"""The firmware that first knew an opcode; earlier ones drop the frame and say nothing."""
+
+NO_CHANNEL = len(Channel)
+"""A channel that no board has."""
 
 PADDING = b"\0"
 """A byte that does no harm wherever the board reads it: opcode 0 is unknown and swallows its frame in silence."""
@@ -149,6 +157,16 @@ def make_set_torque(channel: Channel, register_units: int) -> bytes:
 def make_trim(channel: Channel, degrees: int) -> bytes:
     """Return a request to shift one channel's extended end by `degrees` (-360..360) of its shaft."""
     return _make_setting(Opcode.TRIM, channel, _checked_int(degrees, -360, 360, "trim in degrees") & 0xFFFF)
+
+
+def make_calibrate_mid(channel: Channel) -> bytes:
+    """Return a request to make a channel's present position 2048 counts, the middle of its servo's turn."""
+    return _FRAME.pack(Opcode.CALIBRATE_MID, FILLER, wire_index(channel), 0, 0, 0, 0, 0, 0)
+
+
+def make_refused_calibration() -> bytes:
+    """Return a CALIBRATE_MID of a channel that no board has: firmware `main` refuses it, all before say nothing."""
+    return _FRAME.pack(Opcode.CALIBRATE_MID, FILLER, NO_CHANNEL, 0, 0, 0, 0, 0, 0)
 
 
 def make_refused_setting() -> bytes:

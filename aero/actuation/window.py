@@ -10,7 +10,7 @@ Counts and angles agree to 0.02° on the fingers and on abduction, 0.15° on CMC
 span is 2980 counts where its 262.43° make 2986. The paper's and the SDK's reading is kept: an unshifted window *is* the
 excursion, and counts contribute only by how far a window differs from its baseline.
 
-Source: aero-open-firmware d7bd82e (baselines), aero-hand-open 6a3022d (0.2.0).
+Source: aero-open-firmware d7bd82e (baselines), aero-hand-open 6a3022d (0.2.0), dd91e5a (`main`, the same windows).
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ CALIBRATIONS = {
     "unshifted": "flashed over an older version and never homed since: as firmware 0.1.5 and before",
     "mixed": "any other restart after homing: the extended ends are shifted, the closed ends are not",
 }
-"""The states of firmware 0.2.0."""
+"""The states of firmware 0.2.0 and `main`."""
 
 FIRMWARE_CALIBRATIONS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("pre", "0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5"), ("unshifted",)),
-    "0.2.0": ("homed", "unshifted", "mixed"),
+    **dict.fromkeys(("0.2.0", "main"), ("homed", "unshifted", "mixed")),
 }
-"""States each firmware version can be in, the usual one first."""
+"""States each firmware version can be in, the usual one first; `main` is the main branch since July 2026."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,8 @@ class CommandWindow:
         """Return the window of a firmware version in one of its calibration states.
 
         Args:
-            version: `pre`, or `0.1.0` to `0.2.0`.
-            calibration: one of `CALIBRATIONS`; the version's usual one if not given (`homed` for 0.2.0).
+            version: `pre`, `0.1.0` to `0.2.0`, or `main`.
+            calibration: one of `CALIBRATIONS`; the version's usual one if not given (`homed` for 0.2.0 and `main`).
             hand: `right` or `left`.
 
         Raises:

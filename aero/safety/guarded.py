@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero import protocol
+from aero.acknowledgement import Centred
 from aero.channels import Channel
 from aero.clock import Clock
 from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
@@ -28,6 +30,7 @@ from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock
 from aero.transport import Transport
 
+_LOG = logging.getLogger(__name__)
 STALL_TORQUE = 1000
 """Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
 THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
@@ -87,6 +90,7 @@ class GuardedHand(AeroHand):
         self._look_due = self._temperatures_due = self._looked_at = clock.now()
         self._last_codes: NDArray[np.integer] = np.array(OPEN)
         self._closed = False
+        self._in_torque_mode = False
         self._is_open = True
         self._stop = ""
 
@@ -164,6 +168,7 @@ class GuardedHand(AeroHand):
         super().command_codes(codes)
         if self.phase is not Phase.ENDING:
             self._last_codes = codes
+            self._in_torque_mode = False
             self._closed = bool((codes > self.thresholds.arrival * MAX_CODE).any())
             self._watch.encoders.commanded(self._bare_clock.now(), self._last_codes / MAX_CODE)
 
@@ -182,7 +187,7 @@ class GuardedHand(AeroHand):
             self.begin()
             self._permit()
             self._watch.encoders.forget()
-            self._closed = True
+            self._closed = self._in_torque_mode = True
         super().command_torques(magnitudes)
 
     def set_speed(self, channel: Channel, register_units: int) -> None:
@@ -192,6 +197,39 @@ class GuardedHand(AeroHand):
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """As `AeroHand.set_torque`, and sent again after a restart; opens the hand first if nothing has moved yet."""
         self._set_limit(channel, "torque", register_units)
+
+    def calibrate_mid(self, channel: Channel) -> Centred:
+        """As `AeroHand.calibrate_mid`, at low speed and torque, from a hand that holds still.
+
+        The hand holds where it stands afterwards, and the usual limits of the channel apply from the next command on.
+        The watch starts anew: what was commanded before meant other angles.
+
+        Raises:
+            SafetyStopError, AeroError: as `begin` and `AeroHand.calibrate_mid`; the limits are given back.
+        """
+        self.begin()
+        if channel not in self._limits:
+            return super().calibrate_mid(channel)
+        before = self._limits[channel]
+        self.set_speed(channel, self.thresholds.gentle_speed)
+        self.set_torque(channel, self.thresholds.gentle_torque)
+        try:
+            # The command ends torque mode, and the servo takes the limits with it.
+            self.command_codes(self.read_codes() if self._in_torque_mode else self._last_codes)
+            result = super().calibrate_mid(channel)
+            self._watch.pause()
+            codes = self._last_codes.copy()
+            codes[channel] = result.code
+            self.command_codes(codes)
+        finally:
+            self.set_speed(channel, before.speed)
+            self.set_torque(channel, before.torque)
+        _LOG.warning(
+            "%s: %s reads %d counts where it stands. The same command means another angle from now on, and the finger "
+            "may jump with the next one; approach it in small steps.",
+            self.name, channel.label, result.position_counts,
+        )  # fmt: skip
+        return result
 
     def home(self, timeout_s: float = 200.0) -> None:
         """As `AeroHand.home`, from the open hand; it is checked before and not watched meanwhile.

@@ -47,18 +47,20 @@ class Outcome:
 
     session: Session
     difference: Difference | None
+    second: Trace
+    """What the second board did."""
     packets: int
     replies: int
     """Bytes to the host."""
     hand_seconds: float
 
 
-def compare(session: Session, first: Contender, second: Contender) -> Outcome:
-    """Run a session on both and look for the first difference."""
-    traces = Stage(first, session).run(), Stage(second, session).run()
-    a = traces[0]
+def compare(session: Session, first: Contender, second: Contender | Trace) -> Outcome:
+    """Run a session on both, or on the first where the second was recorded, and look for the first difference."""
+    a = Stage(first, session).run()
+    b = second if isinstance(second, Trace) else Stage(second, session).run()
     replies = sum(len(data) for _, data in a.events["host"])
-    return Outcome(session, _difference(*traces), a.packets, replies, len(a.angles) * SAMPLE_S)
+    return Outcome(session, _difference(a, b), b, a.packets, replies, len(a.angles) * SAMPLE_S)
 
 
 def _difference(a: Trace, b: Trace) -> Difference | None:

@@ -13,7 +13,9 @@ from firmware_emulator.firmware.frames import Opcode
 EDGES = (0, 1, 4, 5, 6, 7, 8, 199, 200, 253, 254, 255, 256, 1000, 1001, 1023, 1024, 32766, 32767, 32768, 40000, 65535)
 """Words at which the firmware changes its mind, and their neighbours."""
 GETS = (Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP)
-QUICK = tuple(code for code in Opcode if code not in {Opcode.HOMING, Opcode.SET_ID})
+ALL_VERSIONS = tuple(code for code in Opcode if code != Opcode.CALIBRATE_MID)
+"""What the sessions of all versions ask; `calibrate_mid` has the rest."""
+QUICK = tuple(code for code in ALL_VERSIONS if code not in {Opcode.HOMING, Opcode.SET_ID})
 SETTLED = Await(2000, 0.6)
 """After a boot without homing."""
 BOOTED = Await(2000, 6.0)
@@ -82,7 +84,7 @@ def opcodes(rng: random.Random) -> list[Session]:
             channel = rng.randrange(7)
             steps += [Send(frame(code, *[edge] * 7)), _pause(rng), Send(frame(code, channel, edge)), _pause(rng)]
         steps += _gets()
-    unknown = [code for code in range(256) if code not in set(Opcode)]
+    unknown = [code for code in range(256) if code not in ALL_VERSIONS]
     steps += [step for code in rng.sample(unknown, 40) for step in (Send(frame(code, 1, 2, 3)), _pause(rng))]
     return [Session("opcodes", "reset", (*steps, *_gets()))]
 
@@ -194,6 +196,37 @@ def fuzz(rng: random.Random, frames: int = 2000) -> list[Session]:
     return [Session("fuzz", "reset", (*steps, *_gets()))]
 
 
+def calibrate_mid(rng: random.Random) -> list[Session]:
+    """CALIBRATE_MID in both modes, of every channel and of none, with damaged answers, and what comes after it."""
+
+    def calibrated(channel: int) -> list[Step]:
+        return [Send(frame(Opcode.CALIBRATE_MID, channel, rng.randrange(65536))), Await(16, 0.3), *_gets()]
+
+    def moved() -> list[Step]:
+        return [Send(frame(Opcode.CTRL_POS, *[rng.randrange(65536) for _ in range(7)])), _pause(rng)]
+
+    every: list[Step] = [SETTLED]
+    mixed: list[Step] = [
+        SETTLED,
+        Servos(tuple(sorted(rng.sample(range(7), 6)))),
+        *calibrated(3),
+        Servos(tuple(range(7))),
+    ]
+    for channel in (*range(8), 0xFF03):
+        every += [*moved(), *calibrated(channel), Send(frame(Opcode.TRIM, channel, rng.randrange(20))), *_gets()]
+    for _ in range(30):
+        mixed += [Damage(rng.randrange(9), keep=rng.choice((0, 1, 5, 7, 1000)), flip=rng.randrange(8))]
+        mixed += [*calibrated(rng.randrange(7)), Send(_any_frame(rng)), _pause(rng)]
+        mixed += [Send(frame(Opcode.TRIM, rng.randrange(7), 2)), *_gets()]
+    home: list[Step] = [SETTLED, *moved(), *calibrated(2), Send(frame(Opcode.HOMING)), Await(16, 60.0), *_gets()]
+    again: list[Step] = [*calibrated(4), Reset("reset"), SETTLED, *_gets(), *moved(), *_gets()]
+    return [
+        Session("CALIBRATE_MID on every channel", "reset", tuple(every)),
+        Session("CALIBRATE_MID among other frames and damaged answers", "reset", tuple(mixed)),
+        Session("CALIBRATE_MID, then homing and a reset", "reset", (*home, *again)),
+    ]
+
+
 MAKERS: dict[str, Callable[[random.Random], list[Session]]] = {
     "boot": boot,
     "homing": homing,
@@ -205,6 +238,7 @@ MAKERS: dict[str, Callable[[random.Random], list[Session]]] = {
     "damage": damage,
     "resets": resets,
     "fuzz": fuzz,
+    "calibrate_mid": calibrate_mid,
 }
 """What can be asked for by name."""
 

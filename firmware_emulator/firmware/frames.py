@@ -20,6 +20,7 @@ class Opcode(IntEnum):
     HOMING = 0x01
     SET_ID = 0x02
     TRIM = 0x03
+    CALIBRATE_MID = 0x04
     CTRL_POS = 0x11
     CTRL_TOR = 0x12
     GET_POS = 0x22

@@ -7,10 +7,11 @@ from functools import lru_cache
 
 from firmware_emulator.firmware import homing
 from firmware_emulator.firmware.board import POSITION, Board
+from firmware_emulator.firmware.calibrate_mid import ACK_VERSION, COUNTS_PER_TURN, UNREAD, calibrate_mid
 from firmware_emulator.firmware.frames import CHANNELS, Opcode, reply
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.mapping import MAX_COUNTS, divide, to_counts
-from firmware_emulator.firmware.servo_calls import GOAL_ADDRESS, goal, int16
+from firmware_emulator.firmware.servo_calls import GOAL_ADDRESS, goal, int16, read_signed
 from firmware_emulator.firmware.set_id import set_id
 from firmware_emulator.firmware.torque_mode import ctrl_tor
 from firmware_emulator.kernel import Task
@@ -60,8 +61,20 @@ def trim(board: Board, words: tuple[int, ...]) -> Task:
         extend = min(max(board.window.extend[channel] + shift, 0), MAX_COUNTS)
         board.window.extend[channel] = extend
         board.nvs.store_extend(channel, extend)
-        board.transmit(reply(Opcode.TRIM, (channel, extend)))
+        present = (yield from _present(board, channel)) if board.profile.trim_reads_position else ()
+        board.transmit(reply(Opcode.TRIM, (channel, extend, *present)))
     yield from ()
+
+
+def _present(board: Board, channel: int) -> Task:
+    """Return the words that later versions add to the acknowledgement of TRIM: position, 0, its version.
+
+    A negative position is said to be unread, and a read that failed (32769) comes out as 1.
+    """
+    yield from board.lock.take()
+    position = yield from read_signed(board.uart, channel, "present_position")
+    board.lock.give()
+    return (UNREAD if position < 0 else position % COUNTS_PER_TURN, 0, ACK_VERSION)
 
 
 def _getter(opcode: Opcode, field: str) -> Handler:
@@ -87,6 +100,7 @@ HANDLERS: dict[int, Handler] = {
     Opcode.HOMING: home,
     Opcode.SET_ID: set_id,
     Opcode.TRIM: trim,
+    Opcode.CALIBRATE_MID: calibrate_mid,
     Opcode.CTRL_POS: ctrl_pos,
     Opcode.CTRL_TOR: ctrl_tor,
     Opcode.GET_POS: _getter(Opcode.GET_POS, "positions"),

@@ -1,7 +1,8 @@
 """What distinguishes the firmware versions, as data.
 
 Sources: aero-open-firmware 46bc858 (`pre`), d7bd82e (0.1.0); aero-hand-open 890c98b (0.1.1), 5726320 (0.1.3), 495c161
-(0.1.4), a39be56 (0.1.5), 6a3022d (0.2.0); the shipped image of 0.1.2, for which no source was published.
+(0.1.4), a39be56 (0.1.5), 6a3022d (0.2.0), dd91e5a (`main`); the shipped image of 0.1.2, of which no source was
+published.
 """
 
 from __future__ import annotations
@@ -37,8 +38,9 @@ class FirmwareProfile:
     """One firmware version."""
 
     version: str
-    """Name, for example `0.2.0`; `pre` is the unreleased one of October 2025 that the paper's hand ran."""
-    opcodes: frozenset[int] = frozenset(Opcode)
+    """Name, for example `0.2.0`; `pre` is the unreleased one of October 2025 that the paper's hand ran, `main` the main
+    branch since July 2026."""
+    opcodes: frozenset[int] = frozenset(Opcode) - {Opcode.CALIBRATE_MID}
     """What it answers to."""
     speed: int = 32766
     """Default goal speed, register units."""
@@ -72,11 +74,13 @@ class FirmwareProfile:
     """Sign of the torque where both ends of the window are the same."""
     eeprom_pause_ms: int = 0
     """Pause after limit, ID and lock in SET_ID, ms."""
+    trim_reads_position: bool = False
+    """Whether the acknowledgement of TRIM carries the position that the servo reads."""
 
 
 _PRE = FirmwareProfile(
     "pre",
-    opcodes=frozenset(Opcode) - {Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR},
+    opcodes=frozenset(Opcode) - {Opcode.CALIBRATE_MID, Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR},
     speed=2400,
     acceleration=255,
     telemetry_period_ms=20,
@@ -94,9 +98,10 @@ _0_1_3 = replace(_0_1_2, version="0.1.3", homing=HOMING_0_1_3, boot_homing=BootH
 _0_1_4 = replace(_0_1_3, version="0.1.4", hot=(70, 500), boot_homing=BootHoming.ON_POWER)
 _0_1_5 = replace(_0_1_4, version="0.1.5", homing=HOMING_0_1_5, pings=False, direction_lines=False)
 _0_2_0 = replace(_0_1_5, version="0.2.0", homing=HOMING_0_2_0)
+_MAIN = replace(_0_2_0, version="main", opcodes=frozenset(Opcode), trim_reads_position=True)
 
 PROFILES: dict[str, FirmwareProfile] = {
-    profile.version: profile for profile in (_PRE, _0_1_0, _0_1_1, _0_1_2, _0_1_3, _0_1_4, _0_1_5, _0_2_0)
+    profile.version: profile for profile in (_PRE, _0_1_0, _0_1_1, _0_1_2, _0_1_3, _0_1_4, _0_1_5, _0_2_0, _MAIN)
 }
 """Every version, oldest first."""
 

@@ -55,10 +55,13 @@ def unlock(uart: UartMaster, servo: int) -> Task:
 
 
 def calibrate(uart: UartMaster, servo: int) -> Task:
-    """Make the present position 2048: four transactions that leave torque off and the EEPROM open."""
+    """Make the present position 2048: four transactions that leave torque off and the EEPROM open.
+
+    Return whether the last was acknowledged.
+    """
     yield from write_register(uart, servo, "torque_enable", 0)
     yield from unlock(uart, servo)
-    yield from uart.calibrate(servo)
+    return (yield from uart.calibrate(servo))
 
 
 def write_limits(uart: UartMaster, servo: int, low: int, high: int) -> Task:

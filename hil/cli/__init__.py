@@ -41,6 +41,7 @@ COMMANDS: dict[str, Row] = {
     "map": Row("hil.cli.map:map_command", "Convert a posture between representations."),
     "identify": Row("hil.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
     "servos": Row("hil.cli.servos:servos", "Set up servos on a bus adapter, before assembly.", "servo"),
+    "centre": Row("hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."),
     "calibrate": Row("hil.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
     "record": Row("hil.cli.record:record_command", "Excite a hand and record what calibration needs."),
     "train": Row("hil.cli.train:train", "Train a policy."),

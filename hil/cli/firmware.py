@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
 import click
 
 from firmware_emulator.compare.difference import compare
-from firmware_emulator.compare.run import contender
+from firmware_emulator.compare.run import Contender, Trace, contender
 from firmware_emulator.compare.sessions import MAKERS, sessions
+from firmware_emulator.compare.steps import Session
+from firmware_emulator.compare.trace_file import Recorded, TraceFileError, is_trace_file, read_traces, write_traces
 from firmware_emulator.native.build import build
 from firmware_emulator.native.compilers import FirmwareBuildError
 from firmware_emulator.native.program import FirmwareProgramError
@@ -75,34 +78,70 @@ def build_command(
     "--seeds", type=click.IntRange(1, 1_000_000), default=1, show_default=True, help="How many seeds, from that one on."
 )
 @click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Only these sessions; may be repeated.")
+@click.option("--write", type=click.Path(path_type=Path), help="Keep what SECOND did in a file, NAME.jsonl.xz.")
 def compare_command(
-    *, first: str, second: str, hand: Literal["right", "left"], seed: int, seeds: int, only: tuple[str, ...]
+    *,
+    first: str,
+    second: str,
+    hand: Literal["right", "left"],
+    seed: int,
+    seeds: int,
+    only: tuple[str, ...],
+    write: Path | None,
 ) -> None:
-    """Give FIRST and SECOND the same seeded sessions, and show the first difference of each.
+    """Give FIRST and SECOND the same sessions, and show the first difference of each.
 
-    Both are a program of `firmware build` or an emulated version such as 0.2.0. Every byte to the host, to the servos
-    and to the storage has to be the same at the same instant. Exits with 1 when anything differs.
+    Both are a program of `firmware build` or an emulated version such as 0.2.0. SECOND may also be a file of recorded
+    sessions, which `--write` makes; its sessions are then those that FIRST goes through. Every byte to the host, to the
+    servos and to the storage has to be the same at the same instant. Exits with 1 when anything differs.
     """
-    try:
-        contenders = contender(first, hand), contender(second, hand)
-    except ValueError as error:
-        raise Ended(str(error), Exit.USAGE) from error
     frames = packets = differing = 0
     seconds = 0.0
-    for number in range(seed, seed + seeds):
-        for name in only or MAKERS:
-            for session in sessions(name, number):
-                try:
-                    outcome = compare(session, *contenders)
-                except FirmwareProgramError as error:
-                    raise Ended(f"seed {number}, {session.name}: {error}", Exit.FIRMWARE) from error
-                frames, packets = frames + session.frames, packets + outcome.packets
-                seconds += outcome.hand_seconds
-                if outcome.difference is None:
-                    continue
+    kept: list[Recorded] = []
+    with given():
+        if write is not None:
+            prepared_file(write)
+        one = contender(first, hand)
+        rounds = (
+            _recorded_rounds(Path(second), only)
+            if is_trace_file(second)
+            else _seeded_rounds(contender(second, hand), range(seed, seed + seeds), only)
+        )
+    try:
+        for name, kind, session, other in rounds:
+            try:
+                outcome = compare(session, one, other)
+            except FirmwareProgramError as error:
+                raise Ended(f"{name}: {error}", Exit.FIRMWARE) from error
+            frames, packets = frames + session.frames, packets + outcome.packets
+            seconds += outcome.hand_seconds
+            if write is not None:
+                kept.append(Recorded(kind, session, outcome.second))
+            if outcome.difference is not None:
                 differing += 1
-                click.echo(f"seed {number}, {session.name}:")
-                click.echo("\n".join(outcome.difference.lines((first, second))))
+                click.echo("\n".join([f"{name}:", *outcome.difference.lines((first, second))]))
+    except TraceFileError as error:
+        raise Ended(str(error), Exit.USAGE) from error
+    finally:
+        if write is not None:
+            write_traces(write, kept)
     verdict = f"{differing} sessions differ" if differing else "no difference"
     click.echo(f"{verdict}: {frames} frames, {packets} servo packets, {seconds:.0f} s of hand time")
     sys.exit(1 if differing else 0)
+
+
+Round = tuple[str, str, Session, Contender | Trace]
+"""What to call it in a message, the kind of session, the session, and whom to run or what was recorded."""
+
+
+def _recorded_rounds(path: Path, only: tuple[str, ...]) -> Iterator[Round]:
+    for recorded in read_traces(path):
+        if not only or recorded.kind in only:
+            yield recorded.session.name, recorded.kind, recorded.session, recorded.trace
+
+
+def _seeded_rounds(other: Contender, seeds: range, only: tuple[str, ...]) -> Iterator[Round]:
+    for number in seeds:
+        for kind in only or MAKERS:
+            for session in sessions(kind, number):
+                yield f"seed {number}, {session.name}", kind, session, other

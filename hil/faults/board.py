@@ -14,12 +14,16 @@ from hil.faults.fault import ALL, HOMED, ONCE, SWITCH, Fault, Kind
 Effect = Callable[[EmulatedHand, Fault], None]
 
 RUNS = "board_runs_"
+"""Begins the name of a fault that says which version the board runs in truth."""
 SAME = (
     "0.1.2 to 0.1.5 have the same windows, motion and torque, as 0.1.0 and 0.1.1 have; a guard sets the torque, and "
     "all of these read the same then"
 )
-SAME_WHEN_GUARDED = ("0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5")
-"""Begins the name of a fault that says which version the board runs in truth."""
+REASONS = {
+    **dict.fromkeys(("0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5"), SAME),
+    "main": "`main` and 0.2.0 move and home alike; `aero-hil doctor` tells them apart, by CALIBRATE_MID",
+}
+"""Why a version that runs in truth may not be told from the declared one."""
 WRONG_SIDE = "board_of_other_side"
 OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
 
@@ -69,7 +73,7 @@ KINDS = (
             bounds=ONCE,
             later=False,
             excludes="version",
-            reason=SAME if version in SAME_WHEN_GUARDED else "",
+            reason=REASONS.get(version, ""),
         )
         for version in PROFILES
     ),

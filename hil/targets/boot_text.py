@@ -46,7 +46,7 @@ def _versions(text: str, *, has_side: bool) -> tuple[str, ...]:
     if AUTO_HOMING in text:
         return ("0.1.3",)
     if any(cause in text for cause in RESET_CAUSE):
-        return ("0.1.4",) if PINGS in text else ("0.1.5", "0.2.0")
+        return ("0.1.4",) if PINGS in text else ("0.1.5", "0.2.0", "main")
     if PINGS in text:
         return ("0.1.0", "0.1.1", "0.1.2") if has_side else ("pre",)
     return ()

@@ -111,6 +111,10 @@ def kinds() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
+JUDGED_AS = {"main": "0.2.0"}
+"""Versions that move and home as another one does, and are judged by its limits."""
+
+
 @cache
 def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
     """Return the limits for one kind of hand and one firmware, guarded or not.
@@ -124,7 +128,8 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
     own = tuple(
         limit
         for limit in limits
-        if (not limit.firmware or firmware in limit.firmware) and limit.guarded in (None, guarded)
+        if (not limit.firmware or JUDGED_AS.get(firmware, firmware) in limit.firmware)
+        and limit.guarded in (None, guarded)
     )
     return own + without(load_limits(extends, firmware, guarded=guarded), own) if extends else own
 

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero import AeroHand, Channel
+from aero.acknowledgement import Centred, Trimmed
 from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
 from aero.protocol import READINGS
 
@@ -84,7 +85,7 @@ def test_settings_are_confirmed_by_the_board(hand, board):
     hand.set_speed(Channel.THUMB_FLEXOR, 2400)
     hand.set_torque(Channel.INDEX, 700)
     assert board.frames == [reply(0x31, [2, 2400, 0, 0, 0, 0, 0]), reply(0x32, [3, 700, 0, 0, 0, 0, 0])]
-    assert hand.trim(Channel.INDEX, -100) == 2141
+    assert hand.trim(Channel.INDEX, -100) == Trimmed(2141, None)
     assert hand.set_id(3, 500) == 9
     hand.home()
     assert board.frames[-1] == reply(0x01, [0] * 7)
@@ -330,3 +331,37 @@ def test_threads_take_turns(board):
     for thread in threads:
         thread.join()
     assert not met
+
+
+def test_a_calibration_goes_out_once_and_says_where_the_servo_stands(hand, board):
+    board.replies[0x04] = lambda frame: [(0.04, reply(0x04, [3, 2051, 24550, 0, 1, 0, 0]))]
+    assert hand.calibrate_mid(Channel.INDEX) == Centred(2051, 24550, True)
+    assert board.frames == [reply(0x04, [3, 0, 0, 0, 0, 0, 0])]
+    board.replies[0x04] = lambda frame: [(0.04, reply(0x04, [3, 2097, 24000, 1, 1, 0, 0]))]
+    assert not hand.calibrate_mid(Channel.INDEX).near_middle
+
+
+def test_a_calibration_that_was_refused_says_why(hand, board):
+    board.replies[0x04] = lambda frame: [(0.001, reply(0x04, [3, 0xFFFF, 0, 1, 1, 0, 0]))]
+    with pytest.raises(RefusedError, match=r"index was not calibrated.*torque mode"):
+        hand.calibrate_mid(Channel.INDEX)
+
+
+@pytest.mark.parametrize(
+    ("words", "position"),
+    [([3, 2141, 1998, 0, 1, 0, 0], 1998), ([3, 2141, 0xFFFF, 0, 1, 0, 0], None), ([3, 2141, 0, 0, 0, 0, 0], None)],
+)
+def test_the_longer_acknowledgement_of_a_trim_tells_where_the_servo_stands(hand, board, words, position):
+    board.replies[0x03] = lambda frame: [(0.001, reply(0x03, words))]
+    assert hand.trim(Channel.INDEX, -100) == Trimmed(2141, position)
+
+
+def test_a_board_that_is_silent_about_calibration_is_older_than_main(hand, board):
+    board.replies[0x04] = lambda frame: []
+    assert not hand.knows_calibrate_mid()
+    # Channel 7, which no board has; nothing of it can move a hand.
+    assert board.frames[0] == reply(0x04, [7, 0, 0, 0, 0, 0, 0])
+    with pytest.raises(LinkTimeoutError, match="too old for CALIBRATE_MID"):
+        hand.calibrate_mid(Channel.INDEX)
+    board.replies[0x04] = lambda frame: [(0.001, reply(0x04, [7, 0xFFFF, 0, 1, 1, 0, 0]))]
+    assert hand.knows_calibrate_mid()

@@ -5,11 +5,11 @@ import logging
 import numpy as np
 import pytest
 
-from aero import ActuationMap, AeroHand, Channel
+from aero import ActuationMap, AeroHand, Channel, CommandWindow
 from aero.actuation import FIRMWARE_CALIBRATIONS
 from aero.actuation.fingerprint import check_readings
 from aero.channels import FINGERS
-from aero.errors import WindowMismatchError
+from aero.errors import RefusedError, WindowMismatchError
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
@@ -82,6 +82,39 @@ def test_only_the_firmware_before_limits_does_not_know_them_and_asking_changes_n
     before = rig.hand.read_codes()
     assert rig.hand.knows_limits() == (firmware != "pre")
     np.testing.assert_array_equal(rig.hand.read_codes(), before)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("firmware", FIRMWARE_CALIBRATIONS)
+def test_one_harmless_question_tells_main_from_all_before(firmware, side):
+    rig = Rig(firmware=firmware, hand=side)
+    before = rig.hand.read_codes()
+    assert rig.hand.knows_calibrate_mid() == (firmware == "main")
+    np.testing.assert_array_equal(rig.hand.read_codes(), before)
+
+
+@pytest.mark.parametrize("channel", Channel)
+def test_a_calibrated_channel_reads_2048_and_moves_when_it_is_commanded_as_before(channel):
+    rig = Rig(firmware="main")
+    codes = np.full(7, 30000)
+    before = rig.shafts_deg_after(codes)
+    assert rig.hand.trim(channel, 0).position_counts == pytest.approx(
+        CommandWindow.for_firmware("main").counts_from_codes(codes)[channel], abs=45
+    )
+    centred = rig.hand.calibrate_mid(channel)
+    assert centred.position_counts == pytest.approx(2048, abs=3)
+    assert centred.near_middle
+    assert rig.hand.trim(channel, 0).position_counts == pytest.approx(2048, abs=3)
+    moved = np.abs(rig.shafts_deg_after(codes) - before)
+    assert moved[channel] > 4.0
+    assert (np.delete(moved, channel) < 0.2).all()
+
+
+def test_a_calibration_in_torque_mode_is_refused():
+    rig = Rig(firmware="main")
+    rig.hand.command_torques([50] * 7)
+    with pytest.raises(RefusedError, match="torque mode"):
+        rig.hand.calibrate_mid(Channel.INDEX)
 
 
 def test_the_map_of_another_firmware_is_ten_degrees_off_on_the_thumb():

@@ -27,6 +27,7 @@ class Answers:
     """Positions, command order."""
     temperatures_c: tuple[float, ...]
     knows_limits: bool
+    knows_calibrate_mid: bool
     boot_text: str
 
 
@@ -41,7 +42,7 @@ def ask(port: str) -> Answers:
     with AeroHand.open_unguarded(port) as hand:
         codes = tuple(hand.read_codes().tolist())
         temperatures = tuple(hand.read_temperatures().tolist())
-        return Answers(codes, temperatures, hand.knows_limits(), hand.boot_text)
+        return Answers(codes, temperatures, hand.knows_limits(), hand.knows_calibrate_mid(), hand.boot_text)
 
 
 def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Finding]:
@@ -63,11 +64,15 @@ def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Finding]:
 
 def candidates(answers: Answers) -> tuple[str, ...]:
     """Return the firmware versions that answer so; empty when none does."""
-    possible = tuple(version for version in FIRMWARE_CALIBRATIONS if (version != "pre") == answers.knows_limits)
+    possible = tuple(
+        version
+        for version in FIRMWARE_CALIBRATIONS
+        if (version != "pre", version == "main") == (answers.knows_limits, answers.knows_calibrate_mid)
+    )
     if printed := identify(answers.boot_text).versions:
         possible = tuple(version for version in possible if version in printed)
     if restarted(answers.codes):
-        possible = tuple(version for version in possible if version == "0.2.0")
+        possible = tuple(version for version in possible if version in ("0.2.0", "main"))
     return possible
 
 
@@ -75,6 +80,7 @@ def check_firmware(answers: Answers) -> Finding:
     """Name the versions that the board behaves like; those that answer alike at rest stand together."""
     versions = candidates(answers)
     data = {"versions": list(versions), "knows_limits": answers.knows_limits}
+    data["knows_calibrate_mid"] = answers.knows_calibrate_mid
     if not versions:
         found = "it behaves like none of the known versions"
         remedy = "flash a published version, and home the hand"
@@ -87,7 +93,7 @@ def check_firmware(answers: Answers) -> Finding:
 
 
 def restarted(codes: Sequence[int]) -> bool:
-    """Return whether the thumb's two windows are those of firmware 0.2.0 restarted without homing."""
+    """Return whether the thumb's two windows are those of firmware 0.2.0 or `main` restarted without homing."""
     here, homed = fits_span(codes, RESTARTED.spans_counts()), fits_span(codes, SPANS)
     changed = RESTARTED.spans_counts() != SPANS
     return bool((here & ~homed)[changed].all())

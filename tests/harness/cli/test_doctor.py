@@ -25,28 +25,31 @@ HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())
 RESTARTED = (*HOMED[:4], 400 * 65535 // 1025, 500 * 65535 // 1296, HOMED[6])
 
 
-@pytest.mark.parametrize("version", ["pre", "0.1.0", "0.2.0"])
+@pytest.mark.parametrize("version", ["pre", "0.1.0", "0.2.0", "main"])
 def test_the_fingerprint_of_an_emulated_board_names_its_version_and_moves_nothing(version: str) -> None:
     with serve_in_process(firmware=version, hand="right", unit="reference", seed=0) as path:
         first = ask(path)
         second = ask(path)
     assert version in candidates(first)
     assert ("pre" in candidates(first)) == (version == "pre")
+    assert (candidates(first) == ("main",)) == (version == "main")
     assert np.abs(np.subtract(first.codes, second.codes)).max() < 200  # three counts of the narrowest window
 
 
 def test_versions_that_answer_alike_stand_together() -> None:
-    answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, boot_text="")
-    assert candidates(answers) == tuple(version for version in FIRMWARE_CALIBRATIONS if version != "pre")
+    answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, knows_calibrate_mid=False, boot_text="")
+    assert candidates(answers) == tuple(version for version in FIRMWARE_CALIBRATIONS if version not in ("pre", "main"))
 
 
 def test_a_boot_text_narrows_the_versions_down() -> None:
-    answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, boot_text="[BOOT] Auto Homing")
+    answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, knows_calibrate_mid=False, boot_text="[BOOT] Auto Homing")
     assert candidates(answers) == ("0.1.3",)
 
 
 def test_a_restart_without_homing_shows_in_the_thumb() -> None:
-    assert candidates(Answers(RESTARTED, (30.0,) * 7, knows_limits=True, boot_text="")) == ("0.2.0",)
+    assert candidates(Answers(RESTARTED, (30.0,) * 7, knows_limits=True, knows_calibrate_mid=False, boot_text="")) == (
+        "0.2.0",
+    )
     found = check_calibration(RESTARTED)
     assert found.verdict is Verdict.LOOK
     assert "home" in found.remedy

@@ -35,4 +35,4 @@ def test_what_no_measurement_tells_apart_shares_a_cause():
     for kind in CATALOGUE.values():
         causes.setdefault(kind.cause, []).append(kind.name)
     assert sorted(causes["fingers_exchanged"]) == ["finger_cables_swapped", "finger_ids_exchanged"]
-    assert len(causes["version"]) == 8
+    assert len(causes["version"]) == 9

@@ -137,7 +137,7 @@ def test_no_limit_is_wider_than_its_readings_allow(kind):
             assert math.isinf(limit.at_least) or limit.at_least >= low - margin - 0.011 * abs(low - margin), limit
 
 
-ALIKE = ({"pre"}, {"0.1.0", "0.1.1"}, {"0.1.2", "0.1.3", "0.1.4", "0.1.5"}, {"0.2.0"})
+ALIKE = ({"pre"}, {"0.1.0", "0.1.1"}, {"0.1.2", "0.1.3", "0.1.4", "0.1.5"}, {"0.2.0", "main"})
 """Versions with the same windows, motion profile and torque; they differ in homing, boot text and heat alone."""
 WITHOUT_A_MAP = ("audit", "excursion", "response", "coupling", "holding")
 """Experiments that command codes, so that their readings do not depend on the version that was declared."""

@@ -1,0 +1,97 @@
+"""`aero-hil centre`: the maker's procedure for a channel whose travel does not fit its window."""
+
+from __future__ import annotations
+
+import click
+import numpy as np
+
+from aero.channels import Channel
+from aero.protocol import MAX_CODE
+from aero.safety.opening import move_slowly
+from hil.cli.exits import Ended, Exit
+from hil.cli.options import ChosenHand, target
+from hil.targets.target import Target
+
+LABELS = tuple(channel.label for channel in Channel)
+WINDOW_S = 4.0
+"""Time in which a channel is moved through its whole window, s."""
+LOOK_S = 0.3
+"""Time after a motion before the hand is read, s."""
+
+
+@click.command("centre")
+@click.argument("channels", nargs=-1, required=True, type=click.Choice(LABELS))
+@target
+def centre(*, hand: ChosenHand, channels: tuple[str, ...]) -> None:
+    """Centre CHANNELS of a hand that runs firmware `main`, one after the other: CALIBRATE_MID, then TRIM.
+
+    For a finger whose cable is longer, shorter or wound otherwise than most, so that its travel does not fit the
+    window that homing leaves. You bring the finger to the middle of its travel; there its servo is made to read 2048
+    counts. Then you trim the open end. The hand is guarded, slow and weak meanwhile. The next homing replaces it all:
+    with this firmware, that is the next time the supply is switched on.
+    """
+    with hand.open(guarded=True) as opened:
+        if not opened.hand.knows_calibrate_mid():
+            raise Ended(
+                f"{opened.name}: this board does not know CALIBRATE_MID, so it runs 0.2.0 or earlier; flash the main "
+                "branch of July 2026 or later, and give --firmware main",
+                Exit.USAGE,
+            )
+        opened.begin()
+        for label in channels:
+            _lead_through(opened, Channel[label.upper()])
+
+
+def _lead_through(opened: Target, channel: Channel) -> None:
+    guard = opened.guard
+    assert guard is not None
+    guard.set_speed(channel, guard.thresholds.gentle_speed)
+    guard.set_torque(channel, guard.thresholds.gentle_torque)
+    click.echo(f"{channel.label}: bring it to the middle of its travel.")
+    while answer := _asked("  per cent of the window to go to; empty when it stands in the middle", 0.0, 100.0):
+        _go(opened, channel, round(answer[0] / 100.0 * MAX_CODE))
+        click.echo(f"  it stands at {_share(opened, channel):.0%}")
+    centred = guard.calibrate_mid(channel)
+    click.echo(
+        f"  its servo reads {centred.position_counts} counts here, "
+        + ("near the middle of 2048" if centred.near_middle else "NOT near the middle of 2048: do it again")
+    )
+    click.echo("  The same command means another angle from now on. It goes to its open end, slowly.")
+    _go(opened, channel, 0)
+    # Counts rise towards the open end of a right hand's fingers, and fall towards that of a left hand's.
+    window = opened.map.window
+    opening = int(np.sign(window.extend_counts[channel] - window.grasp_counts[channel]))
+    while answer := _asked("  degrees of the servo to move the open end by, + opens further; empty when it is open"):
+        trimmed = guard.trim(channel, opening * round(answer[0]))
+        _go(opened, channel, 0)
+        where = "" if trimmed.position_counts is None else f"; the servo stood at {trimmed.position_counts}"
+        click.echo(f"  the open end is at {trimmed.extend_counts} of 0..4095 counts{where}")
+    opened.begin()
+    click.echo(f"{channel.label}: done")
+
+
+def _asked(question: str, low: float = -360.0, high: float = 360.0) -> tuple[float] | None:
+    """Return the number that a person typed, None for an empty line."""
+    while True:
+        typed = click.prompt(question, default="", show_default=False).strip()
+        if not typed:
+            return None
+        try:
+            number = float(typed)
+        except ValueError:
+            number = float("nan")
+        if low <= number <= high:
+            return (number,)
+        click.echo(f"  {typed!r} is no number from {low:g} to {high:g}")
+
+
+def _go(opened: Target, channel: Channel, code: int) -> None:
+    codes = opened.hand.read_codes()
+    goal = codes.copy()
+    goal[channel] = code
+    move_slowly(opened.hand, opened.clock, codes, goal, WINDOW_S)
+    opened.clock.sleep_until(opened.clock.now() + LOOK_S)
+
+
+def _share(opened: Target, channel: Channel) -> float:
+    return float(opened.hand.read_codes()[channel]) / MAX_CODE

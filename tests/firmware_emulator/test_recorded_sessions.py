@@ -1,0 +1,104 @@
+"""The emulated board against the real firmware: recorded sessions of eight versions and both hands, to the nanosecond.
+
+`traces/README.md` says where the recordings come from. No compiler is needed.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from firmware_emulator.compare.difference import compare
+from firmware_emulator.compare.run import contender
+from firmware_emulator.compare.trace_file import TraceFileError, read_traces, write_traces
+
+TRACES = Path(__file__).parent / "traces"
+RECORDED = {
+    (version, hand): sessions
+    for version, sessions in (
+        *((v, 21) for v in ("pre", "0.1.0", "0.1.1", "0.1.3", "0.1.4", "0.1.5", "0.2.0")),
+        ("main", 29),
+    )
+    for hand in ("right", "left")
+}
+"""Sessions of each version and hand."""
+HOMINGS = 3
+"""Of those, sessions in a file of their own: they hold most of the events."""
+
+
+SLOW = {("0.1.4", "left"), ("0.1.5", "left")}
+"""As their neighbours on both sides, and out of the default suite for its time."""
+
+
+def differences(version, hand, path):
+    firmware = contender(version, hand)
+    outcomes = [(recorded, compare(recorded.session, firmware, recorded.trace)) for recorded in read_traces(path)]
+    return len(outcomes), [
+        "\n".join([recorded.session.name, *outcome.difference.lines(("emulated", "real"))])
+        for recorded, outcome in outcomes
+        if outcome.difference is not None
+    ]
+
+
+def some_slow(slow):
+    return [pytest.param(*key, marks=pytest.mark.slow) if key in slow else key for key in RECORDED]
+
+
+@pytest.mark.parametrize(("version", "hand"), some_slow(SLOW))
+def test_every_event_is_that_of_the_real_board(version, hand):
+    count, differing = differences(version, hand, TRACES / f"{version}-{hand}.jsonl.xz")
+    assert count == RECORDED[version, hand] - HOMINGS
+    assert not differing, "\n".join(differing)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("version", "hand"), RECORDED)
+def test_every_event_of_homing_is_that_of_the_real_board(version, hand):
+    count, differing = differences(version, hand, TRACES / f"{version}-{hand}-homing.jsonl.xz")
+    assert count == HOMINGS
+    assert not differing, "\n".join(differing)
+
+
+def test_another_version_is_told_from_what_was_recorded():
+    _, differing = differences("0.1.5", "right", TRACES / "0.2.0-right.jsonl.xz")
+    assert any("first difference on the " in said for said in differing)
+
+
+def recorded():
+    return next(one for one in read_traces(TRACES / "main-left.jsonl.xz") if one.kind == "damage")
+
+
+@pytest.mark.parametrize("ending", [".jsonl", ".jsonl.gz", ".jsonl.xz"])
+def test_what_is_written_is_read_again(tmp_path, ending):
+    path = tmp_path / f"some{ending}"
+    write_traces(path, [recorded(), recorded()])
+    assert list(read_traces(path)) == [recorded()] * 2
+
+
+def test_events_may_also_be_pairs_of_time_and_bytes(tmp_path):
+    path = tmp_path / "plain.jsonl"
+    path.write_text(
+        '{"kind": "boot", "name": "one", "start": "reset", "stored": [["ext3", 7]], "stops": true, "registers": [],'
+        ' "steps": [{"do": "send", "data": "0400"}, {"do": "servos", "present": [1, 2]}],'
+        ' "events": {"host": [[1000, "0102"], [2500, "03"]], "servo bus": [], "storage": []}}\n'
+    )
+    (one,) = read_traces(path)
+    assert one.session.stored == (("ext3", 7),)
+    assert one.session.steps[0].data == b"\x04\x00"
+    assert one.session.steps[1].present == (1, 2)
+    assert one.trace.events["host"] == [(1000, b"\x01\x02"), (2500, b"\x03")]
+
+
+@pytest.mark.parametrize("content", [b"no json\n", b'{"kind": "boot"}\n', b'{"steps": [{"do": "dance"}]}\n', b"[]\n"])
+def test_a_damaged_file_is_named_with_its_line(tmp_path, content):
+    path = tmp_path / "bad.jsonl"
+    path.write_bytes(content)
+    with pytest.raises(TraceFileError, match=r"bad\.jsonl, line 1: no recorded sessions"):
+        list(read_traces(path))
+
+
+def test_a_file_that_was_cut_is_named(tmp_path):
+    path = tmp_path / "cut.jsonl.xz"
+    whole = (TRACES / "main-left.jsonl.xz").read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(TraceFileError, match=r"cut\.jsonl\.xz"):
+        list(read_traces(path))
