@@ -37,6 +37,8 @@ MARKERS = (
 )
 
 _TARGET = pytest.StashKey["Target"]()
+_LEFT_OUT = "hil_left_out"
+"""Property of a test that was left out, with the reason and the flag that runs it."""
 _FAILED = pytest.StashKey[str]()
 """Name of the presence test that failed."""
 
@@ -125,6 +127,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     if faults and target.name not in IN_SOFTWARE:
         pytest.skip("its faults are put into an emulated hand; run with --hil=emulated, or see `aero-hil proxy`")
     if reason := _reason_to_skip(item, target):
+        item.user_properties.append((_LEFT_OUT, reason))
         pytest.skip(reason)
     for name, value in _properties(target).items():
         item.user_properties.append((f"hil_{name}", value))
@@ -139,6 +142,20 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
     if report.failed and item.get_closest_marker("presence"):
         item.config.stash[_FAILED] = item.name
     return report
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what of the suite was left out, why, and which flag runs it."""
+    left_out: dict[str, list[str]] = {}
+    for report in terminalreporter.stats.get("skipped", []):
+        for reason in (value for name, value in report.user_properties if name == _LEFT_OUT):
+            left_out.setdefault(reason, []).append(report.nodeid.rpartition("::")[2])
+    if not left_out:
+        return
+    terminalreporter.section("aero-hil: left out")
+    for reason, names in left_out.items():
+        terminalreporter.line(f"{len(names)}: {reason}")
+        terminalreporter.line(f"    {', '.join(names)}")
 
 
 @pytest.fixture

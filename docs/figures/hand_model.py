@@ -101,6 +101,11 @@ def built() -> list[Row]:
             _range("{:.1f}", [fingertip_force(finger.label) for finger in FINGERS]),
             "about 12",
         ),
+        (
+            "the same, extended thumb: flexor / CMC flexion at stall, N",
+            _each("{:.1f}", [fingertip_force("thumb", channel) for channel in ("thumb_flexor", "thumb_cmc_flexion")]),
+            "about 12",
+        ),
         ("164-count step, 10-90 %, ms", Cell.of("{:.0f}", 1e3 * rise), "about 50"),
         ("its overshoot, % of the step", Cell.of("{:.1f}", 100.0 * overshoot), "none"),
     ]

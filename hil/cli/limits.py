@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import click
 
+from hil.checks import DEFAULT, WHOLE_RUN
 from hil.cli.exits import given
 from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of
 from hil.lab.campaign.store import NAME, opened
-from hil.lab.limits.checks import load_checks
+from hil.lab.campaign.trial import Outcome
+from hil.lab.limits.checks import Check, load_checks
 from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
-from hil.lab.limits.writing import limits_text
+from hil.lab.limits.writing import Provenance, limits_text
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import command_line
-from hil.verdict.limits import read_limits
+from hil.verdict.limits import Limit, read_limits, read_provenance
 from model.units import DEFAULT_LIMITS
 
 POPULATION = "model/units/plausible.py, homed, both sides; and the shipped units of this kind"
@@ -31,7 +35,8 @@ def limits(*, campaign: Path, out: Path) -> None:
     """Compute the limits from the healthy hands of CAMPAIGN, a folder that `aero-hil campaign --healthy` made.
 
     A campaign of shipped units alone (`--shipped`) makes those kinds of hand anew that depart from the population,
-    beside the present limits of the population.
+    beside the present limits of the population. One of some experiments alone (`--only`) makes their limits anew,
+    beside the present limits of the others.
     """
     checks = load_checks()
     with given(), opened(campaign, read_only=True) as store:
@@ -41,10 +46,15 @@ def limits(*, campaign: Path, out: Path) -> None:
         if not made:
             raise ValueError(f"no healthy hand in {campaign / NAME} makes limits; run `aero-hil campaign --healthy`")
         population = DEFAULT_LIMITS in made
-        base = computed_limits(checks, healthy_hands_of(outcomes)) if population else read_limits(DEFAULT_LIMITS)[1]
+        anew = _made_anew(outcomes)
+        base = (
+            computed_limits(checks, healthy_hands_of(outcomes), anew) if population else read_limits(DEFAULT_LIMITS)[1]
+        )
         prepared_folder(out)
     for kind in made:
         own = base if kind == DEFAULT_LIMITS else own_limits(checks, base, healthy_hands_of(outcomes, kind))
+        kept = tuple(limit for limit in read_limits(kind)[1] if limit.experiment not in anew)
+        both = sorted((*(limit for limit in own if limit.experiment in anew), *kept), key=partial(_place, checks))
         hands = [outcome for outcome in outcomes if kind_of(outcome.trial.unit) == kind]
         provenance: dict[str, str | int | float | list[str]] = {
             "hands": len(hands),
@@ -56,5 +66,25 @@ def limits(*, campaign: Path, out: Path) -> None:
         }
         extends = "" if kind == DEFAULT_LIMITS else DEFAULT_LIMITS
         path = out / f"{kind}.toml"
-        path.write_text(limits_text(own, provenance, extends=extends), encoding="utf-8")
-        click.echo(f"{path}: {len(own)} limits from {len(hands)} healthy hands")
+        of_file = _beside(read_provenance(kind), provenance, anew)
+        path.write_text(limits_text(both, of_file, extends=extends), encoding="utf-8")
+        click.echo(f"{path}: {len(both) - len(kept)} limits from {len(hands)} healthy hands, {len(kept)} kept")
+
+
+def _made_anew(outcomes: Sequence[Outcome]) -> set[str]:
+    """Return the experiments that every hand went through; the run as a whole is judged after a whole one."""
+    asked = set.intersection(*(set(outcome.trial.experiments) for outcome in outcomes))
+    return asked | {WHOLE_RUN.name} if asked.issuperset(DEFAULT) else asked
+
+
+def _place(checks: Sequence[Check], limit: Limit) -> int:
+    """Return where a limit stands in its file: as its experiment among the checks."""
+    return next(i for i, check in enumerate(checks) if check.experiment == limit.experiment)
+
+
+def _beside(present: Provenance, fresh: Provenance, anew: set[str]) -> Provenance:
+    """Return what made a file: its experiments together, and in tables those that were made anew alone."""
+    if WHOLE_RUN.name not in anew:
+        return {**present, **dict.fromkeys(sorted(anew), fresh)}
+    tables = {name: one for name, one in present.items() if isinstance(one, Mapping) and name not in anew}
+    return {**fresh, **tables}

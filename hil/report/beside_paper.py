@@ -96,9 +96,7 @@ def _text_row(figure: PaperFigure, validation: Validation) -> TextRow:
         return TextRow(figure.name, figure.paper, "", "not measured", "", figure.note)
     result = validation.results[figure.experiment]
     ours = f"{result.measured[figure.subject][figure.metric]:.4g} {figure.unit}"
-    model, staircase = "", validation.measured("staircase")
-    if figure.model and staircase is not None:
-        model = f"{staircase.measured[figure.subject][figure.model]:.4g} {figure.unit}"
+    model = f"{result.measured[figure.subject][figure.model]:.4g} {figure.unit}" if figure.model else ""
     limits = {(finding.check, finding.subject): finding.expected for finding in result.findings}
     limit = limits.get((figure.metric, figure.subject), "none")
     known = reason(figure.metric, Channel(CHANNELS.index(figure.subject))) if figure.subject in CHANNELS else ""

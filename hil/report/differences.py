@@ -20,6 +20,10 @@ class Difference:
     reason: str
 
 
+_THUMB = (
+    "Here the whole window is commanded, and the thumb goes on until it meets something. The paper's fist is not "
+    "published."
+)
 _WINDOW = "The paper read its hand's end stops; the command window is narrower"
 DIFFERENCES = (
     Difference(
@@ -65,12 +69,24 @@ DIFFERENCES = (
         tuple(Channel),
         "The paper's hand ran the firmware pre, which limits the acceleration; later versions do not.",
     ),
-    Difference("fist_travel", (Channel.THUMB_ABDUCTION,), f"{_WINDOW}."),
     Difference(
         "fist_travel",
-        (Channel.THUMB_FLEXOR,),
-        "Here the whole window is commanded, and the thumb curls until it meets something. The paper's fist is not "
-        "published.",
+        FINGERS,
+        "Homing makes the finger's stop the closed end of its window, so the travel is the window's 45.26 mm less what "
+        "friction and spring leave.",
+    ),
+    Difference("fist_travel", (Channel.THUMB_ABDUCTION,), f"{_WINDOW}."),
+    *(Difference("fist_travel", (channel,), _THUMB) for channel in (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)),
+    Difference(
+        "fist_difference",
+        FINGERS,
+        "Simulator and hand get the same codes. Each finger of the simulator is routed a little differently, as in the "
+        "paper, and homing sets where the hand's stop reads.",
+    ),
+    Difference("fist_difference", (Channel.THUMB_ABDUCTION,), f"{_WINDOW}."),
+    *(
+        Difference("fist_difference", (channel,), f"{_THUMB} The simulator's cable has no abduction coupling.")
+        for channel in (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
     ),
 )
 

@@ -140,12 +140,26 @@ def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
     Raises:
         ValueError: there is no such kind, or its file has a mistake; the message says which.
     """
-    if kind not in kinds():
-        raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
-    table = tomllib.loads(LIMITS.joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
+    table = _table(kind)
     if unknown := sorted(table.keys() - {"extends", "limit", "provenance"}):
         raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit, provenance")
     return table.get("extends", ""), tuple(parse_limit(entry) for entry in table.get("limit", ()))
+
+
+def read_provenance(kind: str) -> Mapping[str, Any]:
+    """Return what made the limits of a kind of hand; tables within say what made an experiment's anew.
+
+    Raises:
+        ValueError: there is no such kind.
+    """
+    found: Mapping[str, Any] = _table(kind)["provenance"]
+    return found
+
+
+def _table(kind: str) -> dict[str, Any]:
+    if kind not in kinds():
+        raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
+    return tomllib.loads(LIMITS.joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
 
 
 def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, ...]:

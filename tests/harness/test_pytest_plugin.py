@@ -192,3 +192,44 @@ def test_in_any_order_presence_comes_first_and_homing_last(pytester):
     """)
     listed = pytester.runpytest("--collect-only", "-q", "-p", "no:randomly").outlines
     assert [line.partition("::")[2] for line in listed[:3]] == ["test_presence", "test_ordinary", "test_homes"]
+
+
+LEFT_OUT = """
+import pytest
+
+@pytest.mark.takes_long
+@pytest.mark.parametrize("name", ["first", "second"])
+def test_takes_its_time(aero_target, name):
+    pass
+
+@pytest.mark.homes
+def test_homes(aero_target):
+    pass
+
+def test_reads(aero_target):
+    pass
+
+@pytest.mark.skip(reason="another reason")
+def test_other(aero_target):
+    pass
+"""
+
+
+def test_the_summary_says_what_was_left_out_and_which_flag_runs_it(pytester):
+    pytester.makepyfile(LEFT_OUT)
+    result = pytester.runpytest("--hil=pty")
+    result.assert_outcomes(passed=1, skipped=4)
+    result.stdout.fnmatch_lines(
+        [
+            "*aero-hil: left out*",
+            "2: takes long in real time; run with --hil-long",
+            "    test_takes_its_time[[]first], test_takes_its_time[[]second]",
+            "1: drives the hand into its stops; run with --hil-homing",
+            "    test_homes",
+        ]
+    )
+    assert "another reason" not in result.stdout.str()
+
+
+def test_a_session_in_which_everything_ran_says_nothing_of_it(run):
+    assert "left out" not in run().stdout.str()

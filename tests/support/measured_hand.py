@@ -108,12 +108,17 @@ def step_rise() -> tuple[float, float]:
     return float(rise), float(found.max() - found[-1])
 
 
-def fingertip_force(finger: str) -> float:
-    """Press an extended finger's pad against a fixed block with the servo at stall; return the contact force, N."""
+def fingertip_force(digit: str, actuator: str = "") -> float:
+    """Press an extended digit's pad against a fixed block; return the contact force, N.
+
+    Args:
+        digit: a finger's label, or `thumb`.
+        actuator: label of the channel that presses, its servo at stall; the finger's own if empty.
+    """
     model = build_built().compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    pad = model.geom(f"{finger}_distal_box0")
+    pad = model.geom(f"{digit}_distal_box0")
     orientation = data.geom_xmat[pad.id].reshape(3, 3)
     palmar, distal = -orientation[:, 1], orientation[:, 2]
     block_half = 0.005
@@ -128,7 +133,7 @@ def fingertip_force(finger: str) -> float:
     model = spec.compile()
     data = mujoco.MjData(model)
     for effort in np.linspace(0.0, STALL, 40):
-        data.actuator(finger).ctrl = effort
+        data.actuator(actuator or digit).ctrl = effort
         mujoco.mj_step(model, data, 25)
     force = np.zeros(6)
     total = np.zeros(3)

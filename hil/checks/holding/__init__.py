@@ -12,12 +12,11 @@ from aero.protocol import MAX_CODE
 from hil.checks.shared import subjects
 from hil.checks.shared.closing_current import closing_current
 from hil.checks.shared.experiment import Driver, Experiment, Measured, Metric
+from hil.checks.shared.loose_grasp import LOOSE_GRASP
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 
-POSTURE = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
-"""Parts of each channel's window: a loose grasp in which no digit meets another."""
 OPEN_S, HOLD_S = 1.0, 8.0
 
 
@@ -27,7 +26,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     driver = Driver(target, recorder, progress, 2 * OPEN_S + HOLD_S)
     opened = np.zeros(len(Channel))
     driver.hold(opened, OPEN_S, "open hand")
-    driver.hold(MAX_CODE * np.array(POSTURE), HOLD_S, "holding")
+    driver.hold(MAX_CODE * np.array(LOOSE_GRASP), HOLD_S, "holding")
     driver.hold(opened, OPEN_S, "open hand")
 
 
@@ -80,5 +79,5 @@ METRICS = (
 """What is measured, and what it means when it is off."""
 
 EXPERIMENT = Experiment(
-    "holding", "Currents and heating while the hand holds still", run, measure, POSTURE, METRICS, rank=60
+    "holding", "Currents and heating while the hand holds still", run, measure, LOOSE_GRASP, METRICS, rank=60
 )

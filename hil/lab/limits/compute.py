@@ -9,7 +9,7 @@ Pareto distribution, which is what the excesses over a high threshold tend to wh
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,8 +52,15 @@ class Healthy:
     """Whether the driver guards them, so that they are weaker at their stops."""
 
 
-def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
-    """Return the limits of all checks, those with the same bounds in several groups of firmware as one.
+def computed_limits(
+    checks: Sequence[Check], groups: Sequence[Healthy], experiments: Collection[str] | None = None
+) -> tuple[Limit, ...]:
+    """Return the limits of checks, those with the same bounds in several groups of firmware as one.
+
+    Args:
+        checks: all checks, which share the chance of a false alarm.
+        groups: healthy hands.
+        experiments: whose limits are computed; all when None.
 
     Raises:
         ValueError: a check has no healthy readings.
@@ -61,6 +68,8 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
     sides = sum({"both": 2}.get(check.side or "", 1) for check in checks)
     found: list[Limit] = []
     for check in checks:
+        if experiments is not None and check.experiment not in experiments:
+            continue
         if check.given:
             found.append(
                 Limit(

@@ -19,6 +19,7 @@ from firmware_emulator.links.in_process import InProcessLink
 from hil.lab.policies.cube_watch import CubeWatch
 from hil.targets.guarding import guard
 from model.cube_plant import CubePlant
+from model.geometry import Side
 from model.scene import CUBE, Cube
 from model.units import Unit
 
@@ -29,6 +30,8 @@ class Trial:
 
     unit: str
     """The hand."""
+    side: Side
+    """Which hand it was."""
     firmware: str
     """What its board ran."""
     seed: int
@@ -38,7 +41,7 @@ class Trial:
     alive_s: float
     """Time until then or until the loss, s."""
     rotation_rad: float
-    """Rotation about the vertical in that time, rad."""
+    """Rotation about the vertical in that time, rad; positive as a right hand turns it, mirrored for a left one."""
     airborne: float
     """Share of the control periods at whose end nothing touched the cube; NaN for a trial that lost it at once."""
     run: Run
@@ -58,6 +61,7 @@ def run_trial(
     policy: Policy,
     unit: Unit,
     *,
+    side: Side = "right",
     firmware: str = "0.2.0",
     seed: int = 0,
     settings: RunSettings | None = None,
@@ -71,6 +75,7 @@ def run_trial(
     Args:
         policy: what acts.
         unit: mechanics and servos of the emulated hand.
+        side: which hand; the policy is the same, since lengths and codes are alike on both.
         firmware: version the board runs.
         seed: of the hand's noise and of where the cube is put.
         settings: of the loop; the policy's own and 15 s when left out.
@@ -80,8 +85,8 @@ def run_trial(
         on_step: told about every control period.
     """
     settings = settings or RunSettings()
-    plant = CubePlant(unit.hand, cube=cube)
-    electronics = EmulatedHand(plant, firmware=firmware, servos=unit.servos, seed=seed)
+    plant = CubePlant(unit.hand, side, cube)
+    electronics = EmulatedHand(plant, firmware=firmware, hand=side, servos=unit.servos, seed=seed)
     watch = CubeWatch(plant, seed)
     targets: list[np.ndarray] = []
     currents: list[np.ndarray] = []
@@ -93,7 +98,7 @@ def run_trial(
         watch.look()
         on_step(step)
 
-    codec, link = ActuationMap.for_firmware(firmware), InProcessLink(electronics)
+    codec, link = ActuationMap.for_firmware(firmware, hand=side), InProcessLink(electronics)
     with guard(link, electronics.clock, codec, firmware, thresholds or Thresholds()) as hand:
         hand.begin()
         if policy.settings.torque_limit is not None:
@@ -112,11 +117,12 @@ def run_trial(
     travel = np.abs(np.diff(targets, axis=0)).sum(axis=0) / held_s if targets else np.zeros(7)
     return Trial(
         unit=unit.name,
+        side=side,
         firmware=firmware,
         seed=seed,
         kept=not watch.lost and run.ending is Ending.TIME,
         alive_s=watch.alive_s,
-        rotation_rad=watch.rotation_rad,
+        rotation_rad=watch.rotation_rad if side == "right" else -watch.rotation_rad,
         airborne=watch.airborne,
         run=run,
         travel_per_s=tuple(travel.tolist()),

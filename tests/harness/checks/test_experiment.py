@@ -12,9 +12,10 @@ from tests.support.synthetic import HEADER
 
 
 def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
-    order = "presence audit excursion response coupling holding staircase replay homing"
+    order = "presence audit excursion response coupling holding short_staircase staircase replay repeatability homing"
+    asked_for = {"short_staircase", "repeatability", "homing"}
     assert list(EXPERIMENTS) == order.split()
-    assert list(DEFAULT) == order.split()[:-1]
+    assert list(DEFAULT) == [name for name in order.split() if name not in asked_for]
     assert list(JUDGED) == [*order.split(), "session"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
@@ -32,8 +33,10 @@ def test_how_far_each_experiment_goes_is_known():
         "response": fingers + thumb,
         "coupling": (0.0,) * 4 + (1.0, 1.0, 0.0),
         "holding": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
+        "short_staircase": (0.6, 0.6, 0.6, 0.6, 0.6, 0.4, 0.5),
         "staircase": (1.0,) * 7,
         "replay": (1.0,) * 7,
+        "repeatability": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
         "homing": (1.0,) * 7,
     }
 

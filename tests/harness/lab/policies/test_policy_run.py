@@ -85,6 +85,18 @@ def test_a_trial_follows_the_cube_from_its_placing():
     assert trial == run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
 
 
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_either_hand_turns_the_cube_its_own_way(side, plants):
+    """The model is mirrored, so a left hand turns it clockwise; a trial counts both as forward."""
+    steady, unit = find_policy("steady"), load_unit("paper")
+    settings = RunSettings(seconds=2.0, correction=tuple(correction(unit, steady.settings)))
+    trial = run_trial(steady, unit, side=side, settings=settings)
+    assert (trial.side, trial.kept) == (side, True)
+    assert trial.rotation_rad > 1.0
+    assert (plants[0].cube_rotation > 1.0) is (side == "right")
+    assert (plants[0].cube_rotation < -1.0) is (side == "left")
+
+
 @pytest.mark.parametrize("unit", ["reference", "paper"])
 def test_a_hand_that_holds_the_nominal_grasp_keeps_the_cube(unit):
     trial = run_trial(policy(), load_unit(unit), settings=RunSettings(seconds=2.0), script=np.zeros((40, 7)))

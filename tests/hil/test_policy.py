@@ -1,0 +1,47 @@
+"""The shipped policy on an empty hand: in time, in bounds, not stopped, and every byte follows from what was read."""
+
+import numpy as np
+import pytest
+from policy_bytes import asked, fastest, frames_again, positions_sent
+
+from aero.policy.limits import Ending
+from aero.policy.running import RunSettings
+from aero.policy.shipped import DEFAULT, find_policy
+from hil.lab.policies.policy_run import record_policy
+from hil.recordings.recorder import Recorder
+from model.routed import COMMAND_RANGE
+
+pytestmark = pytest.mark.moves
+
+SECONDS, PERIOD_S = 5.0, 0.05
+PERIODS = round(SECONDS / PERIOD_S)
+LATE_S = 0.02
+"""By what nine of ten periods may begin late, s: a telemetry cycle of the slowest firmware."""
+
+
+def test_the_shipped_policy_turns_nothing_for_five_seconds(target, hand):
+    policy, codec = find_policy(DEFAULT), target.map
+    recorder = Recorder(target, "policy")
+    settings = RunSettings(seconds=SECONDS, approach_s=1.0, wait_s=0.3)
+    result = record_policy(target, recorder, policy, settings)
+    recording = recorder.finish()
+
+    assert result.run.ending is Ending.TIME, result.run.reason
+    assert (result.run.steps, result.run.missing) == (PERIODS, 0)
+
+    times = recording["command_codes"].times
+    assert np.quantile(result.lateness_s, 0.9) < LATE_S
+    assert (times[-1] - times[0]) / (PERIODS - 1) == pytest.approx(PERIOD_S, rel=0.02)
+
+    low, high = np.array([COMMAND_RANGE[channel] for channel in sorted(COMMAND_RANGE)]).T
+    goals = recording["goal"].values
+    assert ((low <= goals) & (goals <= high)).all()
+    codes, _ = positions_sent(recording.wire)
+    steps = np.abs(np.diff(codes, axis=0))
+    assert (steps <= fastest(codec, PERIOD_S) + 1).all()
+    assert np.ptp(codes, axis=0).max() > 0.05 * 65535
+
+    again = frames_again(policy, codec, recording["codes"].values)
+    sent = [record.data for record in recording.wire if record.direction == "to_hand" and record.data[0] == 0x11]
+    grasp = next(i for i, row in enumerate(codes) if (row == np.round(asked(codec, policy.settings.nominal))).all())
+    assert sent[grasp + 1 : grasp + 1 + PERIODS] == again
