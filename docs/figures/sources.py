@@ -17,6 +17,7 @@ PAGES = (
     "validation",
     "hand_model",
     "actuation_map",
+    "calibration",
     "electronics",
     "campaign",
     "detection",
