@@ -10,7 +10,7 @@ import hil
 from aero import AeroHand
 from aero.channels import Channel
 from figures.cells import Cell
-from figures.emulated import SEEDED
+from figures.emulated import EXACT, SEEDED
 from figures.sources import Row, Source
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
@@ -97,7 +97,7 @@ def homing() -> list[Row]:
 CURVE = "Held by `pytest tests/firmware_emulator/test_servo_physics.py`"
 STEPS = "Steps of 5 % from the middle of the window, firmware and servos as shipped"
 TABLES = {
-    "current": Source(current, CURVE, SEEDED, origin=""),
-    "steps": Source(steps, STEPS, SEEDED, origin=""),
+    "current": Source(current, CURVE, EXACT, origin=""),
+    "steps": Source(steps, STEPS, EXACT, origin=""),
     "homing": Source(homing, "`aero-hil validate --only homing --firmware FIRMWARE`", SEEDED),
 }

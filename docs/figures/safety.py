@@ -7,6 +7,7 @@ from stopping_times import LATE, STOPPINGS
 from figures.cells import Cell
 from figures.emulated import SEEDED
 from figures.sources import Row, Source
+from figures.stored import plain, stored
 
 SEEDS = range(3)
 
@@ -22,4 +23,5 @@ def stopping() -> list[Row]:
 
 TABLES = {
     "stopping": Source(stopping, "Held by `pytest tests/safety/test_stopping_times.py`", SEEDED),
+    "busy": stored("busy_host", plain),
 }

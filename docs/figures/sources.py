@@ -17,12 +17,15 @@ PAGES = (
     "validation",
     "hand_model",
     "actuation_map",
+    "calibration",
+    "driver",
     "electronics",
     "campaign",
     "detection",
     "safety",
     "speed",
     "grasps",
+    "training",
 )
 """Modules of this package that have tables, each named as its page."""
 PHYSICS = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"

@@ -54,3 +54,9 @@ def stored(name: str, measure: Callable[[Result], list[Row]]) -> Source:
     result = load(name)
     origin = f"{result.origin}; kept in `docs/figures/stored/{name}.json`"
     return Source(lambda: measure(load(name)), f"`{result.command}`", STORED, Cost.STORED, origin)
+
+
+def plain(result: Result) -> list[Row]:
+    """Return rows as they are kept: each maps the columns to what was measured."""
+    header = tuple(dict.fromkeys(column for row in result.rows for column in row))
+    return [header, *(tuple(str(row.get(column, "")) for column in header) for row in result.rows)]
