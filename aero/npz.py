@@ -11,6 +11,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from aero.regular_file import open_regular
+
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 SUFFIX = ".npy"
 
@@ -32,7 +34,7 @@ def read_npz(path: Path, largest_bytes: int) -> dict[str, NDArray[Any]]:
         NpzError: the file cannot be read, is damaged, holds anything but arrays of numbers and text, or is too large.
     """
     try:
-        with path.open("rb") as stream, zipfile.ZipFile(stream) as archive:
+        with open_regular(path) as stream, zipfile.ZipFile(stream) as archive:
             members = archive.infolist()
             if (claimed := sum(member.file_size for member in members)) > largest_bytes:
                 raise NpzError(f"it unpacks to {claimed} bytes; {largest_bytes} are the most that make sense")

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from aero.whole_file import write_whole
 from model.built import build_built
 from model.routed import build_routed
 
@@ -25,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     spec = BUILDERS[options.kind](options.hand)
     if options.action == "export":
         spec.compile()
-        options.out.write_text(spec.to_xml(), encoding="utf-8")
+        write_whole(options.out, spec.to_xml())
     else:
         # Imported late: drawing needs an OpenGL context, exporting does not.
         from model.render import write_picture  # noqa: PLC0415

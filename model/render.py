@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import FINGERS, Joint
+from aero.whole_file import whole
 from model.appearance import CABLE_RGBA, PULLEY_RGBA, Rgba
 from model.geometry import Side
 from model.portrait import dress_up
@@ -85,4 +86,5 @@ def write_picture(spec: mujoco.MjSpec, path: Path, side: Side = "right", joint_a
     axes.set_axis_off()
     lines = [Line2D([], [], color=rgba, linewidth=6, label=label, solid_capstyle="round") for label, rgba in LEGEND]
     axes.legend(handles=lines, loc="lower left", frameon=False, fontsize=17, borderaxespad=1.5, handlelength=1.4)
-    figure.savefig(path)
+    with whole(path) as draft:
+        figure.savefig(draft)

@@ -23,6 +23,7 @@ from aero.policy.file import Policy
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PolicySettings
 from aero.policy.task import ShownAction
+from aero.regular_file import open_regular
 
 rebuild_numpy = np.empty(0).__reduce__()[0]
 """What pickled NumPy arrays call; its module differs between versions of NumPy."""
@@ -107,6 +108,11 @@ def network(mean: Any, std: Any, layers: Mapping[str, Mapping[str, Any]]) -> Net
     )
 
 
+def _content(file: Path) -> bytes:
+    with open_regular(file, MAX_BYTES) as stream:
+        return stream.read()
+
+
 def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
     """Read a checkpoint.
 
@@ -125,7 +131,7 @@ def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
     if size > MAX_BYTES:
         raise CheckpointError(f"{path} has {size} bytes; a checkpoint of this task has about 1.5 million")
     try:
-        content = b"".join(file.read_bytes() for file in files)
+        content = b"".join(_content(file) for file in files)
         normaliser, actor, *_ = _folder(path) if path.is_dir() else _unpickled(content)
         mean, std = (_state_part(statistics) for statistics in (normaliser.mean, normaliser.std))
         net = network(mean, std, actor["params"])

@@ -10,6 +10,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from aero.whole_file import whole
+
 CURVE = "curve.csv"
 PICTURE = "curve.png"
 
@@ -106,4 +108,5 @@ def picture(points: list[Checkpoint], path: Path) -> None:
     bottom.set_ylabel("share that keeps the cube")
     bottom.set_xlabel("environment steps, millions")
     bottom.set_ylim(-0.02, 1.02)
-    figure.savefig(path, dpi=110)
+    with whole(path) as draft:
+        figure.savefig(draft, dpi=110)

@@ -14,6 +14,7 @@ from aero.npz import read_npz
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PolicySettings
 from aero.policy.task import ACTION_LAYOUT, OBSERVATION_LAYOUT, ShownAction
+from aero.whole_file import whole
 
 FORMAT = "aero-hil policy"
 VERSION = 1
@@ -73,7 +74,7 @@ def save(policy: Policy, path: Path) -> None:
     arrays: dict[str, Any] = {"mean": policy.network.mean, "std": policy.network.std}
     for i, layer in enumerate(policy.network.layers):
         arrays |= {f"kernel_{i}": layer.kernel, f"bias_{i}": layer.bias}
-    with path.open("wb") as file:
+    with whole(path) as draft, draft.open("xb") as file:
         np.savez(file, header=np.array(json.dumps(header, sort_keys=True, allow_nan=False)), **arrays)
 
 

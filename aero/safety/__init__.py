@@ -5,13 +5,14 @@ from aero.safety.guarded import GuardedHand
 from aero.safety.interrupts import unwinding
 from aero.safety.standby import Standby
 from aero.safety.state import Health
-from aero.safety.stop import SafetyStopError
+from aero.safety.stop import LinkLostError, SafetyStopError
 from aero.safety.thresholds import ServoSettings, Thresholds
 from aero.safety.watched_clock import WatchedClock
 
 __all__ = [
     "GuardedHand",
     "Health",
+    "LinkLostError",
     "SafetyStopError",
     "ServoSettings",
     "Standby",

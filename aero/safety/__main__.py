@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import sys
 
@@ -27,7 +28,10 @@ def main(port: str, settings: str) -> None:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     asked = json.loads(settings)
     thresholds = Thresholds(**asked["thresholds"])
-    print(READY.decode(), flush=True)
+    try:
+        os.write(sys.stdout.fileno(), READY + b"\n")
+    except BrokenPipeError:
+        return  # the program was killed while it waited for this, before it moved anything
     if sys.stdin.buffer.read() == ALL_WELL:
         return
     try:

@@ -24,13 +24,15 @@ from aero.safety.opening import OPEN, SWITCH_OFF, move_slowly, open_and_relax
 from aero.safety.reading import Reading
 from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
-from aero.safety.stop import SafetyStopError
+from aero.safety.stop import LinkLostError, SafetyStopError
 from aero.safety.thresholds import ServoSettings, Thresholds
 from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock
 from aero.transport import Transport
 
 _LOG = logging.getLogger(__name__)
+PROGRAM_ENDED, LINK_LOST = "The program ended", "The link was lost"
+"""Why a hand is opened when nothing else was wrong."""
 STALL_TORQUE = 1000
 """Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
 THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
@@ -86,7 +88,7 @@ class GuardedHand(AeroHand):
         self._restarts = 0
         telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
         self._watch = Watch(self.thresholds, spans_counts, telemetry_s)
-        self._lateness = Lateness(self.thresholds.follow_s)
+        self._lateness = Lateness(self.thresholds.follow_s, self.thresholds.look_s)
         self._look_due = self._temperatures_due = self._looked_at = clock.now()
         self._last_codes: NDArray[np.integer] = np.array(OPEN)
         self._closed = False
@@ -252,13 +254,14 @@ class GuardedHand(AeroHand):
 
         Raises:
             SafetyStopError: the hand may not be open; the message says what to do.
+            LinkLostError: the same, because the link was lost.
         """
         if os.getpid() != self._owner:
             return
         standby, self._standby = self._standby, None
         try:
             if self.phase in {Phase.OPENING, Phase.MOVING}:
-                self._open("The program ended")
+                self._open(PROGRAM_ENDED)
         finally:
             super().close()
             if standby is not None:
@@ -328,14 +331,16 @@ class GuardedHand(AeroHand):
         now = self._bare_clock.now()
         if self.phase not in {Phase.OPENING, Phase.MOVING} or now < self._look_due:
             return
+        # What the look before took makes this one not late.
+        self._lateness.began(now, now - max(self._look_due, self._looked_at + self.thresholds.look_s))
         try:
             with self._itself():
                 objection = self._unwatched(now) or self._look()
+                self._lateness.answered(self._bare_clock.now(), self._bare_clock.now() - now)
                 self._restore()
         except AeroError:
             objection = self._watch.unanswered(now, self._bare_clock.now())
         self._looked_at = self._bare_clock.now()
-        self._lateness.note(self._looked_at, self._looked_at - self._look_due)
         self._look_due = now + self.thresholds.look_s
         if objection is not None:
             self._abort(objection)
@@ -380,8 +385,10 @@ class GuardedHand(AeroHand):
 
         Raises:
             SafetyStopError: the hand may not be open; this has to be said, whatever the signal was.
+            LinkLostError: the same, because the link was lost, and nothing else was wrong.
         """
         self.phase = Phase.ENDING
+        kind: type[SafetyStopError] = SafetyStopError
         with uninterrupted():
             try:
                 with self._itself():
@@ -391,6 +398,8 @@ class GuardedHand(AeroHand):
                     )
             except ConnectionError as error:
                 doubt = str(error)
+                if reason == PROGRAM_ENDED:
+                    reason, kind = LINK_LOST, LinkLostError
             finally:
                 self.phase = Phase.STOPPED
             self._is_open = not doubt
@@ -398,4 +407,4 @@ class GuardedHand(AeroHand):
             self._stop = f"{self.name}: {done}. {reason}."
             if doubt:
                 self._stop += f" {SWITCH_OFF}, because {doubt}"
-                raise SafetyStopError(self._stop)
+                raise kind(self._stop)

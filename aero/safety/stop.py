@@ -1,4 +1,4 @@
-"""The one exception of a guarded hand."""
+"""The exceptions of a guarded hand."""
 
 from __future__ import annotations
 
@@ -8,3 +8,7 @@ class SafetyStopError(Exception):
 
     Not an `AeroError`: a program that puts up with a lost reading must not put up with this.
     """
+
+
+class LinkLostError(SafetyStopError, ConnectionError):
+    """The link was lost while a hand may have been closed, so that it could not be opened; nothing else was wrong."""

@@ -12,6 +12,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.whole_file import write_whole
 from figures.cells import Cell
 from figures.sources import Row
 from figures.stored import Result, folder, stored
@@ -75,7 +76,7 @@ def main(runs: Path) -> None:
     row |= {key: [round(score, 4) for score in pair] for key, pair in scored(runs).items()}
     row["commit"] = source_commit()[:12]
     table["provenance"]["commit"] = ", ".join(sorted({row["commit"] for row in table["rows"]}))
-    path.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps(table, indent=1) + "\n")
 
 
 TABLES = {"scores": stored("calibration", scores)}

@@ -8,12 +8,14 @@ from pathlib import Path
 import click
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 from rich.table import Table
 
 from aero.channels import Channel
 from aero.safety import unwinding
+from aero.whole_file import write_whole
+from hil.cli.console import console as new_console
+from hil.cli.console import description
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE, NewFolder
 from hil.cli.progress_bar import ProgressBar
@@ -24,7 +26,7 @@ from hil.lab.system_identification.trace import load_trace
 from hil.lab.system_identification.trace_plots import trace_svg
 from hil.lab.system_identification.unit_file import PHYSICAL_UNITS, unit_toml
 from hil.lab.system_identification.unit_parameters import numbers
-from hil.recordings.output import prepared_file, prepared_folder, write_whole
+from hil.recordings.output import prepared_file, prepared_folder
 from model.units.naming import unit_named
 
 
@@ -52,8 +54,8 @@ def calibrate_command(
     parts of them when there are fewer than three, that it has not seen. What the recordings do not tell stays as in the
     starting unit. Ctrl-C and a termination write the best unit so far.
     """
-    console = Console()
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    console = new_console()
+    columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with given():
         unit = unit_named(start)
         prepared_file(out)
@@ -68,7 +70,7 @@ def calibrate_command(
             firmware=firmware,
             jobs=jobs,
             yardstick=yardstick,
-            report=lambda line: console.print(line, style="dim", highlight=False, markup=False),
+            report=lambda line: console.print(line, style="dim"),
             progress=lambda done, about: bar.update(task, completed=done, total=about),
         )
     stopped = result.found.interrupted
@@ -78,7 +80,7 @@ def calibrate_command(
         for trace, prediction in zip(result.traces, result.predictions(), strict=True):
             write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
     _print(console, result)
-    console.print(f"unit written to {out}{early}; use it as `--unit {out}`", highlight=False, markup=False)
+    console.print(f"unit written to {out}{early}; use it as `--unit {out}`")
     if stopped is not None:
         raise stopped
 
@@ -89,7 +91,7 @@ def _print(console: Console, result: Calibration) -> None:
     for channel in Channel:
         table.add_column(channel.label, justify="right")
     for trace, row in zip(result.traces, result.channel_rms(), strict=True):
-        table.add_row(escape(trace.name), *(f"{value:.1f}" for value in row))
+        table.add_row(trace.name, *(f"{value:.1f}" for value in row))
     console.print(table)
     console.print(f"all recordings: {pooled_rms(result.found.residuals):.2f} counts rms")
     if result.held_out:

@@ -7,16 +7,18 @@ from functools import partial
 from pathlib import Path
 
 import click
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
+from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
+from hil.cli.console import console as new_console
+from hil.cli.console import description
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE, SEED
 from hil.cli.progress_bar import ProgressBar
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
-from hil.lab.campaign.conduct import AHEAD, cluster, conduct, cores, usable_cores
+from hil.lab.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
 from hil.lab.campaign.learning import accused
 from hil.lab.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
 from hil.lab.campaign.store import NAME, missing, opened
@@ -45,7 +47,8 @@ MOST = 1_000_000
 @click.option(
     "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
 )
-@click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers, for example tcp://HOST:8786.")
+@click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers, for example tls://HOST:8786.")
+@click.option("--trust-network", is_flag=True, help="Allow a --scheduler on a network without TLS; docs/campaign.md.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path),
     help="Folder of the campaign; one that was broken off is gone on with. campaign/DATE-AND-TIME if not given.",
@@ -61,6 +64,7 @@ def campaign(
     names: tuple[str, ...],
     workers: int | None,
     scheduler: str | None,
+    trust_network: bool,
     out: Path | None,
 ) -> None:
     """Validate many emulated hands, and keep every number in OUT/campaign.duckdb.
@@ -68,7 +72,7 @@ def campaign(
     Each result is kept as it comes. Ctrl-C or a dead machine lose what was running; the same command with the same
     --out goes on.
     """
-    console = Console()
+    console = new_console()
     with given():
         trials = healthy_hands(first_seed, healthy, firmware) if healthy else []
         trials += shipped_hands() if shipped else []
@@ -77,15 +81,17 @@ def campaign(
             trials = [replace(trial, experiments=names) for trial in trials]
         if not trials:
             raise ValueError("nothing to run; give --healthy, --shipped or --fault")
+        if scheduler is not None:
+            check_address(scheduler, trusted=trust_network)
         folder = prepared_folder(out) if out is not None else run_folder(Path("campaign"))
         opening = opened(folder)
     count = workers or usable_cores()
-    executor = partial(cluster, scheduler) if scheduler else partial(cores, count)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    executor = partial(cluster, scheduler) if scheduler is not None else partial(cores, count)
+    columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with opening as store, ProgressBar(*columns, console=console) as bar:
         store.note_command(command_line())
         left = missing(trials, store.keys())
-        console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}", markup=False)
+        console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}")
         task = bar.add_task("validating", total=len(left))
 
         def keep(outcome: Outcome) -> None:
@@ -95,14 +101,14 @@ def campaign(
         conduct(left, executor, keep, at_once=AHEAD * count)
         outcomes = list(store.outcomes())
     page = folder / "campaign.html"
-    page.write_text(render_campaign(outcomes, load_dictionary()), encoding="utf-8")
+    write_whole(page, render_campaign(outcomes, load_dictionary()))
     for name, some in (
         ("healthy", [outcome for outcome in outcomes if not outcome.trial.faults]),
         ("faulty", [outcome for outcome in outcomes if outcome.trial.faults]),
     ):
         if some:
             console.print(f"{sum(map(accused, some))} of {len(some)} {name} hands accused")
-    console.print(str(page), markup=False, highlight=False)
+    console.print(str(page))
 
 
 def _written(faults: tuple[str, ...]) -> list[str]:

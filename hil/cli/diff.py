@@ -6,11 +6,10 @@ from pathlib import Path
 
 import click
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
-from hil.cli.exits import given
-from hil.cli.reading import RECORDING, read
+from hil.cli.console import console as new_console
+from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.recording import Recording
 from hil.verdict.recording_diff import diff as difference
 
@@ -21,10 +20,10 @@ from hil.verdict.recording_diff import diff as difference
 def diff(*, first: Path, second: Path) -> None:
     """Compare two recordings of one experiment, channel by channel."""
     one, other = read(first), read(second)
-    with given():
+    with judging(first, second):
         found = difference(one, other)
-    console = Console()
-    console.print(f"first:  {_describe(one)}\nsecond: {_describe(other)}", highlight=False)
+    console = new_console()
+    console.print(f"first:  {_describe(one)}\nsecond: {_describe(other)}")
     shown = Table("Channel", "rms", "mean", "worst", box=SIMPLE_HEAD, title="Encoders, second less first, % of window")
     for channel, row in found.items():
         shown.add_row(channel.label, f"{row.rms:.3f}", f"{row.mean:+.3f}", f"{row.worst:+.2f}")
@@ -32,7 +31,7 @@ def diff(*, first: Path, second: Path) -> None:
     for channel, row in found.items():
         changes = [f"{name} {a:.4g} to {b:.4g}" for name, (a, b) in row.metrics.items() if a != b]
         if changes:
-            console.print(f"{channel.label}: {', '.join(changes)}", highlight=False)
+            console.print(f"{channel.label}: {', '.join(changes)}")
 
 
 def _describe(recording: Recording) -> str:

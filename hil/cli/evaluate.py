@@ -11,12 +11,13 @@ from pathlib import Path
 
 import click
 import numpy as np
-from rich.console import Console
 
 from aero.policy.file import Policy
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
 from aero.safety import unwinding
+from aero.whole_file import write_whole
+from hil.cli.console import console as new_console
 from hil.cli.evaluation_tables import print_figures, print_gaps, print_survival
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
@@ -26,7 +27,7 @@ from hil.lab.policies.cube_picture import cube_picture
 from hil.lab.policies.cube_trial import Trial
 from hil.lab.policies.survival import survival_picture
 from hil.lab.policies.transmission_gap import ChannelGap
-from hil.recordings.output import prepared_folder, write_whole
+from hil.recordings.output import prepared_folder
 from train.evaluation.backends import in_plain_mujoco, on_built_hands, over_mjx
 from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log, task_of
@@ -97,12 +98,12 @@ def evaluate(
     servo with a sweep of delays and lags; through the bytes on each shipped unit, on random ones and on each firmware,
     and with cubes of other sizes, masses, frictions and centres of mass.
     """
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console = new_console(width=None if sys.stdout.isatty() else WIDTH)
     with given():
         policy = find_policy(policy_name)
         _prepare(out, backends, with_video=with_video)
     seed = int(np.random.default_rng().integers(FRESH_SEEDS)) if seed is None else seed
-    console.print(f"seed {seed}", highlight=False)
+    console.print(f"seed {seed}")
     results: dict[str, dict[str, dict[str, float]]] = {}
     gaps: tuple[ChannelGap, ...] = ()
     through_bytes: dict[str, Callable[[], list[Case]]] = {

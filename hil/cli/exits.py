@@ -64,6 +64,7 @@ def given() -> Iterator[None]:
 
 
 CODES = (
+    ("aero.safety.LinkLostError", Exit.NO_HAND),
     ("aero.safety.SafetyStopError", Exit.STOPPED),
     ("hil.targets.target.NoHandError", Exit.NO_HAND),
     ("aero.errors.AeroError", Exit.NO_HAND),
@@ -71,6 +72,8 @@ CODES = (
     ("firmware_emulator.native.program.FirmwareProgramError", Exit.FIRMWARE),
     ("hil.targets.target.MissingCapabilityError", Exit.USAGE),
     ("hil.faults.schedule.FaultNeverFiredError", Exit.USAGE),
+    ("hil.lab.campaign.conduct.NoSchedulerError", Exit.USAGE),
+    ("hil.lab.campaign.store.StoreError", Exit.USAGE),
     ("builtins.OSError", Exit.NOT_WRITTEN),
 )
 """Exception to exit code; the first that fits counts. By name, because only what is imported can have been raised, and

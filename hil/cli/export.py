@@ -6,9 +6,10 @@ from pathlib import Path
 
 import click
 
+from aero.whole_file import write_whole
 from hil.cli.exits import given
-from hil.cli.reading import RECORDING, read
-from hil.recordings.output import prepared_file, write_whole
+from hil.cli.reading import RECORDING, judging, read
+from hil.recordings.output import prepared_file
 from hil.report.foxglove.export import LAYOUT, export, layout
 
 
@@ -37,7 +38,8 @@ def export_command(*, recording: Path, out: Path | None, layout_file: Path | Non
         if path.exists() and path.samefile(recording):
             raise ValueError(f"{path} is the recording itself; give another file with --out")
     made = read(recording)
-    export(made, path)
+    with judging(recording):
+        export(made, path)
     if layout_file is not None:
         write_whole(layout_file, layout())
     grown = path.stat().st_size / recording.stat().st_size

@@ -6,16 +6,17 @@ import json
 from pathlib import Path
 
 import click
-from rich.console import Console
 from rich.table import Table
 
+from aero.whole_file import write_whole
+from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import NewFolder
 from hil.lab.map_identification.figure import draw_thumb_figure
 from hil.lab.map_identification.files import coefficient_toml, report, table
 from hil.lab.map_identification.identify import identify
 from hil.lab.map_identification.radii import flexor_radius, two_pose_radii
-from hil.recordings.output import prepared_folder, write_whole
+from hil.recordings.output import prepared_folder
 from model import RoutedHand
 from model.geometry import Side
 
@@ -36,7 +37,7 @@ def identify_command(*, hand: Side, out: Path, figure: str) -> None:
     The coefficient file works wherever a map is made: `aero-hil map --coefficients FILE`,
     `ActuationMap.for_firmware(..., coefficients=FILE)`.
     """
-    console = Console()
+    console = new_console()
     with given():
         prepared_folder(out)
     result = identify(RoutedHand(hand), lambda step: console.print(step, style="dim"))

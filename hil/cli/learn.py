@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from aero.whole_file import write_whole
 from hil.cli.exits import given
 from hil.lab.campaign.detected_faults import by_fault, detected_text
 from hil.lab.campaign.learning import entries
@@ -41,11 +42,10 @@ def learn(*, campaign: Path, out: Path, detected: Path | None) -> None:
         "seeds": f"{min(seeds)} to {max(seeds)}" if seeds else "",
         "commit": ", ".join(sorted({outcome.commit for outcome in outcomes})),
     }
-    (out / dictionary.FILE).write_text(dictionary.dictionary_text(found, provenance), encoding="utf-8")
-    (out / sight.FILE).write_text(sight.sight_text(seen, provenance), encoding="utf-8")
+    write_whole(out / dictionary.FILE, dictionary.dictionary_text(found, provenance))
+    write_whole(out / sight.FILE, sight.sight_text(seen, provenance))
     if detected is not None:
         healthy = any(not outcome.trial.faults for outcome in outcomes)
         alarms = false_alarms(outcomes)[0] if healthy else None
-        faults = by_fault(detections(outcomes, found))
-        detected.write_text(detected_text(faults, alarms, provenance), encoding="utf-8")
+        write_whole(detected, detected_text(by_fault(detections(outcomes, found)), alarms, provenance))
     click.echo(f"{len(found)} entries, {len(seen)} checks in {out}")

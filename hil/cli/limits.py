@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from aero.whole_file import write_whole
 from hil.checks import DEFAULT, WHOLE_RUN
 from hil.cli.exits import given
 from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of
@@ -67,7 +68,7 @@ def limits(*, campaign: Path, out: Path) -> None:
         extends = "" if kind == DEFAULT_LIMITS else DEFAULT_LIMITS
         path = out / f"{kind}.toml"
         of_file = _beside(read_provenance(kind), provenance, anew)
-        path.write_text(limits_text(both, of_file, extends=extends), encoding="utf-8")
+        write_whole(path, limits_text(both, of_file, extends=extends))
         click.echo(f"{path}: {len(both) - len(kept)} limits from {len(hands)} healthy hands, {len(kept)} kept")
 
 

@@ -12,6 +12,8 @@ from aero.actuation import CALIBRATIONS, FIRMWARE_CALIBRATIONS, ActuationMap
 from aero.actuation.representations import REPRESENTATIONS, Representation, convert
 from hil.cli.exits import given
 
+MOST_CHARACTERS = 2**20
+"""Of a posture, which has some hundred."""
 _SOURCES = [name for name, representation in REPRESENTATIONS.items() if representation.to_travel is not None]
 
 
@@ -73,7 +75,10 @@ def _read(posture: TextIO, source: str) -> list[float]:
         ValueError: no JSON, another representation, or names that are missing or unknown.
     """
     try:
-        data: Any = json.load(posture)
+        text = posture.read(MOST_CHARACTERS + 1)
+        if len(text) > MOST_CHARACTERS:
+            raise ValueError(f"it has more than {MOST_CHARACTERS} characters")
+        data: Any = json.loads(text)
     except (OSError, ValueError, RecursionError) as error:
         raise ValueError(f"{posture.name} is no posture in JSON: {error}") from error
     if isinstance(data, dict) and "representation" in data:

@@ -108,8 +108,12 @@ class NewFolder(click.Path):
         return super().convert(value, param, ctx)
 
 
+LONGEST_S = 7 * 86_400.0
+"""Longest time that can be asked for, s: a week."""
+
+
 class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
-    """A finite time, s, from `least` on, or above zero when `least` is None."""
+    """A time, s, up to `LONGEST_S`; from `least` on, or above zero when `least` is None."""
 
     name = "seconds"
 
@@ -122,9 +126,9 @@ class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from C
             seconds = float(value)
         except ValueError:
             self.fail(f"{value!r} is no number of seconds", param, ctx)
-        if not math.isfinite(seconds) or (seconds <= 0 if self.least is None else seconds < self.least):
+        if not seconds <= LONGEST_S or (seconds <= 0 if self.least is None else seconds < self.least):
             wanted = "above 0" if self.least is None else f"from {self.least:g} on"
-            self.fail(f"{value} is no time; give a number of seconds {wanted}", param, ctx)
+            self.fail(f"{value} is no time; give a number of seconds {wanted}, up to {LONGEST_S:g}", param, ctx)
         return seconds
 
 

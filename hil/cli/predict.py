@@ -9,11 +9,11 @@ from dataclasses import asdict, replace
 
 import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
+from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import FIRMWARE, SEED, Seconds
 from hil.cli.progress_bar import ProgressBar
@@ -63,7 +63,7 @@ def predict(
     made: dict[str, list[Trial]] = {}
     simulated: list[Prediction] = []
     try:
-        with unwinding(), ProgressBar(console=Console(stderr=True), transient=True) as bar:
+        with unwinding(), ProgressBar(console=new_console(stderr=True), transient=True) as bar:
             task = bar.add_task("plain MuJoCo", total=1.0)
             settings = deployment.run_settings(seconds).settings or policy.settings
             for name, done in beside_a_deployment(policy, settings, trials, seconds=seconds, seed=seed).items():
@@ -81,7 +81,7 @@ def predict(
 
 
 def _print(policy: str, deployment: Deployment, found: Sequence[Prediction], seed: int, trials: int) -> None:
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console = new_console(width=None if sys.stdout.isatty() else WIDTH)
     table = Table(title=f"{policy}, run as {deployment.name}: {deployment.meaning}", title_justify="left")
     table.add_column("", no_wrap=True)
     for title in ("trials", "kept", "95 %", "rad/s", "95 %", "turned, rad"):
@@ -101,10 +101,10 @@ def _print(policy: str, deployment: Deployment, found: Sequence[Prediction], see
     console.print(table)
     console.print(
         f"unit {deployment.unit}, firmware {deployment.firmware}, seeds {seed} to {seed + trials - 1}",
-        highlight=False, markup=False,
+        highlight=False,
     )  # fmt: skip
     if deployment.reference:
-        console.print(deployment.reference, highlight=False, markup=False)
+        console.print(deployment.reference)
 
 
 def _json(value: object) -> object:

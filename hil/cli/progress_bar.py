@@ -8,9 +8,10 @@ from rich.progress import (
     ProgressColumn,
     TaskID,
     TaskProgressColumn,
-    TextColumn,
     TimeRemainingColumn,
 )
+
+from hil.cli.console import description
 
 LINE_S = 10.0
 """Time between two lines where there is no terminal, s."""
@@ -24,7 +25,7 @@ class ProgressBar(Progress):
     @classmethod
     def get_default_columns(cls) -> tuple[ProgressColumn, ...]:
         """Return Rich's, but for a description that is shown as it is: a path may look like markup."""
-        return TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+        return description(), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
 
     def start(self) -> None:
         """Start the bar, or the time to the first line."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
 
-from hil.cli.exits import given
+from hil.cli.exits import Ended, Exit, given
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording
 
@@ -21,3 +23,17 @@ def read(path: Path) -> Recording:
     """
     with given():
         return read_recording(path)
+
+
+@contextmanager
+def judging(*paths: Path) -> Iterator[None]:
+    """Around what is made of recordings that were given: whatever they lack ends with one line that names them.
+
+    A recording of ours has what its experiment measures. One that was altered, or written by another program, may lack
+    anything, and then Python says what.
+    """
+    try:
+        yield
+    except (LookupError, TypeError, AttributeError, ArithmeticError, ValueError, OSError) as error:
+        said = str(error) if isinstance(error, (ValueError, OSError)) else f"{type(error).__name__} {error}"
+        raise Ended(f"{', '.join(map(str, paths))}: no verdict, because {said}", Exit.USAGE) from error

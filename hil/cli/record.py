@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.console import Console
 
 from aero.channels import Channel
 from hil.cli.before_moving import before_moving
+from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, Finite, target
 from hil.cli.progress_bar import ProgressBar
@@ -51,7 +51,7 @@ def record_command(
     slowly, and the exit code is 4, at a current, a temperature, stale readings or an encoder beyond the thresholds
     shown. What was recorded until an interruption is kept.
     """
-    console = Console()
+    console = new_console()
     with given():
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
         prepared_file(out)
@@ -73,4 +73,4 @@ def record_command(
                 )
             raise
         recording = recorder.finish()
-    console.print(f"{out}: {recording.header.duration_s:.0f} s", highlight=False, markup=False)
+    console.print(f"{out}: {recording.header.duration_s:.0f} s")

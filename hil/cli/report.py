@@ -8,9 +8,11 @@ from pathlib import Path
 
 import click
 
+from aero.whole_file import write_whole
 from hil.cli.exits import Ended, Exit, given
-from hil.cli.reading import RECORDING, read
-from hil.recordings.output import prepared_file, write_whole
+from hil.cli.reading import RECORDING, judging, read
+from hil.recordings.output import prepared_file
+from hil.report.guard_margins import margins_left, nearest
 from hil.report.page import render_report
 from hil.verdict.validation import judge_recordings
 
@@ -25,7 +27,8 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
     """
     with given():
         prepared_file(out)
-        made = {path: read(path) for path in recordings}
+    made = {path: read(path) for path in recordings}
+    with judging(*recordings):
         judged = judge_recordings(list(made.values()))
         # Both as they are on this disk: a relative path through a link would lead elsewhere.
         folder = out.parent.resolve()
@@ -34,6 +37,8 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
         }
         page = render_report(judged, files)
     write_whole(out, page)
+    if line := nearest(margins_left(made.values())):
+        click.echo(line)
     cut = [str(path) for path, recording in made.items() if not recording.header.finished]
     if cut and judged.judged_passed:
         rest = "; the rest is within limits" if judged.judged else ""

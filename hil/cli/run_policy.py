@@ -18,6 +18,7 @@ from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction
 from aero.safety import Thresholds
+from hil.cli.console import console as new_console
 from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.progress_bar import ProgressBar
@@ -95,7 +96,7 @@ def run_policy(
 
     Exits with 0 when the time ran out and 1 when something else ended it; docs/commands.md has the other codes.
     """
-    console = Console()
+    console = new_console()
     holds_cube = hand.target == "emulated" and not (dry_run or empty)
     with given():
         policy = find_policy(policy_name)
@@ -118,7 +119,7 @@ def run_policy(
         thresholds = Thresholds(current_a=max_current)
     _say_settings(console, policy, settings)
     if hand.target == "pty":
-        console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.", highlight=False)
+        console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
     with viewing(view, hand) as audience:
         with hand.open(guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
             audience.follow(source_of(opened))
@@ -152,7 +153,7 @@ def run_policy(
         _print(console, result, cube, record)
     if film is not None and cube is not None and cube.postures:
         write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)
-        console.print(f"film in {film}", highlight=False)
+        console.print(f"film in {film}")
     sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
 
 
@@ -168,7 +169,7 @@ def _check_film(path: Path, *, holds_cube: bool) -> None:
 def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> None:
     for name, (trained, used) in differences(policy.settings, settings.settings or policy.settings).items():
         if name != "noise":
-            console.print(f"{name}: trained {trained}, used {used}", highlight=False)
+            console.print(f"{name}: trained {trained}, used {used}")
 
 
 def _print(console: Console, result: PolicyRun, cube: CubeWatch | None, record: Path | None) -> None:
@@ -192,6 +193,6 @@ def _print(console: Console, result: PolicyRun, cube: CubeWatch | None, record: 
         table.add_row(name, text)
     console.print(table)
     if run.reason:
-        console.print(run.reason, highlight=False)
+        console.print(run.reason)
     if record:
         console.print(f"recorded in {record}")

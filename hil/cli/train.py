@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Literal
 
 import click
-from rich.console import Console
 
 from aero.policy.file import load
+from hil.cli.console import console as new_console
 from hil.cli.exits import Ended, Exit, given
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.recordings.output import prepared_folder
@@ -73,7 +73,7 @@ def train(
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or training.machine_backend()
-    console = Console()
+    console = new_console()
     chosen = RECIPES[recipe]
     if on == "mjx" and training.accelerated():
         chosen = on_gpu(chosen)
@@ -84,7 +84,7 @@ def train(
     console.print(f"{recipe} over {on}, seed {seed}, {chosen.environments} environments, {chosen.steps} steps")
 
     def say(line: str) -> None:
-        console.print(line, highlight=False, soft_wrap=True, markup=False)
+        console.print(line, soft_wrap=True)
 
     made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
     told = run.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))

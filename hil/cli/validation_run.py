@@ -12,12 +12,16 @@ import click
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
+from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli.before_moving import before_moving
+from hil.cli.console import console as new_console
+from hil.cli.console import description
 from hil.cli.exits import Ended, Exit, ending, given
 from hil.cli.options import ChosenHand
 from hil.cli.progress_bar import ProgressBar
@@ -34,6 +38,7 @@ from hil.view.sources import source_of
 
 SHOWN = 3
 """Causes that are told."""
+BAD, PERHAPS = ("failed", "bold"), ("perhaps", "bold")
 SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
 """For a terminal of 80 columns."""
 
@@ -61,15 +66,15 @@ def run(
         dry_run: read and show only.
         out: folder of the results; one named by the time when None.
     """
-    console = Console()
-    columns = (TextColumn("{task.description:28}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    console = new_console()
+    columns = (description(28), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with given():
         if baseline is not None:
             load(baseline)
         opening = hand.open(homed=homed, faults=[parse_fault(text) for text in faults])
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
-            console.print(f"the results in {folder} are replaced", highlight=False, markup=False)
+            console.print(f"the results in {folder} are replaced")
     result: Validation | None = None
     with viewing(view, hand) as audience:
         try:
@@ -99,6 +104,10 @@ def run(
             if result is None or folder is None:
                 raise
             result = _of_another_hand(result, error)
+        except SafetyStopError as error:  # from the end of the hand: it may be closed, and what was measured stands
+            if result is None or folder is None:
+                raise
+            result = replace(result, ended_by=error)
         _show(result, audience)
         _print(console, result, folder)
         write_results(result, folder)
@@ -146,13 +155,13 @@ def _print(console: Console, result: Validation, out: Path) -> None:
         console.print(_staircase_table(result))
     for name, ran in result.results.items():
         bad = len(failed(ran.findings))
-        verdict = f"[bold]{bad} of {len(ran.findings)} failed[/bold]" if bad else f"{len(ran.findings)} checks passed"
-        console.print(f"{name:10} {EXPERIMENTS[name].title}: {verdict}", highlight=False)
+        verdict = (f"{bad} of {len(ran.findings)} failed", "bold") if bad else f"{len(ran.findings)} checks passed"
+        console.print(Text.assemble(f"{name:10} {EXPERIMENTS[name].title}: ", verdict))
     failures = failed(result.findings)
     for finding in failures:
-        console.print(f"[bold]failed[/bold] {finding.sentence}. {finding.meaning} {finding.remedy}", highlight=False)
+        console.print(Text.assemble(BAD, f" {finding.sentence}. {finding.meaning} {finding.remedy}"))
     for explanation in result.explanations[:SHOWN]:
-        console.print(f"[bold]perhaps[/bold] {explanation.sentence} {explanation.next_look}", highlight=False)
+        console.print(Text.assemble(PERHAPS, f" {explanation.sentence} {explanation.next_look}"))
     verdict = f"{len(failures)} of {len(result.findings)} checks failed" if failures else "within limits"
     console.print(
         f"{verdict}; {result.hand_seconds:.0f} s of hand time in {result.wall_seconds:.1f} s; {out / 'report.html'}"

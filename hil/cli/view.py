@@ -8,8 +8,7 @@ from pathlib import Path
 import click
 
 from hil.checks import EXPERIMENTS
-from hil.cli.exits import given
-from hil.cli.reading import RECORDING, read
+from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.recording import Header
 from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings
@@ -27,14 +26,14 @@ def view(*, recording: Path) -> None:
     """
     recorded = read(recording)
     header = recorded.header
-    with given():
+    with judging(recording):
         shown = frames(recorded)
         page = Page(Heading(_title(header), header.hand, live=False))
     page.add(shown)
     for event in recorded.events:
         page.note(Note(event.t, event.text, event.severity))
     if header.experiment in EXPERIMENTS and header.finished:
-        with given():
+        with judging(recording):
             findings = judge_recordings([recorded]).findings
         failures = failed(findings)
         page.verdicts(Verdicts(len(findings) - len(failures), tuple(finding.sentence for finding in failures)))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass
+from io import TextIOWrapper
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
+from aero.regular_file import open_regular
 from hil.checks.shared.closing_current import closing_current
 from hil.checks.shared.experiment import SAMPLE_S, Measured
 from hil.recordings.recorder import Progress, silent
@@ -51,7 +53,7 @@ def read_cycles(log: Path) -> list[Cycle]:
         return []
     cycles, number = [], 0
     try:
-        with log.open(encoding="utf-8") as stream:
+        with TextIOWrapper(open_regular(log), encoding="utf-8") as stream:
             while line := stream.readline(LONGEST_LINE):
                 number += 1
                 cycles.append(_read_cycle(line))

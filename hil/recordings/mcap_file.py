@@ -23,14 +23,20 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 from zstandard import ZstdError, frame_content_size
 
+from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
+from aero.whole_file import begin_file
+from hil.recordings.header_check import check
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
+from hil.recordings.seal import digest
 from hil.targets.wire_log import Direction, WireRecord
 
 METADATA = "aero-hil"
 FOREIGN = "protobuf"
 """Encoding of messages that are for other programs alone, see `hil.report.foxglove`."""
 FORMAT = "1"
+DIGEST = "sha256"
+"""Of the header; recordings of version 0.1.0 have none."""
 SERIES_PREFIX = "aero.series."
 DIRECTIONS: tuple[Direction, ...] = ("to_hand", "from_hand")
 LOG_LEVELS: dict[Severity, int] = {"info": 2, "warning": 3, "error": 4}
@@ -97,7 +103,7 @@ class RecordingFile:
         Raises:
             OSError: the file cannot be written.
         """
-        self._stream = path.open("wb", buffering=BUFFER_BYTES)
+        self._stream = begin_file(path, BUFFER_BYTES)
         self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES)
         self._writer.start(profile="", library="aero-hil")
         self._experiment = header.experiment
@@ -152,7 +158,9 @@ class RecordingFile:
             self._stream.close()
 
     def _add_header(self, header: Header) -> None:
-        self._writer.add_metadata(METADATA, {"format": FORMAT, "header": json.dumps(dataclasses.asdict(header))})
+        content = dataclasses.asdict(header)
+        record = {"format": FORMAT, "header": json.dumps(content), DIGEST: digest(content)}
+        self._writer.add_metadata(METADATA, record)
 
     def _channel(self, topic: str, schema_name: str, schema: dict[str, Any]) -> None:
         if topic not in self._channels:
@@ -211,10 +219,10 @@ def read_recording(path: Path) -> Recording:
     """Read a recording, of a file that was cut short what lies before the cut.
 
     Raises:
-        OSError: the file cannot be read.
+        OSError: the file cannot be read, or is a pipe or a device.
         UnusableFileError: it is no MCAP file, not one of this project's, or damaged; the message says which.
     """
-    with path.open("rb") as stream:
+    with open_regular(path) as stream:
         try:
             return _assembled(_records(stream), path)
         except UnusableFileError:
@@ -229,14 +237,16 @@ def _records(stream: BinaryIO) -> Iterator[McapRecord]:
     """Return the records in the order of the file, up to its end or its cut."""
     packed = unpacked = 0
     try:
-        for record in StreamReader(stream, record_size_limit=LARGEST_RECORD, emit_chunks=True).records:
+        for record in StreamReader(
+            stream, record_size_limit=LARGEST_RECORD, emit_chunks=True, validate_crcs=True
+        ).records:
             if not isinstance(record, Chunk):
                 yield record
                 continue
             packed, unpacked = packed + len(record.data), unpacked + _unpacked_size(record)
             if unpacked > LARGEST_RATIO * packed + SLACK_BYTES:
                 raise McapError(f"{packed} bytes unpack to {unpacked}")
-            yield from breakup_chunk(record)
+            yield from breakup_chunk(record, validate_crc=True)
     except (EndOfFile, struct.error):
         if stream.read(1):
             raise  # damaged, and not cut by the end of the program that wrote it
@@ -289,7 +299,11 @@ def _header(record: Metadata, path: Path) -> Header:
             f"{path} has recording format {record.metadata['format']}, this version reads {FORMAT}; "
             "use the aero-hil version that wrote it"
         )
-    return Header(**json.loads(record.metadata["header"]))
+    content = json.loads(record.metadata["header"])
+    check(content)
+    if record.metadata.get(DIGEST, digest(content)) != digest(content):
+        raise UnusableFileError(f"{path} is damaged: its header does not fit its SHA-256")
+    return Header(**content)
 
 
 def _read_series(schema: dict[str, Any], rows: list[dict[str, Any]]) -> Series:

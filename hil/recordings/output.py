@@ -57,25 +57,6 @@ def prepared_file(path: Path) -> Path:
     return path
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file such that another program sees the old one or the whole new one, and a full disk costs neither.
-
-    A link at `path` is replaced by the file; what it points at stays as it is.
-
-    Raises:
-        OSError: it cannot be written.
-    """
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        draft.unlink(missing_ok=True)
-        with draft.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-        draft.replace(path)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
-
-
 def run_folder(base: Path) -> Path:
     """Make a folder below `base` that is named by the time, and let `latest` beside it point there.
 

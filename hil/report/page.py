@@ -17,6 +17,7 @@ from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding
 from hil.report.figures import Drawn, figures_of, traces_of
+from hil.report.guard_margins import margins_left
 from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
 from hil.report.lanes import Mark
 from hil.report.plots import title
@@ -101,6 +102,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         broken_off=[(recording.header, traces_of(recording)) for recording in validation.broken_off],
         events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
         files={name: quote(path) for name, path in (files or {}).items()},
+        margins=margins_left(result.recording for result in validation.results.values()),
         session=WHOLE_RUN.name,
         subjects=SUBJECTS,
         title=title,

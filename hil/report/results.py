@@ -7,9 +7,9 @@ import json
 import math
 from pathlib import Path
 
+from aero.whole_file import whole, write_whole
 from hil.checks.staircase import EXPERIMENT as STAIRCASE
 from hil.checks.staircase.tracking import staircase_metrics
-from hil.recordings.output import write_whole
 from hil.recordings.seal import sealed
 from hil.report.page import render_report
 from hil.report.plots import validation_figure
@@ -49,7 +49,8 @@ def write_results(validation: Validation, out: Path) -> None:
     """
     write_figures(validation, out)
     if validation.measured(STAIRCASE.name) is not None:
-        validation_figure(validation.results[STAIRCASE.name].recording).savefig(out / "validation.svg")
+        with whole(out / "validation.svg") as draft:
+            validation_figure(validation.results[STAIRCASE.name].recording).savefig(draft)
     names = [*validation.judged, *(cut.header.experiment for cut in validation.broken_off)]
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))

@@ -13,6 +13,7 @@ from aero.safety import SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN, Experiment
 from hil.checks import session as whole_run
+from hil.checks.shared.experiment import map_of
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
@@ -119,6 +120,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     broken_off = tuple(r for r in recordings if not r.header.finished and r.header.experiment != SESSION)
     for recording in recordings:
         header = recording.header
+        map_of(header)  # an unknown firmware or window is the file's fault, and no finding about the hand
         if header.experiment == SESSION:
             session = _link_judged(recording, _limits_of(header)) if header.finished else None
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from aero.actuation import ActuationMap
+from aero.actuation.coefficients import SHIPPED
 from hil.recordings.recording import Recording
 from hil.view.frame import Frame
 from hil.view.sources import WireSource
@@ -14,9 +15,11 @@ def frames(recording: Recording) -> list[Frame]:
     """Return the frames of a recording, in the order of their time, at most `FRAMES_PER_S`.
 
     Raises:
-        ValueError: no position was read while it was made.
+        ValueError: no position was read while it was made, or its coefficients are not shipped.
     """
     header = recording.header
+    if header.map not in SHIPPED:  # a file that a recording names is not opened
+        raise ValueError(f"it was made with the coefficients {header.map!r}; shipped are {', '.join(SHIPPED)}")
     codec = ActuationMap.for_firmware(header.firmware, header.window, hand=header.hand, coefficients=header.map)
     source = WireSource(codec)
     found: list[Frame] = []

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 
+from aero.regular_file import read_text
 from firmware_emulator.plant import Drive
 from firmware_emulator.servo.parameters import ServoParameters
 from model import BuiltHandParameters
@@ -65,7 +66,7 @@ def load_unit(name: str) -> Unit:
     """
     if name.endswith(".toml"):
         try:
-            text = Path(name).read_text(encoding="utf-8")
+            text = read_text(Path(name))
         except (OSError, UnicodeDecodeError) as error:
             raise ValueError(f"cannot read the unit file {name}: {error}") from error
         if not text.strip():

@@ -53,7 +53,7 @@ def test_a_stop_on_a_busy_host_says_how_late_it_was():
     with guarded(servos=heating, link=BusyHost) as target:
         close(target, Channel.INDEX, share=0.5)
         busy(target, late=1.0)
-        with pytest.raises(SafetyStopError, match=r"65 °C.*this machine was busy.*up to 0\.\d+ s late"):
+        with pytest.raises(SafetyStopError, match=r"65 °C.*readings came up to 0\.\d+ s after they were asked"):
             wait(target, 10.0)
 
 

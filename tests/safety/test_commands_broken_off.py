@@ -23,7 +23,7 @@ COMMANDS = {
     "run-policy": ["run-policy", "--seconds", "60", "--record", "policy.mcap"],
     "endurance": ["endurance", "--cycles", "50", "--log", "cycles.jsonl"],
 }
-ENDINGS = {"SIGINT": {130, -signal.SIGINT}, "SIGTERM": {143}, "closed port": {3, 4}}
+ENDINGS = {"SIGINT": {130, -signal.SIGINT}, "SIGTERM": {143}, "closed port": {3}}
 """What happens, and the exit codes of docs/commands.md for it. A shell makes 130 of a program that SIGINT has killed,
 which is how Python ends when the signal comes in the middle of some imports."""
 LAST_LINES = {"SIGINT": "Error: interrupted", "SIGTERM": "Error: terminated", "closed port": "Error: "}

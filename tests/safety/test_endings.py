@@ -133,6 +133,20 @@ def test_a_hand_whose_second_process_does_not_start_is_not_moved(monkeypatch):
         Standby("/dev/no-such-hand", Thresholds(), settable=True).start()
 
 
+def test_a_second_process_whose_program_was_killed_at_its_start_says_nothing():
+    """Nothing has moved then, and nobody reads what it says."""
+    read, write = os.pipe()
+    os.close(read)
+    port, settings = Standby("/dev/no-such-hand", Thresholds(), settable=True)._arguments
+    ran = subprocess.run(
+        [sys.executable, "-m", "aero.safety", port, settings],
+        stdin=subprocess.DEVNULL, stdout=write, stderr=subprocess.PIPE, check=False, cwd=ROOT,
+    )  # fmt: skip
+    os.close(write)
+    assert ran.returncode == 0
+    assert ran.stderr == b""
+
+
 def test_a_forked_process_may_not_use_the_hand():
     electronics = EmulatedHand(Bench())
     hand = GuardedHand(InProcessLink(electronics), electronics.clock, spans_counts=[3278] * 7, usual=None)

@@ -9,9 +9,10 @@ from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, 
 from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.protocol import MAX_CODE, Opcode
-from aero.safety import SafetyStopError, ServoSettings, Thresholds, usual_settings
+from aero.safety import LinkLostError, SafetyStopError, ServoSettings, Thresholds, usual_settings
 from firmware_emulator.firmware.profiles import PROFILES
 from hil import open_target
+from hil.cli.exits import ending
 
 LIMP = Thresholds().limp_torque
 
@@ -210,8 +211,35 @@ def test_a_hand_that_is_unplugged_is_reported_with_what_to_do():
     with guarded(link=FailingLink) as target:
         close(target, Channel.INDEX, share=0.5)
         target.wire._transport.unplugged = True
-        with pytest.raises(SafetyStopError, match=r"SWITCH THE HAND'S SUPPLY OFF.*cannot write"):
+        said = r"stopped\. The link was lost\. SWITCH THE HAND'S SUPPLY OFF.*cannot write"
+        with pytest.raises(LinkLostError, match=said) as lost:
             target.hand.close()
+    assert ending(lost.value)[0] == 3
+
+
+def test_a_hand_that_is_unplugged_while_it_is_stopped_was_stopped_by_the_guard():
+    with guarded(link=FailingLink) as target:
+        close(target, Channel.INDEX, share=0.5)
+
+        def hot(_celsius):
+            target.wire._transport.unplugged = True
+            return "it is hot"
+
+        target.hand._watch.temperatures = hot
+        with pytest.raises(SafetyStopError, match=r"it is hot.*SUPPLY OFF") as stop:
+            wait(target, 2.0)
+    assert ending(stop.value)[0] == 4
+
+
+def test_a_board_that_hangs_is_not_blamed_on_an_idle_machine():
+    with guarded() as target:
+        close(target, Channel.INDEX, share=0.5)
+        wait(target, 1.0)
+        target.capability("electronics").board.stop()
+        with pytest.raises(SafetyStopError, match="has not answered") as stop:
+            wait(target, 5.0)
+    for word in ("busy", " late", "came up to"):
+        assert word not in str(stop.value).split("SWITCH")[0]
 
 
 def test_a_channel_without_torque_is_stopped_for_its_encoder():

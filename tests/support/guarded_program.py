@@ -60,13 +60,19 @@ class GuardedProgram:
     an undeclared error through, or takes a command after a stop; `end`, when the hand is left closed.
     """
 
-    def __init__(self, *, firmware="0.2.0", seed=0, unit="reference", after=None):
-        """Start a program on a hand of its own, or on the one that an earlier program, `after`, has left."""
+    def __init__(self, *, firmware="0.2.0", seed=0, unit="reference", faults=(), after=None):
+        """Start a program on a hand of its own, or on the one that an earlier program, `after`, has left.
+
+        `faults` are those that a hand is built with, with their times in s after it is ready.
+        """
         self.firmware = firmware
-        self.lines = [f"program = GuardedProgram(firmware={firmware!r}, seed={seed}, unit={unit!r})"]
+        built = f", faults={list(faults)!r}" if faults else ""
+        self.lines = [f"program = {type(self).__name__}(firmware={firmware!r}, seed={seed}, unit={unit!r}{built})"]
         if after is None:
             how = {"firmware": firmware, "hand": "right", "seed": seed}
-            self.electronics, self._plant = build_faulty(unit_named(unit), Schedule(), **how)
+            self.electronics, self._plant = build_faulty(
+                unit_named(unit), Schedule(map(parse_fault, faults), seed), **how
+            )
         else:
             self.electronics, self._plant = after.electronics, after._plant
         self._seed = seed
@@ -78,6 +84,7 @@ class GuardedProgram:
             self.link, self.clock, ActuationMap.for_firmware(firmware), firmware, self._thresholds, standby=None
         )
         self._ask, self.hand._link.ask = self.hand._link.ask, self._asked
+        self.built = faults
         self.over = self.ended = self._restarted_since = self._sent = False
         self.excused = self.said = ""
         self.exchanges = self.errors = 0
@@ -88,7 +95,9 @@ class GuardedProgram:
 
     def script(self):
         """Return the steps so far as a program."""
-        return "\n".join(["from guarded_program import GuardedProgram", "", *self.lines])
+        name = type(self).__name__
+        module = "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name).lstrip("_")
+        return "\n".join([f"from {module} import {name}", "", *self.lines])
 
     @step
     def command(self, codes, wait_s=0.0):
@@ -244,7 +253,9 @@ class GuardedProgram:
             return  # no second process was started, or it was stood down
         if not self.link.unplugged:
             self._arrive((b"\x11\x00" + b"\xff" * 14)[:cut])
-        second = AeroHand(FailingLink(self.electronics), self.clock)
+        link = FailingLink(self.electronics)
+        link.log = self.link.log
+        second = AeroHand(link, self.clock)
         second._link._transport.unplugged = self.link.unplugged
         try:
             settable = usual_settings(self.firmware) is not None
@@ -257,7 +268,7 @@ class GuardedProgram:
         self.clock.sleep_until(self.clock.now() + SETTLES_S)
         self.electronics.advance_plant()
         bent = np.abs(np.rad2deg(self._plant.joint_angles())).max()
-        told = SWITCH_OFF in self.said
+        told = SWITCH_OFF in self.said or bool(self.built)
         assert bent < OPEN_DEG or (told and self.excused), (
             f"the hand is left {bent:.0f} degrees bent, although its board answers; said: {self.said!r}, "
             f"excuse: {self.excused!r}"

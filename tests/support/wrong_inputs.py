@@ -34,7 +34,7 @@ OPTIONS = {
         "--on": NAME,
     },
     "run-policy": {
-        "--seconds": (*NUMBER, "0"),
+        "--seconds": (*NUMBER, "0", "1e308", "604801"),
         "--wait": NUMBER,
         "--rehearse": NUMBER,
         "--max-current": (*NUMBER, "0", "50"),

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from aero.whole_file import whole
 from model.film import check_drawing, frames
 from train.evaluation.rollouts import Episodes
 from train.simulator import Floats
@@ -30,7 +31,8 @@ def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -
     survival.set_ylim(-0.02, 1.02)
     survival.set_ylabel("share that keeps the cube")
     survival.set_xlabel("delay, ms")
-    figure.savefig(path, dpi=120)
+    with whole(path) as draft:
+        figure.savefig(draft, dpi=120)
 
 
 def check_video() -> None:

@@ -15,6 +15,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from aero.regular_file import read_text
+
 SHIPPED = ("paper", "identified")
 _FINGER_JOINTS = ("mcp", "pip", "dip")
 _THUMB_JOINTS = ("abduction", "cmc", "mcp", "ip")
@@ -84,11 +86,10 @@ def load_coefficients(name_or_path: str | Path) -> Coefficients:
         return _load_shipped(str(name_or_path))
     path = Path(name_or_path)
     try:
-        return coefficients_from_toml(path.read_text(encoding="utf-8"))
+        return coefficients_from_toml(read_text(path))
     except OSError as error:
-        hint = (
-            f"cannot read these coefficients: {error.strerror}; shipped are {', '.join(SHIPPED)}, or give a .toml file"
-        )
+        what = f"cannot read these coefficients: {error.strerror or error}"
+        hint = f"{what}; shipped are {', '.join(SHIPPED)}, or give a .toml file"
         raise OSError(error.errno, hint, str(name_or_path)) from error
     except (ValueError, TypeError, AttributeError, KeyError, OverflowError, RecursionError) as error:
         raise ValueError(f"{path}: {error}") from error

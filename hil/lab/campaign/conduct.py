@@ -7,12 +7,16 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
+from ipaddress import ip_address
+from urllib.parse import urlsplit
 
 from hil.lab.campaign.trial import Outcome, Trial, perform
 from hil.lab.workers import end_with_the_parent
 
 AHEAD = 2
 """Trials that wait for each worker, so that none has to wait for a trial."""
+PLAIN, ENCRYPTED = {"tcp", "ws"}, {"tls", "wss"}
+"""Schemes of Dask's addresses."""
 ATTEMPTS = 3
 """Times that workers may die without one trial coming to its end."""
 
@@ -28,19 +32,56 @@ def cores(workers: int) -> Iterator[Executor]:
         executor.shutdown(wait=True, cancel_futures=True)
 
 
+class NoSchedulerError(ValueError):
+    """No Dask scheduler can be used at an address; the message says why."""
+
+
+def check_address(scheduler: str, *, trusted: bool) -> None:
+    """See that a scheduler's address is safe to use.
+
+    Dask's workers execute what anyone sends who reaches their ports or the scheduler's. So over a network the address
+    has to be encrypted and authenticated (`tls://`, with Dask's own certificates), unless the person trusts everyone on
+    that network.
+
+    Raises:
+        NoSchedulerError: it is no address, or is neither on this machine, nor TLS, nor trusted.
+    """
+    try:
+        parts = urlsplit(scheduler)
+        host, _ = parts.hostname, parts.port
+    except ValueError as error:
+        raise NoSchedulerError(f"{scheduler!r} is no address of a Dask scheduler: {error}") from error
+    if parts.scheme not in PLAIN | ENCRYPTED or not host:
+        raise NoSchedulerError(
+            f"{scheduler!r} is no address of a Dask scheduler; write tcp://HOST:PORT or tls://HOST:PORT"
+        )
+    if parts.scheme in PLAIN and not trusted and not _on_this_machine(host):
+        raise NoSchedulerError(
+            f"{scheduler} is a plain address on a network, where whoever reaches the ports of its workers can run "
+            "programs on them; use tls://, or --trust-network if everyone there may do that"
+        )
+
+
+def _on_this_machine(host: str) -> bool:
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
 @contextmanager
 def cluster(scheduler: str) -> Iterator[Executor]:
     """Yield the workers of a Dask cluster, which restarts a trial whose worker has died.
 
     Raises:
-        ValueError: no scheduler answers at that address.
+        NoSchedulerError: no scheduler answers at that address.
     """
     from distributed import Client  # noqa: PLC0415 - only a cluster needs it
 
     try:
         client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
-    except (OSError, ValueError) as error:
-        raise ValueError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    except (OSError, ValueError, TypeError, RuntimeError) as error:
+        raise NoSchedulerError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     with client:
         yield client.get_executor(pure=False)  # type: ignore[no-untyped-call]
 

@@ -31,15 +31,27 @@ CREATE TABLE IF NOT EXISTS commands (command VARCHAR PRIMARY KEY);
 _COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit"
 
 
-class Store:
-    """Outcomes on disk; one program writes at a time."""
+class StoreError(ValueError):
+    """There is no campaign to read, another program writes to it, or its file is damaged; the message says which."""
 
-    def __init__(self, connection: duckdb.DuckDBPyConnection) -> None:
+
+class Store:
+    """Outcomes on disk; one program writes at a time.
+
+    Raises:
+        StoreError: on reading, the file is damaged.
+        OSError: on writing, the disk is full or gone.
+    """
+
+    def __init__(self, connection: duckdb.DuckDBPyConnection, path: Path) -> None:
         self._connection = connection
+        self._path = path
+        with _read(path):
+            self._keys = {key for (key,) in connection.execute("SELECT key FROM trials").fetchall()}
 
     def add(self, outcome: Outcome) -> None:
         """Keep an outcome; one that is there already stays as it is."""
-        if outcome.trial.key in self.keys():
+        if outcome.trial.key in self._keys:
             return
         trial = json.dumps(dataclasses.asdict(outcome.trial))
         key = outcome.trial.key
@@ -60,11 +72,15 @@ class Store:
             outcome.hand_s,
             outcome.commit,
         )
-        self._connection.begin()
-        self._connection.execute(f"INSERT INTO trials ({_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
-        if numbers:
-            self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
-        self._connection.commit()
+        try:
+            self._connection.begin()
+            self._connection.execute(f"INSERT INTO trials ({_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
+            if numbers:
+                self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
+            self._connection.commit()
+        except duckdb.Error as error:
+            raise OSError(f"cannot write to the campaign {self._path}: {_line(error)}") from error
+        self._keys.add(key)
 
     def note_command(self, command: str) -> None:
         """Keep a command that trials came from, once."""
@@ -77,10 +93,14 @@ class Store:
 
     def keys(self) -> frozenset[str]:
         """Return the keys of all trials that are done."""
-        return frozenset(key for (key,) in self._connection.execute("SELECT key FROM trials").fetchall())
+        return frozenset(self._keys)
 
     def outcomes(self) -> Iterator[Outcome]:
         """Return everything, in the order in which it came."""
+        with _read(self._path):
+            yield from self._outcomes()
+
+    def _outcomes(self) -> Iterator[Outcome]:
         numbers: dict[str, dict[str, dict[str, dict[str, float]]]] = {}
         for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():
             numbers.setdefault(key, {}).setdefault(experiment, {}).setdefault(subject, {})[metric] = value
@@ -104,20 +124,36 @@ def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
     """Open the store in a folder, which is made when it is not there.
 
     Raises:
-        ValueError: there is none to read, another program writes to it, or the file is none.
+        StoreError: there is none to read, another program writes to it, or the file is none or damaged.
     """
     path = folder / NAME
     if read_only and not path.is_file():
-        raise ValueError(f"there is no campaign in {folder}; `aero-hil campaign --out {folder}` makes one")
+        raise StoreError(f"there is no campaign in {folder}; `aero-hil campaign --out {folder}` makes one")
     folder.mkdir(parents=True, exist_ok=True)
     try:
         connection = duckdb.connect(str(path), read_only=read_only)
     except duckdb.Error as error:
-        raise ValueError(f"cannot open the campaign {path}: {error}") from error
+        raise StoreError(f"cannot open the campaign {path}: {_line(error)}") from error
     with closing(connection):
-        if not read_only:
-            connection.execute(_TABLES)
-        yield Store(connection)
+        with _read(path):
+            if not read_only:
+                connection.execute(_TABLES)
+            store = Store(connection, path)
+        yield store
+
+
+@contextmanager
+def _read(path: Path) -> Iterator[None]:
+    """Around reading: what DuckDB or its content refuses is one error that names the file."""
+    try:
+        yield
+    except (duckdb.Error, LookupError, TypeError, AttributeError, ValueError, RecursionError, MemoryError) as error:
+        raise StoreError(f"the campaign {path} is damaged: {_line(error)}") from error
+
+
+def _line(error: BaseException) -> str:
+    """Return the first line of what DuckDB says, which may go on with a trace of its own."""
+    return str(error).partition("\n")[0]
 
 
 def missing(trials: Iterable[Trial], done: frozenset[str]) -> list[Trial]:

@@ -99,6 +99,10 @@ def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance:
     """Return the limits of a check for the groups of firmware, of hands that are guarded or of others."""
     if not groups:
         return []
+    for group in groups:
+        if not _pooled(group.population, check).size:
+            named = f"{check.experiment} {check.metric}"
+            raise ValueError(f"no healthy hand of firmware {group.firmware[-1]} measured {named}; run every experiment")
     deviations = np.concatenate([_deviations(group, check) for group in groups])
     beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
     return [
@@ -142,8 +146,6 @@ def _deviations(group: Healthy, check: Check) -> Floats:
 def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float], count: int) -> Limit:
     """Return a limit from a group's median and how far readings of all groups go above and below theirs."""
     values = _pooled(group.population, check)
-    if not values.size:
-        raise ValueError(f"no healthy hand of firmware {firmware[-1]} measured {check.experiment} {check.metric}")
     held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
     # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.

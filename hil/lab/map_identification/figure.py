@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from aero.actuation import stages
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.channels import Channel, Joint
+from aero.whole_file import whole
 from hil.lab.map_identification.captures import GRID_LEVELS, Capture
 from hil.lab.map_identification.identify import FLEXION, Floats, Identification
 
@@ -59,8 +60,8 @@ def draw_thumb_figure(identification: Identification, path: Path) -> None:
         )
         axes.legend(loc="upper left")
     # Fixed identifiers and no date, so that the same result is the same file.
-    with mpl.rc_context({"svg.hashsalt": "thumb"}):
-        figure.savefig(path, dpi=150, metadata={"Date": None} if path.suffix == ".svg" else None)
+    with mpl.rc_context({"svg.hashsalt": "thumb"}), whole(path) as draft:
+        figure.savefig(draft, dpi=150, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
 def _panel(figure: Figure, axes: Axes, grid: Capture, joint: Joint, fitted: Floats) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from aero.whole_file import whole
 from hil.lab.policies.cube_watch import CubeWatch
 from model.film import frames
 from model.geometry import Side
@@ -30,4 +31,5 @@ def write_film(watch: CubeWatch, side: Side, path: Path, period_s: float) -> Non
     drawn = [Image.fromarray(picture) for picture in frames(np.array(watch.postures)[::every], side)]
     palette = drawn[len(drawn) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
     first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn)
-    first.save(path, save_all=True, append_images=others, duration=round(1e3 * every * period_s), loop=0)
+    with whole(path) as draft:
+        first.save(draft, save_all=True, append_images=others, duration=round(1e3 * every * period_s), loop=0)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from aero.whole_file import whole
 from model.cubes import PROPERTIES, Property
 from model.scene import CUBE
 
@@ -33,7 +34,8 @@ def cube_picture(rows: Figures, path: Path) -> None:
     grid[1, 0].set_ylabel("share that keeps the cube")
     grid[1, 0].set_ylim(-0.02, 1.02)
     figure.suptitle("Other cubes, one property at a time; 95 % intervals; dotted: the paper's cube", fontsize="medium")
-    figure.savefig(path, dpi=120)
+    with whole(path) as draft:
+        figure.savefig(draft, dpi=120)
 
 
 def _of_the_paper(one: Property) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
+from aero.whole_file import whole
 from hil.lab.policies.cube_trial import Trial
 from hil.lab.policies.prediction import CONFIDENCE, Interval
 
@@ -61,4 +62,5 @@ def survival_picture(rows: Mapping[str, Sequence[Trial]], path: Path) -> None:
     axes.set_title("Through every byte; bars: 95 % intervals", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False, loc="lower left")
-    figure.savefig(path, dpi=120)
+    with whole(path) as draft:
+        figure.savefig(draft, dpi=120)

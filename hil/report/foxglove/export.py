@@ -30,6 +30,7 @@ from mcap_protobuf.schema import build_file_descriptor_set
 from numpy.typing import NDArray
 
 from aero.channels import Joint
+from aero.whole_file import whole
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import map_of
 from hil.recordings.mcap_file import RecordingFile, epoch_ns
@@ -52,7 +53,13 @@ def export(recording: Recording, path: Path) -> None:
 
     Raises:
         OSError: the file cannot be written.
+        Exception: the recording lacks something; then nothing is written.
     """
+    with whole(path) as draft:
+        _write(recording, draft)
+
+
+def _write(recording: Recording, path: Path) -> None:
     file = RecordingFile(path, recording.header)
     for name, series in recording.series.items():
         file.add_series(name, series.columns, series.units)

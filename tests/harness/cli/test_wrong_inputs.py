@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 from wrong_inputs import cases, filled, make_files
 
+from aero.whole_file import write_whole
 from firmware_emulator.firmware.nvs import Nvs
 from hil.cli import main
-from hil.recordings.output import write_whole
 from train.evaluation import figures
 
 ALLOWED_CODES = {"option": {2}, "file": {2}, "output": {2}, "device": {2, 3}}
@@ -74,7 +74,7 @@ def test_a_video_that_cannot_be_made_is_refused_before_any_work(command, lacking
 def test_a_link_in_place_of_a_result_is_replaced_and_not_followed(tmp_path):
     victim = tmp_path / "victim"
     victim.write_text("kept")
-    for name in ("report.html", "state.json", f".state.json.{os.getpid()}", f".report.html.{os.getpid()}"):
+    for name in ("report.html", "state.json", f".state.json.{os.getpid()}", f".{os.getpid()}.report.html"):
         (tmp_path / name).symlink_to(victim)
     write_whole(tmp_path / "report.html", "new")
     victim.write_text("{}")

@@ -1,0 +1,56 @@
+"""The one way to write a file: another program sees the old one or the whole new one, and a full disk costs neither.
+
+A link in place of the file is replaced by it; what the link points at stays as it is.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Yield the path of a draft in the same folder, with the same ending, that becomes `path` when all went well.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    draft = path.with_name(f".{os.getpid()}.{path.name}")
+    try:
+        draft.unlink(missing_ok=True)
+        yield draft
+        draft.replace(path)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file, UTF-8.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    with whole(path) as draft, draft.open("x", encoding="utf-8") as stream:
+        stream.write(text)
+
+
+def begin_file(path: Path, buffering: int = -1) -> BinaryIO:
+    """Open an empty file at `path` that is written while work goes on, in place of a file or a link there.
+
+    Raises:
+        OSError: it cannot be written, or what is there is neither a file nor a link.
+    """
+    try:
+        found = path.lstat().st_mode
+    except FileNotFoundError:
+        return path.open("xb", buffering=buffering)
+    if not (stat.S_ISREG(found) or stat.S_ISLNK(found)):
+        raise OSError(f"{path} is there already and no regular file; choose another name")
+    path.unlink()
+    return path.open("xb", buffering=buffering)

@@ -1,0 +1,57 @@
+"""Names and headers are shown as they are: Rich would take what stands in square brackets for markup, and fail."""
+
+import dataclasses
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from damaged_files import write_small_recording
+
+from hil.cli import main
+from hil.recordings.mcap_file import read_recording, write_recording
+
+ODD = "q[/z]:x:"
+SOURCES = Path(__file__).parents[3]
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "validate --only presence --out ODD/out",
+        "run-policy --seconds 0.1 --wait 0 --empty --record ODD.mcap",
+        "validate --hand-id ODD --dry-run",
+        "record --excite steps --channel index --scale 0.1 --out ODD.mcap --hand-id ODD",
+    ],
+)
+def test_odd_names_are_shown_as_they_are(line, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = invoke(*line.replace("ODD", ODD).split())
+    assert result.exit_code == 0, result.output
+    assert ODD in re.sub(r"\s", "", result.output)
+
+
+def test_headers_are_shown_as_they_are(tmp_path):
+    write_small_recording(tmp_path / "a.mcap")
+    made = read_recording(tmp_path / "a.mcap")
+    write_recording(
+        dataclasses.replace(made, header=dataclasses.replace(made.header, target=ODD, unit=ODD)), tmp_path / "b.mcap"
+    )
+    result = invoke("diff", tmp_path / "a.mcap", tmp_path / "b.mcap")
+    assert "Traceback" not in result.output
+    assert result.exit_code in {0, 2}, result.output
+
+
+def test_there_is_one_terminal():
+    """Escaping at each place is forgotten at some of them."""
+    places = [path for folder in ("hil", "train") for path in (SOURCES / folder).rglob("*.py")]
+    texts = {path.name: path.read_text() for path in places if path.name != "console.py"}
+    assert [
+        name
+        for name, text in texts.items()
+        if re.search(r"\bConsole\(|\bTextColumn\(|from_markup|(?<!html\.)\bescape\(", text)
+    ] == []

@@ -1,0 +1,84 @@
+"""A campaign whose scheduler or store cannot be used ends with one line."""
+
+import shutil
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from damaged_files import damaged
+
+from hil.cli import main
+from hil.lab.campaign.conduct import NoSchedulerError, check_address
+from hil.lab.campaign.store import NAME, StoreError, opened
+
+
+@pytest.mark.parametrize(
+    "address", ["tcp://127.0.0.1:8786", "tcp://localhost:1", "tcp://[::1]:8786", "ws://127.3.2.1:5", "tls://bench:8786"]
+)
+def test_this_machine_and_tls_are_used(address):
+    check_address(address, trusted=False)
+
+
+@pytest.mark.parametrize("address", ["tcp://192.168.0.7:8786", "tcp://bench:8786", "ws://0.0.0.0:80", "tcp://[::]:1"])
+def test_a_plain_address_on_a_network_needs_to_be_trusted(address):
+    with pytest.raises(NoSchedulerError, match="can run programs on them; use tls://, or --trust-network"):
+        check_address(address, trusted=False)
+    check_address(address, trusted=True)
+
+
+@pytest.mark.parametrize(
+    "address", ["nonsense", "", "tcp://", "tcp://host:port", "http://host:1", "tcp://[::1:5", "a:1"]
+)
+def test_what_is_no_address_is_refused(address):
+    for trusted in (False, True):
+        with pytest.raises(NoSchedulerError, match="is no address of a Dask scheduler"):
+            check_address(address, trusted=trusted)
+
+
+@pytest.mark.parametrize("address", ["nonsense", "", "tcp://127.0.0.1:1", "tcp://10.0.0.1:8786"])
+def test_a_scheduler_that_cannot_be_used_is_bad_usage(address, tmp_path):
+    line = ["campaign", "--healthy", "1", "--only", "presence", "--scheduler", address, "--out", str(tmp_path / "c")]
+    result = CliRunner().invoke(main, line)
+    assert result.exit_code == 2, result.output
+    assert "Traceback" not in result.output
+    assert result.output.splitlines()[-1].startswith("Error: ")
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("campaign")
+    line = f"campaign --healthy 1 --only presence --workers 1 --out {folder}"
+    assert CliRunner().invoke(main, line.split()).exit_code == 0
+    return folder
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_damaged_store_gives_its_outcomes_or_one_line(campaign, seed, tmp_path):
+    content = (campaign / NAME).read_bytes()
+    (tmp_path / NAME).write_bytes(damaged(content, seed))
+    with opened(campaign, read_only=True) as good:
+        right = list(good.outcomes())
+    try:
+        with opened(tmp_path, read_only=True) as store:
+            found = list(store.outcomes())
+    except StoreError as error:
+        assert str(tmp_path / NAME) in str(error)  # noqa: PT017
+    else:
+        assert found in (right, [])
+
+
+@pytest.mark.parametrize(
+    "line", ["campaign --healthy 1 --only presence --out D", "limits D --out L", "learn D --out L"]
+)
+def test_every_command_says_that_a_store_is_damaged(campaign, line, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(campaign, tmp_path / "D")
+    path = tmp_path / "D" / NAME
+    content = bytearray(path.read_bytes())
+    content[4096 * 3 : 4096 * 4] = np.random.default_rng(0).bytes(4096)
+    content[len(content) // 2 :] = np.random.default_rng(1).bytes(len(content) - len(content) // 2)
+    path.write_bytes(content)
+    result = CliRunner().invoke(main, line.split())
+    assert result.exit_code == 2, result.output
+    assert "Traceback" not in result.output
+    assert NAME in result.output.splitlines()[-1]
