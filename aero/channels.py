@@ -32,8 +32,14 @@ class Channel(IntEnum):
         """Lower-case name used in files and on the command line, for example `thumb_cmc_flexion`."""
         return self.name.lower()
 
+    @property
+    def title(self) -> str:
+        """Name as people read it, for example `Thumb CMC flexion`."""
+        return self.label.replace("_", " ").capitalize().replace("cmc", "CMC")
+
 
 FINGERS = (Channel.INDEX, Channel.MIDDLE, Channel.RING, Channel.PINKY)
+THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 CABLES = (*FINGERS, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 
 WIRE_ORDER = (

@@ -20,7 +20,7 @@ from bare import BareSteps
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import hil
-from hil.checks.staircase.stimulus import Staircase, run_staircase
+from hil.checks.staircase.run import Staircase, run_staircase
 from hil.recordings.recorder import Recorder
 from hil.report.results import write_results
 from hil.targets.target import Target

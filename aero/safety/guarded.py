@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero import protocol
 from aero.acknowledgement import Centred
-from aero.channels import Channel
+from aero.channels import THUMB, Channel
 from aero.clock import Clock
 from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.errors import AeroError
@@ -35,7 +35,6 @@ PROGRAM_ENDED, LINK_LOST = "The program ended", "The link was lost"
 """Why a hand is opened when nothing else was wrong."""
 STALL_TORQUE = 1000
 """Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
-THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 
 
 class GuardedHand(AeroHand):

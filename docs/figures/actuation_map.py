@@ -195,5 +195,5 @@ TABLES = {
     "coefficients": Source(coefficients, "`aero-hil identify --out DIR`", SEEDED),
     "fits": Source(fits, "`aero-hil identify --out DIR`", SEEDED),
     "residuals": Source(residuals, "`aero-hil identify --out DIR`", SEEDED),
-    "radii": Source(radii, "Held by `pytest tests/harness/map_identification`", SEEDED),
+    "radii": Source(radii, "Held by `pytest tests/harness/lab/map_identification`", SEEDED),
 }

@@ -7,11 +7,12 @@ from figures.cells import Cell
 from figures.emulated import SEEDED, validation
 from figures.sources import Row, Source
 from figures.stored import Result, stored
+from hil.checks import EXPERIMENTS
 from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.lab.campaign.summary import Share
-from hil.report.plots import title
-from hil.verdict.paper_figures import PAPER
 
+STAIRCASE = EXPERIMENTS["staircase"]
+COMPARED = ("tracking_rms", "rise_model_ms", "rise_hand_ms")
 HANDS = (("paper", "pre"), ("reference", "pre"), ("reference", "0.2.0"))
 """Unit and firmware; the first is the paper's own hand."""
 
@@ -26,14 +27,15 @@ def staircase() -> list[Row]:
 
 
 def _row(channel: Channel, hands: list[ChannelMetrics]) -> Row:
-    paper, (own, *others) = PAPER[channel], hands
+    own, *others = hands
+    paper = {name: STAIRCASE.metric(name, channel.label).paper[channel.label] for name in COMPARED}
     digits = 1 if own.unit == "mrad" else 2
     return (
-        title(channel),
-        Cell.of(f"{{:.{digits}f}} ({{:.{digits}f}})", own.tracking_rms, paper.tracking_rms),
+        channel.title,
+        Cell.of(f"{{:.{digits}f}} ({{:.{digits}f}})", own.tracking_rms, paper["tracking_rms"]),
         *(Cell.of(f"{{:.{digits}f}}", hand.tracking_rms) for hand in others),
-        Cell.of("{:.0f} ({:.0f})", own.rise_model_ms, paper.rise_model_ms),
-        Cell.of("{:.0f} ({:.0f})", own.rise_hand_ms, paper.rise_hand_ms),
+        Cell.of("{:.0f} ({:.0f})", own.rise_model_ms, paper["rise_model_ms"]),
+        Cell.of("{:.0f} ({:.0f})", own.rise_hand_ms, paper["rise_hand_ms"]),
         *(Cell.of("{:.0f}", hand.rise_hand_ms) for hand in others),
     )
 
@@ -56,5 +58,5 @@ def mutation(result: Result) -> list[Row]:
     return [header, *rows]
 
 
-STAIRCASE = "`aero-hil validate --only staircase --unit UNIT --firmware FIRMWARE`"
-TABLES = {"staircase": Source(staircase, STAIRCASE, SEEDED), "mutation": stored("mutation", mutation)}
+COMMAND = "`aero-hil validate --only staircase --unit UNIT --firmware FIRMWARE`"
+TABLES = {"staircase": Source(staircase, COMMAND, SEEDED), "mutation": stored("mutation", mutation)}

@@ -11,7 +11,8 @@ import mkdocs_gen_files
 
 import aero
 import hil
-from hil.checks import EXPERIMENTS, JUDGED, Metric
+from hil.checks import JUDGED
+from hil.checks.shared.declaration import Metric
 from hil.cli import COMMANDS
 from hil.verdict.limits import Limit, load_limits
 
@@ -50,8 +51,7 @@ def checks() -> Iterator[str]:
     yield "Every check is named `experiment.metric`, as in `checks.json`. [Campaigns](../campaign.md) says where limits"
     yield "come from. A number without a limit is measured and not judged.\n"
     for name, measuring in JUDGED.items():
-        title = EXPERIMENTS[name].title if name in EXPERIMENTS else "The run as a whole, from its bytes"
-        yield f"## {name}\n\n{title}.\n"
+        yield f"## {name}\n\n{measuring.title}.\n"
         yield "| check | limits | what it means when it is off, and what to do |\n|---|---|---|"
         yield from (_row(name, metric, limits) for metric in measuring.metrics)
         yield ""

@@ -1,38 +1,49 @@
-"""The experiments: each file or folder here that defines `EXPERIMENT` is one, `shared` holds what they share.
+"""The checks: each folder here with a `checks.toml` is one.
 
-A new experiment is a new file; nothing else has to know it. Its limits stand in `hil/data/limits`.
+`run.py` moves a hand and leaves a recording, `measure.py` turns the recording into numbers, `checks.toml` says what
+each number means (`shared/declaration.py` explains the file). A new check is a new folder; nothing else has to know it.
+`session` has no `run.py`: it is measured on the recording of the whole run.
 """
 
-from importlib import import_module
-from pkgutil import iter_modules
+import tomllib
+from importlib import import_module, resources
+from importlib.resources.abc import Traversable
+from typing import Any
 
-from hil.checks.session import WHOLE_RUN
-from hil.checks.shared.experiment import Experiment, Measured, Measuring, Metric, metric_of
-
-
-def _found() -> list[Experiment]:
-    modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
-    return [module.EXPERIMENT for module in modules if hasattr(module, "EXPERIMENT")]
+from hil.checks.shared.declaration import parse_metric
+from hil.checks.shared.experiment import Experiment, Measured, Measuring
 
 
+def _read(folder: Traversable) -> Measuring:
+    name = folder.name
+    table = tomllib.loads((folder / "checks.toml").read_text(encoding="utf-8"))
+    metrics = tuple(metric for row in table.pop("metric") for metric in parse_metric(name, row))
+    parts = {
+        part: import_module(f"{__name__}.{name}.{part}")
+        for part in ("run", "measure", "details")
+        if (folder / f"{part}.py").is_file()
+    }
+    declared = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+    found: dict[str, Any] = {"name": name, "metrics": metrics, "measure": parts["measure"].measure, **declared}
+    if "details" in parts:
+        found["details"] = parts["details"].details
+    if "run" not in parts:
+        return Measuring(**found)
+    return Experiment(run=parts["run"].run, furthest=parts["run"].FURTHEST, **found)
+
+
+_FOUND = [_read(folder) for folder in resources.files(__name__).iterdir() if (folder / "checks.toml").is_file()]
 EXPERIMENTS: dict[str, Experiment] = {
-    experiment.name: experiment for experiment in sorted(_found(), key=lambda experiment: experiment.rank)
+    found.name: found
+    for found in sorted((found for found in _FOUND if isinstance(found, Experiment)), key=lambda found: found.rank)
 }
 """By name, in the order in which a hand goes through them."""
 DEFAULT = tuple(name for name, experiment in EXPERIMENTS.items() if experiment.by_default)
 """Run unless others are asked for."""
-
-JUDGED: dict[str, Measuring] = {**EXPERIMENTS, WHOLE_RUN.name: WHOLE_RUN}
+JUDGED: dict[str, Measuring] = EXPERIMENTS | {found.name: found for found in _FOUND if found.name not in EXPERIMENTS}
 """Everything that limits can be set on: the experiments, and the run as a whole."""
+WHOLE_RUN = JUDGED["session"]
+CHECKS = tuple(check for found in JUDGED.values() for metric in found.metrics for check in metric.checks)
+"""Every bound, in the order of the limits."""
 
-__all__ = [
-    "DEFAULT",
-    "EXPERIMENTS",
-    "JUDGED",
-    "WHOLE_RUN",
-    "Experiment",
-    "Measured",
-    "Measuring",
-    "Metric",
-    "metric_of",
-]
+__all__ = ["CHECKS", "DEFAULT", "EXPERIMENTS", "JUDGED", "WHOLE_RUN", "Experiment", "Measured", "Measuring"]

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 import click
 
 from aero.whole_file import write_whole
-from hil.checks import DEFAULT, WHOLE_RUN
+from hil.checks import CHECKS, DEFAULT, WHOLE_RUN
 from hil.cli.exits import given
 from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of
 from hil.lab.campaign.store import NAME, opened
 from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.checks import Check, load_checks
 from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
 from hil.lab.limits.writing import Provenance, limits_text
 from hil.recordings.output import prepared_folder
@@ -39,7 +37,6 @@ def limits(*, campaign: Path, out: Path) -> None:
     beside the present limits of the population. One of some experiments alone (`--only`) makes their limits anew,
     beside the present limits of the others.
     """
-    checks = load_checks()
     with given(), opened(campaign, read_only=True) as store:
         commands = store.commands()
         outcomes = [outcome for outcome in store.outcomes() if not outcome.trial.faults]
@@ -49,13 +46,13 @@ def limits(*, campaign: Path, out: Path) -> None:
         population = DEFAULT_LIMITS in made
         anew = _made_anew(outcomes)
         base = (
-            computed_limits(checks, healthy_hands_of(outcomes), anew) if population else read_limits(DEFAULT_LIMITS)[1]
+            computed_limits(CHECKS, healthy_hands_of(outcomes), anew) if population else read_limits(DEFAULT_LIMITS)[1]
         )
         prepared_folder(out)
     for kind in made:
-        own = base if kind == DEFAULT_LIMITS else own_limits(checks, base, healthy_hands_of(outcomes, kind))
+        own = base if kind == DEFAULT_LIMITS else own_limits(CHECKS, base, healthy_hands_of(outcomes, kind))
         kept = tuple(limit for limit in read_limits(kind)[1] if limit.experiment not in anew)
-        both = sorted((*(limit for limit in own if limit.experiment in anew), *kept), key=partial(_place, checks))
+        both = sorted((*(limit for limit in own if limit.experiment in anew), *kept), key=_place)
         hands = [outcome for outcome in outcomes if kind_of(outcome.trial.unit) == kind]
         provenance: dict[str, str | int | float | list[str]] = {
             "hands": len(hands),
@@ -78,9 +75,9 @@ def _made_anew(outcomes: Sequence[Outcome]) -> set[str]:
     return asked | {WHOLE_RUN.name} if asked.issuperset(DEFAULT) else asked
 
 
-def _place(checks: Sequence[Check], limit: Limit) -> int:
+def _place(limit: Limit) -> int:
     """Return where a limit stands in its file: as its experiment among the checks."""
-    return next(i for i, check in enumerate(checks) if check.experiment == limit.experiment)
+    return next(i for i, check in enumerate(CHECKS) if check.experiment == limit.experiment)
 
 
 def _beside(present: Provenance, fresh: Provenance, anew: set[str]) -> Provenance:

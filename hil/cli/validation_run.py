@@ -18,7 +18,6 @@ from rich.text import Text
 
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
-from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli.before_moving import before_moving
 from hil.cli.console import console as new_console
 from hil.cli.console import description
@@ -28,11 +27,11 @@ from hil.cli.progress_bar import ProgressBar
 from hil.cli.viewing import Audience, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import emptied, prepared_folder, run_folder
-from hil.report.beside_paper import table
+from hil.report.beside_paper import compared, table
 from hil.report.results import write_figures, write_results
 from hil.verdict.baseline import load
 from hil.verdict.findings import Finding, failed
-from hil.verdict.judged_run import Validation
+from hil.verdict.judged_run import Result, Validation
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
 
@@ -151,8 +150,8 @@ def _furthest(names: Sequence[str]) -> Sequence[float]:
 
 
 def _print(console: Console, result: Validation, out: Path) -> None:
-    if result.measured("staircase") is not None:
-        console.print(_staircase_table(result))
+    if (beside := compared(result)) is not None:
+        console.print(_table(beside))
     for name, ran in result.results.items():
         bad = len(failed(ran.findings))
         verdict = (f"{bad} of {len(ran.findings)} failed", "bold") if bad else f"{len(ran.findings)} checks passed"
@@ -168,9 +167,9 @@ def _print(console: Console, result: Validation, out: Path) -> None:
     )
 
 
-def _staircase_table(result: Validation) -> Table:
-    rows = table(staircase_metrics(result.results["staircase"].recording))
-    title = "Simulator and hand on one staircase; mm, abduction in mrad, rise in ms"
+def _table(result: Result) -> Table:
+    rows = table(result)
+    title = f"Simulator and hand on one {result.recording.header.experiment}; mm, abduction in mrad, rise in ms"
     shown = Table("Channel", title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
     for cell in rows[0].cells:
         shown.add_column(cell.short, justify="right")

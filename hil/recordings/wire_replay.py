@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import WIRE_ORDER, Channel
+from aero.protocol import FRAME_SIZE
 from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recorder import Progress, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
-FRAME = 16
 GET_POS = 0x22
 """Opcode of a position request and its reply."""
 LAST_REPLY_S = 0.1
@@ -84,7 +84,7 @@ def compare_replies(first: Recording, second: Recording) -> Comparison:
             "compare a recording with a replay of it"
         )
     pairs = [(a, b) for (_, a), (_, b) in zip(one, other, strict=True)]
-    positions = [(_words(a), _words(b)) for a, b in pairs if len(a) == len(b) == FRAME and a[0] == b[0] == GET_POS]
+    positions = [(_words(a), _words(b)) for a, b in pairs if len(a) == len(b) == FRAME_SIZE and a[0] == b[0] == GET_POS]
     difference = np.array([a - b for a, b in positions]).reshape(-1, len(Channel))
     rms = np.sqrt(np.mean(np.square(difference), axis=0)) if len(difference) else np.full(len(Channel), np.nan)
     return Comparison(len(pairs), sum(a == b for a, b in pairs), rms)
@@ -112,5 +112,5 @@ def _words(reply: bytes) -> NDArray[np.float64]:
 def _read_until(target: Target, t: float) -> None:
     """Take what arrives until `t` (s on the target's clock), and be there then."""
     target.clock.sleep_until(t)
-    while target.wire.read(FRAME, 0.0):
+    while target.wire.read(FRAME_SIZE, 0.0):
         pass

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
+from importlib import resources
 
 from aero.channels import Channel
-from hil.checks.shared.subjects import CHANNELS
-from hil.checks.staircase.tracking import ChannelMetrics
-from hil.report.differences import reason, why
-from hil.report.plots import title
+from hil.checks import EXPERIMENTS
+from hil.checks.shared.declaration import Metric, Published
+from hil.checks.shared.signals import display_unit
+from hil.recordings.recorder import LENGTH_UNITS
 from hil.verdict.findings import Finding
-from hil.verdict.judged_run import Validation
-from hil.verdict.paper_figures import PAPER, PAPER_TEXT, PaperFigure
+from hil.verdict.judged_run import Result, Validation
+
+NOTABLE = 0.1
+"""Part of the paper's figure by which ours may differ without a word."""
 
 
 @dataclass(frozen=True)
@@ -75,61 +79,69 @@ class TextRow:
     note: str
 
 
-def table(metrics: Mapping[Channel, ChannelMetrics], findings: Iterable[Finding] = ()) -> tuple[Row, ...]:
-    """Return the validation table, one row a channel, each number beside the paper's and its limit."""
-    judged = {(finding.check, finding.subject): finding for finding in findings}
-    return tuple(_row(channel, row, judged) for channel, row in metrics.items())
+def compared(validation: Validation) -> Result | None:
+    """Return what stands in a table beside the paper's, None when nothing of the kind was measured."""
+    return next(
+        (result for name, result in validation.results.items() if result.measured and EXPERIMENTS[name].columns), None
+    )
+
+
+def table(result: Result) -> tuple[Row, ...]:
+    """Return the columns that an experiment declares, a row a channel: each number beside the paper's and its limit."""
+    judged = {(finding.check, finding.subject): finding for finding in result.findings}
+    measuring = EXPERIMENTS[result.recording.header.experiment]
+    rows = []
+    for channel in Channel:
+        cells = []
+        for column in measuring.columns:
+            metric = measuring.metric(column.name, channel.label)
+            value = float(result.measured[channel.label][metric.name])
+            cells.append(_cell(metric, channel.label, value, judged.get((metric.name, channel.label))))
+        rows.append(Row(channel.title, length_unit(channel), tuple(cells)))
+    return tuple(rows)
+
+
+def length_unit(channel: Channel) -> str:
+    """Return the unit of a channel's lengths: mm, or mrad for the abduction."""
+    return display_unit(LENGTH_UNITS[channel])[0]
 
 
 def text_rows(validation: Validation) -> list[TextRow]:
-    """Return the figures of the paper's text that were measured, or that cannot be."""
-    return [_text_row(figure, validation) for figure in PAPER_TEXT if _shown(figure, validation)]
+    """Return the figures of the paper's text that were measured, and those that cannot be."""
+    measured = [
+        _text_row(figure, metric, name, validation)
+        for name, measuring in EXPERIMENTS.items()
+        if validation.measured(name) is not None
+        for metric in measuring.metrics
+        for figure in metric.published
+    ]
+    text = (resources.files("hil.checks") / "unmeasured.toml").read_text(encoding="utf-8")
+    unmeasured = tomllib.loads(text)["figure"]
+    return measured + [TextRow(row["figure"], row["says"], "", "not measured", "", row["note"]) for row in unmeasured]
 
 
-def _shown(figure: PaperFigure, validation: Validation) -> bool:
-    """Whether there is a number, or a reason why there is none, to show beside the paper's."""
-    return not figure.experiment or validation.measured(figure.experiment) is not None
-
-
-def _text_row(figure: PaperFigure, validation: Validation) -> TextRow:
-    if not figure.experiment:
-        return TextRow(figure.name, figure.paper, "", "not measured", "", figure.note)
-    result = validation.results[figure.experiment]
-    ours = f"{result.measured[figure.subject][figure.metric]:.4g} {figure.unit}"
-    model = f"{result.measured[figure.subject][figure.model]:.4g} {figure.unit}" if figure.model else ""
+def _text_row(figure: Published, metric: Metric, experiment: str, validation: Validation) -> TextRow:
+    result = validation.results[experiment]
+    ours = f"{result.measured[figure.subject][metric.name]:.4g} {metric.unit}"
+    model = f"{result.measured[figure.subject][figure.model]:.4g} {metric.unit}" if figure.model else ""
     limits = {(finding.check, finding.subject): finding.expected for finding in result.findings}
-    limit = limits.get((figure.metric, figure.subject), "none")
-    known = reason(figure.metric, Channel(CHANNELS.index(figure.subject))) if figure.subject in CHANNELS else ""
-    return TextRow(figure.name, figure.paper, model, ours, limit, known or figure.note)
+    limit = limits.get((metric.name, figure.subject), "none")
+    return TextRow(figure.figure, figure.says, model, ours, limit, metric.differs or figure.note)
 
 
-def _row(channel: Channel, row: ChannelMetrics, judged: Mapping[tuple[str, str], Finding]) -> Row:
-    paper = PAPER[channel]
-    cells = (
-        ("Excursion, simulator", "model\nspan", "excursion_model", 2, None),
-        ("Excursion, hand", "hand\nspan", "excursion_hand", 2, paper.excursion_hand),
-        ("Tracking RMS", "RMS", "tracking_rms", 2, paper.tracking_rms),
-        ("Rise, simulator, ms", "model\nrise", "rise_model_ms", 0, paper.rise_model_ms),
-        ("Rise, hand, ms", "hand\nrise", "rise_hand_ms", 0, paper.rise_hand_ms),
-        ("Overshoot, hand, %", "over\n%", "overshoot_hand_percent", 1, 0.0),
-        ("Settled samples", "settled", "settled_samples", 0, None),
-        ("Matched steps", "steps", "matched_steps", 0, None),
+def _cell(metric: Metric, subject: str, ours: float, finding: Finding | None) -> Cell:
+    assert metric.column is not None
+    paper = metric.paper.get(subject)
+    failed = finding is not None and not finding.passed
+    return Cell(
+        metric.column.title,
+        metric.column.short,
+        _number(ours, metric.column.digits),
+        "" if paper is None else _number(paper, metric.column.digits),
+        "" if finding is None else finding.expected,
+        failed,
+        metric.differs if not failed and paper and abs(ours - paper) > NOTABLE * abs(paper) else "",
     )
-
-    def cell(name: str, short: str, metric: str, digits: int, published: float | None) -> Cell:
-        ours, finding = getattr(row, metric), judged.get((metric, channel.label))
-        failed = finding is not None and not finding.passed
-        return Cell(
-            name,
-            short,
-            _number(ours, digits),
-            "" if published is None else _number(published, digits),
-            "" if finding is None else finding.expected,
-            failed,
-            "" if failed else why(metric, channel, ours, published),
-        )
-
-    return Row(title(channel), row.unit, tuple(cell(*columns) for columns in cells))
 
 
 def _number(value: float, digits: int) -> str:

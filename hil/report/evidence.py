@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from hil.checks import JUDGED, metric_of
+from hil.checks import JUDGED, Measuring
 from hil.checks.shared.command_steps import CommandStep, find_steps
+from hil.checks.shared.declaration import Metric
 from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.recording import Recording
 from hil.verdict.findings import Finding, failed
@@ -14,14 +15,6 @@ from hil.verdict.judged_run import Result
 
 PANEL_OF_UNIT = {"A": "currents", "degC": "temperatures"}
 """Unit of a metric to the figure that shows it; `codes` for the others."""
-PANEL_OF_METRIC = {"take_up": "currents"}
-"""Metrics that are computed from another series than their unit says."""
-WHOLE = {"coupling"}
-"""Experiments whose metrics need several closures, so that the whole recording is what shows them."""
-IN_THE_FIST = {"fist_travel"}
-"""Metrics of the last closure, that of all channels together."""
-BROUGHT_BY = {"worst_residual_at_s": "tracking_rms"}
-"""Instants among the measured numbers, and the check that they explain."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +44,17 @@ def figure_name(experiment: str, panel: str) -> str:
 
 def evidence(experiment: str, finding: Finding, result: Result) -> Evidence | None:
     """Return where a finding of an experiment can be seen, None when its recording has no samples."""
-    recording = result.recording
+    recording, measuring = result.recording, JUDGED[experiment]
     end = max((float(series.times[-1]) for series in recording.series.values() if series.times.size), default=0.0)
     if not end:
         return None
-    start, end = _seconds(recording, finding, end)
-    at = next((name for name, check in BROUGHT_BY.items() if check == finding.check), "")
-    worst = result.measured.get(finding.subject, {}).get(at)
-    return Evidence(experiment, figure_name(experiment, _panel(experiment, finding)), start, end, worst)
+    try:
+        metric = measuring.metric(finding.check, finding.subject)
+    except KeyError:  # a finding about the experiment as a whole
+        metric = None
+    start, end = _seconds(recording, finding, measuring.seconds or (metric.seconds if metric else ""), end)
+    worst = result.measured.get(finding.subject, {}).get(metric.worst_at) if metric else None
+    return Evidence(experiment, figure_name(experiment, _panel(measuring, metric, finding)), start, end, worst)
 
 
 def by_finding(judged: Mapping[str, Result]) -> dict[Finding, Evidence]:
@@ -71,24 +67,20 @@ def by_finding(judged: Mapping[str, Result]) -> dict[Finding, Evidence]:
     return {finding: where for finding, where in found.items() if where is not None}
 
 
-def _panel(experiment: str, finding: Finding) -> str:
-    try:
-        unit = metric_of(JUDGED[experiment], finding.check, finding.subject).unit
-    except KeyError:  # a finding about the experiment as a whole
-        unit = ""
-    panel = PANEL_OF_METRIC.get(finding.check) or PANEL_OF_UNIT.get(unit, "codes")
+def _panel(measuring: Measuring, metric: Metric | None, finding: Finding) -> str:
+    panel = (metric and (metric.shown_in or PANEL_OF_UNIT.get(metric.unit))) or "codes"
     own = finding.subject if finding.subject in CHANNELS else "codes"
-    return own if experiment == "staircase" and panel == "codes" else panel
+    return own if "sweeps" in measuring.drawn and panel == "codes" else panel
 
 
-def _seconds(recording: Recording, finding: Finding, end: float) -> tuple[float, float]:
+def _seconds(recording: Recording, finding: Finding, which: str, end: float) -> tuple[float, float]:
     """Return the part of a recording that a finding is about."""
     # Lengths first: their codes change on the coupled channels of the thumb too.
     commands = recording.series.get("command", recording.series.get("command_codes"))
-    if commands is None or finding.subject not in CHANNELS or recording.header.experiment in WHOLE:
+    if commands is None or finding.subject not in CHANNELS or which == "all":
         return 0.0, end
     steps = find_steps(commands.times, commands.values)
-    if finding.check in IN_THE_FIST:
+    if which == "last closing":
         closing = [step for step in steps if step.after > step.before]
         return (closing[-1].start, closing[-1].end) if closing else (0.0, end)
     return _own_steps(steps, CHANNELS.index(finding.subject)) or (0.0, end)

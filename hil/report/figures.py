@@ -10,11 +10,12 @@ from functools import partial
 from matplotlib.axes import Axes
 
 from aero.channels import Channel
+from hil.checks import EXPERIMENTS
 from hil.recordings.recording import Recording
 from hil.report import lanes
 from hil.report.evidence import figure_name
 from hil.report.lanes import Lanes, Mark, draw_lanes
-from hil.report.plots import COMMAND, HAND, MODEL, RESIDUAL, as_svg, draw_thumb, panels, title
+from hil.report.plots import COMMAND, HAND, MODEL, RESIDUAL, as_svg, draw_thumb, panels
 
 INK = "#000000"
 COLOURS = {
@@ -69,21 +70,32 @@ THUMB = (
     "CMC flexion closed at none, half and full abduction. Without abduction the palm stops it half way; with "
     "abduction it passes the palm."
 )
-LANES_OF: dict[str, tuple[Lanes, ...]] = {
-    "presence": (lanes.CURRENTS, lanes.TEMPERATURES),
-    "audit": (lanes.POSITIONS, lanes.CURRENTS),
-    "excursion": (lanes.POSITIONS, lanes.CURRENTS, lanes.TEMPERATURES),
-    "response": (lanes.POSITIONS,),
-    "holding": (lanes.POSITIONS, lanes.CURRENTS, lanes.TEMPERATURES),
-    "staircase": (lanes.CURRENTS, lanes.TEMPERATURES),
-    "replay": (lanes.SIDE_BY_SIDE,),
-    "homing": (lanes.POSITIONS,),
+LANES: dict[str, Lanes] = {
+    "positions": lanes.POSITIONS,
+    "currents": lanes.CURRENTS,
+    "temperatures": lanes.TEMPERATURES,
+    "side_by_side": lanes.SIDE_BY_SIDE,
 }
-"""Experiment to the series that are drawn of it."""
+"""Drawings that show one series of all seven channels, by the name that a check's `drawn` gives them."""
+
+
+def _sweeps(recording: Recording) -> dict[str, Panel]:
+    return {
+        name: Panel(_title(name), STEP if name.startswith("step_") else SWEEP, draw)
+        for name, draw in panels(recording).items()
+    }
+
+
+def _thumb(recording: Recording) -> dict[str, Panel]:
+    return {"codes": Panel("Thumb", THUMB, partial(draw_thumb, recording=recording))}
+
+
+PANELS: dict[str, Callable[[Recording], dict[str, Panel]]] = {"sweeps": _sweeps, "thumb": _thumb}
+"""The other drawings: name to the panels of a recording."""
 
 
 def figures_of(experiment: str, recording: Recording, marks: Iterable[tuple[str, Mark]] = ()) -> list[Drawn]:
-    """Draw the figures of an experiment that ran to its end.
+    """Draw the figures that an experiment declares, of one that ran to its end.
 
     Args:
         experiment: its name.
@@ -91,16 +103,11 @@ def figures_of(experiment: str, recording: Recording, marks: Iterable[tuple[str,
         marks: name of a figure, and what to mark in it.
     """
     found: dict[str, Panel] = {}
-    if experiment == "staircase":
-        found |= {
-            name: Panel(_title(name), STEP if name.startswith("step_") else SWEEP, draw)
-            for name, draw in panels(recording).items()
-        }
-    if experiment == "coupling":
-        found["codes"] = Panel("Thumb", THUMB, partial(draw_thumb, recording=recording))
     marked = tuple(marks)
-    for kind in LANES_OF.get(experiment, ()):
-        if kind.series in recording.series:
+    for drawing in EXPERIMENTS[experiment].drawn:
+        if drawing in PANELS:
+            found |= PANELS[drawing](recording)
+        elif (kind := LANES[drawing]).series in recording.series:
             own = [mark for name, mark in marked if name == figure_name(experiment, kind.series)]
             found[kind.series] = _lanes_panel(kind, recording, own)
     return [_drawn(experiment, name, panel) for name, panel in found.items()]
@@ -108,10 +115,9 @@ def figures_of(experiment: str, recording: Recording, marks: Iterable[tuple[str,
 
 def traces_of(recording: Recording) -> list[Drawn]:
     """Draw what an experiment that was broken off had recorded until then."""
-    kinds = (lanes.POSITIONS, lanes.CURRENTS, lanes.TEMPERATURES, lanes.SIDE_BY_SIDE)
     return [
         _drawn(f"broken-{recording.header.experiment}", kind.series, _lanes_panel(kind, recording))
-        for kind in kinds
+        for kind in LANES.values()
         if kind.series in recording.series and recording[kind.series].times.size
     ]
 
@@ -135,4 +141,4 @@ def _drawn(experiment: str, name: str, panel: Panel) -> Drawn:
 
 def _title(name: str) -> str:
     step, _, channel = name.rpartition("step_")
-    return ("One step, " if step or name.startswith("step_") else "") + title(Channel[channel.upper()])
+    return ("One step, " if step or name.startswith("step_") else "") + Channel[channel.upper()].title

@@ -11,23 +11,19 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
+from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS
-from hil.checks.staircase.residual_sources import residual_sources
-from hil.checks.staircase.tracking import staircase_metrics
-from hil.report.beside_paper import notes, table, text_rows
+from hil.report.beside_paper import compared, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding
 from hil.report.figures import Drawn, figures_of, traces_of
 from hil.report.guard_margins import margins_left
 from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
 from hil.report.lanes import Mark
-from hil.report.plots import title
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.sight import load_sight
 
 Verdict = Literal["pass", "fail", "broken"]
-ALWAYS_OPEN = "staircase"
-"""The experiment whose figure is the paper's; the others are folded when nothing failed."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +36,10 @@ class Section:
     failed: int
     figures: list[Drawn]
     opened: bool
-    """Whether it is unfolded."""
+    """Whether it is unfolded: what stands beside the paper always, the others when something failed."""
+    legend: bool
+    """Whether its figures have the lines of the paper's figure."""
+    details: Details | None
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         first_finding={item.finding.subject: item.anchor for item in reversed(shown)},
         shown=shown,
         sections=sections,
-        staircase=_staircase(validation),
+        beside=_beside_paper(validation),
         text_rows=text_rows(validation),
         broken_off=[(recording.header, traces_of(recording)) for recording in validation.broken_off],
         events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
@@ -105,7 +104,6 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         margins=margins_left(result.recording for result in validation.results.values()),
         session=WHOLE_RUN.name,
         subjects=SUBJECTS,
-        title=title,
     )
 
 
@@ -126,8 +124,11 @@ def _sections(validation: Validation, seen: Mapping[Finding, Evidence]) -> list[
     for name, result in validation.results.items():
         bad = failed(result.findings)
         figures = figures_of(name, result.recording, _marks(bad, seen)) if result.measured else []
-        opened = bool(bad) or name == ALWAYS_OPEN
-        found.append(Section(name, EXPERIMENTS[name].title, result, len(bad), figures, opened))
+        experiment = EXPERIMENTS[name]
+        opened = bool(bad) or bool(experiment.columns)
+        details = experiment.details(result.recording) if experiment.details and result.measured else None
+        legend = "sweeps" in experiment.drawn and bool(figures)
+        found.append(Section(name, experiment.title, result, len(bad), figures, opened, legend, details))
     return found
 
 
@@ -155,17 +156,10 @@ def _shown(validation: Validation, seen: Mapping[Finding, Evidence], sections: I
     return [shown(number, finding) for number, finding in enumerate(failed(validation.findings), start=1)]
 
 
-def _staircase(validation: Validation) -> dict[str, Any] | None:
-    """Return what the page says about the staircase, None when there was none."""
-    result = validation.measured("staircase")
+def _beside_paper(validation: Validation) -> dict[str, Any] | None:
+    """Return the table beside the paper's and why the two differ, None when nothing of it was measured."""
+    result = compared(validation)
     if result is None:
         return None
-    recording = result.recording
-    metrics, attributions = staircase_metrics(recording), residual_sources(recording)
-    rows = table(metrics, result.findings)
-    return {
-        "rows": rows,
-        "notes": (found := notes(rows)),
-        "number": {note.reason: note.number for note in found},
-        "causes": [(title(channel), row, attributions[channel]) for channel, row in metrics.items()],
-    }
+    rows = table(result)
+    return {"rows": rows, "notes": (found := notes(rows)), "number": {note.reason: note.number for note in found}}

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from aero.channels import Channel
+from aero.channels import THUMB, Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.signals import display_unit
@@ -29,7 +29,6 @@ MARGIN_S = 2.0
 COMMAND, MODEL, HAND, RESIDUAL = "#777777", "#c0392b", "#1f4e9c", "#2b2b2b"
 RESOLVED = (Channel.INDEX, Channel.THUMB_CMC_FLEXION)
 """Channels of which one step is drawn resolved: a finger and a thumb channel."""
-THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 THUMB_STYLES = ((MODEL, "-"), (HAND, "--"), (RESIDUAL, "-."))
 """Colour and line of each."""
 STYLE: Any = {  # matplotlib types the keys as one literal each
@@ -43,11 +42,6 @@ STYLE: Any = {  # matplotlib types the keys as one literal each
 }
 
 Draw = Callable[[Axes], None]
-
-
-def title(channel: Channel) -> str:
-    """Return a channel's name as people read it, for example `Thumb CMC flexion`."""
-    return channel.label.replace("_", " ").capitalize().replace("cmc", "CMC")
 
 
 def draw_sweep(axes: Axes, recording: Recording, channel: Channel) -> None:
@@ -67,7 +61,7 @@ def draw_sweep(axes: Axes, recording: Recording, channel: Channel) -> None:
     for series, style, colour in ((model, "-", MODEL), (hand, "-.", HAND)):
         inside = window(series.times)
         axes.plot(series.times[inside], scale * series.values[inside, channel], style, color=colour)
-    axes.set_title(title(channel), loc="left", fontsize=10)
+    axes.set_title(channel.title, loc="left", fontsize=10)
     axes.set_xlabel("time, s")
     axes.set_ylabel(f"length, {unit}" if unit == "mm" else f"angle, {unit}")
 
@@ -105,7 +99,7 @@ def draw_step(axes: Axes, recording: Recording, channel: Channel) -> None:
             markersize=4,
             drawstyle="steps-post" if series is command else "default",
         )
-    axes.set_title(f"One step, {title(channel).lower().replace('cmc', 'CMC')}", loc="left", fontsize=10)
+    axes.set_title(f"One step, {channel.title[0].lower()}{channel.title[1:]}", loc="left", fontsize=10)
     axes.set_xlabel("time since the command, ms")
     axes.set_ylabel(f"length, {unit}" if unit == "mm" else f"angle, {unit}")
 
@@ -128,7 +122,7 @@ def draw_thumb(axes: Axes, recording: Recording) -> None:
     codes = recording["codes"]
     for channel, (colour, style) in zip(THUMB, THUMB_STYLES, strict=True):
         axes.plot(codes.times, 100.0 * codes.values[:, channel] / MAX_CODE, style, color=colour)
-    axes.legend([title(channel) for channel in THUMB], fontsize=7, framealpha=0.0)
+    axes.legend([channel.title for channel in THUMB], fontsize=7, framealpha=0.0)
     axes.set_xlabel("time, s")
     axes.set_ylabel("encoder, % of window")
 

@@ -7,38 +7,27 @@ import json
 import math
 from pathlib import Path
 
+from aero.channels import Channel
 from aero.whole_file import whole, write_whole
-from hil.checks.staircase import EXPERIMENT as STAIRCASE
-from hil.checks.staircase.tracking import staircase_metrics
+from hil.checks import EXPERIMENTS
+from hil.checks.shared.declaration import Metric
 from hil.recordings.seal import sealed
+from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report
 from hil.report.plots import validation_figure
 from hil.verdict.judged_run import Validation
 from hil.verdict.sight import Sight, load_sight
 
-PUBLISHED = (
-    "unit",
-    "excursion_model",
-    "excursion_hand",
-    "tracking_rms",
-    "rise_model_ms",
-    "rise_hand_ms",
-    "overshoot_hand_percent",
-    "settled_samples",
-    "matched_steps",
-)
-"""Fields of a channel in `metrics.json`; others script against them."""
-
 
 def write_figures(validation: Validation, out: Path) -> None:
-    """Write `checks.json`, and `metrics.json` when there was a staircase, into a folder.
+    """Write `checks.json`, and `metrics.json` when there is something to compare with the paper, into a folder.
 
     Raises:
         OSError: the folder cannot be written.
     """
     write_whole(out / "checks.json", json.dumps(sealed(checks_json(validation)), indent=2) + "\n")
-    if validation.measured(STAIRCASE.name) is not None:
-        write_whole(out / "metrics.json", json.dumps(metrics_json(validation), indent=2) + "\n")
+    if (metrics := metrics_json(validation)) is not None:
+        write_whole(out / "metrics.json", json.dumps(metrics, indent=2) + "\n")
 
 
 def write_results(validation: Validation, out: Path) -> None:
@@ -48,30 +37,42 @@ def write_results(validation: Validation, out: Path) -> None:
         OSError: the folder cannot be written.
     """
     write_figures(validation, out)
-    if validation.measured(STAIRCASE.name) is not None:
-        with whole(out / "validation.svg") as draft:
-            validation_figure(validation.results[STAIRCASE.name].recording).savefig(draft)
+    for name, result in validation.results.items():
+        if "sweeps" in EXPERIMENTS[name].drawn and result.measured:
+            with whole(out / "validation.svg") as draft:
+                validation_figure(result.recording).savefig(draft)
     names = [*validation.judged, *(cut.header.experiment for cut in validation.broken_off)]
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
 
 
-def metrics_json(validation: Validation) -> dict[str, object]:
-    """Return the content of `metrics.json`, all about the staircase; a number that could not be measured is null."""
-    recording = validation.results[STAIRCASE.name].recording
-    header = recording.header
+def metrics_json(validation: Validation) -> dict[str, object] | None:
+    """Return the content of `metrics.json`, the table beside the paper, None when nothing of it was measured.
+
+    A number that could not be measured is null.
+    """
+    result = compared(validation)
+    if result is None:
+        return None
+    header = result.recording.header
+    columns = EXPERIMENTS[header.experiment].columns
     return {
         "target": header.target,
         "firmware": header.firmware,
         "hand": header.hand,
         "seed": header.seed,
-        "hand_seconds": float(recording["hand"].times[-1]),
+        "hand_seconds": float(result.recording["codes"].times[-1]),
         "wall_seconds": validation.wall_seconds,
         "channels": {
-            channel.label: {name: _jsonable(getattr(row, name)) for name in PUBLISHED}
-            for channel, row in staircase_metrics(recording).items()
+            channel.label: {"unit": length_unit(channel)}
+            | {metric.name: _published(metric, result.measured[channel.label][metric.name]) for metric in columns}
+            for channel in Channel
         },
     }
+
+
+def _published(metric: Metric, value: float) -> float | None:
+    return int(value) if metric.column is not None and metric.column.count else _jsonable(value)
 
 
 def checks_json(validation: Validation) -> dict[str, object]:
@@ -102,5 +103,5 @@ def _sight(validation: Validation) -> dict[str, Sight]:
     return {check: known[check] for check in sorted(names & known.keys())}
 
 
-def _jsonable(value: float | str) -> float | str | None:
+def _jsonable(value: float) -> float | None:
     return None if isinstance(value, float) and not math.isfinite(value) else value

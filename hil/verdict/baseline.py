@@ -6,43 +6,18 @@ import json
 import math
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from aero.regular_file import read_text
-from hil.checks.shared.experiment import Measured
+from hil.checks import JUDGED, Measured
+from hil.checks.shared.declaration import Metric, Worse
 from hil.recordings.seal import KEY, unsealed
 from hil.verdict.findings import Finding
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """How much a metric may grow before that counts as worse."""
-
-    experiment: str
-    metric: str
-    absolute: float
-    """In the metric's own unit."""
-    relative: float
-    """Part of the baseline's value; the greater of both counts."""
-    unit: str
-    meaning: str
-    """What growth usually means."""
-
 
 LARGEST_BYTES = 16 * 2**20
 """Of the figures of a run, which have some ten thousand."""
 FIELDS = {"passed", "measured", "findings", "sight", "explanations", KEY}
 """Of `checks.json`."""
-TOLERANCES = (
-    Tolerance("staircase", "worst_percent", 1.0, 0.3, "% of range", "It tracks worse: slack, friction or a zero."),
-    Tolerance("staircase", "rise_hand_ms", 15.0, 0.2, "ms", "The servo has become slower: friction, supply, heat."),
-    Tolerance("staircase", "friction", 0.12, 0.3, "A", "Friction has grown: a joint, a cable path or a gear."),
-    Tolerance("staircase", "take_up", 2.0, 0.2, "mm", "A cable has become slack: creep, or a spool that slips."),
-    Tolerance("presence", "idle_current", 0.2, 0.5, "A", "The open hand pushes against something it did not before."),
-    Tolerance("holding", "holding_current", 0.25, 0.3, "A", "Holding costs more: springs, friction, a blocked digit."),
-)
-"""What the emulated hand repeats over seeds is far below; these leave room for a day's temperature on a real one."""
 
 
 def store(results: Path, baseline: Path) -> None:
@@ -94,25 +69,32 @@ def _is_figure(metric: str, value: object) -> bool:
 
 
 def regressions(before: Mapping[str, Measured], now: Mapping[str, Measured], where: str) -> tuple[Finding, ...]:
-    """Compare with a baseline whatever both measured; `where` names the baseline in the findings."""
+    """Compare with a baseline whatever both measured; `where` names the baseline in the findings.
+
+    What the emulated hand repeats over seeds is far below what a metric may grow by; that leaves room for a day's
+    temperature on a real one.
+    """
     return tuple(
-        _judge(tolerance, subject, then[tolerance.metric], float(row[tolerance.metric]), where)
-        for tolerance in TOLERANCES
-        for subject, row in now.get(tolerance.experiment, {}).items()
-        if tolerance.metric in row
-        and (then := before.get(tolerance.experiment, {}).get(subject, {})).get(tolerance.metric) is not None
+        _judge(metric, metric.worse, subject, (then, float(now[name][subject][metric.name])), f"{where}/{name}.mcap")
+        for name, measuring in JUDGED.items()
+        for metric in measuring.metrics
+        for subject in metric.subjects
+        if metric.worse is not None
+        and metric.name in now.get(name, {}).get(subject, {})
+        and (then := before.get(name, {}).get(subject, {}).get(metric.name)) is not None
     )
 
 
-def _judge(tolerance: Tolerance, subject: str, then: float, value: float, where: str) -> Finding:
-    allowed = abs(then) + max(tolerance.absolute, tolerance.relative * abs(then))
+def _judge(metric: Metric, worse: Worse, subject: str, values: tuple[float, float], recording: str) -> Finding:
+    then, value = values
+    allowed = abs(then) + max(worse.by, worse.share * abs(then))
     return Finding(
-        check=f"{tolerance.metric} against the baseline",
+        check=f"{metric.name} against the baseline",
         subject=subject,
         passed=abs(value) <= allowed,
-        measured=f"{value:.4g} {tolerance.unit}, was {then:.4g}",
+        measured=f"{value:.4g} {metric.unit}, was {then:.4g}",
         expected=f"at most {allowed:.4g}",
-        source=f"baseline {where}",
-        meaning=tolerance.meaning,
-        remedy=f"Compare the recordings of both: `aero-hil diff {where}/{tolerance.experiment}.mcap` with this run's.",
+        source=f"baseline {Path(recording).parent}",
+        meaning=worse.meaning,
+        remedy=f"Compare the recordings of both: `aero-hil diff {recording}` with this run's.",
     )

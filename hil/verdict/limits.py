@@ -15,7 +15,8 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from hil.checks import Measured, Measuring, Metric, metric_of
+from hil.checks import Measured, Measuring
+from hil.checks.shared.declaration import Metric
 from hil.checks.shared.subjects import SUBJECTS
 from hil.verdict.findings import Finding
 
@@ -93,6 +94,7 @@ class Limit:
             measured = "not measurable"
         else:
             measured = f"{value:.4g} {metric.unit}" + (", at the end of the window" if at_the_end else "")
+        advice = metric.advice(value, self.at_least, self.at_most)
         return Finding(
             check=self.metric,
             subject=subject,
@@ -100,8 +102,8 @@ class Limit:
             measured=measured,
             expected=self.text(metric.unit),
             source=self.source,
-            meaning=metric.meaning,
-            remedy=metric.remedy,
+            meaning=advice.meaning,
+            remedy=advice.remedy,
         )
 
 
@@ -180,7 +182,7 @@ def compare(measuring: Measuring, measured: Measured, limits: tuple[Limit, ...])
         KeyError: a limit is set on something that was not measured.
     """
     return tuple(
-        limit.judge(metric_of(measuring, limit.metric, subject), subject, float(measured[subject][limit.metric]))
+        limit.judge(measuring.metric(limit.metric, subject), subject, float(measured[subject][limit.metric]))
         for limit in limits
         if limit.experiment == measuring.name
         for subject in limit.subjects

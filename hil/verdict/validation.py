@@ -12,7 +12,6 @@ from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN, Experiment
-from hil.checks import session as whole_run
 from hil.checks.shared.experiment import map_of
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
@@ -142,7 +141,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
 
 
 def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
-    measured = whole_run.measure(session)
+    measured = WHOLE_RUN.measure(session)
     return Result(session, measured, compare(WHOLE_RUN, measured, limits))
 
 

@@ -34,9 +34,7 @@ NOT_JUDGING = {
     "hil/checks/shared/side_by_side.py",
     "hil/checks/shared/simulated_hand.py",
     "hil/checks/staircase/reachable_range.py",
-    "hil/checks/staircase/stimulus.py",
-    # Published figures, which stand beside ours and decide nothing.
-    "hil/verdict/paper_figures.py",
+    "hil/checks/staircase/run.py",
 }
 MOVES_A_HAND = "Target"
 """A function with an argument of this type moves a hand, and so does a class that is made from one."""
@@ -134,7 +132,7 @@ def tests_of(module: Path) -> list[Path]:
     """Return the test files of a module: the one that is named after it, then those beside it that open no hand."""
     mirrored = Path("tests", "harness", *module.parts[1:-1])
     folder = next(folder for folder in (mirrored, *mirrored.parents) if folder.exists())
-    name = module.parent.name if module.stem == "__init__" else module.stem
+    name = module.parent.name if module.stem in ("measure", "run") else module.stem
     mirror = folder / f"test_{name}.py"
     others = [path for path in sorted(folder.glob("test_*.py")) if OPENS_A_HAND not in path.read_text("utf-8")]
     return [mirror, *(path for path in others if path != mirror)] if mirror.exists() else others

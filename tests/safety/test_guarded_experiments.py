@@ -7,7 +7,7 @@ from guarded_hands import close, guarded, torque_limits, wait
 from aero import Channel
 from aero.safety import SafetyStopError, Thresholds, usual_settings
 from hil import open_target
-from hil.checks.staircase.stimulus import FULL, Staircase, run_staircase
+from hil.checks.staircase.run import FULL, Staircase, run_staircase
 from hil.lab.system_identification.excitation import REACH
 from hil.recordings.recorder import Recorder
 from hil.verdict.validation import validate

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from hil.checks import CHECKS
 from hil.lab.campaign.plan import healthy_hands, shipped_hands
 from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.checks import load_checks
 from hil.lab.limits.compute import FIRMWARE_GROUPS
 
 
 def numbers(value=0.0, **changed):
     """Return every judged number of a run, all `value` but for `changed`: `experiment__metric__subject=...`."""
     found = {}
-    for check in load_checks():
+    for check in CHECKS:
         for subject in check.subjects:
             row = found.setdefault(check.experiment, {}).setdefault(subject, {})
             row[check.metric] = max(value, check.at_least) if check.given else value

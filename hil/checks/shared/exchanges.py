@@ -31,6 +31,20 @@ def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
     return found
 
 
+def round_trips(wire: Iterable[WireRecord]) -> tuple[int, list[float]]:
+    """Return how many requests went out, and the time (s) to the complete reply of each that was answered at once."""
+    requests, trips = 0, []
+    asked, received = 0.0, 0
+    for record in wire:
+        if record.direction == "to_hand":
+            requests, asked, received = requests + 1, record.t, 0
+        else:
+            received += len(record.data)
+            if received == FRAME_SIZE:
+                trips.append(record.t - asked)
+    return requests, trips
+
+
 def lost_replies(made: Iterable[Exchange]) -> int:
     """Return how many requests for a measurement were never answered.
 

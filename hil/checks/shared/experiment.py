@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
+from hil.checks.shared.declaration import Metric
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import Target
@@ -30,57 +29,63 @@ TEMPERATURE_EVERY = 50
 
 
 @dataclass(frozen=True)
-class Metric:
-    """One number that an experiment measures; `hil.verdict.limits` says how large it may be."""
+class Details:
+    """A table about one recording that the page shows folded, for who wants to know more."""
+
+    title: str
+    text: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measuring:
+    """Something that is measured on a recording and judged."""
 
     name: str
-    """Name in `checks.json` and in the limits."""
-    unit: str
-    """As people read it; `length` stands for mm, and mrad for the abduction."""
-    subjects: tuple[str, ...]
-    """What it is measured on: labels of channels, or `hand`."""
-    meaning: str
-    """What it usually means when it is off; what the number is, when it has no limit."""
-    remedy: str = ""
-    """What to do then; empty when it has no limit."""
-    end_of_scale: float = math.inf
-    """Reading at which the board clamps: what is really there may be anything beyond."""
-
-
-class Measuring(Protocol):
-    """What is measured on a recording and judged."""
-
-    @property
-    def name(self) -> str:
-        """Name in files and in limits."""
-        ...
-
-    @property
-    def metrics(self) -> tuple[Metric, ...]:
-        """Everything that it measures."""
-        ...
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """One experiment: how to run it, what its recording says, and what that means."""
-
-    name: str
-    """Name on the command line, in files and in limits."""
+    """Name on the command line, in files and in limits: that of its folder."""
     title: str
     """What it finds out, one line."""
-    run: Callable[[Target, Recorder, Progress], None]
-    """Begins the recorder, moves the hand, and leaves everything in the recorder."""
     measure: Callable[[Recording], Measured]
-    furthest: tuple[float, ...]
-    """How far it sends each channel at most, part of the window, command order."""
     metrics: tuple[Metric, ...]
     """Everything that `measure` returns."""
+    drawn: tuple[str, ...] = ()
+    """Figures of its recording, keys of `hil.report.figures.DRAWINGS`."""
+    seconds: str = ""
+    """`all` when a finding takes the whole recording to see; the seconds in which its channel moves otherwise."""
+    details: Callable[[Recording], Details] | None = None
+
+    @property
+    def columns(self) -> tuple[Metric, ...]:
+        """One metric for each column of the table beside the paper, in their order; empty when it has no such table."""
+        shown = {metric.column.place: metric for metric in self.metrics if metric.column}
+        return tuple(shown[place] for place in sorted(shown))
+
+    def metric(self, name: str, subject: str) -> Metric:
+        """Return what is known of a number.
+
+        Raises:
+            KeyError: it is not measured on that subject.
+        """
+        for metric in self.metrics:
+            if metric.name == name and subject in metric.subjects:
+                return metric
+        raise KeyError(f"{self.name} does not measure {name} on {subject}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment(Measuring):
+    """Something that moves a hand, and what its recording says."""
+
+    run: Callable[[Target, Recorder, Progress], None]
+    """Begins the recorder, moves the hand, and leaves everything in the recorder."""
+    furthest: tuple[float, ...]
+    """How far it sends each channel at most, part of the window, command order."""
     rank: int
     """Place in the order in which a hand goes through the experiments: what asks least of it comes first."""
     gate: bool = False
     """Whether a hand that fails it is kept from what follows."""
-    gentle_after: frozenset[str] = frozenset()
+    gentle_after: tuple[str, ...] = ()
     """Metrics of a gate whose failure alone does not keep gentle experiments back, so that they tell more."""
     gentle: bool = False
     """Whether it moves little enough for a hand that pushes against something."""
@@ -88,18 +93,6 @@ class Experiment:
     """Whether it holds the thumb at a stop, which a guard permits at limited torque only."""
     by_default: bool = True
     """Whether it runs without being asked for by name."""
-
-
-def metric_of(measuring: Measuring, name: str, subject: str) -> Metric:
-    """Return what is known of a number.
-
-    Raises:
-        KeyError: it is not measured on that subject.
-    """
-    for metric in measuring.metrics:
-        if metric.name == name and subject in metric.subjects:
-            return metric
-    raise KeyError(f"{measuring.name} does not measure {name} on {subject}")
 
 
 def record(

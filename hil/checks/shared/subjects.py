@@ -1,10 +1,18 @@
-"""What a number is measured on: a channel, by its label, or the whole hand."""
+"""What a number is measured on: a channel, by its label, or the whole hand; and groups of them, as tables name them."""
 
 from aero import channels
 
 CHANNELS = tuple(channel.label for channel in channels.Channel)
 FINGERS = tuple(channel.label for channel in channels.FINGERS)
 CABLES = tuple(channel.label for channel in channels.CABLES)
-THUMB = tuple(channel for channel in CHANNELS if channel not in FINGERS)
+THUMB_CABLES = tuple(channel for channel in CABLES if channel not in FINGERS)
 HAND = ("hand",)
 SUBJECTS = (*CHANNELS, *HAND)
+GROUPS: dict[str, tuple[str, ...]] = {
+    "channels": CHANNELS,
+    "fingers": FINGERS,
+    "cables": CABLES,
+    "thumb_cables": THUMB_CABLES,
+    **{subject: (subject,) for subject in SUBJECTS},
+}
+"""Name in `checks.toml` to subjects."""

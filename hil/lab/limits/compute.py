@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import genpareto, lmoment
 
-from hil.lab.limits.checks import Check
+from hil.checks.shared.declaration import Check
 from hil.verdict.limits import Limit
 
 Floats = NDArray[np.float64]

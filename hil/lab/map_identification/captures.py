@@ -9,12 +9,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import Channel
+from aero.channels import THUMB, Channel
 from hil.checks.shared.simulated_hand import Simulator
 
 Floats = NDArray[np.float64]
 
-THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 STAIRCASE_LEVELS = 20
 GRID_LEVELS = 10
 SAMPLES_A_LEVEL = 24

@@ -12,7 +12,7 @@ from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import Prediction
-from hil.report.plots import COMMAND, HAND, MODEL, STYLE, title
+from hil.report.plots import COMMAND, HAND, MODEL, STYLE
 
 
 def trace_figure(trace: Trace, prediction: Prediction) -> Figure:
@@ -29,7 +29,7 @@ def trace_figure(trace: Trace, prediction: Prediction) -> Figure:
             right.plot(trace.t_read, prediction.currents[:, channel], "-", color=MODEL)
             error = np.sqrt(np.mean((prediction.counts - trace.counts)[:, channel] ** 2))
             left.set_ylabel("counts")
-            left.set_title(f"{title(channel)}, {error:.1f} counts rms", loc="left")
+            left.set_title(f"{channel.title}, {error:.1f} counts rms", loc="left")
             right.set_ylabel("A")
         axes[0, 0].legend(loc="best", frameon=False)
         for axis in axes[-1]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from aero.channels import CABLES, FINGERS, Channel, Joint
+from aero.channels import CABLES, FINGERS, THUMB, Channel, Joint
 from aero.protocol import MAX_CODE
 from hil.lab.system_identification.search import Floats, Free, Residuals
 from hil.lab.system_identification.trace import Trace
@@ -20,7 +20,6 @@ from hil.lab.system_identification.trace_replay import replay
 from model.units import Unit
 
 ALL = tuple(Channel)
-THUMB = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 SPRUNG: tuple[tuple[Channel, tuple[int, ...]], ...] = (
     *((finger, (3 * finger,)) for finger in FINGERS),
     *((finger, (3 * finger + 1, 3 * finger + 2)) for finger in FINGERS),

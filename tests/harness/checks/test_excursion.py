@@ -7,7 +7,8 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks import excursion
+from hil.checks import EXPERIMENTS
+from hil.checks.excursion import measure as excursion
 from tests.support.synthetic import LABELS, held
 
 OPEN_DEG = (0.0, 0.0, 0.0, 0.0, 9.932, -9.932, -15.278)
@@ -62,8 +63,8 @@ def stale(percent, dt=0.02):
 
 
 def test_the_thumbs_base_is_stopped_by_the_palm_and_all_others_by_their_own_stop():
-    closed = next(metric for metric in excursion.METRICS if metric.name == "closed_angle" and len(metric.subjects) > 1)
-    assert set(closed.subjects) == set(LABELS) - {"thumb_cmc_flexion"}
+    judged = {label: bool(EXPERIMENTS["excursion"].metric("closed_angle", label).checks) for label in LABELS}
+    assert judged == {label: label == "thumb_cmc_flexion" for label in LABELS}
 
 
 def test_one_repeated_reading_of_a_moving_finger_is_stale():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil.checks import DEFAULT, EXPERIMENTS, JUDGED, metric_of
+from hil.checks import DEFAULT, EXPERIMENTS, JUDGED
 from hil.checks.shared.closing_current import closing_current
 from hil.checks.shared.experiment import last_before, map_of, one_closed
 from hil.checks.shared.signals import at_times, display_unit, rms
@@ -43,13 +43,13 @@ def test_how_far_each_experiment_goes_is_known():
 
 @pytest.mark.parametrize("subject", ["index", "thumb_abduction"])
 def test_a_metric_is_that_of_its_subject(subject):
-    metric = metric_of(EXPERIMENTS["staircase"], "tracking_rms", subject)
+    metric = EXPERIMENTS["staircase"].metric("tracking_rms", subject)
     assert metric.name == "tracking_rms"
     assert metric.unit == {"index": "mm", "thumb_abduction": "mrad"}[subject]
     with pytest.raises(KeyError, match="audit does not measure friction on index"):
-        metric_of(EXPERIMENTS["audit"], "friction", "index")
+        EXPERIMENTS["audit"].metric("friction", "index")
     with pytest.raises(KeyError, match="tracking_rms on hand"):
-        metric_of(EXPERIMENTS["staircase"], "tracking_rms", "hand")
+        EXPERIMENTS["staircase"].metric("tracking_rms", "hand")
 
 
 def test_readings_that_the_board_clamps_are_known():

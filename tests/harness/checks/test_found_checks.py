@@ -9,7 +9,7 @@ import pytest
 from aero.errors import LinkTimeoutError
 from hil import open_target
 from hil.checks import DEFAULT, EXPERIMENTS
-from hil.checks.presence import round_trips
+from hil.checks.shared.exchanges import round_trips
 from hil.checks.shared.experiment import record
 from hil.report.results import checks_json
 from hil.targets.wire_log import WireRecord
@@ -44,7 +44,7 @@ def test_the_audit_takes_no_sign_from_the_map(monkeypatch):
     with open_target(seed=1) as target:
         recording = record(EXPERIMENTS["audit"], target)
         good = EXPERIMENTS["audit"].measure(recording)
-    monkeypatch.setattr("hil.checks.audit.map_of", lambda header: _Backwards())
+    monkeypatch.setattr("hil.checks.audit.measure.map_of", lambda header: _Backwards())
     bad = EXPERIMENTS["audit"].measure(recording)
     assert {name: row["followed"] for name, row in good.items()} == {name: row["followed"] for name, row in bad.items()}
     assert {name: row["pull"] for name, row in good.items()} == {name: row["pull"] for name, row in bad.items()}

@@ -6,15 +6,13 @@ from pathlib import Path
 import pytest
 
 from hil.checks import JUDGED
-from hil.checks.session import WHOLE_RUN
 
 OPENS_A_HAND = "open_target"
 
 
 def module_of(measuring):
-    """`audit` of `hil.checks.audit`."""
-    module = type(measuring).__module__ if measuring is WHOLE_RUN else measuring.measure.__module__
-    return module.split(".")[2]
+    """`audit` of `hil.checks.audit.measure`."""
+    return measuring.measure.__module__.split(".")[2]
 
 
 def asserted():

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from aero.protocol import MAX_CODE, Opcode
-from hil.checks import response
+from hil.checks.response import measure as response
+from hil.checks.response import run
 from hil.recordings.recording import Event, Recording, Series
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS
@@ -152,7 +153,7 @@ def test_the_command_in_force_is_the_last_one_given():
 )
 def test_fingers_arrive_at_90_and_at_6_per_cent(percent, closed, opened):
     codes = np.append(np.full(4, round(percent / 100 * MAX_CODE)), [0, 0, 0])
-    assert response._arrived(codes, closing=True) is closed
-    assert response._arrived(codes, closing=False) is opened
-    assert response._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=True) is False
-    assert response._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=False) is False
+    assert run._arrived(codes, closing=True) is closed
+    assert run._arrived(codes, closing=False) is opened
+    assert run._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=True) is False
+    assert run._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=False) is False

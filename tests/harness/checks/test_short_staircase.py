@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil.checks import short_staircase
+from hil.checks.short_staircase import measure as short_staircase
+from hil.checks.short_staircase.run import commands
 from hil.recordings.recording import Recording, Series
 from tests.support.synthetic import HEADER, LABELS, RANGES, UNITS
 
 OPEN = np.array([0.11, 0.11, 0.11, 0.11, 0.0, 0.038, 0.112])
 CLOSED = OPEN + RANGES * [-1, -1, -1, -1, 1, -1, -1]
-STREAM = short_staircase.commands(OPEN, CLOSED)
+STREAM = commands(OPEN, CLOSED)
 T = 0.02 * np.arange(len(STREAM))
 
 

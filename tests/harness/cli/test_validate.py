@@ -12,8 +12,7 @@ from click.testing import CliRunner
 
 from aero import AeroHand, Channel
 from hil.checks import EXPERIMENTS
-from hil.checks.staircase import EXPERIMENT as STAIRCASE
-from hil.checks.staircase.stimulus import Staircase, run_staircase
+from hil.checks.staircase.run import Staircase, run_staircase
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli import main
 from hil.recordings.mcap_file import read_recording
@@ -48,7 +47,7 @@ def run_short(monkeypatch, *arguments):
         limits = load_limits(kind, firmware, guarded=guarded)
         return tuple(limit for limit in limits if limit.metric == "tracking_rms" and "index" in limit.subjects)
 
-    monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(STAIRCASE, run=run))
+    monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(EXPERIMENTS["staircase"], run=run))
     monkeypatch.setattr(validation, "load_limits", tracking_limits)
     selected = ["--only", "presence", "--only", "staircase"]
     return CliRunner().invoke(main, ["validate", *selected, *arguments], catch_exceptions=False)

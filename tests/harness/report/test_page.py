@@ -9,16 +9,15 @@ import pytest
 from synthetic import held, staircase
 
 from aero.channels import Channel
+from hil.checks import EXPERIMENTS
 from hil.checks.shared.command_steps import find_steps
-from hil.checks.staircase import EXPERIMENT as STAIRCASE
 from hil.checks.staircase.tracking import staircase_metrics
-from hil.report.differences import why
+from hil.report.beside_paper import table
 from hil.report.hand_picture import outline
 from hil.report.page import render_report
 from hil.report.plots import as_svg, panels, validation_figure
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.paper_figures import PAPER_TEXT
 
 GOOD = Finding("rise_hand_ms", "ring", True, "50 ms", "at most 70 ms", "logs", "slow <servo>", "look")
 BAD = Finding("tracking_rms", "index", False, "1.2 mm", "at most 0.9 mm", "paper", "A loose cable.", "Tighten it.")
@@ -38,7 +37,7 @@ FILES = {"staircase": "runs/staircase 1.mcap", "session": "session.mcap"}
 
 
 def page(recording, findings, files=FILES, **more):
-    result = Result(recording, STAIRCASE.measure(recording), tuple(findings))
+    result = Result(recording, EXPERIMENTS["staircase"].measure(recording), tuple(findings))
     return render_report(Validation({"staircase": result}, None, 1.5, **more), files)
 
 
@@ -119,7 +118,7 @@ def test_what_is_healthy_is_folded_and_what_failed_is_not(recording):
     results = {
         "holding": Result(held_still, {"index": {"creep_percent": 0.0}}, (GOOD,)),
         "audit": Result(held_still, {"index": {"followed": 0.0}}, (BAD,)),
-        "staircase": Result(recording, STAIRCASE.measure(recording), (GOOD,)),
+        "staircase": Result(recording, EXPERIMENTS["staircase"].measure(recording), (GOOD,)),
     }
     html = render_report(Validation(results, None, 1.0))
     assert Elements(html).folded == {"run-holding": True, "run-audit": False, "run-staircase": False}
@@ -155,8 +154,12 @@ def test_a_figure_far_from_the_papers_has_a_reason_unless_it_failed(recording):
 
 
 @pytest.mark.parametrize(("ours", "told"), [(16.0, False), (7.4, True), (math.nan, False)])
-def test_a_small_difference_needs_no_reason(ours, told):
-    assert bool(why("excursion_hand", Channel.THUMB_CMC_FLEXION, ours, 16.57)) == told
+def test_a_small_difference_needs_no_reason(recording, ours, told):
+    """The paper's is 16.57 mm."""
+    measured = EXPERIMENTS["staircase"].measure(recording)
+    measured["thumb_cmc_flexion"]["excursion_hand"] = ours
+    cmc = table(Result(recording, measured, ()))[Channel.THUMB_CMC_FLEXION]
+    assert bool(cmc.cells[1].why) == told
 
 
 def test_each_channel_stands_beside_the_paper(recording, spoiled_page):
@@ -182,8 +185,9 @@ def test_the_figure_has_the_papers_nine_panels(recording):
 
 def test_the_papers_text_figures_have_a_row_where_they_were_measured_or_cannot_be(spoiled_page):
     html = spoiled_page
-    for figure in PAPER_TEXT:
-        assert (figure.name in html) == (figure.experiment in ("", "staircase")), figure.name
+    for name, experiment in EXPERIMENTS.items():
+        for figure in (figure for metric in experiment.metrics for figure in metric.published):
+            assert (figure.figure in html) == (name == "staircase"), figure
     assert "needs a force gauge" in html
     assert html.count("not measured") == 3
 

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.actuation.window import FIRMWARE_CALIBRATIONS
-from hil.checks import EXPERIMENTS, JUDGED, metric_of
-from hil.lab.limits.checks import load_checks
+from hil.checks import CHECKS, EXPERIMENTS, JUDGED
 from hil.lab.limits.compute import FURTHEST
 from hil.verdict.findings import failed
 from hil.verdict.limits import SUBJECTS, Limit, compare, kinds, load_limits, parse_limit, without
@@ -23,7 +22,7 @@ TABLE = {
     "source": "paper",
 }
 
-TRACKING = metric_of(EXPERIMENTS["staircase"], "tracking_rms", "index")
+TRACKING = EXPERIMENTS["staircase"].metric("tracking_rms", "index")
 
 
 @given(st.floats(-10, 10), st.floats(0.01, 10), st.floats(-30, 30))
@@ -81,7 +80,7 @@ def test_the_shipped_limits_belong_to_an_experiment(kind):
         assert limit.subjects
         assert set(limit.subjects) <= set(SUBJECTS)
         for subject in limit.subjects:
-            metric = metric_of(JUDGED[limit.experiment], limit.metric, subject)
+            metric = JUDGED[limit.experiment].metric(limit.metric, subject)
             assert metric.meaning
             assert metric.remedy
 
@@ -105,7 +104,7 @@ def test_a_kind_that_extends_another_only_widens_its_limits(kind, firmware):
 def test_the_limits_are_those_of_the_checks():
     """Change a check or the population, then make the limits again with `aero-hil limits`."""
     for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
-        checks = [check for check in load_checks() if not check.firmware or version in check.firmware]
+        checks = [check for check in CHECKS if not check.firmware or version in check.firmware]
         limits = load_limits("aero_hand_open", version)
         found = {(limit.experiment, limit.metric, subject): limit for limit in limits for subject in limit.subjects}
         assert found.keys() == {(check.experiment, check.metric, s) for check in checks for s in check.subjects}
@@ -124,7 +123,7 @@ def test_the_limits_are_those_of_the_checks():
 @pytest.mark.parametrize("kind", kinds())
 def test_no_limit_is_wider_than_its_readings_allow(kind):
     """A limit that was moved by hand is one that no campaign gave."""
-    checks = {(check.experiment, check.metric, check.subjects): check for check in load_checks()}
+    checks = {(check.experiment, check.metric, check.subjects): check for check in CHECKS}
     for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
         for limit in load_limits(kind, version):
             check = checks[limit.experiment, limit.metric, limit.subjects]
@@ -183,14 +182,33 @@ def test_a_bound_is_told_as_people_read_it():
 
 
 def test_a_reading_at_the_end_of_its_scale_fails_and_says_so():
-    metric = metric_of(EXPERIMENTS["excursion"], "closed_percent", "index")
+    metric = EXPERIMENTS["excursion"].metric("closed_percent", "index")
     limit = Limit("excursion", "closed_percent", ("index",), "test", at_most=200.0)
     for value, words in ((100.0, "100 % of the window, at the end of the window"), (99.99, "99.99 % of the window")):
         finding = limit.judge(metric, "index", value)
         assert finding.passed is (value < 100.0)
         assert finding.measured == words
-    assert (finding.check, finding.source, finding.meaning) == ("closed_percent", "test", metric.meaning)
+    assert (finding.check, finding.source, finding.meaning) == ("closed_percent", "test", metric.high.meaning)
     assert (finding.expected, finding.remedy) == ("at most 200 % of the window", metric.remedy)
+
+
+@pytest.mark.parametrize(
+    ("experiment", "metric", "low", "high"),
+    [
+        ("staircase", "spring", "nothing pulls back", "more current against the springs"),
+        ("staircase", "friction", "carries no load", "a stiff joint"),
+        ("replay", "replay_delay", "sooner", "follows later"),
+        ("response", "open_close_rate", "slowly", "faster"),
+    ],
+)
+def test_the_advice_is_that_of_the_side_on_which_a_reading_lies(experiment, metric, low, high):
+    """Of one that could not be measured neither side is known, so both are told."""
+    subject = "hand" if experiment == "response" else "ring"
+    declared = JUDGED[experiment].metric(metric, subject)
+    limit = Limit(experiment, metric, (subject,), "test", at_least=1.0, at_most=3.0)
+    for value, told in ((0.5, (True, False)), (1.5, (True, False)), (4.0, (False, True)), (math.nan, (True, True))):
+        meaning = limit.judge(declared, subject, value).meaning
+        assert (low in meaning, high in meaning) == told
 
 
 def test_excess_counts_margins_between_healthy_readings_and_limit():

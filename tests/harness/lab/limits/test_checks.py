@@ -1,7 +1,6 @@
 """Every check judges a number that exists, and every number with a remedy is judged."""
 
-from hil.checks import JUDGED
-from hil.lab.limits.checks import load_checks
+from hil.checks import CHECKS, JUDGED
 
 UNJUDGED = {
     # Healthy hands differ by more than any fault moves it.
@@ -14,7 +13,7 @@ UNJUDGED = {
 
 def test_checks_and_metrics_with_a_remedy_name_each_other():
     """No check is on what no experiment measures, and no remedy waits for a finding that cannot come."""
-    checked = {(check.experiment, check.metric, subject) for check in load_checks() for subject in check.subjects}
+    checked = {(check.experiment, check.metric, subject) for check in CHECKS for subject in check.subjects}
     metrics = {
         (experiment.name, metric.name, subject): metric
         for experiment in JUDGED.values()

@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 
 FULL: Mapping[Channel, float] = dict.fromkeys(Channel, 1.0)
 """Every channel through its whole range."""
+FURTHEST = (1.0,) * len(Channel)
+"""How far each channel is sent at most, part of its window, command order."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,66 @@
+"""Where each channel stops alone and in the fist, under which current, and how fresh the readings are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from aero.protocol import MAX_CODE
+from hil.checks.excursion.simulated_fist import simulated_fist
+from hil.checks.shared.closing_current import closing_current
+from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.experiment import Measured, last_before, map_of
+from hil.checks.shared.signals import display_unit
+from hil.recordings.recorder import LENGTH_UNITS
+from hil.recordings.recording import Recording
+
+Floats = NDArray[np.float64]
+MOVING = 0.02
+"""Part of the window from one reading to the next from which a channel moves."""
+REFRESHED_S = 0.015
+"""Time in which every firmware but `pre` has refreshed its readings, s."""
+
+
+def measure(recording: Recording) -> Measured:
+    """Return where each channel stops alone and in the fist, under which current, and how many readings are stale.
+
+    The fist is measured beside the simulator's.
+    """
+    codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
+    codec = map_of(recording.header)
+    pull = closing_current(currents.values, recording.header.hand)
+    steps = find_steps(commands.times, commands.values)
+    fist = [step for step in steps[2 * len(Channel) :] if step.after > step.before]
+    ends = np.array([last_before(codes.times, codes.values, t) for t in (fist[0].start, fist[-1].end)])
+    fist_travel = np.diff(codec.travel_from_angles(codec.angles_from_codes(ends.astype(np.int64))), axis=0)[0]
+    header = recording.header
+    model_travel = simulated_fist(header.firmware, header.window, header.hand)
+    found: dict[str, dict[str, float]] = {}
+    for step in steps[: 2 * len(Channel) : 2]:
+        closed = last_before(codes.times, codes.values, step.end).astype(int)
+        _, scale = display_unit(LENGTH_UNITS[step.channel])
+        found[Channel(step.channel).label] = {
+            "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
+            "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
+            "stop_current": float(last_before(currents.times, pull, step.end)[step.channel]),
+            "fist_travel": scale * float(fist_travel[step.channel]),
+            "fist_travel_model": scale * float(model_travel[step.channel]),
+            "fist_difference": scale * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
+        }
+    return found | {"hand": {"stale_readings": 100.0 * stale(codes.times, codes.values)}}
+
+
+def stale(times: Floats, codes: Floats) -> float:
+    """Return the share of readings that repeat the one before although the channel moved before and after it.
+
+    Args:
+        times: (n,) float, s; readings closer than `REFRESHED_S` may repeat and do not count.
+        codes: (n, 7) float, readings.
+    """
+    steps = np.abs(np.diff(codes, axis=0)) / MAX_CODE
+    before, now, after = steps[:-2], steps[1:-1], steps[2:]
+    apart = (np.diff(times)[1:-1] > REFRESHED_S)[:, None]
+    on_its_way = (before > MOVING) & (after > MOVING) & apart
+    repeated = on_its_way & (now == 0)
+    return float(repeated.sum() / on_its_way.sum()) if on_its_way.any() else np.nan

@@ -1,0 +1,37 @@
+"""Homing: how long it takes, and how well it finds the same zero again.
+
+Asked for by name only: it drives every channel into its stop. Leaves `codes` and `command_codes`; the closures after
+each homing show where its zero lies.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aero.channels import CABLES, Channel
+from hil.checks.shared.experiment import Driver, one_closed
+from hil.recordings.recorder import Progress, Recorder
+from hil.targets.target import Target
+
+HOMINGS = 3
+HOLD_S = 0.9
+FURTHEST = (1.0,) * 7
+"""How far each channel is sent at most, part of its window, command order."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Home a few times and close each cable channel after each homing."""
+    recorder.begin({"homings": HOMINGS})
+    driver = Driver(target, recorder, progress, HOMINGS * HOLD_S * 2 * len(CABLES))
+    opened = np.zeros(len(Channel))
+    seconds: list[float] = []
+    for i in range(HOMINGS):
+        start = target.clock.now()
+        target.hand.home()
+        driver.resume()
+        seconds.append(target.clock.now() - start)
+        recorder.note(f"homed in {seconds[-1]:.2f} s")
+        for channel in CABLES:
+            driver.hold(one_closed(channel, 1.0), HOLD_S, f"homing {i + 1}, {channel.label}")
+            driver.hold(opened, HOLD_S, f"homing {i + 1}, {channel.label}")
+    recorder.note_parameters(slowest_s=max(seconds))

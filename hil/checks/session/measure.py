@@ -1,0 +1,26 @@
+"""The whole run: what the bytes between opening a hand and the end of its last experiment say about the link.
+
+It is no experiment of its own: it is measured on the recording of the session that every validation makes.
+"""
+
+from __future__ import annotations
+
+from aero.protocol import FRAME_SIZE, holds_boot_text
+from hil.checks.shared.exchanges import MEASUREMENTS, exchanges, lost_replies
+from hil.checks.shared.experiment import Measured
+from hil.recordings.recording import Recording
+
+
+def measure(recording: Recording) -> Measured:
+    """Return lost replies (%), bytes that belong to no frame (per thousand exchanges) and restarts of the board."""
+    made = exchanges(recording.wire)
+    asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)
+    texts = [exchange.received for exchange in made if holds_boot_text(exchange.received)]
+    stray = sum(len(exchange.received) % FRAME_SIZE for exchange in made if exchange.received not in texts)
+    return {
+        "hand": {
+            "lost_replies": 100.0 * lost_replies(made) / max(1, asked),
+            "stray_bytes": 1000.0 * stray / max(1, len(made)),
+            "restarts": float(len(texts)),
+        }
+    }

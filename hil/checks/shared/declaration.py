@@ -1,0 +1,237 @@
+"""What a check declares: `checks.toml` in its folder, with one table for each number that it measures.
+
+A `[[metric]]` says all that is known of a number; a subject or a group of them under `on` states what differs there.
+The subjects of a group have readings that are alike, so one limit, which `aero-hil limits` computes, holds for all.
+
+| key | what it says |
+|---|---|
+| `unit` | as people read it; `length` stands for mm, and mrad on the abduction |
+| `meaning`, `remedy` | what it usually means when the number is off, or what it is when it has no limit; what to do |
+| `too_low`, `too_high`, each also with `_remedy` | the same where the two sides differ |
+| `end_of_scale` | reading at which the board clamps: what is really there may be anything beyond |
+| `side` | which side of the healthy readings is a fault: `above`, `below` or `both` |
+| `floor` | least distance of the limit from any healthy reading: what emulated hands do not vary, such as a busy host |
+| `recorded`, `recorded_by` | readings of physical hands, which the limits must hold, and whose they are |
+| `at_least`, `at_most`, `source` | instead of all that: a bound that physics or the wire gives |
+| `firmware` | versions that a bound holds for; several bounds of one number are a list `bounds` |
+| `worse` | `by` how much, or which `share`, it may grow over a hand's baseline, and the `meaning` of growth |
+| `column`, `paper`, `differs` | its column in the table beside the paper, the paper's number, why ours may differ |
+| `published` | a figure of the paper's text, and the metric of the simulator that corresponds (`model`) |
+| `shown_in`, `seconds` | figure that shows it; `last closing` where only the last one counts |
+| `worst_at` | metric with the instant of its worst sample |
+
+"The logs": one physical right hand with firmware 0.2.0, public logs of June-July 2026 (TTdragoAlex/
+tetherIA-aero-hand-open 58b518e). "The paper": its hand, with firmware `pre`; its table "Sim-to-real validation of the
+transmission model" and the sections "Kinematic validation" and "Dynamic validation".
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal
+
+from aero.channels import Channel
+from hil.checks.shared.subjects import GROUPS
+
+Side = Literal["above", "below", "both"]
+
+
+@dataclass(frozen=True)
+class Check:
+    """A bound on one metric, on subjects whose readings are alike: what its limits are made from."""
+
+    experiment: str
+    metric: str
+    subjects: tuple[str, ...]
+    firmware: tuple[str, ...] = ()
+    """Versions it holds for; empty for all."""
+    side: Side | None = None
+    """None when the bound is given."""
+    floor: float = 0.0
+    recorded: tuple[float, float] | None = None
+    recorded_by: str = ""
+    at_least: float = -math.inf
+    at_most: float = math.inf
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        bounded = math.isfinite(self.at_least) or math.isfinite(self.at_most)
+        if self.given != bounded or self.given != bool(self.source):
+            raise ValueError(f"check on {self.metric}: give a side, or at_least or at_most with a source")
+        if not self.given and not self.floor > 0:
+            raise ValueError(f"check on {self.metric}: give the least distance from healthy readings, `floor`")
+
+    @property
+    def given(self) -> bool:
+        """Whether the bound is given, and not computed."""
+        return self.side is None
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What a number that is off usually means, and what to do then."""
+
+    meaning: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class Worse:
+    """How much a number may grow over a hand's own baseline; the greater of both counts."""
+
+    by: float
+    """In the metric's unit."""
+    share: float
+    """Part of the baseline's value."""
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table beside the paper."""
+
+    place: int
+    title: str
+    short: str
+    """For a narrow column."""
+    digits: int
+    count: bool = False
+    """Whether it is a number of things."""
+
+
+@dataclass(frozen=True)
+class Published:
+    """A figure of the paper's text, and what of ours stands beside it."""
+
+    figure: str
+    """What it is; `{channel}` stands for the subject."""
+    says: str = ""
+    """As published, with unit; the metric's number of the paper when empty."""
+    subject: str = ""
+    """Of ours; every subject that has a number of the paper when empty."""
+    model: str = ""
+    """Metric of the same check with the simulator's value; empty when the simulator has none."""
+    note: str = ""
+    """How ours differs."""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number that a check measures, on subjects whose readings are alike."""
+
+    name: str
+    """Name in `checks.json` and in the limits."""
+    unit: str
+    subjects: tuple[str, ...]
+    low: Advice
+    high: Advice
+    end_of_scale: float = math.inf
+    checks: tuple[Check, ...] = ()
+    """Its bounds; none for a number that is measured and not judged."""
+    worse: Worse | None = None
+    column: Column | None = None
+    paper: Mapping[str, float] = field(default_factory=dict)
+    """Subject to the paper's number."""
+    differs: str = ""
+    published: tuple[Published, ...] = ()
+    shown_in: str = ""
+    seconds: str = ""
+    worst_at: str = ""
+
+    @property
+    def meaning(self) -> str:
+        """What it means on either side."""
+        return _either(self.low.meaning, self.high.meaning)
+
+    @property
+    def remedy(self) -> str:
+        """What to do on either side."""
+        return _either(self.low.remedy, self.high.remedy)
+
+    def advice(self, value: float, at_least: float, at_most: float) -> Advice:
+        """Return what a reading means on its side of the middle of its bounds; of one that is not there, both sides."""
+        if math.isnan(value):
+            return Advice(self.meaning, self.remedy)
+        return self.low if value < (at_least + at_most) / 2 else self.high
+
+
+BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
+TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy"}
+SEEN = {"end_of_scale", "differs", "shown_in", "seconds", "worst_at"}
+KNOWN = {"name", "unit", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
+
+
+def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
+    """Make a metric of each group of subjects in a `[[metric]]` table.
+
+    Raises:
+        ValueError: the table has a mistake; the message names the metric.
+    """
+    own, name = dict(table), table.get("name", "?")
+    on, published = own.pop("on", ()), tuple(Published(**row) for row in own.pop("published", ()))
+    groups: Mapping[str, Mapping[str, Any]] = on if isinstance(on, dict) else {group: {} for group in on}
+    for group, differing in groups.items():
+        merged = {**own, **differing}
+        if unknown := sorted(merged.keys() - KNOWN):
+            raise ValueError(f"check on {name}: unknown keys {unknown}")
+        if group not in GROUPS or "unit" not in merged:
+            raise ValueError(f"check on {name}: give a unit; `on` names {', '.join(GROUPS)}, not {group}")
+        yield _metric(experiment, GROUPS[group], merged, published)
+
+
+def parse_checks(experiment: str, subjects: tuple[str, ...], table: Mapping[str, Any]) -> tuple[Check, ...]:
+    """Make the bounds of one group of subjects.
+
+    Raises:
+        ValueError: neither a side nor a bound with its source.
+    """
+    common = {key: table[key] for key in BOUND & table.keys()}
+    bounds = [common | bound for bound in table.get("bounds", [{}])]
+    lists = [{key: tuple(bound[key]) for key in ("firmware", "recorded") if key in bound} for bound in bounds]
+    return tuple(
+        Check(experiment, table["name"], subjects, **{**bound, **tuples})
+        for bound, tuples in zip(bounds, lists, strict=True)
+        if bound
+    )
+
+
+def _metric(
+    experiment: str, subjects: tuple[str, ...], table: Mapping[str, Any], published: tuple[Published, ...]
+) -> Metric:
+    def advice(side: str) -> Advice:
+        meaning, remedy = table.get("meaning", ""), table.get("remedy", "")
+        return Advice(table.get(side, meaning), table.get(f"{side}_remedy", remedy))
+
+    paper = table.get("paper", {})
+    by_group = paper if isinstance(paper, dict) else dict.fromkeys(subjects, paper)
+    numbers = {subject: by_group[group] for group in by_group for subject in GROUPS[group] if subject in subjects}
+    figures = [figure for figure in published if figure.subject] + [
+        replace(
+            figure,
+            figure=figure.figure.format(channel=Channel[subject.upper()].title),
+            says=f"{number:g} {table['unit']}",
+            subject=subject,
+        )
+        for figure in published
+        for subject, number in numbers.items()
+        if not figure.subject
+    ]
+    return Metric(
+        table["name"],
+        table["unit"],
+        subjects,
+        advice("too_low"),
+        advice("too_high"),
+        checks=parse_checks(experiment, subjects, table),
+        worse=Worse(**table["worse"]) if "worse" in table else None,
+        column=Column(**table["column"]) if "column" in table else None,
+        paper=numbers,
+        published=tuple(figure for figure in figures if figure.subject in subjects),
+        **{key: table[key] for key in SEEN & table.keys()},
+    )
+
+
+def _either(low: str, high: str) -> str:
+    return low if low == high else f"{low} {high}"
