@@ -1,13 +1,18 @@
-"""The half-duplex servo bus at 1 Mbit/s: bytes on a wire, with their times.
+"""The half-duplex servo bus: bytes on a wire, with their times.
 
-Theory of operation. A master writes bytes through a `BusPort`; they occupy the wire for 10 µs each, behind whatever
-occupies it already. When the last byte of a packet has arrived, the addressed servos act, and each answer follows the
-turnaround time after the end of what it answers. Answers reach the port that asked, in one piece when the last byte
-of the train is there. Servos with the same ID answer at the same time: their bytes meet on the wire and are AND-ed.
+Theory of operation. A master writes bytes through a `BusPort`; each occupies the wire for ten bits at the port's baud
+rate, behind whatever occupies it already. When the last byte of a packet has arrived, the addressed servos act that
+listen at this baud rate, and each answer follows the turnaround time after the end of what it answers. Answers reach
+the port that asked, in one piece when the last byte of the train is there. Servos with the same ID answer at the same
+time: their bytes meet on the wire and are AND-ed.
+
+Two masters take turns, which is convenient and not what a wire does. With `collides` a master that begins while the
+wire is taken spoils both: servos hear neither packet, and of an answer the bytes that were met are zeros.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
@@ -16,8 +21,14 @@ from firmware_emulator.packets import BROADCAST, Instruction, Packet, PacketPars
 from firmware_emulator.servo.instructions import ALWAYS_ANSWERED, EXECUTE, LONGEST_READ
 from firmware_emulator.servo.servo import Servo
 
-BYTE_S = 10e-6
-"""Time of one byte: ten bits at 1 Mbit/s, s."""
+BITS = 10
+"""Of one byte on the wire: start, eight, stop."""
+BAUD = 1_000_000
+"""Baud rate of a master unless it says otherwise, bit/s."""
+WRITES = frozenset({Instruction.WRITE, Instruction.REG_WRITE, Instruction.ACTION})
+"""What a servo takes under its secondary ID; transcribed HLS table: "write commands only"."""
+OVERHEAD = 6
+"""Bytes of a packet beside its parameters."""
 SILENCE_S = 5e-3
 """Silence after which a servo's receiver forgets a packet that was begun, s (assumption)."""
 
@@ -39,6 +50,10 @@ class BusPort:
     def __init__(self, bus: ServoBus, receive: Callable[[bytes], None]) -> None:
         """Connect a master; `receive` gets what servos answer to it."""
         self.receive = receive
+        self.baud = BAUD
+        """bit/s; servos that listen at another one hear nothing."""
+        self.echo = False
+        """Whether the adapter gives back what it sends, as one does whose receiver stays on."""
         self._bus = bus
         self._parser = PacketParser()
         self._last_byte = 0.0
@@ -48,13 +63,21 @@ class BusPort:
         bus = self._bus
         if bus.tap is not None:
             bus.tap.asked(data)
-        start = max(bus.kernel.now, bus.busy_until)
+        start = bus.begin(len(data) * self.byte_s)
         if start - self._last_byte > SILENCE_S:
             self._parser.clear()
         for count, packet in self._parser.feed(data):
-            bus.kernel.call_at(start + count * BYTE_S, bus.execute, packet, self)
-        self._last_byte = bus.busy_until = start + len(data) * BYTE_S
+            bus.kernel.call_at(start + count * self.byte_s, bus.execute, packet, self)
+        self._last_byte = start + len(data) * self.byte_s
+        bus.busy_until = max(bus.busy_until, self._last_byte)
+        if self.echo:
+            bus.kernel.call_at(self._last_byte, bus.deliver, data, self)
         return self._last_byte
+
+    @property
+    def byte_s(self) -> float:
+        """Time of one byte, s."""
+        return BITS / self.baud
 
 
 class ServoBus:
@@ -63,7 +86,10 @@ class ServoBus:
     def __init__(self, kernel: Kernel, servos: Sequence[Servo], turnaround_s: float) -> None:
         self.kernel = kernel
         self.busy_until = 0.0
+        self.collides = False
+        """Whether a master that begins while the wire is taken spoils what is on it; else it waits."""
         self.servos = list(servos)
+        self._collision = (-1.0, -1.0)
         self.tap: Tap | None = None
         self._turnaround_s = turnaround_s
 
@@ -71,37 +97,64 @@ class ServoBus:
         """Return a new master's port; `receive` gets the answers to what it writes."""
         return BusPort(self, receive)
 
+    def begin(self, seconds: float) -> float:
+        """Return when (s) a master may begin that takes the wire for `seconds`."""
+        now = self.kernel.now
+        if not self.collides:
+            return max(now, self.busy_until)
+        if now < self.busy_until:
+            self._collision = now, min(self.busy_until, now + seconds)
+        return now
+
+    def deliver(self, data: bytes, port: BusPort) -> None:
+        """Let bytes that end now arrive at a port, zeros where something met them."""
+        end, (first, last) = self.kernel.now, self._collision
+        begin = end - len(data) * port.byte_s
+        if last > begin and first < end:
+            met = range(math.floor((first - begin) / port.byte_s), math.ceil((last - begin) / port.byte_s))
+            data = bytes(0 if at in met else byte for at, byte in enumerate(data))
+        port.receive(data)
+
     def execute(self, packet: Packet, port: BusPort) -> None:
         """Let the addressed servos act on a packet whose last byte has just arrived, and send their answers."""
-        now = self.kernel.now
+        now, baud = self.kernel.now, port.baud
+        if self._collision[1] > now - (len(packet.parameters) + OVERHEAD) * port.byte_s:
+            return
         if packet.code == Instruction.SYNC_READ:
-            answers = self._sync_read(packet)
+            answers = self._sync_read(packet, baud)
         elif packet.code == Instruction.SYNC_WRITE:
-            self._sync_write(packet)
+            self._sync_write(packet, baud)
             return
         else:
-            answers = self._single(packet)
+            answers = self._single(packet, baud)
         if answers:
             data = b"".join(answers)
-            end = on_grid(now + len(answers) * self._turnaround_s + len(data) * BYTE_S)
+            end = on_grid(now + len(answers) * self._turnaround_s + len(data) * port.byte_s)
             self.busy_until = max(self.busy_until, end)
             if self.tap is not None:
                 data = self.tap.answered(data)
-            self.kernel.call_at(end, port.receive, data)
+            self.kernel.call_at(end, self.deliver if self.collides else _receive, data, port)
 
-    def _listening(self, wanted: int) -> list[Servo]:
-        """Servos that take a packet for this ID."""
+    def _listening(self, wanted: int, baud: int) -> list[Servo]:
+        """Servos that take a packet for this ID at this baud rate."""
         now = self.kernel.now
         addressed = self.servos if wanted == BROADCAST else [s for s in self.servos if s.id == wanted]
-        return [s for s in addressed if s.silent_until <= now]
+        return [s for s in addressed if s.silent_until <= now and s.baud == baud]
 
-    def _single(self, packet: Packet) -> list[bytes]:
+    def _also_written(self, wanted: int, baud: int) -> list[Servo]:
+        """Servos whose secondary ID this is; they take writes and answer nothing."""
+        return [s for s in self._listening(BROADCAST, baud) if s.secondary_id == wanted != s.id] if wanted else []
+
+    def _single(self, packet: Packet, baud: int) -> list[bytes]:
         execute = EXECUTE.get(packet.code)
         if execute is None:
             return []
         silent = packet.servo == BROADCAST and packet.code != Instruction.PING
         answers: dict[int, bytes] = {}
-        for servo in self._listening(packet.servo):
+        if packet.code in WRITES:
+            for servo in self._also_written(packet.servo, baud):
+                execute(servo, packet.parameters)
+        for servo in self._listening(packet.servo, baud):
             # An answer to an ID write still carries the old ID (assumption 7 of the docs).
             answering, level = servo.id, servo.response_level
             parameters = execute(servo, packet.parameters)
@@ -110,7 +163,7 @@ class ServoBus:
             answers[answering] = _meet(answers.get(answering), pack(answering, servo.status, parameters))
         return [answers[servo] for servo in sorted(answers)]
 
-    def _sync_read(self, packet: Packet) -> list[bytes]:
+    def _sync_read(self, packet: Packet, baud: int) -> list[bytes]:
         if packet.servo != BROADCAST or len(packet.parameters) < 3:
             return []
         address, count = packet.parameters[:2]
@@ -118,21 +171,27 @@ class ServoBus:
         if count > LONGEST_READ:
             return []
         answers: dict[int, bytes] = {}
-        for servo in self._listening(BROADCAST):
+        for servo in self._listening(BROADCAST, baud):
             number = servo.id
             if number in wanted:
                 answer = pack(number, servo.status, servo.read(address, count))
                 answers[number] = _meet(answers[number], answer) if number in answers else answer
         return [answers[number] for number in wanted if number in answers]
 
-    def _sync_write(self, packet: Packet) -> None:
+    def _sync_write(self, packet: Packet, baud: int) -> None:
         parameters = packet.parameters
         if packet.servo != BROADCAST or len(parameters) < 2:
             return
         address, count = parameters[:2]
         for at in range(2, len(parameters) - count, count + 1):
-            for servo in self._listening(parameters[at]) if parameters[at] != BROADCAST else ():
-                servo.write(address, parameters[at + 1 : at + 1 + count])
+            wanted = parameters[at]
+            if wanted != BROADCAST:
+                for servo in (*self._listening(wanted, baud), *self._also_written(wanted, baud)):
+                    servo.write(address, parameters[at + 1 : at + 1 + count])
+
+
+def _receive(data: bytes, port: BusPort) -> None:
+    port.receive(data)
 
 
 def _meet(first: bytes | None, second: bytes) -> bytes:

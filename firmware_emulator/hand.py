@@ -15,6 +15,7 @@ from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SH
 from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import profile_of
+from firmware_emulator.firmware.rom_text import rom_text
 from firmware_emulator.kernel import Kernel, Task
 from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.native.rehearsal import Rehearsed, rehearse
@@ -95,6 +96,10 @@ class EmulatedHand:
         self.kernel = Kernel()
         self.clock = VirtualClock(self.kernel)
         self.on_transmit: Callable[[bytes], None] = self.keep
+        self.on_reset: Callable[[boot.ResetCause], None] = lambda _cause: None
+        """Hears of every restart of the board, before it begins."""
+        self.says_rom_text = False
+        """Whether the chip's ROM prints its own text at a restart, in front of the firmware's."""
         self._unread = bytearray()
         self._shafts = Shafts(
             self.kernel, plant, loop_period_s=servos.loop_period_s, refresh_period_s=servos.refresh_period_s
@@ -124,17 +129,30 @@ class EmulatedHand:
         elif start != "bare":
             self.reset(start)
 
-    def reset(self, cause: boot.ResetCause = "reset") -> None:
-        """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns."""
+    def reset(self, cause: boot.ResetCause = "reset", *, download: bool = False) -> None:
+        """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns.
+
+        With `download` it waits for a firmware to be flashed, and does nothing until its next restart.
+        """
         if cause == "power_on":
             for servo in self.servos:
                 servo.power_up()
         self.board.stop()
+        self.on_reset(cause)
+        if self.says_rom_text:
+            self._transmit(rom_text(cause, download=download).encode())
+        if download:
+            return
         self.board = self._new_board() if self._program is None else self._new_program_board(self._program)
         if isinstance(self.board, ProgramBoard):
             self.board.boot(cause)
         else:
             self.board.start(boot.run(self.board, cause))
+
+    def supply(self, volts: float) -> None:
+        """Let the servos measure another supply (V); what it does to their motors is the plant's."""
+        for servo in self.servos:
+            servo.feedback.volts = volts
 
     def close(self) -> None:
         """Switch the board off; only one that runs a program holds anything that has to be given back."""

@@ -29,7 +29,7 @@ def calibrate_mid(board: Board, words: tuple[int, ...]) -> Task:
     position = None
     if channel < CHANNELS and board.mode == POSITION:
         yield from board.lock.take()
-        position = yield from _centre(board, channel)
+        position = yield from centre(board, channel)
         board.lock.give()
     if position is None:
         answer = (UNREAD, 0, NOT_CENTRED)
@@ -40,8 +40,8 @@ def calibrate_mid(board: Board, words: tuple[int, ...]) -> Task:
     board.transmit(reply(Opcode.CALIBRATE_MID, (channel, *answer, ACK_VERSION)))
 
 
-def _centre(board: Board, channel: int) -> Task:
-    """Recalibrate and hold; return the position (counts) if every step was acknowledged, else None.
+def centre(board: Board, channel: int) -> Task:
+    """Recalibrate and hold; return the position (counts) if every step was acknowledged, else None. The lock is held.
 
     A negative position counts as unread, a read that failed (32769) as a position.
     """

@@ -15,11 +15,17 @@ from pathlib import Path
 from types import TracebackType
 from typing import Protocol
 
+from firmware_emulator.firmware.boot import ResetCause
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import WireEntry
+from firmware_emulator.links.network import NetworkPort
 from firmware_emulator.links.serial_port import SerialPort
 from firmware_emulator.links.terminal import Terminal
 
+REENUMERATES: frozenset[ResetCause] = frozenset({"power_on", "brown_out"})
+"""Resets over which the USB port goes away and comes back (assumption)."""
+ENUMERATION_S = 0.5
+"""How long it is away, s (assumption; a Linux host needs 0.3 to 1 s)."""
 IDLE_S = 0.05
 """Longest wait before `stop` is looked at again, s."""
 
@@ -39,6 +45,11 @@ class _End(Protocol):
     def close(self) -> None: ...
 
 
+class _BusEnd(_End, Protocol):
+    @property
+    def baud(self) -> int: ...
+
+
 class PtyServer:
     """An emulated hand behind a pseudo-terminal, its servo bus behind another one or behind a real port."""
 
@@ -49,6 +60,8 @@ class PtyServer:
         link: Path | None = None,
         bus_link: Path | None = None,
         bus_port: str | None = None,
+        bus_echo: bool = False,
+        listen: tuple[str, int] | None = None,
     ) -> None:
         """Open the terminals; nothing is served before `run`.
 
@@ -58,22 +71,31 @@ class PtyServer:
             bus_link: symbolic link to a terminal on the servo bus; no such terminal when None.
             bus_port: serial port (device path or pyserial URL) to serve the servo bus on; start the hand `bare`, lest
                 two boards drive its servos.
+            bus_echo: whether the bus terminal gives back what it sends, as some half-duplex adapters do.
+            listen: host and port to serve the board on for `rfc2217://` too, with DTR and RTS; 0 for any free port.
 
         Raises:
             FileExistsError: a link exists already.
+            OSError: the address cannot be listened on.
             serial.SerialException: the port cannot be opened.
         """
         self.log: list[WireEntry] | None = None
         self._hand = emulated_hand
         self._takers: dict[_End, Callable[[bytes], object]] = {}
         with ExitStack() as opened:
+            self._link = link
+            self._away_until: float | None = None
             self._host = Terminal(link)
             opened.callback(self._host.close)
             self._takers[self._host] = emulated_hand.receive
+            self._network = None if listen is None else NetworkPort(*listen, self._reset_by_lines)
+            if self._network is not None:
+                opened.callback(self._network.close)
+                self._takers[self._network] = emulated_hand.receive
             self._bus = Terminal(bus_link) if bus_link is not None else None
             if self._bus is not None:
                 opened.callback(self._bus.close)
-                self._put_on_bus(self._bus)
+                self._put_on_bus(self._bus, echo=bus_echo)
             if bus_port is not None:
                 self._put_on_bus(SerialPort(bus_port))
             opened.pop_all()
@@ -92,6 +114,11 @@ class PtyServer:
         return self._host.name
 
     @property
+    def url(self) -> str | None:
+        """URL of the board over the network, None when it is not served."""
+        return None if self._network is None else self._network.name
+
+    @property
     def bus_name(self) -> str | None:
         """Path of the bus terminal, None when it is not served."""
         return None if self._bus is None else self._bus.name
@@ -100,6 +127,7 @@ class PtyServer:
         """Serve in real time until `stop()` holds; it is asked at least every 50 ms."""
         kernel = self._hand.kernel
         self._hand.on_transmit = self._transmit
+        self._hand.on_reset = self._went_away
         if unread := self._hand.take_output():
             self._host.write(unread)
         start = time.monotonic() - kernel.now
@@ -110,16 +138,50 @@ class PtyServer:
             kernel.run_until(time.monotonic() - start)
             for end in ready:
                 self._take(end)
+            self._come_back()
 
     def close(self) -> None:
         """Close the terminals and remove their links; a second call does nothing."""
         for end in self._takers:
             end.close()
 
-    def _put_on_bus(self, end: _End) -> None:
-        self._takers[end] = self._hand.bus.connect(end.write).write
+    def _put_on_bus(self, end: _BusEnd, *, echo: bool = False) -> None:
+        port = self._hand.bus.connect(end.write)
+        port.echo = echo
+
+        def take(data: bytes) -> None:
+            port.baud = end.baud
+            port.write(data)
+
+        self._takers[end] = take
+
+    def _reset_by_lines(self, download: bool) -> None:
+        self._hand.reset("reset", download=download)
+
+    def _went_away(self, cause: ResetCause) -> None:
+        """Take the port away when the chip lost its power; USB stays connected over every other reset."""
+        if cause not in REENUMERATES:
+            return
+        self._hand.on_transmit = self._hand.keep
+        self._away_until = self._hand.kernel.now + ENUMERATION_S
+        if self._network is not None:
+            self._network.hang_up()
+        del self._takers[self._host]
+        self._host.close()
+
+    def _come_back(self) -> None:
+        if self._away_until is None or self._hand.kernel.now < self._away_until:
+            return
+        self._away_until = None
+        self._host = Terminal(self._link)
+        self._takers[self._host] = self._hand.receive
+        self._hand.on_transmit = self._transmit
+        if unread := self._hand.take_output():
+            self._host.write(unread)
 
     def _take(self, end: _End) -> None:
+        if end not in self._takers:
+            return
         data = end.read()
         if end is self._host and self.log is not None:
             self.log.append((self._hand.kernel.now, ">", data))
@@ -129,3 +191,5 @@ class PtyServer:
         if self.log is not None:
             self.log.append((self._hand.kernel.now, "<", data))
         self._host.write(data)
+        if self._network is not None:
+            self._network.write(data)

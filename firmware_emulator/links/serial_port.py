@@ -28,6 +28,11 @@ class SerialPort:
             raise serial.SerialException(f"cannot open the servo bus port {port!r}: {error}") from error
 
     @property
+    def baud(self) -> int:
+        """The adapter's baud rate, bit/s."""
+        return BAUD
+
+    @property
     def name(self) -> str:
         """The port as it was given."""
         return str(self._port.port)

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import fcntl
 import os
+import struct
 import sys
+import termios
 import tty
 from pathlib import Path
 from types import TracebackType
 
+FAST = 1_000_000
+TCGETS2 = 0x802C542A
+"""Linux: read `termios2`, which holds any baud rate as a number."""
+TERMIOS2 = struct.Struct("=4I B19s 2I")
+"""Four words of flags, line discipline, characters, baud rates in and out."""
 _SERVED: set[str] = set()
 """Terminals of this process, whose own locks do not show it that they are served."""
 
@@ -28,6 +35,7 @@ class Terminal:
         """
         self._device, self._client = os.openpty()
         tty.setraw(self._client)
+        self._set_fast()
         os.set_blocking(self._device, False)
         self.path = os.ttyname(self._client)
         self._link = link
@@ -59,6 +67,14 @@ class Terminal:
         """Return the descriptor to wait on."""
         return self._device
 
+    @property
+    def baud(self) -> int:
+        """The baud rate that a client has set, bit/s; 1 Mbit/s until one does. Other systems than Linux do not tell."""
+        if sys.platform != "linux":
+            return FAST
+        state = fcntl.ioctl(self._client, TCGETS2, bytes(TERMIOS2.size))
+        return int(TERMIOS2.unpack(state)[-1])
+
     def read(self) -> bytes:
         """Return what a client has written, nothing when it has not."""
         try:
@@ -72,6 +88,13 @@ class Terminal:
             os.write(self._device, data)
         except BlockingIOError:
             return
+
+    def _set_fast(self) -> None:
+        """Let a client that sets no baud rate have that of the servo bus."""
+        if hasattr(termios, "B1000000"):
+            settings = termios.tcgetattr(self._client)
+            settings[4] = settings[5] = termios.B1000000
+            termios.tcsetattr(self._client, termios.TCSANOW, settings)
 
     def close(self) -> None:
         """Close it and remove the link; a second call does nothing."""

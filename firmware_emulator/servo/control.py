@@ -15,6 +15,11 @@ OFF, ON, DAMPING = range(3)
 UNPOWERED = Drive(powered=False)
 MOTOR_ACCELERATION = 1e6
 """Acceleration of a profile that only its speed limits, counts/s²: above what the motor can follow."""
+FACTORY_GAIN = 32
+"""Factory value of both gain registers (assumption); the effect of others is in proportion to it (assumption)."""
+FACTORY_DEAD_ZONE = 1
+FREE_ANGLES = ((0, 0), (0, 4095))
+"""Angle limits that bound nothing: those of a multi-turn servo, and the factory's (assumption: homing needs it)."""
 ENDLESS_COUNTS = 1e9
 """Goal of a motion without end, for the speed mode."""
 
@@ -38,6 +43,12 @@ class LoopSettings(NamedTuple):
     """Protection current, register units: bounds every mode that controls current."""
     duty_limit: int
     """Torque limit register, 0.1 % of full duty."""
+    kp: int
+    """Gain register; the unit's own gain stands for the factory value."""
+    kd: int
+    """Damping register; the unit's own damping stands for the factory value."""
+    dead_zone: tuple[int, int]
+    """Counts of error towards higher and towards lower counts that are left alone."""
 
     @classmethod
     def of(cls, memory: RegisterFile) -> LoopSettings:
@@ -51,6 +62,9 @@ class LoopSettings(NamedTuple):
             memory.get("goal_speed"),
             memory.get("protection_current"),
             memory.get("torque_limit"),
+            memory.get("kp"),
+            memory.get("kd"),
+            (memory.get("dead_zone_cw"), memory.get("dead_zone_ccw")),
         )
 
     @property
@@ -81,7 +95,18 @@ class LoopSettings(NamedTuple):
             return Drive(torque=torque, limit=duty, current_limit=bound)
         if not bound:
             return Drive(setpoint)
-        return Drive(setpoint, servo.stiffness, servo.damping, limit=duty, current_limit=bound)
+        stiffness, damping = servo.stiffness * self.kp / FACTORY_GAIN, servo.damping * self.kd / FACTORY_GAIN
+        return Drive(setpoint, stiffness, damping, limit=duty, current_limit=bound)
+
+    @property
+    def has_dead_zone(self) -> bool:
+        """Whether small errors are left alone; the factory's single count is in the fitted gains (assumption)."""
+        return max(self.dead_zone) > FACTORY_DEAD_ZONE
+
+    def ignores(self, error: float) -> bool:
+        """Return whether an error (counts) lies in the dead zone."""
+        towards_higher, towards_lower = self.dead_zone
+        return -towards_lower <= error <= towards_higher
 
     def limits(self, servo: ServoParameters) -> tuple[float, float] | None:
         """Return speed (counts/s) and acceleration (counts/s²) of the profile, None when neither limits the motor."""

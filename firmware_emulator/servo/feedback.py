@@ -48,7 +48,8 @@ class FeedbackBlock:
         self._speed_units = frame.counts_per_rad / SPEED_UNIT_COUNTS
         self._load_units = 1000.0 / parameters.stall_torque
         self._back_emf = self._sign * parameters.back_emf
-        self._decivolts = round(10.0 * parameters.voltage)
+        self.volts = parameters.voltage
+        """What the supply gives this servo, V."""
         self._settings: LoopSettings | None = None
         self._limit = 0
         self._seen: Sample | None = None
@@ -84,7 +85,7 @@ class FeedbackBlock:
             counts if 0 <= counts <= MAX_WORD else _word(counts),
             speed if 0 <= speed <= MAX_WORD else _word(speed),
             load if load >= 0 else -load | 0x400,
-            self._decivolts,
+            round(10.0 * self.volts),
             int(self.temperature_c),
             memory[ASYNC_FLAG],
             self.status,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firmware_emulator.servo.encoding import decode_signed, encode_signed
+from firmware_emulator.servo.models import HLS3606M, ServoModel
 from firmware_emulator.servo.registers import EEPROM_END, MEMORY_SIZE, POWER_UP_COPIES, REGISTER_AT, REGISTERS, Register
 
 LOCK = REGISTERS["lock"].address
@@ -11,11 +12,12 @@ LOCK = REGISTERS["lock"].address
 class RegisterFile:
     """Bytes with the rules of the register map; meaning is added by the servo."""
 
-    def __init__(self, servo: int) -> None:
-        """Hold factory values for the servo with this ID."""
+    def __init__(self, servo: int, model: ServoModel = HLS3606M) -> None:
+        """Hold a model's factory values for the servo with this ID."""
+        self._sign_bits = {"offset": model.offset_sign_bit}
+        self._factory = {register.name: register.default for register in REGISTERS.values()} | dict(model.factory)
         self._eeprom = bytearray(MEMORY_SIZE)
-        for register in REGISTERS.values():
-            self._store(self._eeprom, register, register.default)
+        self._put_factory_values()
         self._store(self._eeprom, REGISTERS["id"], servo)
         self.bytes = bytearray(MEMORY_SIZE)
         self.power_up()
@@ -29,8 +31,7 @@ class RegisterFile:
     def restore(self) -> None:
         """Put factory values everywhere except the ID."""
         servo = self.get("id")
-        for register in REGISTERS.values():
-            self._store(self._eeprom, register, register.default)
+        self._put_factory_values()
         self._store(self._eeprom, REGISTERS["id"], servo)
         self.power_up()
 
@@ -38,7 +39,7 @@ class RegisterFile:
         """Return a register's value, signed where the register is."""
         register = REGISTERS[name]
         word = int.from_bytes(self.bytes[register.address : register.address + register.size], "little")
-        return decode_signed(word) if register.signed else word
+        return decode_signed(word, self._sign_bits.get(name, 15)) if register.signed else word
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the servo, whether or not a bus write may."""
@@ -77,7 +78,10 @@ class RegisterFile:
         magnitude = min(max(abs(value), register.low), register.high)
         return -magnitude if value < 0 else magnitude
 
-    @staticmethod
-    def _store(memory: bytearray, register: Register, value: int) -> None:
-        word = encode_signed(value) if register.signed else value
+    def _put_factory_values(self) -> None:
+        for name, value in self._factory.items():
+            self._store(self._eeprom, REGISTERS[name], value)
+
+    def _store(self, memory: bytearray, register: Register, value: int) -> None:
+        word = encode_signed(value, self._sign_bits.get(register.name, 15)) if register.signed else value
         memory[register.address : register.address + register.size] = word.to_bytes(register.size, "little")

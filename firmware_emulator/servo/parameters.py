@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from firmware_emulator.servo.models import model_of
+
 COUNTS_PER_TURN = 4096
 RAD_PER_COUNT = 2.0 * math.pi / COUNTS_PER_TURN
 SPEED_UNIT_COUNTS = 50.0
@@ -25,6 +27,8 @@ class ServoParameters:
     nothing else is said; assumptions are marked so and listed in `docs/electronics.md`.
     """
 
+    model: str = "HLS3606M"
+    """Kind of servo, a name in `models.MODELS`: its registers; what it does physically stands below."""
     stall_torque: float = 0.588
     """Torque at full duty and standstill, N m (6 kg cm, vendor)."""
     duty_per_count: float = 0.00862
@@ -78,6 +82,7 @@ class ServoParameters:
                 f"stall torque and no-load speed must be positive, got {self.stall_torque:g} N m and "
                 f"{self.no_load_speed_counts:g} counts/s"
             )
+        model_of(self.model)
         if not 0.0 < self.duty_per_count < 1.0 / RECORDED_COUNTS:
             raise ValueError(
                 f"duty_per_count must be between 0 and 1/{RECORDED_COUNTS:g}, got {self.duty_per_count}: full duty "

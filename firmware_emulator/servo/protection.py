@@ -1,6 +1,8 @@
-"""A servo's protections: which status bits its measurements set, and whether they cut the torque.
+"""A servo's protections: which status bits its measurements set, and which of them stay.
 
-Sources: transcribed HLS memory table. Overload (0x20) is left out: its thresholds are documented nowhere.
+Sources: transcribed HLS and STS memory tables. The HLS table names an overload bit and no threshold for it, so that an
+HLS servo has none here. The STS table has three registers: above an overload torque (36) for a protection time (35), a
+holding torque (34) is left.
 """
 
 from __future__ import annotations
@@ -8,6 +10,7 @@ from __future__ import annotations
 from enum import IntFlag
 
 from firmware_emulator.servo.memory import RegisterFile
+from firmware_emulator.servo.models import HLS3606M, ServoModel
 
 
 class Status(IntFlag):
@@ -21,20 +24,23 @@ class Status(IntFlag):
 
 
 class Protection:
-    """Watches the measurements; only the over-current rule has a memory.
+    """Watches the measurements; over-current and overload have a memory.
 
-    Cutting the torque ends the current that was too high, so its bit stays until the torque is enabled again
-    (assumption); temperature and voltage speak for themselves.
+    Both end what was too high, so their bits stay until the torque is enabled again, that of the overload until another
+    goal comes too (assumptions); temperature and voltage speak for themselves.
     """
 
-    def __init__(self) -> None:
-        self._over_current_s = 0.0
-        self._tripped = False
+    def __init__(self, model: ServoModel = HLS3606M) -> None:
+        """Watch a servo of a model."""
+        self._has_overload = model.overload
+        self.release()
 
     def release(self) -> None:
-        """Forget an over-current, because the torque is enabled anew."""
+        """Forget over-current and overload, because the torque is enabled anew."""
+        self._over_current_s = self._overload_s = 0.0
         self._tripped = False
-        self._over_current_s = 0.0
+        self.overloaded = False
+        """Whether an overload leaves the holding torque alone."""
 
     def status(self, memory: RegisterFile, seconds: float) -> Status:
         """Return the bits for the present measurements, `seconds` after the last look."""
@@ -49,4 +55,16 @@ class Protection:
         self._tripped |= over and self._over_current_s >= 0.01 * memory.get("over_current_time")
         if self._tripped:
             status |= Status.CURRENT
+        if self._has_overload:
+            self._look_for_overload(memory, seconds)
+        if self.overloaded:
+            status |= Status.OVERLOAD
         return status
+
+    def _look_for_overload(self, memory: RegisterFile, seconds: float) -> None:
+        # The same addresses are gains of the current loop in an HLS servo, which the map names.
+        threshold, patience = memory.get("reserved_36"), memory.get("current_i")
+        load = memory.get("present_load") & 0x3FF
+        over = load > 10 * threshold and bool(memory.get("unload_conditions") & Status.OVERLOAD)
+        self._overload_s = self._overload_s + seconds if over else 0.0
+        self.overloaded |= over and self._overload_s >= 0.01 * patience - 1e-9

@@ -18,9 +18,10 @@ from firmware_emulator.servo.encoding import decode_signed
 from firmware_emulator.servo.feedback import FeedbackBlock
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
+from firmware_emulator.servo.models import model_of
 from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
 from firmware_emulator.servo.profile import Trapezoid, plan
-from firmware_emulator.servo.protection import Protection
+from firmware_emulator.servo.protection import Protection, Status
 from firmware_emulator.servo.registers import FEEDBACK, REGISTERS, span
 from firmware_emulator.servo.shafts import Shafts
 
@@ -28,7 +29,7 @@ GOAL = span("goal_position", "goal_speed")
 """Addresses whose write enables the torque: the firmware never does so itself (assumption)."""
 GOAL_BLOCK = REGISTERS["acceleration"].address
 """Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do."""
-CONTROL = span("protection_current", "torque_limit")
+CONTROL = span("dead_zone_cw", "kd")
 """Addresses that `LoopSettings` is read from lie in here."""
 OFFSET = span("offset")
 MID_COUNTS = 2048
@@ -49,7 +50,8 @@ class Servo:
         seed: int,
     ) -> None:
         """Mount a servo with this ID; it is powered and its torque is off."""
-        self.memory = RegisterFile(servo)
+        self.model = model_of(parameters.model)
+        self.memory = RegisterFile(servo, self.model)
         self.frame = Frame(mounting)
         self.parameters = parameters
         self.silent_until = -1.0
@@ -62,9 +64,9 @@ class Servo:
         self._motion: Trapezoid | None = None
         self._setpoint_counts = 0.0
         self._last_goal: tuple[int, bytes] | None = None
-        self._protection = Protection()
+        self._protection = Protection(self.model)
         self._held: tuple[int, bytes] | None = None
-        self.id = servo
+        self._take_address()
 
     @property
     def status(self) -> int:
@@ -97,7 +99,16 @@ class Servo:
         if _meet(written, OFFSET):
             self.frame.set_offset(self.memory.get("offset"))
             self._reframe()
+        self._take_address()
+
+    def _take_address(self) -> None:
+        """Follow the registers that say what this servo listens to."""
         self.id = self.memory.get("id")
+        """Its ID."""
+        self.secondary_id = self.memory.get("secondary_id") if self.model.secondary_id else 0
+        """A second ID that takes writes and answers nothing; 0 for none, for the hand's servo 0 has that ID."""
+        self.baud = self.model.baud_rates[self.memory.get("baud")]
+        """bit/s."""
 
     def look_after(self, seconds: float) -> None:
         """Heat up or cool down over the last `seconds`, and apply the protections."""
@@ -107,7 +118,11 @@ class Servo:
         feedback.temperature_c = temperature_after(feedback.temperature_c, current_a**2, seconds, self.parameters)
         feedback.status = int(self._protection.status(memory, seconds))
         memory.set("status", feedback.status)
-        if feedback.status & memory.get("unload_conditions") and memory.get("torque_enable"):
+        unload = memory.get("unload_conditions")
+        if self._protection.overloaded and not self._wanted_is_weak():
+            self._control_written()
+        # Overload leaves the holding torque; the others cut it.
+        if feedback.status & unload & ~Status.OVERLOAD and memory.get("torque_enable"):
             self._last_goal = None
             memory.set("torque_enable", control.OFF)
             self._control_written()
@@ -131,7 +146,8 @@ class Servo:
     def calibrate(self, value: int | None) -> None:
         """Make the present angle read `value` counts, 2048 when None (CALIBRATE); kept if EEPROM is unlocked."""
         self.frame.calibrate(self._angle(), MID_COUNTS if value is None else decode_signed(value))
-        self.memory.set("offset", self.frame.offset)
+        largest = (1 << self.model.offset_sign_bit) - 1
+        self.memory.set("offset", max(self.frame.offset, -largest))
         self.memory.keep("offset")
         self._reframe()
 
@@ -167,7 +183,7 @@ class Servo:
         self._held = self._last_goal = None
         self._protection.release()
         self.feedback.status = 0
-        self.id = self.memory.get("id")
+        self._take_address()
         self.frame.set_offset(self.memory.get("offset"))
         self.forget_turns()
         self._at_power_up()
@@ -178,11 +194,24 @@ class Servo:
         self.memory.set("goal_position", min(max(self.frame.counts(self._angle()), -MAX_GOAL), MAX_GOAL))
         return LoopSettings.of(self.memory)
 
+    @property
+    def _holding_duty(self) -> int:
+        """What an overload leaves of the torque, 0.1 % of full duty."""
+        return 10 * self.memory.get("current_p")
+
+    def _wanted_is_weak(self) -> bool:
+        return self._wanted.duty_limit <= self._holding_duty
+
     def _angle(self) -> float:
         return self._shafts.sample().angles[self._mounting.shaft]
 
     def _control_written(self) -> None:
         wanted = LoopSettings.of(self.memory)
+        if self._protection.overloaded:
+            if wanted.enable and (not self._wanted.enable or wanted.position != self._wanted.position):
+                self._protection.release()
+            else:
+                wanted = wanted._replace(duty_limit=min(wanted.duty_limit, self._holding_duty))
         if wanted == self._wanted:
             return
         if wanted.enable and not self._wanted.enable:
@@ -207,9 +236,10 @@ class Servo:
             position = self._bounded(settings.position)
         self._setpoint_counts = position
         shaft = self._mounting.shaft
-        drive = settings.drive(self.frame.angle(position), self._mounting.direction, self.parameters)
+        drive = settings.drive(self._aim(), self._mounting.direction, self.parameters)
         self._shafts.drive(shaft, drive)
-        self._shafts.follow(shaft, self._follow if self._motion else None)
+        followed = self._motion is not None or settings.has_dead_zone
+        self._shafts.follow(shaft, self._follow if followed else None)
 
     def _present_setpoint(self, now: float) -> tuple[float, float]:
         """Where a new motion starts, counts and counts/s: the running profile, else the shaft where it stands."""
@@ -232,19 +262,28 @@ class Servo:
         return None
 
     def _bounded(self, goal: int) -> float:
-        if self.parameters.clamp_goal:
-            low, high = self.memory.get("min_angle"), self.memory.get("max_angle")
-            if high > low:
-                return float(min(max(goal, low), high))
+        # Limits count for goals that come after them.
+        limits = low, high = self.memory.get("min_angle"), self.memory.get("max_angle")
+        if high > low and (self.parameters.clamp_goal or limits not in control.FREE_ANGLES):
+            return float(min(max(goal, low), high))
         return float(goal)
 
     def _follow(self, t: float) -> float | None:
         motion = self._motion
-        if motion is None:
+        if motion is not None:
+            self._setpoint_counts = motion.at(t)[0]
+            if t >= motion.end:
+                self._motion = None
+        elif not self._acting.has_dead_zone:
             return None
-        self._setpoint_counts = motion.at(t)[0]
-        if t >= motion.end:
-            self._motion = None
+        return self._aim()
+
+    def _aim(self) -> float:
+        """Angle (rad) that the motor is sent to: the setpoint, or where it stands while the dead zone holds it."""
+        if self._acting.has_dead_zone:
+            angle = self._angle()
+            if self._acting.ignores(self._setpoint_counts - self.frame.counts(angle)):
+                return angle
         return self.frame.angle(self._setpoint_counts)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -13,8 +14,9 @@ from aero.actuation import ActuationMap
 from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
+from firmware_emulator.servo.models import MODELS
 from hil.cli.exits import given
-from hil.cli.options import FAULT_HELP, ChosenHand, emulation
+from hil.cli.options import FAULT_HELP, ChosenHand, HostAndPort, emulation
 from hil.cli.viewing import viewing, with_view
 from hil.faults import Schedule, parse_fault
 from hil.faults.host import refuse_at_a_port
@@ -28,6 +30,10 @@ from model.units.naming import unit_named
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
 @click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
+@click.option("--bus-echo", is_flag=True, help="The bus terminal gives back what it sends, as some adapters do.")
+@click.option("--bus-collide", is_flag=True, help="Masters of the bus do not wait for each other, as on a wire.")
+@click.option("--listen", type=HostAndPort(), help="Serve the board at rfc2217://HOST:PORT too, with DTR and RTS.")
+@click.option("--servo-model", type=click.Choice(list(MODELS)), help="Registers of another kind of servo.")
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @with_view
@@ -38,6 +44,10 @@ def emulate(
     link: Path | None,
     bus_link: Path | None,
     bus_port: str | None,
+    bus_echo: bool,
+    bus_collide: bool,
+    listen: tuple[str, int] | None,
+    servo_model: str | None,
     state: Path | None,
     faults: tuple[str, ...],
     view: bool,
@@ -47,12 +57,17 @@ def emulate(
 
     Prints one line `ready PATH` when a client may open PATH.
     """
+    if bus_echo and bus_link is None:
+        raise click.UsageError("--bus-echo needs --bus-link: it is the adapter of that terminal")
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with given():
             schedule = Schedule(map(parse_fault, faults), hand.seed)
             refuse_at_a_port(schedule.faults)
+            unit = unit_named(hand.unit)
+            if servo_model is not None:
+                unit = replace(unit, servos=replace(unit.servos, model=servo_model))
             electronics, plant = build_emulated(
-                unit_named(hand.unit),
+                unit,
                 firmware=hand.firmware,
                 hand=hand.side,
                 seed=hand.seed,
@@ -61,10 +76,16 @@ def emulate(
                 program=hand.program,
                 schedule=schedule,
             )
-            server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port)
+            electronics.bus.collides = bus_collide
+            electronics.says_rom_text = True
+            server = PtyServer(
+                electronics, link=link, bus_link=bus_link, bus_port=bus_port, bus_echo=bus_echo, listen=listen
+            )
         with server, closing(electronics), viewing(view, hand, stay=False) as audience:
             codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
             audience.follow(EmulatedSource(electronics, plant, codec))
+            if server.url is not None:
+                click.echo(f"also {server.url}")
             click.echo(f"ready {server.name}")
             server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
     schedule.require_all_fired()

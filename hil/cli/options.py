@@ -108,6 +108,19 @@ class NewFolder(click.Path):
         return super().convert(value, param, ctx)
 
 
+class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
+    """`HOST:PORT`; port 0 is any free one."""
+
+    name = "host:port"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
+        """Return the two, or say what is expected."""
+        host, colon, port = str(value).rpartition(":")
+        if not (host and colon and port.isdigit() and int(port) < 2**16):
+            self.fail(f"{value!r} is no HOST:PORT, such as localhost:4000", param, ctx)
+        return host, int(port)
+
+
 LONGEST_S = 7 * 86_400.0
 """Longest time that can be asked for, s: a week."""
 

@@ -6,9 +6,12 @@ from collections.abc import Callable
 
 from aero.channels import WIRE_ORDER
 from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.calibrate_mid import centre
 from firmware_emulator.firmware.hands import HandSide
+from firmware_emulator.firmware.homing import home
 from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.kernel import Task
 from hil.faults.fault import ALL, HOMED, ONCE, SWITCH, Fault, Kind
 
 Effect = Callable[[EmulatedHand, Fault], None]
@@ -54,6 +57,29 @@ def _trim(hand: EmulatedHand, fault: Fault) -> None:
     board.nvs.store_extend(servo, board.window.extend[servo])
 
 
+def _centre(hand: EmulatedHand, fault: Fault) -> None:
+    _under_lock(hand, fault, homes=False)
+
+
+def _centre_and_home(hand: EmulatedHand, fault: Fault) -> None:
+    _under_lock(hand, fault, homes=True)
+
+
+def _under_lock(hand: EmulatedHand, fault: Fault, *, homes: bool) -> None:
+    """Let the board do what another program has asked of it; its acknowledgement went there."""
+    assert fault.channel is not None
+    board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.channel)
+
+    def task() -> Task:
+        yield from board.lock.take()
+        yield from centre(board, servo)
+        board.lock.give()
+        if homes:
+            yield from home(board)
+
+    board.start(task())
+
+
 def _emulated(hand: EmulatedHand, fault: Fault) -> Board:
     if not isinstance(hand.board, Board):
         raise ValueError(f"{fault} cannot be put into a firmware program; leave out the program or the fault")
@@ -95,6 +121,29 @@ KINDS = (
         reason=HOMED,
         bounds=(-2048, 2048),
     ),
+    Kind(
+        "calibrated_mid",
+        "firmware",
+        ("B6",),
+        "",
+        SWITCH,
+        "CALIBRATE_MID moved a servo's zero, and the commands stay as they were",
+        ALL,
+        bounds=ONCE,
+        at_s=5.0,
+    ),
+    Kind(
+        "calibrated_mid_and_homed",
+        "firmware",
+        ("B6",),
+        "",
+        SWITCH,
+        "CALIBRATE_MID, then HOMING, which undoes it; nothing is read meanwhile",
+        ALL,
+        bounds=ONCE,
+        at_s=5.0,
+        reason=HOMED,
+    ),
 )
 EFFECTS: dict[str, Effect] = {
     "board_restart": _restart,
@@ -102,4 +151,6 @@ EFFECTS: dict[str, Effect] = {
     "board_hangs": _hang,
     "nvs_lost": _forget,
     "trim_left_in": _trim,
+    "calibrated_mid": _centre,
+    "calibrated_mid_and_homed": _centre_and_home,
 }

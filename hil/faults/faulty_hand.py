@@ -16,6 +16,7 @@ from hil.faults.fault import Fault
 from hil.faults.link import LinkFaults
 from hil.faults.schedule import Schedule
 from hil.faults.shaft_layer import ShaftLayer
+from hil.faults.supply import BROWNS_OUT, Sagging, Supply
 from model import BuiltHandPlant
 from model.units import Unit
 
@@ -101,6 +102,10 @@ def build_faulty(unit: Unit, schedule: Schedule, **how: Any) -> tuple[FaultyHand
     for fault in _from_the_start(schedule, LAYERS):
         layers[fault].begin()
     hand = FaultyHand(behind, servos=built.servos, **how)
+    for fault, layer in layers.items():
+        if isinstance(layer, Sagging):
+            told = Supply(hand, built.servos.voltage, feeds_board=fault.name == BROWNS_OUT)
+            layer.told = told.changed
     _begin(hand, plant, built, layers, schedule)
     return hand, plant
 

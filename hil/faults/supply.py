@@ -1,9 +1,11 @@
-"""A supply that sags: all motors lose torque while they draw much."""
+"""A supply that sags: all motors lose torque while they draw much, and the board may lose more than that."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
+from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.fault import Kind
 from hil.faults.motor import Layered, weaker
@@ -21,6 +23,8 @@ class Sagging(ShaftLayer):
         super().__init__(behind, shaft=0)
         self._lost_per_effort = lost_at_stall / (len(SHAFTS) * stall_torque)
         self._lost = 0.0
+        self.told: Callable[[float], None] = lambda _lost: None
+        """Hears of the share of the voltage that is lost, whenever it has changed noticeably."""
         self._all_asked = [Drive(powered=False) for _ in SHAFTS]
 
     def advance_to(self, t: float) -> None:
@@ -29,6 +33,7 @@ class Sagging(ShaftLayer):
         lost = self._lost_per_effort * float(abs(self.behind.efforts()).sum()) if self.active else 0.0
         if abs(lost - self._lost) > NOTICEABLE:
             self._lost = lost
+            self.told(lost)
             self.renew()
 
     def drive(self, shaft: int, drive: Drive) -> None:
@@ -47,6 +52,33 @@ class Sagging(ShaftLayer):
             self.drive(shaft, self._all_asked[shaft])
 
 
+class Supply:
+    """What a sagging supply does to the electronics: the servos measure it, and the board may not outlive it."""
+
+    def __init__(self, hand: EmulatedHand, volts: float, *, feeds_board: bool) -> None:
+        """Follow a supply of so many volts without load."""
+        self._hand = hand
+        self._volts = volts
+        self._feeds_board = feeds_board
+        self._browned_out = False
+
+    def changed(self, lost: float) -> None:
+        """Take the share of the voltage that is lost now."""
+        volts = self._volts * (1.0 - lost)
+        self._hand.supply(volts)
+        if not self._feeds_board:
+            return
+        if not self._browned_out and volts < BROWN_OUT_V:
+            self._browned_out = True
+            # Not from inside a step of the plant.
+            self._hand.kernel.call_at(self._hand.kernel.now, self._hand.reset, "brown_out")
+        elif volts > RECOVERED_V:
+            self._browned_out = False
+
+
+BROWN_OUT_V, RECOVERED_V = 3.6, 4.0
+"""Below the first, the board's regulator cannot give the chip its 3.3 V (assumption); above the second it is well."""
+BROWNS_OUT = "supply_browns_out"
 KINDS = (
     Kind(
         "supply_sags",
@@ -57,7 +89,17 @@ KINDS = (
         "the supply is weak under load",
         bounds=(0, 0.95),
     ),
+    Kind(
+        BROWNS_OUT,
+        "hand",
+        ("D13", "B1"),
+        "of voltage lost when all motors stall",
+        (0.6, 0.75, 0.9),
+        "the supply is weak under load and feeds the board too, which restarts",
+        bounds=(0, 0.95),
+    ),
 )
 EFFECTS: dict[str, Layered] = {
-    "supply_sags": lambda plant, fault, unit, _: Sagging(plant, fault.severity, unit.servos.stall_torque),
+    name: lambda plant, fault, unit, _: Sagging(plant, fault.severity, unit.servos.stall_torque)
+    for name in ("supply_sags", BROWNS_OUT)
 }

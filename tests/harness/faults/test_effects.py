@@ -36,6 +36,7 @@ LEAST = {
         **dict.fromkeys(("encoder_scale", "encoder_offset", "encoder_slip", "cable_soft", "servo_id_doubled"), 0.1),
         **dict.fromkeys((name for name in CATALOGUE if name.startswith("board_runs_")), 0.1),
         **dict.fromkeys(("board_of_other_side", "board_restart", "nvs_lost", "trim_left_in", "servo_hot"), 0.1),
+        **dict.fromkeys(("calibrated_mid", "calibrated_mid_and_homed", "supply_browns_out"), 0.2),
         **dict.fromkeys(("power_cycle", "board_hangs", "link_hangs_up", "command_lost"), 0.3),
         "encoder_play": 0.02,
         "encoder_creep": 0.01,
@@ -114,7 +115,8 @@ def healthy(firmware):
 
 
 def declared(name):
-    return "0.1.5" if name == "board_runs_0.2.0" else "0.2.0"
+    # `main` moves as 0.2.0 does.
+    return "0.1.5" if name in {"board_runs_0.2.0", "board_runs_main"} else "0.2.0"
 
 
 def severe(kind):

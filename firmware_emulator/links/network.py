@@ -1,0 +1,148 @@
+"""The board's port over TCP, with the modem lines that a pseudo-terminal cannot carry: a server for `rfc2217://`."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from types import TracebackType
+
+from serial.rfc2217 import PortManager
+
+from firmware_emulator.links.modem_lines import ModemLines
+
+READ_SIZE = 4096
+
+
+class _Board:
+    """The USB port as pyserial's server sees it: settings are taken and ignored, as USB does, but for two lines."""
+
+    bytesize, parity, stopbits = 8, "N", 1
+    xonxoff = rtscts = dsrdtr = False
+    break_condition = False
+    # A host sees these raised on such a port, whatever the board does.
+    cts = dsr = cd = True
+    ri = False
+
+    def __init__(self, changed: Callable[[str, bool], None]) -> None:
+        self.baudrate = 115200
+        self._changed = changed
+        self._dtr = self._rts = False
+
+    @property
+    def dtr(self) -> bool:
+        return self._dtr
+
+    @dtr.setter
+    def dtr(self, value: bool) -> None:
+        self._dtr = value
+        self._changed("dtr", value)
+
+    @property
+    def rts(self) -> bool:
+        return self._rts
+
+    @rts.setter
+    def rts(self, value: bool) -> None:
+        self._rts = value
+        self._changed("rts", value)
+
+    def reset_input_buffer(self) -> None: ...
+
+    def reset_output_buffer(self) -> None: ...
+
+
+class NetworkPort:
+    """The device's end of a TCP connection; one client at a time, same shape as `Terminal`."""
+
+    def __init__(self, host: str, port: int, reset: Callable[[bool], None]) -> None:
+        """Listen; `reset(download)` restarts the board when the client's lines ask for it.
+
+        Raises:
+            OSError: the address cannot be listened on.
+        """
+        self._listener = socket.create_server((host, port))
+        self._listener.setblocking(False)
+        self._reset = reset
+        self._client: socket.socket | None = None
+        self._lines = ModemLines()
+        self._manager: PortManager | None = None
+
+    def __enter__(self) -> NetworkPort:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def name(self) -> str:
+        """The URL that clients open."""
+        host, port = self._listener.getsockname()[:2]
+        return f"rfc2217://{host}:{port}"
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait on: a client's while there is one."""
+        return (self._client or self._listener).fileno()
+
+    def read(self) -> bytes:
+        """Take a client, or what it has sent to the board; commands about the port are carried out."""
+        if self._client is None:
+            self._accept()
+            return b""
+        try:
+            data = self._client.recv(READ_SIZE)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data or self._manager is None:
+            self.hang_up()
+            return b""
+        return b"".join(self._manager.filter(data))
+
+    def write(self, data: bytes) -> None:
+        """Send to the client; what does not fit because nobody reads is lost, as on the board."""
+        if self._manager is not None:
+            self._send(b"".join(self._manager.escape(data)))
+
+    def hang_up(self) -> None:
+        """Drop the client, as pulling the plug does; both lines fall."""
+        if self._client is not None:
+            self._client.close()
+        self._client = self._manager = None
+        self._lines = ModemLines()
+
+    def close(self) -> None:
+        """Drop the client and listen no more; a second call does nothing."""
+        self.hang_up()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        try:
+            self._client, _ = self._listener.accept()
+        except BlockingIOError:
+            return
+        self._client.setblocking(False)
+        self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        # It is written for a pyserial port on one side and any file on the other.
+        self._manager = PortManager(_Board(self._change), _Answers(self._send))  # type: ignore[arg-type]
+
+    def _change(self, line: str, value: bool) -> None:
+        if self._lines.set(**{line: value}):
+            self._reset(self._lines.download)
+
+    def _send(self, data: bytes) -> None:
+        if self._client is None:
+            return
+        try:
+            self._client.send(data)
+        except OSError:
+            return
+
+
+class _Answers:
+    """Where pyserial's server writes what it negotiates."""
+
+    def __init__(self, write: Callable[[bytes], None]) -> None:
+        self.write = write

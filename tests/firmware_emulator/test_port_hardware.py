@@ -1,0 +1,161 @@
+"""The board's port as hardware: modem lines, resets, a port that goes away, and what a pseudo-terminal cannot carry."""
+
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+import serial
+from esptool.reset import HardReset, USBJTAGSerialReset
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_emulator.bench import Bench
+from firmware_emulator.firmware.rom_text import rom_text
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.modem_lines import ModemLines
+from firmware_emulator.links.pty import PtyServer
+from firmware_emulator.links.terminal import Terminal
+
+# Of pyserial 3.5, which calls it for `rfc2217://`.
+pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning")
+GET_TEMP = bytes.fromhex("25").ljust(16, b"\0")
+PATIENCE_S = 20.0
+ROM, WAITING, SKIPPING = b"ESP-ROM:esp32s3", b"waiting for download", b"skipping homing"
+
+
+@contextmanager
+def served(hand=None, **how):
+    """A hand served in another thread; its calls are made between two turns of the server's loop."""
+    hand = hand or EmulatedHand(Bench())
+    hand.says_rom_text = True
+    server, done = PtyServer(hand, **how), threading.Event()
+    thread = threading.Thread(target=server.run, args=(done.is_set,))
+    thread.start()
+    try:
+        yield server
+    finally:
+        done.set()
+        thread.join(PATIENCE_S)
+        server.close()
+
+
+def heard(port, wanted):
+    """What comes until it holds all that is wanted."""
+    text, deadline = b"", time.monotonic() + PATIENCE_S
+    while not all(part in text for part in wanted) and time.monotonic() < deadline:
+        text += port.read(4096)
+    assert all(part in text for part in wanted), text
+    return text
+
+
+def answers(port):
+    port.write(GET_TEMP)
+    return port.read(16)[:2] == GET_TEMP[:2]
+
+
+@given(st.lists(st.tuples(st.sampled_from(["dtr", "rts"]), st.booleans()), max_size=12))
+def test_only_raised_rts_with_dropped_dtr_restarts_the_chip(changes):
+    """ESP32-S3 technical reference manual: DTR 0 and RTS 1 is the one state that resets."""
+    lines, state = ModemLines(), {"dtr": False, "rts": False}
+    for line, value in changes:
+        before = dict(state)
+        state[line] = value
+        assert lines.set(**{line: value}) == (state != before and state == {"dtr": False, "rts": True})
+
+
+def test_opening_a_port_restarts_nothing():
+    lines = ModemLines()
+    assert [lines.set(dtr=True), lines.set(rts=True), lines.set(dtr=False, rts=False)] == [False] * 3
+
+
+def test_a_client_over_the_network_is_answered_and_may_come_back():
+    with served(listen=("localhost", 0)) as server:
+        for baud in (921600, 9600):
+            with serial.serial_for_url(server.url, baud, timeout=PATIENCE_S) as port:
+                assert answers(port)
+                assert port.cts
+
+
+def test_esptools_reset_restarts_the_board_and_plain_opening_does_not():
+    with served(listen=("localhost", 0)) as server, serial.serial_for_url(server.url, timeout=PATIENCE_S) as port:
+        assert answers(port)
+        port.timeout = 0.2
+        # As esptool leaves them; with DTR raised its pulse on RTS asks for nothing.
+        port.rts = port.dtr = False
+        assert port.read(1) == b""
+        HardReset(port, uses_usb=True)()
+        text = heard(port, (ROM, SKIPPING))
+        assert b"USB_UART_CHIP_RESET" in text
+        port.timeout = PATIENCE_S
+        assert answers(port)
+
+
+def test_esptools_way_into_the_download_mode_and_out_of_it():
+    with served(listen=("localhost", 0)) as server, serial.serial_for_url(server.url, timeout=0.2) as port:
+        USBJTAGSerialReset(port)()
+        assert SKIPPING not in heard(port, (ROM, WAITING))
+        assert not answers(port)
+        HardReset(port, uses_usb=True)()
+        heard(port, (SKIPPING,))
+        port.timeout = PATIENCE_S
+        assert answers(port)
+
+
+def test_a_power_cycle_takes_the_port_away_and_brings_it_back(tmp_path):
+    path, hand = tmp_path / "hand", EmulatedHand(Bench(), firmware="0.1.0")
+    with served(hand, link=path) as server:
+        gone = serial.Serial(server.name, timeout=0.05)
+        hand.kernel.call_at(hand.kernel.now, hand.reset, "power_on")
+        with pytest.raises(serial.SerialException):  # noqa: PT012 - it fails when it is gone
+            while True:
+                gone.read(16)
+        deadline = time.monotonic() + PATIENCE_S
+        while not path.is_symlink() and time.monotonic() < deadline:
+            threading.Event().wait(0.02)
+        with serial.Serial(server.name, timeout=PATIENCE_S) as back:
+            assert answers(back)
+
+
+def test_any_other_reset_leaves_the_port_open(tmp_path):
+    hand = EmulatedHand(Bench())
+    with served(hand, link=tmp_path / "hand") as server, serial.Serial(server.name, timeout=0.2) as port:
+        hand.kernel.call_at(hand.kernel.now, hand.reset, "reset")
+        heard(port, (ROM, SKIPPING))
+
+
+def test_a_pseudo_terminal_carries_no_modem_lines_but_a_baud_rate():
+    """Linux refuses TIOCMBIS on it (ENOTTY), so a client's `dtr` fails as on no real port; `rfc2217://` has them."""
+    with Terminal() as terminal:
+        assert terminal.baud == 1_000_000
+        for baud in (4800, 76_800, 128_000, 250_000, 500_000, 1_000_000, 123_456):
+            with serial.Serial(terminal.path, baud):
+                assert terminal.baud == baud
+        with serial.Serial(terminal.path) as port, pytest.raises(OSError, match="25"):
+            port.dtr = False
+
+
+def test_the_board_ignores_the_baud_rate_as_usb_does():
+    with served() as server:
+        for baud in (4800, 921600):
+            with serial.Serial(server.name, baud, timeout=PATIENCE_S) as port:
+                assert answers(port)
+
+
+def test_the_bus_terminal_knows_the_baud_rate_and_may_echo(tmp_path):
+    ping, answer = bytes.fromhex("FF FF 03 02 01 F9"), bytes.fromhex("FF FF 03 02 00 FA")
+    for echo in (False, True):
+        with served(bus_link=tmp_path / "bus", bus_echo=echo) as server:
+            with serial.Serial(server.bus_name, 500_000, timeout=0.3) as port:
+                port.write(ping)
+                assert port.read(12) == (ping if echo else b"")
+            with serial.Serial(server.bus_name, 1_000_000, timeout=PATIENCE_S) as port:
+                port.write(ping)
+                assert port.read(12 if echo else 6) == (ping + answer if echo else answer)
+
+
+def test_rom_text_is_known_to_be_that_of_a_start():
+    """`aero` tells a start by its marks, each stretch of the text included."""
+    for cause in ("power_on", "brown_out", "reset"):
+        assert rom_text(cause).startswith("ESP-ROM:")
+        assert rom_text(cause).count("\r\n") >= 7

@@ -1,0 +1,163 @@
+"""Registers with an effect: gain, dead zone, angle limits and overload, each as its maker's table says."""
+
+from dataclasses import replace
+
+import pytest
+
+from firmware_emulator.bench import Bench, BenchShaft
+from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT
+from tests.firmware_emulator.test_servo import Bus
+
+OPEN = 3278
+LOAD_N_M = 0.05
+STS = replace(HLS3606M, model="STS3215")
+OVERLOAD = 0x20
+
+
+def loaded():
+    """A shaft that a constant load pulls, without friction."""
+    return Bus(plant=Bench(BenchShaft(friction=0.0, spring=LOAD_N_M)))
+
+
+def error_under_load(bus):
+    bus.write_word(42, OPEN)
+    bus.wait(1.0)
+    return abs(bus.position() - OPEN)
+
+
+@pytest.mark.parametrize(("address", "gain"), [(50, 16), (50, 32), (50, 64)])
+def test_the_gain_divides_the_error_under_a_load(address, gain):
+    """Transcribed HLS table, register 50: position loop P coefficient, loaded from 21; in proportion (assumption)."""
+    bus = loaded()
+    bus.write(address, gain)
+    expected = LOAD_N_M / (HLS3606M.stiffness * gain / 32) / RAD_PER_COUNT
+    assert error_under_load(bus) == pytest.approx(expected, abs=1.0)
+
+
+def test_the_gain_of_the_eeprom_counts_from_the_next_power_on():
+    bus = loaded()
+    bus.write(55, 0)
+    bus.write(21, 64)
+    assert bus.read(50, 1) == 32
+    bus.servo.power_up()
+    assert bus.read(50, 1) == 64
+    half = LOAD_N_M / (HLS3606M.stiffness * 2) / RAD_PER_COUNT
+    assert error_under_load(bus) == pytest.approx(half, abs=1.0)
+
+
+def test_without_gain_a_goal_moves_nothing():
+    bus = Bus()
+    bus.write(50, 0)
+    bus.write_word(42, 3000)
+    bus.wait(0.5)
+    assert bus.position() == OPEN
+
+
+@pytest.mark.parametrize("zone", [1, 4, 16])
+def test_errors_in_the_dead_zone_are_left_alone(zone):
+    """Transcribed HLS table, registers 26 and 27: dead zones of 0 to 16 counts; one count is the factory's."""
+    bus = Bus(plant=Bench(BenchShaft(friction=0.0)))
+    bus.write(26, zone, zone)
+    bus.write_word(42, OPEN - zone)
+    bus.wait(0.5)
+    assert bus.position() == (OPEN - 1 if zone == 1 else OPEN)
+    bus.write_word(42, OPEN - zone - 20)
+    bus.wait(0.5)
+    assert abs(bus.position() - (OPEN - zone - 20)) <= zone
+
+
+def test_goals_stay_within_angle_limits_that_someone_has_set():
+    """Transcribed HLS table, registers 9 and 11. The factory's 0 and 4095 bound nothing here, nor does 0 and 0."""
+    bus = Bus(plant=Bench(BenchShaft(friction=0.0)))
+    for low, high, goal, reached in (
+        (0, 4095, 4500, 4500),
+        (2500, 3500, 4501, 3500),
+        (2500, 3500, 2000, 2500),
+        (0, 0, 2001, 2001),
+    ):
+        bus.write_word(9, low)
+        bus.write_word(11, high)
+        bus.write_word(42, goal)
+        bus.wait(1.0)
+        assert bus.position() == pytest.approx(reached, abs=2)
+
+
+def blocked(servos, seconds, *, unload=0x2C):
+    """A servo that pushes at full torque against a stop it cannot pass."""
+    plant = Bench(BenchShaft(friction=0.0, stop_low=0.0, stop_high=0.0, stop_stiffness=2000.0))
+    bus = Bus(plant=plant, servos=servos)
+    bus.write(19, unload)
+    bus.write_word(44, 1023)
+    bus.write_word(42, OPEN - 1000)
+    bus.wait(seconds)
+    return bus, plant
+
+
+def effort(plant):
+    return abs(plant.efforts()[0])
+
+
+def test_a_blocked_sts_servo_falls_back_to_its_holding_torque_after_two_seconds():
+    """Transcribed STS table: above 80 % (36) for 200 x 10 ms (35), 20 % (34) is left; status bit 5."""
+    bus, plant = blocked(replace(STS, full_duty_units=500.0), 1.5)
+    assert bus.read(65, 1) == 0
+    assert effort(plant) == pytest.approx(HLS3606M.stall_torque, rel=0.02)
+    bus.wait(1.0)
+    assert bus.read(65, 1) == OVERLOAD
+    assert bus.read(40, 1) == 1
+    assert effort(plant) == pytest.approx(0.2 * HLS3606M.stall_torque, rel=0.02)
+    bus.wait(120.0)
+    assert bus.read(65, 1) == OVERLOAD
+    assert effort(plant) == pytest.approx(0.2 * HLS3606M.stall_torque, rel=0.02)
+    # Another goal lets go of it (assumption).
+    bus.write_word(42, OPEN - 900)
+    bus.wait(0.3)
+    assert bus.read(65, 1) == 0
+    assert effort(plant) == pytest.approx(HLS3606M.stall_torque, rel=0.02)
+
+
+@pytest.mark.parametrize(("holding", "hundredths", "threshold"), [(30, 50, 80), (20, 200, 50)])
+def test_the_three_registers_of_overload_count(holding, hundredths, threshold):
+    bus, plant = blocked(replace(STS, full_duty_units=500.0), 0.0)
+    bus.write(34, holding, hundredths, threshold)
+    bus.write_word(48, 10 * threshold - 10)
+    bus.wait(5.0)
+    assert bus.read(65, 1) == 0, "a load below the threshold is no overload"
+    bus.write_word(48, 1000)
+    bus.wait(0.01 * hundredths - 0.2)
+    assert bus.read(65, 1) == 0
+    bus.wait(0.5)
+    assert bus.read(65, 1) == OVERLOAD
+    assert effort(plant) == pytest.approx(holding / 100 * HLS3606M.stall_torque, rel=0.02)
+
+
+def test_overload_that_is_not_among_the_unload_conditions_does_nothing():
+    bus, plant = blocked(replace(STS, full_duty_units=500.0), 10.0, unload=0x0C)
+    assert bus.read(65, 1) == 0
+    assert effort(plant) == pytest.approx(HLS3606M.stall_torque, rel=0.02)
+
+
+def test_a_blocked_hls_servo_is_not_overloaded_and_heats_up_until_its_temperature_ends_it():
+    """The HLS table names the bit and no threshold; of its protections, temperature (13) is left: 70 degrees."""
+    bus, plant = blocked(HLS3606M, 120.0)
+    assert bus.read(65, 1) == 0
+    assert effort(plant) == pytest.approx(HLS3606M.stall_torque, rel=0.02)
+    assert bus.read(63, 1) > 45
+    bus.servo.heat_to(71.5)
+    bus.wait(0.3)
+    assert bus.read(65, 1) == 0x04
+    assert bus.read(40, 1) == 0
+    assert effort(plant) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_an_hls_servo_above_its_protection_current_is_cut_after_two_seconds():
+    """Transcribed HLS table: registers 28 and 38, 200 x 10 ms. PWM mode alone is not bounded by 28."""
+    bus = Bus(plant=Bench(BenchShaft(friction=0.0, stop_low=0.0, stop_high=0.0, stop_stiffness=2000.0)))
+    bus.write_word(28, 400)
+    bus.write(33, 3)
+    bus.write_word(44, 900)
+    bus.wait(1.8)
+    assert bus.read(65, 1) == 0
+    bus.wait(0.5)
+    assert bus.read(65, 1) == 0x08
+    assert bus.read(40, 1) == 0
