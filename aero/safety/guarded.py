@@ -17,6 +17,7 @@ from aero.channels import THUMB, Channel
 from aero.clock import Clock
 from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.errors import AeroError
+from aero.firmware import ServoSettings
 from aero.protocol import MAX_CODE
 from aero.safety.interrupts import uninterrupted
 from aero.safety.lateness import Lateness
@@ -25,7 +26,7 @@ from aero.safety.reading import Reading
 from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
 from aero.safety.stop import LinkLostError, SafetyStopError
-from aero.safety.thresholds import ServoSettings, Thresholds
+from aero.safety.thresholds import Thresholds
 from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock
 from aero.transport import Transport

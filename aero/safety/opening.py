@@ -11,8 +11,9 @@ from aero.channels import Channel
 from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
+from aero.firmware import ServoSettings
 from aero.protocol import MAX_CODE
-from aero.safety.thresholds import ServoSettings, Thresholds
+from aero.safety.thresholds import Thresholds
 
 STEP_S = 0.02
 """Time from one command of the ramp to the next, s."""

@@ -5,7 +5,8 @@ import pytest
 from guarded_hands import close, guarded, torque_limits, wait
 
 from aero import Channel
-from aero.safety import SafetyStopError, Thresholds, usual_settings
+from aero.firmware import firmware_of
+from aero.safety import SafetyStopError, Thresholds
 from hil import open_target
 from hil.checks.staircase.run import FULL, Staircase, run_staircase
 from hil.lab.system_identification.excitation import REACH
@@ -28,7 +29,7 @@ def test_channels_that_meet_their_stops_are_weakened_for_it_and_no_longer():
         target.begin(stops=[Channel.RING])
         close(target)
         wait(target, 0.1)
-        weak, usual = thresholds.stop_torque, usual_settings("0.2.0").torque
+        weak, usual = thresholds.stop_torque, firmware_of("0.2.0").settings.torque
         assert torque_limits(target) == [weak, weak, weak, usual, usual, weak, usual]
         target.begin()
         close(target)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from aero.errors import AeroError
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT
 from hil.faults import FaultNeverFiredError, parse_fault
@@ -25,7 +26,7 @@ class Trial:
     unit: str
     """As `open_target` takes it, mostly `plausible:SEED`."""
     side: Side = "right"
-    firmware: str = "0.2.0"
+    firmware: str = DEFAULT_FIRMWARE
     """As declared; on the board too, unless a fault puts another there."""
     seed: int = 0
     """Of the noise and of the faults."""
