@@ -8,6 +8,7 @@ from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, 
 
 from aero import Channel
 from aero.channels import WIRE_ORDER
+from aero.errors import LinkTimeoutError
 from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import LinkLostError, SafetyStopError, Thresholds
@@ -230,6 +231,22 @@ def test_a_hand_that_is_unplugged_while_it_is_stopped_was_stopped_by_the_guard()
         with pytest.raises(SafetyStopError, match=r"it is hot.*SUPPLY OFF") as stop:
             wait(target, 2.0)
     assert ending(stop.value)[0] == 4
+
+
+def test_what_the_program_asked_in_vain_counts_as_silence():
+    """Found by the search of test_promises.py: the board hung for 5 s before the hand was opened."""
+    with guarded(link=FailingLink) as target:
+        close(target, Channel.INDEX, share=0.5)
+        wait(target, 1.0)
+        link, clock = target.wire._transport, target.clock.bare
+        link.silent, link.log, begin = True, [], clock.now()
+        with pytest.raises(LinkTimeoutError):
+            target.hand.read_speeds()
+        with pytest.raises(SafetyStopError, match="not answered") as stop:
+            target.hand.read_speeds()
+    opening = next(t for t, direction, data in link.log if direction == ">" and data[0] == Opcode.CTRL_POS)
+    assert opening - begin < 2.2
+    assert "busy" not in str(stop.value)
 
 
 def test_a_board_that_hangs_is_not_blamed_on_an_idle_machine():
