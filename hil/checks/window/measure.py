@@ -14,7 +14,7 @@ from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]
 
-LOADED_A = 0.2
+LOADED_A = 0.15
 """Median current that a wound cable draws at least, A; a spool alone draws 0.02 to 0.13."""
 JUMP_A = 0.08
 """Least rise of the current where a cable begins to pull, A: the springs of a finger ask for 0.13 and more."""
