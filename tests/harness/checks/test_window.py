@@ -39,7 +39,7 @@ def test_a_cable_that_became_short_since_leaves_the_closed_end_of_the_window():
 
 
 def test_a_trim_is_found_to_the_count():
-    assert measured("trim_left_in:ring=40")["ring"]["window_moved"] == -40
+    assert measured("trim_left_in:ring=40")["ring"]["window_moved"] == 40
     assert measured()["ring"]["window_moved"] == 0
 
 
