@@ -7,7 +7,8 @@ from contextlib import contextmanager
 
 from aero.actuation import CommandWindow
 from aero.clock import WallClock
-from aero.safety import GuardedHand, Standby, Thresholds, unwinding, usual_settings
+from aero.firmware import DEFAULT_FIRMWARE, firmware_of
+from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 
 
@@ -15,7 +16,7 @@ from aero.serial_transport import SerialTransport
 def open_hand(
     port_or_url: str,
     *,
-    firmware: str = "0.2.0",
+    firmware: str = DEFAULT_FIRMWARE,
     calibration: str | None = None,
     hand: str = "right",
     thresholds: Thresholds | None = None,
@@ -38,7 +39,7 @@ def open_hand(
         ConnectionError: the port cannot be opened; the message says why and which ports there are.
         SafetyStopError: on leaving, the hand may not be open; the message says what to do.
     """
-    limits, usual = thresholds or Thresholds(), usual_settings(firmware)
+    limits, usual = thresholds or Thresholds(), firmware_of(firmware).settings
     spans = CommandWindow.for_firmware(firmware, calibration, hand).spans_counts()
     with (
         unwinding(),

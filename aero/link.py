@@ -61,6 +61,8 @@ class HostLink:
         self._overdue = Overdue()
         self._stray = b""
         self._ahead = bytearray()
+        self.silent_from: float | None = None
+        """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
         self.disturbances = 0
         """Exchanges that did not go as they should, and starts of the board."""
 
@@ -206,6 +208,8 @@ class HostLink:
         asked = self._clock.now()
         self._write(frame, content)
         self._overdue.sent(Opcode(frame[0]), asked)
+        if self.silent_from is None:
+            self.silent_from = asked
         return asked
 
     def _outlast(self, opcode: Opcode, timeout_s: float, deadline: Deadline) -> bool:
@@ -243,6 +247,7 @@ class HostLink:
         self._note(scanner.stray)
         if reply is None:
             return None
+        self.silent_from = None
         self._overdue.answered(Opcode(reply.opcode))
         self._ahead += self._transport.read(_DRAIN_BYTES, 0.0)
         if not self._ahead or self._overdue.may_start(bytes(self._ahead)):

@@ -14,7 +14,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
 from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
-from firmware_emulator.firmware.profiles import profile_of
+from firmware_emulator.firmware.profiles import DEFAULT_VERSION, profile_of
 from firmware_emulator.firmware.rom_text import rom_text
 from firmware_emulator.kernel import Kernel, Task
 from firmware_emulator.native.program_board import ProgramBoard
@@ -54,7 +54,7 @@ class EmulatedHand:
         self,
         plant: Plant,
         *,
-        firmware: str = "0.2.0",
+        firmware: str = DEFAULT_VERSION,
         hand: HandSide = "right",
         servos: ServoParameters = HLS3606M,
         seed: int = 0,

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from aero.firmware import DEFAULT_FIRMWARE
+
 if TYPE_CHECKING:
     from aero import AeroHand
     from hil.faults.fault import Fault
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 
 IN_SOFTWARE = ("emulated", "pty")
 """Targets that need no hardware, and that any number of test processes may open at once."""
-DEFAULTS = {"--hil-firmware": "0.2.0", "--hil-unit": "reference"}
+DEFAULTS = {"--hil-firmware": DEFAULT_FIRMWARE, "--hil-unit": "reference"}
 """What is known to exist without looking."""
 REST_WAIT_S, REST_TRIES = 0.2, 15
 """How often an opening hand is looked at, s, and how many times at most."""

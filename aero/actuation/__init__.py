@@ -2,11 +2,10 @@
 
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.actuation.map import ActuationMap, SaturatedCodes
-from aero.actuation.window import CALIBRATIONS, FIRMWARE_CALIBRATIONS, UNSHIFTED, CommandWindow
+from aero.actuation.window import CALIBRATIONS, UNSHIFTED, CommandWindow
 
 __all__ = [
     "CALIBRATIONS",
-    "FIRMWARE_CALIBRATIONS",
     "UNSHIFTED",
     "ActuationMap",
     "Coefficients",

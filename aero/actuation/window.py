@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
+from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE
 
 COUNTS_PER_TURN = 4096
@@ -46,12 +47,6 @@ CALIBRATIONS = {
     "mixed": "any other restart after homing: the extended ends are shifted, the closed ends are not",
 }
 """The states of firmware 0.2.0 and `main`."""
-
-FIRMWARE_CALIBRATIONS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("pre", "0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5"), ("unshifted",)),
-    **dict.fromkeys(("0.2.0", "main"), ("homed", "unshifted", "mixed")),
-}
-"""States each firmware version can be in, the usual one first; `main` is the main branch since July 2026."""
 
 
 @dataclass(frozen=True)
@@ -89,9 +84,7 @@ class CommandWindow:
         Raises:
             ValueError: an unknown version, hand or state, or a state that the version cannot be in.
         """
-        if version not in FIRMWARE_CALIBRATIONS:
-            raise ValueError(f"unknown firmware {version!r}; known are {', '.join(FIRMWARE_CALIBRATIONS)}")
-        possible = FIRMWARE_CALIBRATIONS[version]
+        possible = firmware_of(version).calibrations
         state = calibration or possible[0]
         if state not in possible:
             raise ValueError(f"firmware {version} cannot be {state!r}; it can be {' or '.join(possible)}")

@@ -25,6 +25,7 @@ from aero.channels import WIRE_ORDER
 from aero.clock import Clock, Deadline, WallClock
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.errors import LinkTimeoutError
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.file import load
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings
@@ -140,7 +141,7 @@ def run_on(node: Node, path: Path) -> Run:
     Another thread must spin the node.
     """
     side = node.declare_parameter("side", "right").value
-    firmware = node.declare_parameter("firmware", "0.2.0").value
+    firmware = node.declare_parameter("firmware", DEFAULT_FIRMWARE).value
     settings = RunSettings(seconds=node.declare_parameter("seconds", 15.0).value)
     actuation_map, clock = ActuationMap.for_firmware(firmware, hand=side), WallClock()
     transport = RosTransport(node, actuation_map, clock, side)

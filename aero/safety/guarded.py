@@ -17,6 +17,7 @@ from aero.channels import THUMB, Channel
 from aero.clock import Clock
 from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.errors import AeroError
+from aero.firmware import ServoSettings
 from aero.protocol import MAX_CODE
 from aero.safety.interrupts import uninterrupted
 from aero.safety.lateness import Lateness
@@ -25,7 +26,7 @@ from aero.safety.reading import Reading
 from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
 from aero.safety.stop import LinkLostError, SafetyStopError
-from aero.safety.thresholds import ServoSettings, Thresholds
+from aero.safety.thresholds import Thresholds
 from aero.safety.watch import Watch
 from aero.safety.watched_clock import WatchedClock
 from aero.transport import Transport
@@ -330,19 +331,24 @@ class GuardedHand(AeroHand):
         now = self._bare_clock.now()
         if self.phase not in {Phase.OPENING, Phase.MOVING} or now < self._look_due:
             return
-        # What the look before took makes this one not late.
-        self._lateness.began(now, now - max(self._look_due, self._looked_at + self.thresholds.look_s))
+        silent = False
+        if self._link.silent_from is None:  # else the program has waited for the board
+            # What the look before took makes this one not late.
+            self._lateness.began(now, now - max(self._look_due, self._looked_at + self.thresholds.look_s))
         try:
             with self._itself():
                 objection = self._unwatched(now) or self._look()
                 self._lateness.answered(self._bare_clock.now(), self._bare_clock.now() - now)
                 self._restore()
         except AeroError:
-            objection = self._watch.unanswered(now, self._bare_clock.now())
+            # What the program itself has asked in vain counts too.
+            asked = now if self._link.silent_from is None else min(now, self._link.silent_from)
+            objection = self._watch.unanswered(asked, self._bare_clock.now())
+            silent = True
         self._looked_at = self._bare_clock.now()
         self._look_due = now + self.thresholds.look_s
         if objection is not None:
-            self._abort(objection)
+            self._abort(objection, silent=silent)
 
     def _unwatched(self, now: float) -> str | None:
         """Return why to stop when nobody has looked at a hand that is not open for too long."""
@@ -373,12 +379,14 @@ class GuardedHand(AeroHand):
             super().command_codes(self._last_codes)
         self._disturbances, self._restarts = disturbances, restarts
 
-    def _abort(self, objection: str) -> None:
-        self._open(objection + self._lateness.remark())
+    def _abort(self, objection: str, *, silent: bool = False) -> None:
+        self._open(objection + self._lateness.remark(), silent=silent)
         raise SafetyStopError(self._stop)
 
-    def _open(self, reason: str) -> None:
+    def _open(self, reason: str, *, silent: bool = False) -> None:
         """Open slowly and leave weak; the hand takes no more commands of the program.
+
+        A board that was just found `silent` is not asked first where its hand stands.
 
         A signal that comes meanwhile is carried out afterwards, but for a hand that may be closed.
 
@@ -393,7 +401,12 @@ class GuardedHand(AeroHand):
                 with self._itself():
                     settable = self._usual is not None
                     doubt = open_and_relax(
-                        self, self._bare_clock, self.thresholds, settable=settable, last_codes=self._last_codes
+                        self,
+                        self._bare_clock,
+                        self.thresholds,
+                        settable=settable,
+                        last_codes=self._last_codes,
+                        silent=silent,
                     )
             except ConnectionError as error:
                 doubt = str(error)

@@ -11,8 +11,9 @@ from aero.channels import Channel
 from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
+from aero.firmware import ServoSettings
 from aero.protocol import MAX_CODE
-from aero.safety.thresholds import ServoSettings, Thresholds
+from aero.safety.thresholds import Thresholds
 
 STEP_S = 0.02
 """Time from one command of the ramp to the next, s."""
@@ -62,7 +63,13 @@ def move_slowly(
 
 
 def open_and_relax(
-    hand: AeroHand, clock: Clock, thresholds: Thresholds, *, settable: bool, last_codes: ArrayLike = OPEN
+    hand: AeroHand,
+    clock: Clock,
+    thresholds: Thresholds,
+    *,
+    settable: bool,
+    last_codes: ArrayLike = OPEN,
+    silent: bool = False,
 ) -> str:
     """Open a hand slowly and weakly, leave it weak, and see that it is so, whatever state it and the link are in.
 
@@ -76,6 +83,7 @@ def open_and_relax(
         clock: of the hand.
         thresholds: how slowly, how weakly and how patiently.
         settable: whether the firmware takes speed and torque limits; `pre` does not.
+        silent: whether the board has just left questions unanswered: the ramp that needs no answer comes first then.
         last_codes: (7,), where the ramp starts when the encoders cannot be read: the last command; open when unknown.
 
     Returns:
@@ -85,8 +93,8 @@ def open_and_relax(
         ConnectionError: the link is gone.
     """
     deadline = Deadline.after(clock, thresholds.opening_patience_s)
-    attempt = _Attempt(hand, clock, thresholds, settable)
-    doubt = attempt.run()
+    attempt = _Attempt(hand, clock, thresholds, settable, silent=silent)
+    doubt = "the board does not answer" if silent else attempt.run()
     if attempt.silent:
         with suppress(AeroError):  # a frame that went out incomplete forbids it until the board is back in step
             move_slowly(hand, clock, last_codes, OPEN, thresholds.opening_s, blindly=True)
@@ -117,9 +125,9 @@ def limit(hand: AeroHand, settings: ServoSettings) -> None:
 class _Attempt:
     """One try after another at opening a hand."""
 
-    def __init__(self, hand: AeroHand, clock: Clock, thresholds: Thresholds, settable: bool) -> None:
+    def __init__(self, hand: AeroHand, clock: Clock, thresholds: Thresholds, settable: bool, *, silent: bool) -> None:
         self._hand, self._clock, self._thresholds, self._settable = hand, clock, thresholds, settable
-        self.silent = False
+        self.silent = silent
         """Whether the last try got no answer at its beginning."""
 
     def run(self) -> str:

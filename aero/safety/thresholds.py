@@ -84,13 +84,3 @@ class Thresholds:
     def as_dict(self) -> dict[str, float]:
         """Return every threshold by name, for the header of a recording and for people."""
         return dataclasses.asdict(self)
-
-
-@dataclass(frozen=True)
-class ServoSettings:
-    """Speed and torque limits of all channels."""
-
-    speed: int
-    """Register units, 0..32766."""
-    torque: int
-    """Register units, 0..1023."""

@@ -16,6 +16,10 @@ from aero.safety.thresholds import Thresholds
 Floats = NDArray[np.float64]
 
 
+ROUNDING_S = 1e-6
+"""A look that waits for exactly as long as a board may be silent says so at once, and not after another one."""
+
+
 class Watch:
     """Judges what a hand reports against what it was told.
 
@@ -49,7 +53,7 @@ class Watch:
         if self._silent_from is None:
             self._silent_from = asked
         silent_s = t - self._silent_from
-        if silent_s <= self._thresholds.silent_s:
+        if silent_s < self._thresholds.silent_s - ROUNDING_S:
             return None
         return (
             f"the hand has not answered for {silent_s:.2f} s (limit {self._thresholds.silent_s:g} s): check its supply "

@@ -11,12 +11,13 @@ import mkdocs_gen_files
 
 import aero
 import hil
+from aero.firmware import DEFAULT_FIRMWARE
 from hil.checks import JUDGED
 from hil.checks.shared.declaration import Metric
 from hil.cli import COMMANDS
 from hil.verdict.limits import Limit, load_limits
 
-KIND, FIRMWARE = "aero_hand_open", "0.2.0"
+KIND, FIRMWARE = "aero_hand_open", DEFAULT_FIRMWARE
 """Of the limits that are shown: what `aero-hil validate` takes when nothing else is asked for."""
 
 

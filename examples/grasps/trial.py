@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.channels import JOINT_BOX_RAD
+from aero.firmware import DEFAULT_FIRMWARE
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from model.skeleton import GRAVITY
@@ -20,7 +21,7 @@ from model.units import Unit
 from .grasp import Grasp
 from .object_plant import ObjectPlant
 
-FIRMWARE = "0.2.0"
+FIRMWARE = DEFAULT_FIRMWARE
 SHAPING_S, CLOSING_S = 0.8, 0.8
 """Time for the channels that close before the object is there, and for those that close on it, s."""
 SETTLING_S = 0.3

@@ -12,7 +12,7 @@ from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.compare.steps import Await, Damage, Heat, Reset, Send, Servos, Session, Step, Wait
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
 from firmware_emulator.firmware.nvs import Nvs
-from firmware_emulator.firmware.profiles import PROFILES
+from firmware_emulator.firmware.profiles import DEFAULT_VERSION, PROFILES
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
 
@@ -28,7 +28,7 @@ class Contender:
 
     name: str
     hand: HandSide
-    version: str = "0.2.0"
+    version: str = DEFAULT_VERSION
     program: Path | None = None
 
 

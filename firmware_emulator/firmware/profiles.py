@@ -104,6 +104,8 @@ PROFILES: dict[str, FirmwareProfile] = {
     profile.version: profile for profile in (_PRE, _0_1_0, _0_1_1, _0_1_2, _0_1_3, _0_1_4, _0_1_5, _0_2_0, _MAIN)
 }
 """Every version, oldest first."""
+DEFAULT_VERSION = _0_2_0.version
+"""The newest release."""
 
 
 def profile_of(version: str) -> FirmwareProfile:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import click
 
+from hil.cli.drawing_library import name_it
 from hil.cli.exits import OURS, Ended, Exit, run
 
 
@@ -86,6 +87,7 @@ class LazyGroup(click.Group):
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
+        name_it()
         run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
 
 

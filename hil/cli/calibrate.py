@@ -12,12 +12,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 from rich.table import Table
 
 from aero.channels import Channel
+from aero.firmware import FIRMWARE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.console import console as new_console
 from hil.cli.console import description
 from hil.cli.exits import given
-from hil.cli.options import FIRMWARE, NewFolder
+from hil.cli.options import NewFolder
 from hil.cli.progress_bar import ProgressBar
 from hil.lab.system_identification.calibration import Calibration, calibrate
 from hil.lab.system_identification.held_out import FEWEST, PARTS, held_out_rms
@@ -34,7 +35,7 @@ from model.units.naming import unit_named
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Unit file to write.")
 @click.option("--start", default="reference", show_default=True, help="Unit to start from, or a .toml.")
-@click.option("--firmware", type=click.Choice(FIRMWARE), help="Of the hand; what the recordings say if not given.")
+@click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Version; that of the recordings if not given.")
 @click.option("--plots", type=NewFolder(), help="Folder for predicted and recorded.")
 @click.option("--yardstick", is_flag=True, help="Also search and score a plain P-and-damping model, minutes more.")
 @click.option("--jobs", type=click.IntRange(1, 1000), default=os.cpu_count() or 1, show_default=True, help="Processes.")

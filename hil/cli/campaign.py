@@ -9,12 +9,13 @@ from pathlib import Path
 import click
 from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
+from aero.firmware import FIRMWARE
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.cli.console import console as new_console
 from hil.cli.console import description
 from hil.cli.exits import given
-from hil.cli.options import FIRMWARE, SEED
+from hil.cli.options import SEED
 from hil.cli.progress_bar import ProgressBar
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
@@ -41,7 +42,7 @@ MOST = 1_000_000
 )  # fmt: skip
 @click.option("--hands", type=click.IntRange(1, MOST), default=5, show_default=True, help="Hands for each fault.")
 @click.option("--first-seed", type=SEED, default=0, show_default=True, help="Seed of the first hand.")
-@click.option("--firmware", type=click.Choice(FIRMWARE), multiple=True, default=USUAL_FIRMWARE, show_default=True,
+@click.option("--firmware", type=click.Choice(list(FIRMWARE)), multiple=True, default=USUAL_FIRMWARE, show_default=True,
               help="Version on the boards; several take turns.")  # fmt: skip
 @click.option("--only", "names", multiple=True, type=click.Choice(list(EXPERIMENTS)), help="Run only this experiment.")
 @click.option(

@@ -8,8 +8,9 @@ from typing import Any, TextIO
 import click
 import numpy as np
 
-from aero.actuation import CALIBRATIONS, FIRMWARE_CALIBRATIONS, ActuationMap
+from aero.actuation import CALIBRATIONS, ActuationMap
 from aero.actuation.representations import REPRESENTATIONS, Representation, convert
+from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from hil.cli.exits import given
 
 MOST_CHARACTERS = 2**20
@@ -20,7 +21,7 @@ _SOURCES = [name for name, representation in REPRESENTATIONS.items() if represen
 @click.command("map")
 @click.option("--from", "source", required=True, type=click.Choice(_SOURCES), help="What the input is.")
 @click.option("--to", "target", required=True, type=click.Choice(list(REPRESENTATIONS)), help="What is wanted.")
-@click.option("--firmware", default="0.2.0", show_default=True, type=click.Choice(list(FIRMWARE_CALIBRATIONS)))
+@click.option("--firmware", default=DEFAULT_FIRMWARE, show_default=True, type=click.Choice(list(FIRMWARE)))
 @click.option(
     "--calibration", type=click.Choice(list(CALIBRATIONS)), help="State of firmware 0.2.0; homed if not given."
 )

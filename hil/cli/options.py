@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from aero.actuation.window import FIRMWARE_CALIBRATIONS
+from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from hil.cli.exits import given
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 Command = Callable[..., Any]
 
-FIRMWARE = tuple(FIRMWARE_CALIBRATIONS)
 FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, may be given several times; `aero-hil faults` lists the names."
 
 
@@ -163,7 +162,9 @@ def emulation(command: Command) -> Command:
 
     wrapped: Command = update_wrapper(with_hand, command)
     decorators = (
-        click.option("--firmware", type=click.Choice(FIRMWARE), default="0.2.0", show_default=True, help="Version."),
+        click.option(
+            "--firmware", type=click.Choice(FIRMWARE), default=DEFAULT_FIRMWARE, show_default=True, help="Version."
+        ),
         click.option(
             "--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side."
         ),

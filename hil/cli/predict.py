@@ -11,11 +11,12 @@ import click
 import numpy as np
 from rich.table import Table
 
+from aero.firmware import FIRMWARE
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
 from hil.cli.console import console as new_console
 from hil.cli.exits import given
-from hil.cli.options import FIRMWARE, SEED, Seconds
+from hil.cli.options import SEED, Seconds
 from hil.cli.progress_bar import ProgressBar
 from hil.lab.policies.byte_evaluation import run_trials
 from hil.lab.policies.cube_trial import Trial
@@ -38,7 +39,7 @@ WIDTH = 120
 @click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of a trial.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the first trial.")
 @click.option("--unit", help=f"Another hand than the deployment's: a unit, or `{ANY_HAND}` for a new one each trial.")
-@click.option("--firmware", type=click.Choice(FIRMWARE), help="Another firmware than the deployment's.")
+@click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Another firmware than the deployment's.")
 @click.option("--json", "as_json", is_flag=True, help="Print data for programs.")
 def predict(
     *,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from aero.channels import WIRE_ORDER
+from aero.firmware import FIRMWARE
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.calibrate_mid import centre
 from firmware_emulator.firmware.hands import HandSide
@@ -18,15 +19,6 @@ Effect = Callable[[EmulatedHand, Fault], None]
 
 RUNS = "board_runs_"
 """Begins the name of a fault that says which version the board runs in truth."""
-SAME = (
-    "0.1.2 to 0.1.5 have the same windows, motion and torque, as 0.1.0 and 0.1.1 have; a guard sets the torque, and "
-    "all of these read the same then"
-)
-REASONS = {
-    **dict.fromkeys(("0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5"), SAME),
-    "main": "`main` and 0.2.0 move and home alike; `aero-hil doctor` tells them apart, by CALIBRATE_MID",
-}
-"""Why a version that runs in truth may not be told from the declared one."""
 WRONG_SIDE = "board_of_other_side"
 OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
 
@@ -99,7 +91,7 @@ KINDS = (
             bounds=ONCE,
             later=False,
             excludes="version",
-            reason=REASONS.get(version, ""),
+            reason=FIRMWARE[version].looks_like,
         )
         for version in PROFILES
     ),

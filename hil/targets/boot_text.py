@@ -9,6 +9,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from aero.firmware import FIRMWARE, BootText
+
 PINGS = "Pinging servos"
 """Printed before each servo is asked, by every version up to 0.1.4."""
 RESET_CAUSE = ("Power-on detected", "Non-power reset")
@@ -43,10 +45,11 @@ def identify(text: str) -> Identity:
 
 
 def _versions(text: str, *, has_side: bool) -> tuple[str, ...]:
+    kind = None
     if AUTO_HOMING in text:
-        return ("0.1.3",)
-    if any(cause in text for cause in RESET_CAUSE):
-        return ("0.1.4",) if PINGS in text else ("0.1.5", "0.2.0", "main")
-    if PINGS in text:
-        return ("0.1.0", "0.1.1", "0.1.2") if has_side else ("pre",)
-    return ()
+        kind = BootText.AUTO_HOMING
+    elif any(cause in text for cause in RESET_CAUSE):
+        kind = BootText.RESET_AND_PINGS if PINGS in text else BootText.RESET
+    elif PINGS in text:
+        kind = BootText.HAND_AND_PINGS if has_side else BootText.PINGS
+    return tuple(row.version for row in FIRMWARE.values() if row.boot_text is kind)

@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock
-from aero.safety import GuardedHand, Standby, Thresholds, unwinding, usual_settings
+from aero.firmware import firmware_of
+from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.transport import Transport
 
 
@@ -41,7 +42,7 @@ def guard(
         transport,
         clock,
         spans_counts=codec.window.spans_counts(),
-        usual=usual_settings(firmware),
+        usual=firmware_of(firmware).settings,
         thresholds=thresholds,
         standby=standby,
     )
@@ -54,4 +55,4 @@ def ready_for_the_worst(port: str, thresholds: Thresholds | None, firmware: str)
         yield None
         return
     with unwinding():
-        yield Standby(port, thresholds, settable=usual_settings(firmware) is not None)
+        yield Standby(port, thresholds, settable=firmware_of(firmware).settings is not None)

@@ -15,6 +15,7 @@ from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.safety import GuardedHand, Thresholds
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
@@ -25,7 +26,7 @@ from hil.faults.schedule import Schedule
 from hil.targets.emulated_hand import build_emulated, host_link
 from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
-from hil.targets.target import DEFAULT_FIRMWARE, PHYSICAL, NoHandError, Target
+from hil.targets.target import PHYSICAL, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
 from model.geometry import Side

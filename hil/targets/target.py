@@ -14,12 +14,12 @@ from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
-from aero.safety import GuardedHand, WatchedClock, usual_settings
+from aero.firmware import firmware_of
+from aero.safety import GuardedHand, WatchedClock
 from hil.faults.fault import Fault
 from hil.targets.wire_log import WireLog
 from model.geometry import Side
 
-DEFAULT_FIRMWARE = "0.2.0"
 PHYSICAL = "physical"
 """Unit name of a hand that is none of ours."""
 
@@ -74,7 +74,7 @@ class Target:
     @property
     def may_push_at_stops(self) -> bool:
         """Whether the thumb may be held at its stops: a guard stops a hand that cannot be weakened for it."""
-        return self.guard is None or usual_settings(self.firmware) is not None
+        return self.guard is None or firmware_of(self.firmware).settings is not None
 
     def begin(self, *, stops: Iterable[Channel] = ()) -> None:
         """Let a guarded hand be checked and opened before the clock of an experiment starts; others need nothing.

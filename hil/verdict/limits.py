@@ -15,6 +15,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+from aero.firmware import ALIKE
 from hil.checks import Measured, Measuring
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.subjects import SUBJECTS
@@ -113,10 +114,6 @@ def kinds() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
-JUDGED_AS = {"main": "0.2.0"}
-"""Versions that move and home as another one does, and are judged by its limits."""
-
-
 @cache
 def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
     """Return the limits for one kind of hand and one firmware, guarded or not.
@@ -127,11 +124,11 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
         ValueError: there is no such kind, or its file has a mistake; the message says which.
     """
     extends, limits = read_limits(kind)
+    alike = next((versions for versions in ALIKE if firmware in versions), ())
     own = tuple(
         limit
         for limit in limits
-        if (not limit.firmware or JUDGED_AS.get(firmware, firmware) in limit.firmware)
-        and limit.guarded in (None, guarded)
+        if (not limit.firmware or not set(alike).isdisjoint(limit.firmware)) and limit.guarded in (None, guarded)
     )
     return own + without(load_limits(extends, firmware, guarded=guarded), own) if extends else own
 

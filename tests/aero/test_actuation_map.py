@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from aero import JOINT_BOX_RAD, UNSHIFTED, ActuationMap, Channel, CommandWindow, Joint
-from aero.actuation import FIRMWARE_CALIBRATIONS
 from aero.errors import WindowMismatchError
+from aero.firmware import FIRMWARE
 
 MAP = ActuationMap()
 WINDOWS = [
@@ -224,7 +224,7 @@ def test_the_window_decides_where_the_same_posture_is_found():
     posture = np.deg2rad([10.0, 10.0, 10.0, 10.0, 50.0, 30.0, 20.0])
     codes = {
         state: ActuationMap.for_firmware("0.2.0", state).codes_from_compact(posture)
-        for state in FIRMWARE_CALIBRATIONS["0.2.0"]
+        for state in FIRMWARE["0.2.0"].calibrations
     }
     shift = 113 / 4096 * 360
     homed, unshifted, mixed = (codes[state].astype(float) for state in ("homed", "unshifted", "mixed"))

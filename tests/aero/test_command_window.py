@@ -3,9 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aero.actuation import FIRMWARE_CALIBRATIONS, CommandWindow
+from aero.actuation import CommandWindow
 from aero.actuation.fingerprint import check_readings, fits_span, possible_spans
 from aero.errors import WindowMismatchError
+from aero.firmware import FIRMWARE
 
 # Counts of aero-hand-open 6a3022d, abduction and CMC flexion, extend then grasp.
 PUBLISHED = {
@@ -41,7 +42,7 @@ def test_0_2_0_homed_moves_abduction_to_closed_and_flexion_to_open_by_113_counts
         np.testing.assert_allclose(np.rad2deg(CommandWindow.for_firmware(version).shifts_rad()), expected)
 
 
-@pytest.mark.parametrize("version", [v for v in FIRMWARE_CALIBRATIONS if v not in ("0.2.0", "main")])
+@pytest.mark.parametrize("version", [v for v in FIRMWARE if v not in ("0.2.0", "main")])
 def test_earlier_firmwares_are_not_shifted(version):
     assert not CommandWindow.for_firmware(version).shifts_rad().any()
     with pytest.raises(ValueError, match=f"firmware {version} cannot be 'homed'"):

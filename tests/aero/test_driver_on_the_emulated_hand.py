@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from aero import ActuationMap, AeroHand, Channel, CommandWindow
-from aero.actuation import FIRMWARE_CALIBRATIONS
 from aero.actuation.fingerprint import check_readings
 from aero.channels import FINGERS
 from aero.errors import RefusedError, WindowMismatchError
+from aero.firmware import FIRMWARE
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
@@ -37,7 +37,7 @@ class Rig:
 
 
 @pytest.mark.parametrize("side", ["right", "left"])
-@pytest.mark.parametrize("firmware", FIRMWARE_CALIBRATIONS)
+@pytest.mark.parametrize("firmware", FIRMWARE)
 def test_a_posture_is_where_the_map_says_on_every_firmware(firmware, side):
     rig = Rig(firmware=firmware, hand=side)
     codec = ActuationMap.for_firmware(firmware, hand=side)
@@ -76,7 +76,7 @@ def test_the_papers_servo_is_slower_on_longer_ways_by_the_root_of_the_step():
     assert rise_ms(Rig(firmware="0.2.0", servos=unit), Channel.INDEX) < 70
 
 
-@pytest.mark.parametrize("firmware", FIRMWARE_CALIBRATIONS)
+@pytest.mark.parametrize("firmware", FIRMWARE)
 def test_only_the_firmware_before_limits_does_not_know_them_and_asking_changes_nothing(firmware):
     rig = Rig(firmware=firmware)
     before = rig.hand.read_codes()
@@ -85,7 +85,7 @@ def test_only_the_firmware_before_limits_does_not_know_them_and_asking_changes_n
 
 
 @pytest.mark.parametrize("side", ["right", "left"])
-@pytest.mark.parametrize("firmware", FIRMWARE_CALIBRATIONS)
+@pytest.mark.parametrize("firmware", FIRMWARE)
 def test_one_harmless_question_tells_main_from_all_before(firmware, side):
     rig = Rig(firmware=firmware, hand=side)
     before = rig.hand.read_codes()

@@ -1,6 +1,6 @@
 """The hardware suite on a pseudo-terminal, in real time, beside the other pages' commands.
 
-`tox -e docs` runs it, because it takes minutes of waiting and little else.
+`tox -e realtime` runs it, because it takes minutes of waiting and little else.
 """
 
 import pytest

@@ -1,6 +1,6 @@
 """The how-to pages: their commands work on emulated hands, as they stand there.
 
-`tox -e docs` runs them, because they take more than a few seconds.
+`tox -e realtime` runs them, because they take more than a few seconds.
 """
 
 import os

@@ -1,6 +1,6 @@
 """The first hour, word for word: every command in order, and the output that the page shows.
 
-What takes more than a few seconds is marked slow; `tox -e docs` runs it.
+What takes more than a few seconds is marked slow; `tox -e realtime` runs it.
 """
 
 import shlex

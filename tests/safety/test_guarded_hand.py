@@ -8,8 +8,10 @@ from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, 
 
 from aero import Channel
 from aero.channels import WIRE_ORDER
+from aero.errors import LinkTimeoutError
+from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
-from aero.safety import LinkLostError, SafetyStopError, ServoSettings, Thresholds, usual_settings
+from aero.safety import LinkLostError, SafetyStopError, Thresholds
 from firmware_emulator.firmware.profiles import PROFILES
 from hil import open_target
 from hil.cli.exits import ending
@@ -53,7 +55,7 @@ def test_a_hand_that_is_only_read_is_left_as_it_is():
 
 @pytest.mark.parametrize("firmware", ["pre", "0.1.0", "0.1.5", "0.2.0"])
 def test_it_opens_gently_first_and_gets_its_usual_limits_back(firmware):
-    usual = usual_settings(firmware)
+    usual = firmware_of(firmware).settings
     with guarded(firmware=firmware) as target:
         close(target, Channel.INDEX, share=0.5)
         wait(target, 1.0)
@@ -66,7 +68,7 @@ def test_it_opens_gently_first_and_gets_its_usual_limits_back(firmware):
 
 def test_a_program_may_use_less_torque_until_it_expects_stops_again():
     with guarded() as target:
-        usual, thumb = usual_settings("0.2.0").torque, Thresholds().stop_torque
+        usual, thumb = firmware_of("0.2.0").settings.torque, Thresholds().stop_torque
         for share, expected in ((0.4, [400] * 7), (0.6, [thumb] * 3 + [600] * 4)):
             target.guard.limit_torques(share)
             close(target, Channel.INDEX, share=0.5)
@@ -231,6 +233,22 @@ def test_a_hand_that_is_unplugged_while_it_is_stopped_was_stopped_by_the_guard()
     assert ending(stop.value)[0] == 4
 
 
+def test_what_the_program_asked_in_vain_counts_as_silence():
+    """Found by the search of test_promises.py: the board hung for 5 s before the hand was opened."""
+    with guarded(link=FailingLink) as target:
+        close(target, Channel.INDEX, share=0.5)
+        wait(target, 1.0)
+        link, clock = target.wire._transport, target.clock.bare
+        link.silent, link.log, begin = True, [], clock.now()
+        with pytest.raises(LinkTimeoutError):
+            target.hand.read_speeds()
+        with pytest.raises(SafetyStopError, match="not answered") as stop:
+            target.hand.read_speeds()
+    opening = next(t for t, direction, data in link.log if direction == ">" and data[0] == Opcode.CTRL_POS)
+    assert opening - begin < 2.2
+    assert "busy" not in str(stop.value)
+
+
 def test_a_board_that_hangs_is_not_blamed_on_an_idle_machine():
     with guarded() as target:
         close(target, Channel.INDEX, share=0.5)
@@ -323,7 +341,7 @@ def test_the_limits_of_a_firmware_are_those_of_the_emulated_one(firmware):
     """Stated twice on purpose, as the wire format is."""
     profile = PROFILES[firmware]
     settable = {Opcode.SET_SPE, Opcode.SET_TOR} <= profile.opcodes
-    assert usual_settings(firmware) == (ServoSettings(profile.speed, profile.torque) if settable else None)
+    assert firmware_of(firmware).settings == (ServoSettings(profile.speed, profile.torque) if settable else None)
 
 
 def test_an_encoder_whose_zero_shifts_stops_the_hand():

@@ -21,7 +21,7 @@ def time_to_opening(target, fault, *, wait_s=6.0):
     """Do what makes a hand faulty, and return the time until the guard opens it, s."""
     began, openings = target.clock.now(), []
     opening = target.hand._open
-    target.hand._open = lambda reason: (openings.append(target.clock.now()), opening(reason))
+    target.hand._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))
     fault(target)
     with pytest.raises(SafetyStopError):
         wait(target, wait_s)

@@ -76,7 +76,7 @@ def test_readings_that_repeat_to_the_last_digit_stop():
 def test_no_answer_stops_once_it_is_older_than_the_limit():
     watch = watched(LIMITS, SPANS)
     look_at(watch, 1.0, OPEN, OPEN)
-    assert watch.unanswered(1.1, 1.1 + LIMITS.silent_s) is None
+    assert watch.unanswered(1.1, 1.1 + 0.99 * LIMITS.silent_s) is None
     assert "not answered for 1.25 s" in watch.unanswered(2.2, 1.1 + 1.25)
 
 

@@ -16,8 +16,9 @@ from overheard_line import OverheardLine
 from aero import AeroHand, Channel
 from aero.actuation import ActuationMap
 from aero.errors import AeroError
+from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE
-from aero.safety import SafetyStopError, Thresholds, unwinding, usual_settings
+from aero.safety import SafetyStopError, Thresholds, unwinding
 from aero.safety.opening import SWITCH_OFF, open_and_relax
 from aero.safety.state import Phase
 from hil.faults import Schedule, parse_fault
@@ -258,7 +259,7 @@ class GuardedProgram:
         second = AeroHand(link, self.clock)
         second._link._transport.unplugged = self.link.unplugged
         try:
-            settable = usual_settings(self.firmware) is not None
+            settable = firmware_of(self.firmware).settings is not None
             doubt = open_and_relax(second, self.clock, self._thresholds, settable=settable)
         except ConnectionError as error:
             doubt = str(error)

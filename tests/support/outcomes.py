@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from aero.firmware import ALIKE
 from hil.checks import CHECKS
 from hil.lab.campaign.plan import healthy_hands, shipped_hands
 from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.compute import FIRMWARE_GROUPS
 
 
 def numbers(value=0.0, **changed):
@@ -31,7 +31,7 @@ def outcome(trial, **more):
 def healthy_campaign(count=6, seed=0):
     """Return healthy outcomes of every group of firmware and the shipped units, normally spread."""
     draw = np.random.default_rng(seed)
-    trials = [*shipped_hands(), *(t for group in FIRMWARE_GROUPS for t in healthy_hands(50, count, group[-1:]))]
+    trials = [*shipped_hands(), *(t for group in ALIKE for t in healthy_hands(50, count, group[-1:]))]
     found = []
     for trial in trials:
         table = numbers()

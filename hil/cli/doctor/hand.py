@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 from aero import UNSHIFTED, AeroHand, Channel, CommandWindow
 from aero.actuation.fingerprint import fits_span
-from aero.actuation.window import FIRMWARE_CALIBRATIONS
 from aero.errors import AeroError
+from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.protocol import MAX_CODE
 from hil.cli.doctor.finding import Finding, Subject, Verdict
 from hil.targets.boot_text import identify
 
 SPANS = UNSHIFTED.spans_counts()
 """Width of each channel's command window as homing leaves it, (7,) counts, the same for every firmware and side."""
-RESTARTED = CommandWindow.for_firmware("0.2.0", "mixed")
+RESTARTED = CommandWindow.for_firmware(DEFAULT_FIRMWARE, "mixed")
 """The windows of firmware 0.2.0 after a restart without homing: the thumb's have another width."""
 
 
@@ -66,13 +66,13 @@ def candidates(answers: Answers) -> tuple[str, ...]:
     """Return the firmware versions that answer so; empty when none does."""
     possible = tuple(
         version
-        for version in FIRMWARE_CALIBRATIONS
-        if (version != "pre", version == "main") == (answers.knows_limits, answers.knows_calibrate_mid)
+        for version, row in FIRMWARE.items()
+        if (row.settings is not None, row.calibrate_mid) == (answers.knows_limits, answers.knows_calibrate_mid)
     )
     if printed := identify(answers.boot_text).versions:
         possible = tuple(version for version in possible if version in printed)
     if restarted(answers.codes):
-        possible = tuple(version for version in possible if version in ("0.2.0", "main"))
+        possible = tuple(version for version in possible if "mixed" in FIRMWARE[version].calibrations)
     return possible
 
 

@@ -9,16 +9,16 @@ from typing import get_args
 
 import numpy as np
 
+from aero.firmware import ALIKE, DEFAULT_FIRMWARE
 from hil.faults import parse_fault
 from hil.faults.board import RUNS
 from hil.lab.campaign.trial import Trial
-from hil.lab.limits.compute import FIRMWARE_GROUPS
 from model.geometry import Side
 from model.units import shipped_units
 from model.units.naming import PLAUSIBLE
 
 SIDES: tuple[Side, ...] = get_args(Side)
-USUAL_FIRMWARE = ("0.2.0", "0.1.5")
+USUAL_FIRMWARE = (DEFAULT_FIRMWARE, "0.1.5")
 """What is found on hands: the newest, and the newest without its shifted windows."""
 
 
@@ -33,7 +33,7 @@ def healthy_hands(first: int, count: int, firmware: Sequence[str] = USUAL_FIRMWA
 
 def shipped_hands(seed: int = 0) -> list[Trial]:
     """Return trials of the shipped units: one firmware of each group, homed and in ideal zeros, sides in turn."""
-    versions = [group[-1] for group in FIRMWARE_GROUPS]
+    versions = [group[-1] for group in ALIKE]
     kinds = product(shipped_units(), versions, (True, False))
     return [
         Trial(unit, side, version, seed, homed)

@@ -7,8 +7,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from aero.firmware import ALIKE
 from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.compute import FIRMWARE_GROUPS, Healthy, Readings
+from hil.lab.limits.compute import Healthy, Readings
 from model.units import DEFAULT_LIMITS, load_unit
 from model.units.naming import PLAUSIBLE
 
@@ -24,13 +25,13 @@ def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) ->
         trial = outcome.trial
         if trial.faults:
             continue
-        group = next(i for i, versions in enumerate(FIRMWARE_GROUPS) if trial.firmware in versions)
+        group = next(i for i, versions in enumerate(ALIKE) if trial.firmware in versions)
         if kind_of(trial.unit) == kind:
             hands = population if trial.unit.startswith(PLAUSIBLE) else shipped
             hands[trial.guarded, group].append(outcome)
     return tuple(
         Healthy(
-            FIRMWARE_GROUPS[group],
+            ALIKE[group],
             _readings(population[guarded, group]),
             _readings(shipped[guarded, group]),
             guarded,

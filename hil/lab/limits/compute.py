@@ -32,8 +32,6 @@ LEAST_EXCESSES = 8
 SHAPES = (-0.5, 0.1)
 """Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential."""
 
-FIRMWARE_GROUPS = (("pre",), ("0.1.0", "0.1.1"), ("0.1.2",), ("0.1.3", "0.1.4", "0.1.5"), ("0.2.0", "main"))
-"""Versions with the same motion profile, torque, homing and windows; hands of one group are alike."""
 
 Readings = Mapping[tuple[str, str, str], Floats]
 """(experiment, metric, subject) to the readings (n,) of healthy hands."""

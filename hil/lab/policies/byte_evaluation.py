@@ -11,6 +11,7 @@ from multiprocessing import get_context
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.running import RunSettings, Step
@@ -21,7 +22,6 @@ from hil.lab.policies.survival import LONG_S
 from hil.lab.policies.transmission_gap import ChannelGap, channel_gaps
 from hil.lab.workers import leave_interrupts_to_the_parent
 from hil.recordings.recorder import Progress
-from hil.targets.target import DEFAULT_FIRMWARE
 from model.cubes import PROPERTIES, any_cube
 from model.scene import CUBE, Cube
 from model.units import Unit, load_unit
@@ -65,8 +65,7 @@ def cases(policy: Policy, trials: int, units: int, *, seconds: float, seed: int)
         *(
             (f"reference, firmware {firmware}", [reference] * trials, firmware, True)
             for firmware in PROFILES
-            # `main` moves as 0.2.0 does.
-            if firmware not in (DEFAULT_FIRMWARE, "main")
+            if firmware_of(firmware).moves_as != DEFAULT_FIRMWARE
         ),
         ("paper, firmware pre", [paper] * trials, "pre", True),
     ]

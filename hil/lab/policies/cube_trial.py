@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
@@ -62,7 +63,7 @@ def run_trial(
     unit: Unit,
     *,
     side: Side = "right",
-    firmware: str = "0.2.0",
+    firmware: str = DEFAULT_FIRMWARE,
     seed: int = 0,
     settings: RunSettings | None = None,
     cube: Cube = CUBE,

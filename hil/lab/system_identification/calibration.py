@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aero.firmware import DEFAULT_FIRMWARE
 from hil.lab.system_identification.held_out import held_out
 from hil.lab.system_identification.p_damping import PDampingModel
 from hil.lab.system_identification.search import (
@@ -28,7 +29,6 @@ from hil.lab.system_identification.trace_replay import Prediction, replay
 from hil.lab.system_identification.uncertainty import Intervals, covariance, intervals
 from hil.lab.system_identification.unit_parameters import FREE, KEPT, UnitModel, excited, numbers, told_by
 from hil.lab.workers import leave_interrupts_to_the_parent
-from hil.targets.target import DEFAULT_FIRMWARE
 from model.units import Unit
 
 TYPICAL_ITERATIONS = 4

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero import AeroHand
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
 from firmware_emulator.firmware.hands import HandSide
 from firmware_emulator.links.in_process import InProcessLink
@@ -36,7 +37,7 @@ def replay(
     trace: Trace,
     unit: Unit,
     *,
-    firmware: str = "0.2.0",
+    firmware: str = DEFAULT_FIRMWARE,
     side: HandSide = "right",
     seed: int = 0,
     phase_s: float = 0.0,

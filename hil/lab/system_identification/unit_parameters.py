@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from aero.channels import CABLES, FINGERS, THUMB, Channel, Joint
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
 from hil.lab.system_identification.search import Floats, Free, Residuals
 from hil.lab.system_identification.trace import Trace
@@ -103,7 +104,7 @@ class UnitModel:
     start: Unit
     """Where the search starts."""
     traces: tuple[Trace, ...]
-    firmware: str = "0.2.0"
+    firmware: str = DEFAULT_FIRMWARE
     """What the recorded hand ran."""
     pool: Executor | None = None
     """Where replays run; in this process when None."""

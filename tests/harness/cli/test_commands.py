@@ -1,7 +1,9 @@
 """The list of commands, with and without what a command needs installed."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -59,3 +61,23 @@ def test_an_unknown_experiment_lists_those_there_are():
 def test_validating_does_not_need_pytest():
     program = "import sys, hil.cli.validation_run, hil.cli.record, hil.cli.calibrate; sys.exit('pytest' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_a_command_starts_no_second_process_to_look_for_a_drawing_library(tmp_path):
+    """One that is killed meanwhile would leave a traceback."""
+    watched = (
+        "import subprocess, sys\n"
+        "start = subprocess.Popen\n"
+        "def none(command, *given, **how):\n"
+        "    if command[0] == sys.executable: raise SystemExit(f'a second process: {command}')\n"
+        "    return start(command, *given, **how)\n"
+        "subprocess.Popen = none\n"
+        "from hil.cli import main\n"
+        "main(['validate', '--dry-run'])\n"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "PYGLFW_LIBRARY"}
+    environment["PYTHONPATH"] = str(Path(__file__).parents[3])
+    ran = subprocess.run(
+        [sys.executable, "-c", watched], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert ran.returncode == 0, ran.stderr

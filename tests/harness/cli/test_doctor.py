@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aero.actuation.window import FIRMWARE_CALIBRATIONS
+from aero.firmware import FIRMWARE
 from hil.cli.doctor import exit_code
 from hil.cli.doctor.drawing import Attempt, check_drawing
 from hil.cli.doctor.finding import Finding, Subject, Verdict
@@ -38,7 +38,7 @@ def test_the_fingerprint_of_an_emulated_board_names_its_version_and_moves_nothin
 
 def test_versions_that_answer_alike_stand_together() -> None:
     answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, knows_calibrate_mid=False, boot_text="")
-    assert candidates(answers) == tuple(version for version in FIRMWARE_CALIBRATIONS if version not in ("pre", "main"))
+    assert candidates(answers) == tuple(version for version in FIRMWARE if version not in ("pre", "main"))
 
 
 def test_a_boot_text_narrows_the_versions_down() -> None:

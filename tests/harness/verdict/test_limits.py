@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aero.actuation.window import FIRMWARE_CALIBRATIONS
+from aero.firmware import FIRMWARE
 from hil.checks import CHECKS, EXPERIMENTS, JUDGED
 from hil.lab.limits.compute import FURTHEST
 from hil.verdict.findings import failed
@@ -151,7 +151,7 @@ def healthy_ranges(version):
     }
 
 
-@pytest.mark.parametrize(("declared", "real"), list(permutations(FIRMWARE_CALIBRATIONS, 2)))
+@pytest.mark.parametrize(("declared", "real"), list(permutations(FIRMWARE, 2)))
 def test_a_board_of_another_version_is_told_by_its_readings(declared, real):
     expected, read = healthy_ranges(declared), healthy_ranges(real)
     telling = [

@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 from outcomes import healthy_campaign, outcome
 
+from aero.firmware import ALIKE
 from hil.cli.campaign import campaign
 from hil.cli.learn import learn
 from hil.cli.limits import limits
@@ -18,7 +19,6 @@ from hil.lab.campaign.plan import faulty_hands, healthy_hands, shipped_hands
 from hil.lab.campaign.store import opened
 from hil.lab.campaign.summary import Share, confusion, detections, false_alarms, sights
 from hil.lab.campaign.trial import Trial
-from hil.lab.limits.compute import FIRMWARE_GROUPS
 from hil.verdict.dictionary import Entry
 from hil.verdict.limits import Limit, kinds, parse_limit
 
@@ -125,7 +125,7 @@ def test_plans_take_sides_and_firmware_in_turn():
     }
     assert len({trial.unit for trial in hands}) == 8
     assert all(trial.homed and not trial.faults for trial in hands)
-    assert {trial.firmware for trial in shipped_hands()} == {group[-1] for group in FIRMWARE_GROUPS}
+    assert {trial.firmware for trial in shipped_hands()} == {group[-1] for group in ALIKE}
     dead, other = "motor_dead:ring=1.0", "board_runs_0.2.0=1.0"
     faulty = faulty_hands([dead, other], 0, 2)
     assert [trial.faults for trial in faulty] == [(dead,), (dead,), (other,), (other,)]

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from aero.firmware import ALIKE
 from hil.checks.shared.declaration import Check
 from hil.lab.limits.compute import (
     FALSE_ALARMS,
-    FIRMWARE_GROUPS,
     Healthy,
     _outward,
     _short,
@@ -206,6 +206,6 @@ def test_readings_are_told_in_three_figures():
 
 
 def test_every_version_stands_in_one_group():
-    assert [version for group in FIRMWARE_GROUPS for version in group] == [
+    assert [version for group in ALIKE for version in group] == [
         "pre", "0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5", "0.2.0", "main"
     ]  # fmt: skip

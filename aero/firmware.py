@@ -1,0 +1,96 @@
+"""What driver, guard, doctor and limits must know of each firmware version: one row each.
+
+A new version is a row here and one in `firmware_emulator/firmware/profiles.py`, which the emulated board is made from.
+The two share nothing, so that a misread fact makes them disagree.
+
+Sources: aero-open-firmware 46bc858 (`pre`), d7bd82e (0.1.0); aero-hand-open 890c98b (0.1.1), 5726320 (0.1.3), 495c161
+(0.1.4), a39be56 (0.1.5), 6a3022d (0.2.0), dd91e5a (`main`, the main branch since July 2026); the shipped image of
+0.1.2, for which no source was published.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, auto
+from itertools import groupby
+
+
+@dataclass(frozen=True)
+class ServoSettings:
+    """Speed and torque limits of all channels."""
+
+    speed: int
+    """Register units, 0..32766."""
+    torque: int
+    """Register units, 0..1023."""
+
+
+class BootText(Enum):
+    """What a board prints when it starts, as far as versions differ."""
+
+    PINGS = auto()
+    """It asks each servo, and does not name the hand."""
+    HAND_AND_PINGS = auto()
+    """It names the hand and asks each servo."""
+    AUTO_HOMING = auto()
+    """It says that it homes by itself."""
+    RESET_AND_PINGS = auto()
+    """It says why it started, and asks each servo."""
+    RESET = auto()
+    """It says why it started."""
+
+
+@dataclass(frozen=True)
+class Firmware:
+    """One version."""
+
+    version: str
+    """Name, for example `0.2.0`; `pre` is the unreleased one of October 2025 that the paper's hand ran."""
+    moves_as: str
+    """Oldest version with the same motion profile, torque, homing and windows: hands of both have the same limits."""
+    boot_text: BootText
+    settings: ServoSettings | None = None
+    """Limits that it starts with, which a guard gives back after its slow opening; None where it cannot set any."""
+    calibrations: tuple[str, ...] = ("unshifted",)
+    """States that its command windows can be in, the usual one first; see `aero.actuation.CommandWindow`."""
+    calibrate_mid: bool = False
+    """Whether it knows CALIBRATE_MID."""
+    looks_like: str = ""
+    """Why a hand that runs it may not be told from one that runs another; empty when it can be told."""
+
+
+FULL, WEAKER = ServoSettings(32766, 1023), ServoSettings(32766, 700)
+SHIFTED = ("homed", "unshifted", "mixed")
+SAME = (
+    "0.1.2 to 0.1.5 have the same windows, motion and torque, as 0.1.0 and 0.1.1 have; a guard sets the torque, and "
+    "all of these read the same then"
+)
+MAIN = "`main` and 0.2.0 move and home alike; `aero-hil doctor` tells them apart, by CALIBRATE_MID"
+_ROWS = (
+    Firmware("pre", "pre", BootText.PINGS),
+    Firmware("0.1.0", "0.1.0", BootText.HAND_AND_PINGS, FULL, looks_like=SAME),
+    Firmware("0.1.1", "0.1.0", BootText.HAND_AND_PINGS, FULL, looks_like=SAME),
+    Firmware("0.1.2", "0.1.2", BootText.HAND_AND_PINGS, WEAKER, looks_like=SAME),
+    Firmware("0.1.3", "0.1.3", BootText.AUTO_HOMING, WEAKER, looks_like=SAME),
+    Firmware("0.1.4", "0.1.3", BootText.RESET_AND_PINGS, WEAKER, looks_like=SAME),
+    Firmware("0.1.5", "0.1.3", BootText.RESET, WEAKER, looks_like=SAME),
+    Firmware("0.2.0", "0.2.0", BootText.RESET, WEAKER, SHIFTED),
+    Firmware("main", "0.2.0", BootText.RESET, WEAKER, SHIFTED, calibrate_mid=True, looks_like=MAIN),
+)
+FIRMWARE: dict[str, Firmware] = {row.version: row for row in _ROWS}
+"""Every version, oldest first."""
+DEFAULT_FIRMWARE = "0.2.0"
+"""Taken for what a hand runs when nothing is said: the newest release."""
+ALIKE = tuple(tuple(row.version for row in rows) for _, rows in groupby(_ROWS, key=lambda row: row.moves_as))
+"""Versions that move alike, together."""
+
+
+def firmware_of(version: str) -> Firmware:
+    """Return the row of a version.
+
+    Raises:
+        ValueError: no such version.
+    """
+    if version not in FIRMWARE:
+        raise ValueError(f"unknown firmware {version!r}; known are {', '.join(FIRMWARE)}")
+    return FIRMWARE[version]

@@ -1,0 +1,34 @@
+"""The driver's row of each firmware version, against the board that the emulator makes of its own."""
+
+import pytest
+
+from aero.firmware import ALIKE, DEFAULT_FIRMWARE, FIRMWARE, BootText, firmware_of
+from firmware_emulator.firmware.frames import Opcode
+from firmware_emulator.firmware.profiles import DEFAULT_VERSION, PROFILES, BootHoming
+
+
+def test_driver_and_emulator_know_the_same_versions_and_take_the_same_for_granted():
+    assert list(FIRMWARE) == list(PROFILES)
+    assert DEFAULT_FIRMWARE == DEFAULT_VERSION == "0.2.0"
+
+
+@pytest.mark.parametrize("version", PROFILES)
+def test_what_the_driver_takes_a_version_for_is_what_the_board_does(version):
+    row, board = FIRMWARE[version], PROFILES[version]
+    assert (row.settings is not None) == (Opcode.SET_TOR in board.opcodes)
+    if row.settings:
+        assert (row.settings.speed, row.settings.torque) == (board.speed, board.torque)
+    assert row.calibrate_mid == (Opcode.CALIBRATE_MID in board.opcodes)
+    assert (row.boot_text is BootText.AUTO_HOMING) == (board.boot_homing is BootHoming.ALWAYS)
+    assert (row.boot_text in (BootText.RESET, BootText.RESET_AND_PINGS)) == (board.boot_homing is BootHoming.ON_POWER)
+    assert (row.boot_text is BootText.RESET) == (not board.pings)
+    assert (row.boot_text is BootText.PINGS) == (not board.hand_line)
+
+
+def test_versions_that_move_alike_stand_together():
+    assert ALIKE == (("pre",), ("0.1.0", "0.1.1"), ("0.1.2",), ("0.1.3", "0.1.4", "0.1.5"), ("0.2.0", "main"))
+
+
+def test_an_unknown_version_is_named_with_those_that_are_known():
+    with pytest.raises(ValueError, match=r"unknown firmware '9\.9'; known are pre, .*, main"):
+        firmware_of("9.9")

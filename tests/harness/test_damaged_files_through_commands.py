@@ -1,0 +1,195 @@
+"""Damaged and altered files through every command that reads them: one line, quick and small, and no verdict.
+
+`DAMAGED_COMMANDS=5000 pytest -s -m slow tests/harness/test_damaged_files_through_commands.py`
+"""
+
+import dataclasses
+import json
+import os
+import shutil
+import time
+import warnings
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from damaged_files import damaged
+
+from hil import open_target
+from hil.cli import main
+from hil.cli import view as view_command
+from hil.recordings.mcap_file import UnusableFileError, read_recording, write_recording
+from hil.report.results import write_results
+from hil.verdict.validation import validate
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
+
+EACH = int(os.environ.get("DAMAGED_COMMANDS", "5000")) // 4
+QUICK = 25
+LONGEST_S, MOST_MB = 5.0, 500.0
+NAMES = ("presence", "audit")
+REPLACEMENTS = (
+    "", "x", "[/z]", "\0", "9" * 400, -1, 0, 1, 2**70, 1e308, -0.0, True, None, [], {}, ["a"], {"a": 1}, {"a": "b"},
+)  # fmt: skip
+"""What a value of a header may have become."""
+RECORDING_LINES = (
+    "report FILE --out OUT.html",
+    "diff FILE GOOD",
+    "diff GOOD FILE",
+    "export FILE --out OUT.mcap",
+    "view FILE",
+    "replay FILE --seed 3",
+)
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """A folder of each kind: results of a validation with its recordings, a unit, a campaign."""
+    folder = tmp_path_factory.mktemp("good")
+    with open_target(seed=3) as target:
+        (folder / "results").mkdir()
+        write_results(validate(target, NAMES, folder=folder / "results"), folder / "results")
+    shutil.copy("model/units/reference.toml", folder / "unit.toml")
+    line = f"campaign --healthy 1 --only presence --workers 1 --out {folder / 'campaign'}"
+    assert CliRunner().invoke(main, line.split()).exit_code == 0
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def _pages_are_not_kept_up(monkeypatch):
+    monkeypatch.setattr(view_command, "keep_up", lambda *given: None)
+
+
+def run(line):
+    """Run a command; return its exit code and what it said, after what has to hold for every command."""
+    begin = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        result = CliRunner().invoke(main, line)
+    took = time.process_time() - begin
+    assert "Traceback" not in result.output, result.output[-2000:]
+    assert result.exit_code != 70, result.output[-2000:]
+    assert took < LONGEST_S, f"{' '.join(line)} took {took:.1f} s"
+    return result.exit_code, result.output
+
+
+def altered(recording, random):
+    """Return a recording whose header, series or bytes are not what its experiment leaves."""
+    header, series = recording.header, dict(recording.series)
+    match random.integers(0, 4):
+        case 0:
+            name = list(header.parameters)[random.integers(len(header.parameters))] if header.parameters else "x"
+            value = REPLACEMENTS[random.integers(len(REPLACEMENTS))]
+            header = dataclasses.replace(header, parameters={**header.parameters, name: value})
+        case 1:
+            del series[list(series)[random.integers(len(series))]]
+        case 2:
+            name = list(series)[random.integers(len(series))]
+            one = series[name]
+            keep = int(random.integers(0, 3))
+            series[name] = dataclasses.replace(one, times=one.times[:keep].copy(), values=one.values[:keep].copy())
+        case 3:
+            field = dataclasses.fields(header)[random.integers(len(dataclasses.fields(header)))].name
+            value = REPLACEMENTS[random.integers(len(REPLACEMENTS))]
+            header = dataclasses.replace(header, **{field: value})
+    return dataclasses.replace(recording, header=header, series=series)
+
+
+def same(path, recording):
+    """Return whether a file still holds this recording, in what a verdict is made of."""
+    try:
+        return read_recording(path) == recording
+    except UnusableFileError:
+        return False
+
+
+def recordings(good, folder, count):
+    seen = {"refused": 0, "same": 0, "other": 0}
+    paths = [good / "results" / f"{name}.mcap" for name in (*NAMES, "session")]
+    whole = {path: read_recording(path) for path in paths}
+    for seed in range(count):
+        random = np.random.default_rng(seed)
+        path = paths[random.integers(len(paths))]
+        spoiled = folder / "spoiled.mcap"
+        changed = seed % 2
+        if changed:
+            try:
+                write_recording(altered(whole[path], random), spoiled)
+            except (TypeError, ValueError, AttributeError, OverflowError):
+                continue  # no program of ours writes this
+        else:
+            spoiled.write_bytes(damaged(path.read_bytes(), seed))
+        text = RECORDING_LINES[random.integers(len(RECORDING_LINES))]
+        names = {"FILE": spoiled, "GOOD": path, "OUT.html": folder / "o.html", "OUT.mcap": folder / "o.mcap"}
+        code, said = run([str(names.get(word, word)) for word in text.split()])
+        if code in {0, 1} and text.startswith("report") and not changed:
+            assert same(spoiled, whole[path]), f"a verdict from a damaged file, seed {seed}: {said}"
+        seen["refused" if code == 2 else "same" if code == 0 else "other"] += 1
+    return seen
+
+
+def baselines(good, folder, count):
+    seen = {"refused": 0, "used": 0}
+    content = (good / "results" / "checks.json").read_bytes()
+    right = json.loads(content)["measured"]
+    for seed in range(count):
+        (folder / "b").mkdir(exist_ok=True)
+        (folder / "b" / "checks.json").write_bytes(damaged(content, seed))
+        line = f"validate --only presence --dry-run --baseline {folder / 'b'}"
+        code, said = run(line.split())
+        assert code in {0, 2}, said
+        if code == 0:
+            assert json.loads((folder / "b" / "checks.json").read_bytes())["measured"] == right
+        seen["refused" if code else "used"] += 1
+    return seen
+
+
+def units(good, folder, count):
+    seen = {"refused": 0, "used": 0}
+    content = (good / "unit.toml").read_bytes()
+    for seed in range(count):
+        (folder / "u.toml").write_bytes(damaged(content, seed))
+        text = ("validate --dry-run --unit FILE", "run-policy --dry-run --seconds 0.1 --wait 0 --empty --twin FILE")
+        code, said = run(text[seed % 10 == 0].replace("FILE", str(folder / "u.toml")).split())
+        assert code in {0, 2, 3, 4}, said
+        seen["refused" if code == 2 else "used"] += 1
+    return seen
+
+
+def stores(good, folder, count):
+    seen = {"refused": 0, "used": 0}
+    content = (good / "campaign" / "campaign.duckdb").read_bytes()
+    lines = ("learn C --out L", "limits C --out L", "campaign --healthy 1 --only presence --workers 1 --out C")
+    for seed in range(count):
+        shutil.rmtree(folder / "c", ignore_errors=True)
+        (folder / "c").mkdir()
+        (folder / "c" / "campaign.duckdb").write_bytes(damaged(content, seed))
+        text = lines[0] if seed % 20 else lines[1 + seed // 20 % 2]
+        code, said = run([{"C": str(folder / "c"), "L": str(folder / "l")}.get(word, word) for word in text.split()])
+        assert code in {0, 2}, said
+        seen["refused" if code else "used"] += 1
+    return seen
+
+
+KINDS = [recordings, baselines, units, stores]
+
+
+def peak_mb():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024 if resource else 0.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_damaged_files_are_answered_by_every_command(kind, good, tmp_path):
+    kind(good, tmp_path, QUICK)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_thousands_of_damaged_files_are_answered_by_every_command(kind, good, tmp_path):
+    kind(good, tmp_path, 3)
+    before = peak_mb()
+    print(f"\n{kind.__name__}: {EACH}, {kind(good, tmp_path, EACH)}, peak {peak_mb() - before:+.0f} MB")
+    assert peak_mb() - before < MOST_MB
