@@ -1,4 +1,4 @@
-"""The score of a unit on recordings: zero against itself but for the phase, and the hand's own differences beside it."""
+"""The score of a unit on recordings: what the phase alone does to its own, and the hand's own differences beside it."""
 
 import dataclasses
 
