@@ -12,7 +12,7 @@ import mujoco
 
 from figures.cells import Cell, Tolerance
 
-PAGES = ("figures", "validation", "hand_model", "actuation_map")
+PAGES = ("figures", "validation", "hand_model", "actuation_map", "promises")
 """Modules of this package that have tables, each named as its page."""
 PHYSICS = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"
 
