@@ -9,7 +9,7 @@ from figures.cells import Cell, Tolerance
 from figures.sources import Cost, Row, Source
 from hil.verdict.promises import PROMISES
 
-FOUND = Path(__file__).parents[2] / "tests" / "corpus" / "nearest_promises.json"
+FOUND = Path(__file__).parents[2] / "tests" / "safety" / "nearest_promises.json"
 """What the last search wrote."""
 EXACT = Tolerance("the table and the stored result say the same")
 
@@ -40,7 +40,7 @@ def searched() -> str:
     found = json.loads(FOUND.read_text(encoding="utf-8"))
     first, last = found["seeds"]
     hours = f"{found['hours']:g} h, {found['programs']} programs, seeds {first} to {last}"
-    return f"tests/corpus/nearest_promises.json, {hours}"
+    return f"tests/safety/nearest_promises.json, {hours}"
 
 
 SEARCH = "`PROMISE_SEARCH_S=SECONDS pytest -s -m slow tests/safety/test_promises.py -k search`"
