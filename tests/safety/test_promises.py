@@ -206,7 +206,7 @@ def kept():
 
 @pytest.mark.parametrize("case", kept(), ids=lambda case: f"{case['promise']} {case['margin']:.4g}")
 def test_the_nearest_cases_break_no_promise(case):
-    """The ten nearest of the last search; a margin that is much smaller now is worth a look."""
+    """The ten nearest of the last search; no margin is half of what it was."""
     found = {}
     exec("\n".join(case["script"]), found)
-    assert found["program"].margins[case["promise"]].value == pytest.approx(case["margin"], rel=0.5, abs=0.1)
+    assert found["program"].margins[case["promise"]].value > 0.5 * case["margin"]
