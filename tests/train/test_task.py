@@ -218,3 +218,32 @@ def test_the_papers_deployment_targets_leave_the_finger_ranges_at_their_closed_e
     )
     np.testing.assert_array_equal(np.flatnonzero(closed < low), [0, 1, 2])
     assert (opened <= high).all()
+
+
+def test_the_critic_state_is_in_the_papers_order():
+    """Section "Observation and action": forces, fingertips, the cube's position error, orientation, both velocities.
+
+    The position is measured from (0.11, 0, 0), the grasp site of the released model.
+    """
+    signals = unpack(np.arange(SENSOR_COUNT, dtype=float))
+    state = critic_state(np.full(14, -1.0), 200 + np.arange(23.0), 300 + np.arange(22.0), signals)
+    np.testing.assert_array_equal(state[46:68], np.arange(7, 29))
+    np.testing.assert_allclose(state[68:71], [29 - 0.11, 30, 31])
+    np.testing.assert_array_equal(state[71:], [32, 33, 34, 35, 39, 40, 41, 36, 37, 38])
+
+
+def test_terms_that_the_paper_weighs_zero_have_their_units():
+    """A cable pulled with 2 N over 5 mm in 50 ms; joints 0.1 rad off; a cube at 0.3 m/s for two steps of five."""
+    sensors = np.zeros((5, SENSOR_COUNT))
+    signals = unpack(np.arange(SENSOR_COUNT))
+    sensors[-1, int(signals.lengths[0])] = -0.005
+    sensors[-1, int(signals.forces[0])] = 2.0
+    sensors[:2, int(signals.cube_linear_velocity[1])] = 0.3
+    values = all_terms(sensors, np.concatenate([grasp.NOMINAL_JOINTS + 0.1, np.zeros(7)]))
+    assert values["effort"] == pytest.approx(4.0)
+    assert values["energy"] == pytest.approx(2.0 * 0.005 / 0.05)
+    assert values["pose"] == pytest.approx(16 * 0.01)
+    assert values["cube_speed"] == pytest.approx(0.09 * 2 / 5)
+    for term, weight in (("effort", -1.0), ("energy", -2.0), ("pose", -3.0), ("cube_speed", -4.0)):
+        alone = RewardSettings(Weights(rotation=0.0, fall=0.0, action_rate=0.0, **{term: weight}))
+        assert reward(values, alone, 0.05) == pytest.approx(weight * values[term] * 0.05)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from hil.checks.shared.loose_grasp import LOOSE_GRASP
 from hil.checks.shared.side_by_side import follow
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.recordings.recorder import Progress, Recorder
@@ -19,8 +20,7 @@ from hil.targets.target import Target
 from model import RoutedHand
 
 Floats = NDArray[np.float64]
-GRASP = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
-"""Part of each channel's range at the foot of the steps: a loose grasp in which no digit meets another."""
+
 STEP = 0.05
 """Part of the range, as each of the paper's twenty levels."""
 STEPS = (0, 1, 2, 1, 0)
@@ -28,7 +28,7 @@ STEPS = (0, 1, 2, 1, 0)
 HOLD_S, LEAD_S = 0.6, 0.6
 """Time at each level, and at the open hand before the first, s; 0.4 s after a change a sample counts as settled."""
 SAMPLE_PERIOD_S = 0.02
-FURTHEST = tuple(foot + STEP * max(STEPS) for foot in GRASP)
+FURTHEST = tuple(foot + STEP * max(STEPS) for foot in LOOSE_GRASP)
 """How far each channel is sent at most, part of its window, command order."""
 
 
@@ -36,7 +36,7 @@ def commands(open_lengths: Floats, closed_lengths: Floats) -> Floats:
     """Return the stream (n, 7) between where every channel waits and its closed end, both (7,); lengths, m and rad."""
     held = round(HOLD_S / SAMPLE_PERIOD_S)
     rows = [np.zeros((round(LEAD_S / SAMPLE_PERIOD_S), len(Channel)))]
-    for channel, foot in zip(Channel, GRASP, strict=True):
+    for channel, foot in zip(Channel, LOOSE_GRASP, strict=True):
         levels = [*(foot + STEP * step for step in STEPS), 0.0]
         rows.append(np.outer(np.repeat(levels, held), np.eye(len(Channel))[channel]))
     return open_lengths + np.vstack(rows) * (closed_lengths - open_lengths)
