@@ -8,7 +8,7 @@ import click
 
 from aero.whole_file import write_whole
 from hil.cli.exits import given
-from hil.lab.campaign.detection_table import detection_table
+from hil.lab.campaign.detected_faults import by_fault, detected_text
 from hil.lab.campaign.kept_readings import DICTIONARY, write_kept
 from hil.lab.campaign.learning import accused, entries
 from hil.lab.campaign.store import opened
@@ -27,21 +27,22 @@ GENERATOR = "model/units/plausible.py, homed, both sides, with a fault of the ca
     help="Folder for dictionary.json and sight.json; `hil/data` of a checkout replaces the project's.",
 )  # fmt: skip
 @click.option(
-    "--table", type=click.Path(dir_okay=False, path_type=Path),
-    help="Also write what was found of each fault as a Markdown table, the project's docs/detection.md.",
+    "--detected", type=click.Path(dir_okay=False, path_type=Path),
+    help="Also write what was found of each fault; docs/figures/stored/detected_faults.json of a checkout makes the "
+    "table of docs/detection.md.",
 )  # fmt: skip
 @click.option(
     "--hands-only", is_flag=True, help="Leave the dictionary as it is, and write only what three of the hands read."
 )
-def learn(*, campaign: Path, out: Path, table: Path | None, hands_only: bool) -> None:
+def learn(*, campaign: Path, out: Path, detected: Path | None, hands_only: bool) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
     with given(), opened(campaign, read_only=True) as store:
         outcomes, commands = list(store.outcomes()), store.commands()
         found, seen = entries(outcomes), sights(outcomes)
         faulty = [outcome for outcome in outcomes if len(outcome.trial.faults) == 1 and accused(outcome)]
         write_kept(out, DICTIONARY, faulty)
-        if table is not None:
-            prepared_file(table)
+        if detected is not None:
+            prepared_file(detected)
     if hands_only:
         return
     seeds = [outcome.trial.seed for outcome in outcomes]
@@ -55,8 +56,8 @@ def learn(*, campaign: Path, out: Path, table: Path | None, hands_only: bool) ->
     }
     write_whole(out / dictionary.FILE, dictionary.dictionary_text(found, provenance))
     write_whole(out / sight.FILE, sight.sight_text(seen, provenance))
-    if table is not None:
+    if detected is not None:
         healthy = any(not outcome.trial.faults for outcome in outcomes)
         alarms = false_alarms(outcomes)[0] if healthy else None
-        write_whole(table, detection_table(detections(outcomes, found), alarms))
+        write_whole(detected, detected_text(by_fault(detections(outcomes, found)), alarms, provenance))
     click.echo(f"{len(found)} entries, {len(seen)} checks in {out}")
