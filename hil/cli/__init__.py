@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import click
 
 from hil.cli.drawing_library import name_it
-from hil.cli.exits import OURS, Ended, Exit, run
+from hil.cli.exits import OURS, Ended, Exit, interrupted, run
 
 
 class Row(NamedTuple):
@@ -44,6 +44,7 @@ COMMANDS: dict[str, Row] = {
     "servos": Row("hil.cli.servos:servos", "Set up servos on a bus adapter, before assembly.", "servo"),
     "centre": Row("hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."),
     "calibrate": Row("hil.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
+    "score": Row("hil.cli.score:score_command", "Score a unit against recordings of a hand."),
     "record": Row("hil.cli.record:record_command", "Excite a hand and record what calibration needs."),
     "train": Row("hil.cli.train:train", "Train a policy."),
     "evaluate": Row("hil.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
@@ -72,6 +73,8 @@ class LazyGroup(click.Group):
         try:
             command: click.Command = getattr(import_module(module), attribute)
         except ImportError as error:
+            if interrupted(error):
+                raise KeyboardInterrupt from error
             if (error.name or "").partition(".")[0] in OURS:
                 raise
             extra = COMMANDS[cmd_name].extra
