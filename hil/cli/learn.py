@@ -8,12 +8,16 @@ import click
 
 from aero.whole_file import write_whole
 from hil.cli.exits import given
-from hil.lab.campaign.detection_table import detection_table
-from hil.lab.campaign.learning import entries
+from hil.lab.campaign.detected_faults import by_fault, detected_text
+from hil.lab.campaign.kept_readings import DICTIONARY, write_kept
+from hil.lab.campaign.learning import accused, entries
 from hil.lab.campaign.store import opened
 from hil.lab.campaign.summary import detections, false_alarms, sights
-from hil.recordings.output import prepared_file, prepared_folder
+from hil.recordings.output import prepared_file
+from hil.recordings.provenance import command_line
 from hil.verdict import dictionary, sight
+
+GENERATOR = "model/units/plausible.py, homed, both sides, with a fault of the catalogue each; healthy ones besides"
 
 
 @click.command()
@@ -23,28 +27,37 @@ from hil.verdict import dictionary, sight
     help="Folder for dictionary.json and sight.json; `hil/data` of a checkout replaces the project's.",
 )  # fmt: skip
 @click.option(
-    "--table", type=click.Path(dir_okay=False, path_type=Path),
-    help="Also write what was found of each fault as a Markdown table, the project's docs/detection.md.",
+    "--detected", type=click.Path(dir_okay=False, path_type=Path),
+    help="Also write what was found of each fault; docs/figures/stored/detected_faults.json of a checkout makes the "
+    "table of docs/detection.md.",
 )  # fmt: skip
-def learn(*, campaign: Path, out: Path, table: Path | None) -> None:
+@click.option(
+    "--hands-only", is_flag=True, help="Leave the dictionary as it is, and write only what three of the hands read."
+)
+def learn(*, campaign: Path, out: Path, detected: Path | None, hands_only: bool) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
     with given(), opened(campaign, read_only=True) as store:
-        outcomes = list(store.outcomes())
+        outcomes, commands = list(store.outcomes()), store.commands()
         found, seen = entries(outcomes), sights(outcomes)
-        prepared_folder(out)
-        if table is not None:
-            prepared_file(table)
+        faulty = [outcome for outcome in outcomes if len(outcome.trial.faults) == 1 and accused(outcome)]
+        write_kept(out, DICTIONARY, faulty)
+        if detected is not None:
+            prepared_file(detected)
+    if hands_only:
+        return
     seeds = [outcome.trial.seed for outcome in outcomes]
-    provenance: dict[str, str | int] = {
+    provenance: dict[str, str | int | list[str]] = {
         "healthy": sum(not outcome.trial.faults for outcome in outcomes),
         "faulty": sum(bool(outcome.trial.faults) for outcome in outcomes),
         "seeds": f"{min(seeds)} to {max(seeds)}" if seeds else "",
         "commit": ", ".join(sorted({outcome.commit for outcome in outcomes})),
+        "generator": GENERATOR,
+        "commands": [*commands, command_line()],
     }
     write_whole(out / dictionary.FILE, dictionary.dictionary_text(found, provenance))
     write_whole(out / sight.FILE, sight.sight_text(seen, provenance))
-    if table is not None:
+    if detected is not None:
         healthy = any(not outcome.trial.faults for outcome in outcomes)
         alarms = false_alarms(outcomes)[0] if healthy else None
-        write_whole(table, detection_table(detections(outcomes, found), alarms))
+        write_whole(detected, detected_text(by_fault(detections(outcomes, found)), alarms, provenance))
     click.echo(f"{len(found)} entries, {len(seen)} checks in {out}")

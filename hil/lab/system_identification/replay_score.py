@@ -13,10 +13,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.firmware import DEFAULT_FIRMWARE
 from hil.lab.system_identification.trace import CHANNELS, Trace
 from hil.lab.system_identification.trace_replay import Prediction, replay
 from hil.lab.system_identification.unit_parameters import PHASES_S
-from hil.targets.target import DEFAULT_FIRMWARE
 from model.units import Unit
 
 Floats = NDArray[np.float64]
