@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from aero.channels import Channel
 from figures.cells import Cell
 from figures.emulated import SEEDED, validation
@@ -9,7 +11,7 @@ from figures.sources import Row, Source
 from hil.checks import EXPERIMENTS
 from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
 
-STAIRCASE = EXPERIMENTS["staircase"]
+STAIRCASE, EXCURSION = EXPERIMENTS["staircase"], EXPERIMENTS["excursion"]
 COMPARED = ("tracking_rms", "rise_model_ms", "rise_hand_ms")
 HANDS = (("paper", "pre"), ("reference", "pre"), ("reference", "0.2.0"))
 """Unit and firmware; the first is the paper's own hand."""
@@ -22,6 +24,25 @@ def staircase() -> list[Row]:
     rises = ["rise, simulator", *(f"rise, {name}" for name in names)]
     header = ("channel", *(f"RMS, {name}" for name in names), *rises)
     return [header, *(_row(channel, [metrics[channel] for metrics in hands]) for channel in Channel)]
+
+
+def excursion() -> list[Row]:
+    """Way of the paper's hand and of the simulator from open to a fist, the paper's figures in brackets."""
+    found = validation("paper", "pre", "excursion").results["excursion"].measured
+    header = ("channel", "hand", "simulator", "excursion &#124;Δ&#124;")
+    return [header, *(_excursion_row(channel, found[channel.label]) for channel in Channel)]
+
+
+def _excursion_row(channel: Channel, found: Mapping[str, float]) -> Row:
+    travel, difference = (EXCURSION.metric(name, channel.label) for name in ("fist_travel", "fist_difference"))
+    digits = 0 if travel.unit == "mrad" else 2
+    one, both = f"{{:.{digits}f}}", f"{{:.{digits}f}} ({{:.{digits}f}})"
+    return (
+        f"{channel.title}, {travel.unit}",
+        Cell.of(both, found[travel.name], travel.paper[channel.label]),
+        Cell.of(one, found["fist_travel_model"]),
+        Cell.of(both, found[difference.name], difference.paper[channel.label]),
+    )
 
 
 def _row(channel: Channel, hands: list[ChannelMetrics]) -> Row:
@@ -39,4 +60,5 @@ def _row(channel: Channel, hands: list[ChannelMetrics]) -> Row:
 
 
 COMMAND = "`aero-hil validate --only staircase --unit UNIT --firmware FIRMWARE`"
-TABLES = {"staircase": Source(staircase, COMMAND, SEEDED)}
+FIST = "`aero-hil validate --only excursion --unit paper --firmware pre`"
+TABLES = {"staircase": Source(staircase, COMMAND, SEEDED), "excursion": Source(excursion, FIST, SEEDED)}

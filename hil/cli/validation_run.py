@@ -30,8 +30,9 @@ from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.beside_paper import compared, table
 from hil.report.results import write_figures, write_results
 from hil.verdict.baseline import load
-from hil.verdict.findings import Finding, failed
+from hil.verdict.findings import failed
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.run_end import FINISHED, RunEnd, Way
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
 
@@ -102,30 +103,17 @@ def run(
         except FaultNeverFiredError as error:  # known only once the hand is closed
             if result is None or folder is None:
                 raise
-            result = _of_another_hand(result, error)
+            reason = f"{str(error)[0].upper()}{str(error)[1:]}."
+            end = RunEnd(Way.NO_FAULT, reason=reason) if result.end is FINISHED else result.end
+            result = replace(result, end=replace(end, error=error))
         except SafetyStopError as error:  # from the end of the hand: it may be closed, and what was measured stands
             if result is None or folder is None:
                 raise
-            result = replace(result, ended_by=error)
+            result = replace(result, end=replace(result.end, error=error))
         _show(result, audience)
         _print(console, result, folder)
         write_results(result, folder)
     _end(result, folder)
-
-
-def _of_another_hand(result: Validation, error: FaultNeverFiredError) -> Validation:
-    """Return a run in which a fault that was asked for never came: what was measured stands, a verdict does not."""
-    stopped = Finding(
-        check="fault",
-        subject="hand",
-        passed=False,
-        measured="absent",
-        expected="present",
-        source="--fault",
-        meaning=f"{str(error)[0].upper()}{str(error)[1:]}.",
-        remedy="What was measured is that of a hand without it.",
-    )
-    return replace(result, stopped=result.stopped or stopped, ended_by=error)
 
 
 def _show(result: Validation, audience: Audience) -> None:
@@ -135,12 +123,12 @@ def _show(result: Validation, audience: Audience) -> None:
 
 def _end(result: Validation, folder: Path) -> NoReturn:
     """Leave with the exit code of the run."""
-    if result.ended_by is None:
+    if result.end.error is None:
         sys.exit(Exit.WITHIN_LIMITS if result.passed else Exit.OUT_OF_LIMITS)
-    if isinstance(result.ended_by, SystemExit):
+    if isinstance(result.end.error, SystemExit):
         click.echo(f"what was recorded is in {folder}", err=True)
-        raise result.ended_by
-    code, line = ending(result.ended_by)
+        raise result.end.error
+    code, line = ending(result.end.error)
     raise Ended(f"{line}; what was recorded is in {folder}", code)
 
 

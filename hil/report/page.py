@@ -68,7 +68,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     Raises:
         ValueError: nothing was recorded, so there is nothing to report on.
     """
-    recordings = [*(result.recording for result in validation.results.values()), *validation.broken_off]
+    recordings = [*(result.recording for result in validation.results.values()), *validation.end.cut]
     if not recordings:
         raise ValueError("no experiment began; there is nothing to report on")
     environment = Environment(
@@ -82,7 +82,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     sections = _sections(validation, seen)
     shown = _shown(validation, seen, sections)
     header = recordings[0].header
-    finished = not validation.broken_off and validation.stopped is None
+    finished = validation.end.finding is None
     return environment.get_template("report.html.j2").render(
         header=header,
         validation=validation,
@@ -98,7 +98,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         sections=sections,
         beside=_beside_paper(validation),
         text_rows=text_rows(validation),
-        broken_off=[(recording.header, traces_of(recording)) for recording in validation.broken_off],
+        broken_off=[(recording.header, traces_of(recording)) for recording in validation.end.cut],
         events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
         files={name: quote(path) for name, path in (files or {}).items()},
         margins=margins_left(result.recording for result in validation.results.values()),
@@ -108,7 +108,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
 
 
 def _verdict(validation: Validation) -> Verdict:
-    if validation.broken_off:
+    if validation.end.cut:
         return "broken"
     return "pass" if validation.passed else "fail"
 

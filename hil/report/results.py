@@ -41,7 +41,7 @@ def write_results(validation: Validation, out: Path) -> None:
         if "sweeps" in EXPERIMENTS[name].drawn and result.measured:
             with whole(out / "validation.svg") as draft:
                 validation_figure(result.recording).savefig(draft)
-    names = [*validation.judged, *(cut.header.experiment for cut in validation.broken_off)]
+    names = [*validation.judged, *(cut.header.experiment for cut in validation.end.cut)]
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
 

@@ -9,6 +9,7 @@ from hil.checks import WHOLE_RUN, Measured
 from hil.recordings.recording import Recording
 from hil.verdict.explanation import Explanation
 from hil.verdict.findings import Finding, failed
+from hil.verdict.run_end import RunEnd
 
 
 @dataclass(frozen=True)
@@ -26,16 +27,11 @@ class Validation:
 
     results: Mapping[str, Result]
     """By experiment, in the order in which they ran."""
-    stopped: Finding | None
-    """What kept the rest from running, None when all ran."""
+    end: RunEnd
     wall_seconds: float
     """Time from the start to the verdict, s."""
     regressions: tuple[Finding, ...] = ()
     """Comparison with the hand's own baseline, when there is one."""
-    broken_off: tuple[Recording, ...] = ()
-    """What experiments that did not end had recorded until then."""
-    ended_by: BaseException | None = None
-    """What ended the run before its time, None when it was not."""
     session: Recording | None = None
     """Every byte since the hand was opened, for an exact replay; None when judged from files."""
     whole_run: Result | None = None
@@ -62,7 +58,7 @@ class Validation:
     def findings(self) -> tuple[Finding, ...]:
         """Every finding, and the reason for stopping if there is one."""
         found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
-        return found if self.stopped is None else (self.stopped, *found)
+        return found if self.end.finding is None else (self.end.finding, *found)
 
     @property
     def passed(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,11 +22,10 @@ from hil.verdict.explanation import Explanation
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
+from hil.verdict.run_end import FINISHED, RunEnd, Way, broken_off
 from model.units import DEFAULT_LIMITS, shipped_units
 from model.units.naming import PLAUSIBLE, unit_named
 
-SESSION = WHOLE_RUN.name
-"""Name in the header of the recording that holds every byte since the hand was opened."""
 STOPPING = (AeroError, SafetyStopError, OSError, FirmwareProgramError, KeyboardInterrupt, SystemExit)
 """What ends a run before its time, and leaves what was recorded."""
 STOP_SHARE = 0.97
@@ -68,41 +67,35 @@ def validate(
     left_out = [name for name in names if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops]
     names = [name for name in names if name not in left_out]
 
-    def so_far(stopped: Finding | None = None) -> Validation:
+    def so_far(end: RunEnd = FINISHED) -> Validation:
         measured = {name: result.measured for name, result in results.items()}
-        compared = regressions(before, measured, str(baseline))
-        return Validation(dict(results), stopped, time.perf_counter() - start, compared)
+        return Validation(dict(results), end, time.perf_counter() - start, regressions(before, measured, str(baseline)))
 
     def recorder(name: str) -> Recorder:
         return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")
 
-    session, done = recorder(SESSION), so_far()
+    session, end = recorder(WHOLE_RUN.name), FINISHED
     session.begin(from_opening=True)
-    failed_gate = ""
     for name in names:
-        if failed_gate and not (EXPERIMENTS[name].gentle and _gentle_allowed(results[failed_gate])):
-            done = so_far(_kept_back(failed_gate))
-            break
         experiment, record = EXPERIMENTS[name], recorder(name)
+        gate = _failed_gate(results)
+        if gate is not None and not (experiment.gentle and _gentle_allowed(gate)):
+            end = RunEnd(Way.GATE, gate.recording.header.experiment)
+            break
         try:
             if any(experiment.furthest):
                 target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
             experiment.run(target, record, progress)
         except STOPPING as error:
-            broken_off = (record.finish(ended=False),) if record.begun else ()
-            done = replace(so_far(_broken_off(name, *_reason(error))), broken_off=broken_off, ended_by=error)
+            end = broken_off(name, error, (record.finish(ended=False),) if record.begun else ())
             break
-        recording = record.finish()
-        results[name] = _judged(experiment, recording, limits)
-        done = so_far()
-        on_result(done)
-        if experiment.gate and failed(results[name].findings):
-            failed_gate = name
-    whole = session.finish(ended=done.ended_by is None)
-    done = replace(done, session=whole, whole_run=_link_judged(whole, limits))
+        results[name] = _judged(experiment, record.finish(), limits)
+        on_result(so_far())
+    whole = session.finish(ended=end.error is None)
+    done = replace(so_far(end), session=whole, whole_run=_link_judged(whole, limits))
     if not done.passed:
         done = replace(done, explanations=_explained(done, names, limits))
-    return _without(done, left_out, target.firmware) if left_out and done.stopped is None else done
+    return replace(done, end=_without(left_out, target.firmware)) if left_out and end is FINISHED else done
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
@@ -116,11 +109,11 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     start = time.perf_counter()
     results: dict[str, Result] = {}
     session: Result | None = None
-    broken_off = tuple(r for r in recordings if not r.header.finished and r.header.experiment != SESSION)
+    cut = tuple(r for r in recordings if not r.header.finished and r.header.experiment != WHOLE_RUN.name)
     for recording in recordings:
         header = recording.header
         map_of(header)  # an unknown firmware or window is the file's fault, and no finding about the hand
-        if header.experiment == SESSION:
+        if header.experiment == WHOLE_RUN.name:
             session = _link_judged(recording, _limits_of(header)) if header.finished else None
             continue
         if header.experiment not in EXPERIMENTS:
@@ -129,11 +122,8 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
             continue
         limits = _limits_of(header)
         results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
-    stopped = None
-    if broken_off:
-        cut = "The recording ends before the experiment does."
-        stopped = _broken_off(broken_off[0].header.experiment, "the recording", cut, "Run it again.")
-    done = Validation(results, stopped, time.perf_counter() - start, broken_off=broken_off, whole_run=session)
+    end = RunEnd(Way.CUT, cut[0].header.experiment, cut=cut) if cut else FINISHED
+    done = Validation(results, end, time.perf_counter() - start, whole_run=session)
     if done.passed or not results:
         return done
     header = next(iter(results.values())).recording.header
@@ -164,30 +154,27 @@ def _limits_of_unit(unit: str) -> str:
 
 def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> tuple[Explanation, ...]:
     """Return what may have caused a run's failures; nothing for one that a person broke off."""
-    if isinstance(done.ended_by, (KeyboardInterrupt, SystemExit)):
+    if done.end.way is Way.PERSON:
         return ()
     numbers = done.numbers
-    ended = "" if done.ended_by is None else type(done.ended_by).__name__
-    return diagnose(numbers, limits, ended, [name for name in names if name not in numbers])
+    return diagnose(numbers, limits, done.end.error_name, [name for name in names if name not in numbers])
 
 
-def _without(done: Validation, left_out: Sequence[str], firmware: str) -> Validation:
-    """Return a run that the guard kept from experiments which push at stops."""
-    meaning = (
-        f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, "
-        "and the guard would stop the hand for its current."
+def _without(left_out: Sequence[str], firmware: str) -> RunEnd:
+    """Return the end of a run that the guard kept from experiments which push at stops."""
+    at, reason = (
+        ", ".join(left_out),
+        (
+            f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, "
+            "and the guard would stop the hand for its current."
+        ),
     )
-    stopped = Finding(
-        check=", ".join(left_out),
-        subject="hand",
-        passed=False,
-        measured="not run",
-        expected="run",
-        source="the guard",
-        meaning=meaning,
-        remedy="Validate with firmware 0.1.0 or later; everything else was run.",
-    )
-    return replace(done, stopped=stopped, ended_by=SafetyStopError(f"{stopped.check} not run. {meaning}"))
+    return RunEnd(Way.GUARD, at, reason, SafetyStopError(f"{at} not run. {reason}"))
+
+
+def _failed_gate(results: Mapping[str, Result]) -> Result | None:
+    """Return the gate that failed, None when none did."""
+    return next((one for name, one in results.items() if EXPERIMENTS[name].gate and failed(one.findings)), None)
 
 
 def _gentle_allowed(result: Result) -> bool:
@@ -215,37 +202,4 @@ def _not_measured(name: str, reason: str) -> Finding:
         source="the recording",
         meaning=f"The hand did not move in a way that can be measured: {reason}.",
         remedy="Mend what the other checks found, then validate again.",
-    )
-
-
-def _reason(error: BaseException) -> tuple[str, str, str]:
-    """Return who or what broke a run off, what that means, and what to do."""
-    if isinstance(error, (KeyboardInterrupt, SystemExit)):
-        return "a person or a signal", "The program was told to stop.", "Run it again."
-    return "the driver", str(error), "Mend this first; what comes after it was not run."
-
-
-def _broken_off(name: str, source: str, meaning: str, remedy: str) -> Finding:
-    return Finding(
-        check=name,
-        subject="hand",
-        passed=False,
-        measured="broken off",
-        expected="run to its end",
-        source=source,
-        meaning=meaning,
-        remedy=remedy,
-    )
-
-
-def _kept_back(name: str) -> Finding:
-    return Finding(
-        check=f"after {name}",
-        subject="hand",
-        passed=False,
-        measured="not run",
-        expected="run",
-        source=f"a hand that fails {name} is not moved further",
-        meaning=f"The checks of {name} failed, so nothing that moves the hand through its range was run.",
-        remedy=f"Mend what {name} found, then validate again.",
     )

@@ -62,5 +62,5 @@ def test_a_hand_that_fails_presence_is_not_moved():
     with spoiled(BUILD_ERRORS["hot servo"]) as target:
         result = validate(target, ["presence", "audit"])
     assert list(result.results) == ["presence"]
-    assert result.stopped.check == "after presence"
+    assert result.end.finding.check == "after presence"
     assert not any(record.data[0] == 0x11 for record in target.wire.since(0, 0.0) if record.direction == "to_hand")

@@ -21,7 +21,7 @@ def test_within_limits(target, hand, name):
     if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops:
         pytest.skip(f"firmware {target.firmware} cannot weaken the thumb at its stops; run with --hil=emulated")
     result = validate(target, [name])
-    assert result.stopped is None
+    assert result.end.finding is None
     described = {(subject, metric.name) for metric in EXPERIMENTS[name].metrics for subject in metric.subjects}
     measured = result.results[name].measured
     assert described == {(subject, metric) for subject, row in measured.items() for metric in row}

@@ -19,7 +19,7 @@ def test_a_stop_in_an_experiment_is_a_finding_and_ends_the_validation():
     with guarded(thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
         result = validate(target, ["audit", "replay"])
     assert not result.results
-    assert "stopped and opened slowly" in result.stopped.meaning
+    assert "stopped and opened slowly" in result.end.finding.meaning
     assert result.session.header.safety["current_a"] == 0.4
 
 
@@ -41,7 +41,7 @@ def test_channels_that_meet_their_stops_are_weakened_for_it_and_no_longer():
 def test_experiments_that_seek_the_stops_pass_a_guarded_healthy_hand(firmware):
     with guarded(firmware=firmware) as target:
         result = validate(target, ["audit", "excursion", "coupling", "response"])
-    assert result.stopped is None
+    assert result.end.finding is None
 
 
 def test_a_hand_that_cannot_be_weakened_is_not_pushed_into_its_stops():
@@ -51,8 +51,8 @@ def test_a_hand_that_cannot_be_weakened_is_not_pushed_into_its_stops():
         close(target)
         wait(target, 0.5)
     assert list(result.results) == ["audit", "response"]
-    assert result.stopped.sentence.startswith("hand: excursion is not run")
-    assert isinstance(result.ended_by, SafetyStopError)
+    assert result.end.finding.sentence.startswith("hand: excursion is not run")
+    assert isinstance(result.end.error, SafetyStopError)
     assert result.session.header.finished
     assert result.explanations == ()
 

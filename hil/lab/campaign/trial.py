@@ -15,6 +15,7 @@ from hil.recordings.provenance import source_commit
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
+from hil.verdict.run_end import FINISHED
 from hil.verdict.validation import validate
 from model.geometry import Side
 
@@ -73,7 +74,7 @@ def perform(trial: Trial) -> Outcome:
         ValueError: the trial names something that does not exist.
     """
     wall, processor = time.perf_counter(), time.process_time()
-    done, stopped, ended = Validation({}, None, 0.0), "", ""
+    done, stopped, ended = Validation({}, FINISHED, 0.0), "", ""
     opening = open_target(
         firmware=trial.firmware,
         hand=trial.side,
@@ -86,8 +87,8 @@ def perform(trial: Trial) -> Outcome:
     try:
         with opening as target:
             done = validate(target, trial.experiments)
-            stopped = "" if done.stopped is None else done.stopped.sentence
-            ended = "" if done.ended_by is None else type(done.ended_by).__name__
+            stopped = "" if done.end.finding is None else done.end.finding.sentence
+            ended = done.end.error_name
     except (FaultNeverFiredError, SafetyStopError) as error:
         stopped, ended = stopped or str(error), ended or type(error).__name__
     except (AeroError, OSError, ArithmeticError) as error:

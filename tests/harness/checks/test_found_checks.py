@@ -30,7 +30,7 @@ def results():
 def test_the_limits_of_an_experiment_are_compared_with_what_it_measured(results):
     assert {name for name in SOME if results.results[name].findings} == set(SOME)
     assert results.passed
-    assert results.stopped is None
+    assert results.end.finding is None
 
 
 def test_what_was_measured_can_be_written(results):
@@ -80,7 +80,7 @@ def test_a_board_that_falls_silent_ends_the_run_with_the_drivers_words(monkeypat
         monkeypatch.setattr(target.hand, "read_codes", silence)
         result = validate(target, ["presence", "audit"])
     assert result.results == {}
-    assert "may be homing" in result.stopped.meaning
+    assert "may be homing" in result.end.finding.meaning
     assert not result.passed
 
 

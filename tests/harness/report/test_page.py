@@ -18,6 +18,7 @@ from hil.report.page import render_report
 from hil.report.plots import as_svg, panels, validation_figure
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.run_end import FINISHED, RunEnd, Way
 
 GOOD = Finding("rise_hand_ms", "ring", True, "50 ms", "at most 70 ms", "logs", "slow <servo>", "look")
 BAD = Finding("tracking_rms", "index", False, "1.2 mm", "at most 0.9 mm", "paper", "A loose cable.", "Tighten it.")
@@ -36,9 +37,9 @@ def spoiled_page(recording):
 FILES = {"staircase": "runs/staircase 1.mcap", "session": "session.mcap"}
 
 
-def page(recording, findings, files=FILES, **more):
+def page(recording, findings, files=FILES, end=FINISHED):
     result = Result(recording, EXPERIMENTS["staircase"].measure(recording), tuple(findings))
-    return render_report(Validation({"staircase": result}, None, 1.5, **more), files)
+    return render_report(Validation({"staircase": result}, end, 1.5), files)
 
 
 class Elements(HTMLParser):
@@ -120,7 +121,7 @@ def test_what_is_healthy_is_folded_and_what_failed_is_not(recording):
         "audit": Result(held_still, {"index": {"followed": 0.0}}, (BAD,)),
         "staircase": Result(recording, EXPERIMENTS["staircase"].measure(recording), (GOOD,)),
     }
-    html = render_report(Validation(results, None, 1.0))
+    html = render_report(Validation(results, FINISHED, 1.0))
     assert Elements(html).folded == {"run-holding": True, "run-audit": False, "run-staircase": False}
 
 
@@ -200,10 +201,7 @@ def test_each_limit_stands_beside_its_number(spoiled_page):
 
 def test_a_run_that_was_broken_off_says_so_and_shows_what_it_had(recording):
     cut = replace(recording, header=replace(recording.header, finished=False, duration_s=12.5))
-    stopped = Finding(
-        "staircase", "hand", False, "broken off", "run to its end", "a person", "It was stopped.", "Again."
-    )
-    html = render_report(Validation({}, stopped, 1.0, broken_off=(cut,)))
+    html = render_report(Validation({}, RunEnd(Way.PERSON, "staircase", cut=(cut,)), 1.0))
     assert "Broken off" in html
     assert "staircase after 12.5 s" in html
     assert "Out of limits" not in html
@@ -212,10 +210,10 @@ def test_a_run_that_was_broken_off_says_so_and_shows_what_it_had(recording):
 
 def test_what_passed_in_a_run_that_was_broken_off_has_passed_only_partly(recording):
     cut = replace(recording, header=replace(recording.header, finished=False))
-    channels = Elements(page(recording, [GOOD, BAD], broken_off=(cut,))).channels
+    channels = Elements(page(recording, [GOOD, BAD], end=RunEnd(Way.CUT, "staircase", cut=(cut,)))).channels
     assert (channels["ring"], channels["index"]) == (["channel", "partly"], ["channel", "fail"])
 
 
 def test_nothing_to_report_is_an_error():
     with pytest.raises(ValueError, match="nothing to report"):
-        render_report(Validation({}, BAD, 0.0))
+        render_report(Validation({}, RunEnd(Way.DRIVER, "presence"), 0.0))

@@ -10,6 +10,7 @@ from hil.recordings.recording import Recording, Series
 from hil.verdict.explanation import Explanation
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.run_end import FINISHED, RunEnd, Way
 from tests.support.synthetic import HEADER, LABELS
 
 GOOD = Finding("friction", "ring", True, "0.2 A", "at most 0.3 A", "test", "", "")
@@ -25,7 +26,7 @@ def run(**changes):
         "audit": Result(recording(9.0), {"ring": {"pull": 1.0}}, (GOOD,)),
         "holding": Result(recording(10.5), {}, ()),
     }
-    return Validation(results, None, 1.0, **changes)
+    return Validation(results, FINISHED, 1.0, **changes)
 
 
 def test_a_run_passes_when_each_finding_of_every_kind_does():
@@ -34,8 +35,9 @@ def test_a_run_passes_when_each_finding_of_every_kind_does():
     assert run(whole_run=whole, regressions=(GOOD,)).findings == (GOOD, GOOD, GOOD)
     assert not run(regressions=(BAD,)).passed
     assert not run(whole_run=replace(whole, findings=(BAD,))).passed
-    assert not replace(run(), stopped=BAD).passed
-    assert replace(run(), stopped=BAD).findings == (BAD, GOOD)
+    stopped = RunEnd(Way.CUT, "audit")
+    assert not replace(run(), end=stopped).passed
+    assert replace(run(), end=stopped).findings == (stopped.finding, GOOD)
     assert failed((GOOD, BAD, GOOD)) == (BAD,)
 
 
