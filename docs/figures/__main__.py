@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from aero.whole_file import write_whole
 from figures.pages import measured, moved, pages
 from figures.sources import Cost
 
@@ -25,7 +26,7 @@ def main(check: bool, quick: bool, chosen: tuple[Path, ...]) -> None:
             changed = True
             click.echo(line)
         if not check:
-            page.write_text(now, encoding="utf-8")
+            write_whole(page, now)
     if check and changed:
         click.echo("figures moved by more than their tolerance; `tox -e figures` writes what is measured", err=True)
         sys.exit(1)

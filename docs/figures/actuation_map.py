@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
+from itertools import product
 
 import numpy as np
 
+from aero.actuation import ActuationMap
 from aero.actuation.coefficients import load_coefficients
 from aero.channels import FINGERS, Channel, Joint
+from aero.protocol import MAX_CODE
 from figures.cells import Cell
-from figures.emulated import SEEDED
+from figures.emulated import EXACT, SEEDED
 from figures.sources import Row, Source
 from hil.lab.map_identification.identify import Identification, identify
 from hil.lab.map_identification.radii import flexor_radius, two_pose_radii
@@ -26,6 +30,52 @@ CAPTURES = (
 """Coefficient set, capture, and how the row is called."""
 PAPER_MM = {"CMC cable by CMC": 12.64, "flexor by MCP and IP together": 18.25}
 """The paper's effective radii of its simulator."""
+
+
+WINDOWS = (
+    ("pre to 0.1.5", "0.1.5", "unshifted", "always"),
+    ("0.2.0", "0.2.0", "homed", "power-on, HOMING"),
+    ("0.2.0, never homed", "0.2.0", "unshifted", "flashed over an older version, not homed since"),
+    ("0.2.0, restarted", "0.2.0", "mixed", "any other restart after homing"),
+)
+"""How the row is called, firmware, state, and what leads to it."""
+SDK_DEG = [[0.0, 288.1603]] * 4 + [[0.0, 100.0], [0.0, 104.1250], [-15.2789, 247.1500]]
+"""What aero-open-sdk 0.1.0.dev1 commands the hand against."""
+THUMB_RANGES = ((0.0, math.radians(100.0)), (0.026941, 0.0382787), (0.0839985, 0.110133))
+"""Of abduction (rad) and of the two thumb cables' sensors in the simulator (m; aero-hand-open 7084ad3)."""
+
+
+def windows() -> list[Row]:
+    """Where codes 0 and 65535 put the two shafts whose windows firmware 0.2.0 moves."""
+    rows: list[Row] = [("firmware", "state", "abduction", "CMC flexion", "reached by")]
+    for name, firmware, state, reached in WINDOWS:
+        codec = ActuationMap.for_firmware(firmware, state)
+        low, high = (
+            np.rad2deg(codec.angles_from_codes(np.full(len(Channel), code, np.uint16))) for code in (0, MAX_CODE)
+        )
+        shafts = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION)
+        rows.append(
+            (name, state, *(Cell.of("{:.2f} to {:.2f}°", low[shaft], high[shaft]) for shaft in shafts), reached)
+        )
+    return rows
+
+
+def agreement() -> list[Row]:
+    """How far the map is from the SDK's excursions, and its two fits of the thumb cables from each other."""
+    codec = ActuationMap()
+    off = np.abs(np.rad2deg(codec.excursion_rad) - SDK_DEG).max(axis=1)
+    # Both fits are affine, so the largest disagreement over the sensors' ranges is at a corner.
+    thumb = np.array(list(product(*THUMB_RANGES)))
+    fingers = np.array(load_coefficients("paper").finger_lengths)[:, 0]
+    corners = np.hstack([np.broadcast_to(fingers, (len(thumb), len(fingers))), thumb])
+    trip = np.abs(codec.lengths_from_travel(codec.travel_from_lengths(corners)) - corners).max(axis=0)
+    return [
+        ("what", "largest"),
+        ("excursions of the thumb against what the SDK commands", Cell.of("{:.4f}°", off[4:].max())),
+        ("excursions of the fingers", Cell.of("{:.3f}°", off[:4].max())),
+        ("CMC cable: length to travel to length, two separate fits", Cell.of("{:.3f} mm", 1e3 * trip[5])),
+        ("flexor cable", Cell.of("{:.3f} mm", 1e3 * trip[6])),
+    ]
 
 
 @cache
@@ -140,6 +190,8 @@ def _radius(row: tuple[str, float, float]) -> Row:
 
 
 TABLES = {
+    "windows": Source(windows, "`aero-hil map --firmware FIRMWARE --calibration STATE`", EXACT, origin=""),
+    "agreement": Source(agreement, "Held by `pytest tests/aero/test_actuation_map.py`", EXACT, origin=""),
     "coefficients": Source(coefficients, "`aero-hil identify --out DIR`", SEEDED),
     "fits": Source(fits, "`aero-hil identify --out DIR`", SEEDED),
     "residuals": Source(residuals, "`aero-hil identify --out DIR`", SEEDED),

@@ -16,6 +16,8 @@ SEEDED = Tolerance(
 )
 """Of figures of emulated hands on virtual time."""
 
+EXACT = Tolerance("a closed form: nothing but rounding", last_place=0.1)
+
 
 @cache
 def validation(unit: str, firmware: str, *experiments: str) -> Validation:

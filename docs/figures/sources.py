@@ -12,7 +12,21 @@ import mujoco
 
 from figures.cells import Cell, Tolerance
 
-PAGES = ("figures", "validation", "hand_model", "actuation_map")
+PAGES = (
+    "figures",
+    "validation",
+    "hand_model",
+    "actuation_map",
+    "calibration",
+    "driver",
+    "electronics",
+    "campaign",
+    "detection",
+    "safety",
+    "speed",
+    "grasps",
+    "training",
+)
 """Modules of this package that have tables, each named as its page."""
 PHYSICS = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"
 

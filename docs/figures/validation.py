@@ -8,8 +8,10 @@ from aero.channels import Channel
 from figures.cells import Cell
 from figures.emulated import SEEDED, validation
 from figures.sources import Row, Source
+from figures.stored import Result, stored
 from hil.checks import EXPERIMENTS
 from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
+from hil.lab.campaign.summary import Share
 
 STAIRCASE, EXCURSION = EXPERIMENTS["staircase"], EXPERIMENTS["excursion"]
 COMPARED = ("tracking_rms", "rise_model_ms", "rise_hand_ms")
@@ -59,6 +61,28 @@ def _row(channel: Channel, hands: list[ChannelMetrics]) -> Row:
     )
 
 
+def mutation(result: Result) -> list[Row]:
+    """How many mutants of the judging code the unit tests notice."""
+    header = ("sample", "noticed", "share, 95 %", "survived")
+    rows = []
+    for row in result.rows:
+        share = Share(row["noticed"], row["size"])
+        low, high = (100.0 * bound for bound in share.interval)
+        rows.append(
+            (
+                f"{share.of} of {row['mutants']} mutants, seed {row['seed']}",
+                str(share.count),
+                Cell.of("{:.1f} % ({:.0f} to {:.0f})", 100.0 * share.value, low, high),
+                str(share.of - share.count),
+            )
+        )
+    return [header, *rows]
+
+
 COMMAND = "`aero-hil validate --only staircase --unit UNIT --firmware FIRMWARE`"
 FIST = "`aero-hil validate --only excursion --unit paper --firmware pre`"
-TABLES = {"staircase": Source(staircase, COMMAND, SEEDED), "excursion": Source(excursion, FIST, SEEDED)}
+TABLES = {
+    "staircase": Source(staircase, COMMAND, SEEDED),
+    "excursion": Source(excursion, FIST, SEEDED),
+    "mutation": stored("mutation", mutation),
+}

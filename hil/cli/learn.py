@@ -8,7 +8,7 @@ import click
 
 from aero.whole_file import write_whole
 from hil.cli.exits import given
-from hil.lab.campaign.detection_table import detection_table
+from hil.lab.campaign.detected_faults import by_fault, detected_text
 from hil.lab.campaign.learning import entries
 from hil.lab.campaign.store import opened
 from hil.lab.campaign.summary import detections, false_alarms, sights
@@ -23,17 +23,18 @@ from hil.verdict import dictionary, sight
     help="Folder for dictionary.json and sight.json; `hil/data` of a checkout replaces the project's.",
 )  # fmt: skip
 @click.option(
-    "--table", type=click.Path(dir_okay=False, path_type=Path),
-    help="Also write what was found of each fault as a Markdown table, the project's docs/detection.md.",
+    "--detected", type=click.Path(dir_okay=False, path_type=Path),
+    help="Also write what was found of each fault; docs/figures/stored/detected_faults.json of a checkout makes the "
+    "table of docs/detection.md.",
 )  # fmt: skip
-def learn(*, campaign: Path, out: Path, table: Path | None) -> None:
+def learn(*, campaign: Path, out: Path, detected: Path | None) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
     with given(), opened(campaign, read_only=True) as store:
         outcomes = list(store.outcomes())
         found, seen = entries(outcomes), sights(outcomes)
         prepared_folder(out)
-        if table is not None:
-            prepared_file(table)
+        if detected is not None:
+            prepared_file(detected)
     seeds = [outcome.trial.seed for outcome in outcomes]
     provenance: dict[str, str | int] = {
         "healthy": sum(not outcome.trial.faults for outcome in outcomes),
@@ -43,8 +44,8 @@ def learn(*, campaign: Path, out: Path, table: Path | None) -> None:
     }
     write_whole(out / dictionary.FILE, dictionary.dictionary_text(found, provenance))
     write_whole(out / sight.FILE, sight.sight_text(seen, provenance))
-    if table is not None:
+    if detected is not None:
         healthy = any(not outcome.trial.faults for outcome in outcomes)
         alarms = false_alarms(outcomes)[0] if healthy else None
-        write_whole(table, detection_table(detections(outcomes, found), alarms))
+        write_whole(detected, detected_text(by_fault(detections(outcomes, found)), alarms, provenance))
     click.echo(f"{len(found)} entries, {len(seen)} checks in {out}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 
@@ -10,6 +11,7 @@ from figures import sources as registry
 from figures.cells import Cell, Tolerance
 from figures.pages import ROOT, measured, moved, pages
 from figures.sources import Cost, Source, sources, table
+from figures.stored import folder
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -25,15 +27,20 @@ def holding(costs):
     return sorted({page for page, name in MARKED if name in names})
 
 
+def agrees(page, costs):
+    if lines := list(moved(page, measured(page, costs))):
+        pytest.fail("\n".join((*lines, "`tox -e figures` writes what is measured")), pytrace=False)
+
+
 @pytest.mark.parametrize("page", holding(QUICK), ids=lambda page: page.name)
 def test_what_is_printed_is_what_is_measured(page):
-    assert list(moved(page, measured(page, QUICK))) == []
+    agrees(page, QUICK)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", holding((Cost.SLOW,)), ids=lambda page: page.name)
 def test_what_is_printed_is_what_is_measured_in_minutes(page):
-    assert list(moved(page, measured(page, (Cost.SLOW,)))) == []
+    agrees(page, (Cost.SLOW,))
 
 
 def test_every_table_stands_once_in_its_page():
@@ -104,6 +111,14 @@ def test_the_relative_tolerance_is_that_of_the_printed_figure():
     tenth = Tolerance("of a test", relative=0.1)
     assert Cell.of("{:.0f}", 109.0).stands("100", tenth)
     assert not Cell.of("{:.0f}", 112.0).stands("100", tenth)
+
+
+@pytest.mark.parametrize("file", sorted(folder().glob("*.json")), ids=lambda file: file.stem)
+def test_a_stored_result_says_where_it_comes_from(file):
+    origin = json.loads(file.read_text(encoding="utf-8"))["provenance"]
+    assert origin["seeds"]
+    for commit in re.split(r", | and ", origin["commit"]):
+        assert re.fullmatch(r"[0-9a-f]{7,40}", commit)
 
 
 def test_the_pages_are_found():

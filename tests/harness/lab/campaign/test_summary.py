@@ -13,7 +13,7 @@ from hil.cli.campaign import campaign
 from hil.cli.learn import learn
 from hil.cli.limits import limits
 from hil.lab.campaign.campaign_page import render_campaign
-from hil.lab.campaign.detection_table import detection_table, found_from
+from hil.lab.campaign.detected_faults import by_fault, detected_text, parse_detected
 from hil.lab.campaign.learning import accused, entries
 from hil.lab.campaign.plan import faulty_hands, healthy_hands, shipped_hands
 from hil.lab.campaign.store import opened
@@ -73,15 +73,28 @@ def test_a_fault_counts_as_found_from_where_every_hand_is_accused():
     rows = detections(runs, [SLACK])
     assert [row.found.count for row in rows] == [1, 1, 2]
     assert rows[1].furthest == pytest.approx(0.8)
-    assert found_from(rows) == 1.2
-    assert found_from(rows[:2]) is None
-    assert "| 1.2 | 1.02 factor: 1 of 1, 1.05 factor: 1 of 2 (0.8), 1.2 factor: 2 of 2 |" in detection_table(rows, None)
+    (fault,) = by_fault(rows)
+    assert fault.found_from == 1.2
+    assert [(tried.severity, tried.found, tried.of) for tried in fault.tried] == [
+        (1.02, 1, 1),
+        (1.05, 1, 2),
+        (1.2, 2, 2),
+    ]
+    (milder,) = by_fault(rows[:2])
+    assert milder.found_from is None
 
 
 def test_checks_that_found_a_fault_as_often_stand_in_the_order_of_their_names():
     (row,) = detections([faulty(4.0)], [SLACK])
     for checks in permutations([("audit/pull", 1), ("audit/followed", 1), ("presence/idle_current", 1)]):
-        assert "`audit/followed`, `audit/pull`, `presence/" in detection_table([replace(row, checks=checks)], None)
+        (fault,) = by_fault([replace(row, checks=tuple(checks))])
+        assert fault.checks == ("audit/followed", "audit/pull", "presence/idle_current")
+
+
+@pytest.mark.parametrize("alarms", [None, Share(2, 200)])
+def test_what_was_found_is_read_as_it_was_written(alarms):
+    faults = by_fault(detections([faulty(4.0), faulty(0.2)], [SLACK]))
+    assert parse_detected(detected_text(faults, alarms, {"seeds": "1 to 2"})) == (faults, alarms)
 
 
 def test_a_fault_that_never_fired_counts_for_nothing():

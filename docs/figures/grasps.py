@@ -1,0 +1,36 @@
+"""Table of docs/grasps.md, from a run of all grasps on 22 hands."""
+
+from __future__ import annotations
+
+from grasps.taxonomy import GRASPS
+
+from figures.sources import Row
+from figures.stored import Result, stored
+
+RANDOM = 20
+"""Hands that were drawn."""
+
+
+def held(result: Result) -> list[Row]:
+    """Each grasp: on which hands it holds, and what most often takes the object."""
+    *rows, total = result.rows
+    names = {grasp.number: grasp.name for grasp in GRASPS}
+    header = ("", "grasp", "ideal", "reference", f"of {RANDOM} random", "most frequent failure")
+    sums = [sum(row[hand] for row in rows) for hand in ("ideal", "reference")]
+    return [
+        header,
+        *(
+            (
+                str(row["grasp"]),
+                names[row["grasp"]],
+                *("yes" if row[hand] else "no" for hand in ("ideal", "reference")),
+                str(row["random"]),
+                f"{row['failure']} ({row['failures']})" if row["failure"] else "",
+            )
+            for row in rows
+        ),
+        ("", f"held, of {len(rows)}", *map(str, sums), f"{total['fewest']} to {total['most']} a hand", ""),
+    ]
+
+
+TABLES = {"held": stored("grasps", held)}

@@ -1,0 +1,90 @@
+"""Faults of a moving hand, and how long each lasts before the guard begins to open it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+from guarded_hands import BusyHost, Tampered, close, guarded, wait
+
+from aero import Channel
+from aero.channels import WIRE_ORDER
+from aero.safety import SafetyStopError, Thresholds
+from firmware_emulator.plant import Drive
+from hil.targets.target import Target
+
+LATE = {"idle": 0.0, "late": 0.05}
+"""Host to the share of its readings that are late by up to 0.1 s."""
+
+
+@dataclass(frozen=True)
+class Stopping:
+    """A fault that the guard has to notice."""
+
+    name: str
+    most_s: float
+    """Time that it may take on either host, s."""
+    fault: Callable[[Target], None]
+    before: Callable[[Target], None] = close
+    options: dict[str, Any] = field(default_factory=dict)
+    """Of the guarded hand."""
+
+    def seconds(self, host: str, seed: int) -> float:
+        """Return the time from the fault to the beginning of the opening, s."""
+        with guarded(link=lambda electronics: BusyHost(electronics, seed), **self.options) as target:
+            self.before(target)
+            target.wire._transport.late = LATE[host]
+            wait(target, 0.5 + 0.013 * seed)
+            return _time_to_opening(target, self.fault)
+
+
+def _time_to_opening(target: Any, fault: Callable[[Target], None], wait_s: float = 6.0) -> float:
+    began, openings = target.clock.now(), []
+    opening = target.hand._open
+    target.hand._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))
+    fault(target)
+    with pytest.raises(SafetyStopError):
+        wait(target, wait_s)
+    return float(openings[0] - began)
+
+
+def _jump(target: Target) -> None:
+    servo = target.capability("electronics").servos[WIRE_ORDER.index(Channel.MIDDLE)]
+    servo.frame.set_offset(900)
+    servo.feedback.invalidate()
+
+
+def _resting(target: Target) -> None:
+    close(target, Channel.MIDDLE, share=0.3)
+    wait(target, 3.0)
+
+
+def _runs_away(drive: Drive) -> Drive:
+    return dataclasses.replace(drive, setpoint=4.0) if drive.setpoint > 0.5 else drive
+
+
+STOPPINGS = (
+    Stopping("jump of 900 counts", 0.5, _jump, _resting),
+    Stopping(
+        "runaway, from the command on",
+        1.0,
+        lambda target: close(target, Channel.PINKY, share=0.2),
+        options={"rewire": lambda plant: Tampered(plant, Channel.PINKY, _runs_away)},
+    ),
+    # The thumb meets the palm about 0.25 s after the command.
+    Stopping(
+        "thumb blocked by the palm, from the command on",
+        1.5,
+        lambda target: close(target, Channel.THUMB_CMC_FLEXION),
+        options={"thresholds": Thresholds(stop_torque=700)},
+    ),
+    Stopping(
+        "channel without torque, from the command on",
+        3.0,
+        lambda target: close(target, Channel.RING, share=0.9),
+        options={"rewire": lambda plant: Tampered(plant, Channel.RING, lambda _: Drive(powered=False))},
+    ),
+)
