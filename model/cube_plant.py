@@ -57,6 +57,28 @@ class CubePlant(BuiltHandPlant):
         """Return whether anything touches the cube."""
         return bool((self._data.contact.geom == self._model.geom("cube").id).any())
 
+    def cube_clear(self, by_m: float) -> bool:
+        """Return whether no part of the hand is within `by_m` of the cube's surface, m."""
+        model, cube = self._model, self._model.geom("cube").id
+        solid = np.flatnonzero((model.geom_contype | model.geom_conaffinity) != 0)
+        return not any(
+            mujoco.mj_geomDistance(model, self._data, cube, geom, by_m, None) < by_m for geom in solid if geom != cube
+        )
+
+    def shove_cube(self, by_m_s: ArrayLike) -> None:
+        """Change the velocity of the cube at once by (3,), m/s, world frame."""
+        self._data.qvel[self._cube_dof : self._cube_dof + 3] += by_m_s
+
+    def lean(self, gravity_m_s2: ArrayLike) -> None:
+        """Let gravity be (3,), m/s², world frame; a hand that is accelerated feels the opposite of it added."""
+        self._model.opt.gravity[:] = gravity_m_s2
+
+    @property
+    def gravity_m_s2(self) -> NDArray[np.float64]:
+        """Gravity, (3,), m/s², world frame."""
+        gravity: NDArray[np.float64] = self._model.opt.gravity.copy()
+        return gravity
+
     def posture(self) -> NDArray[np.float64]:
         """Return joint angles, rad, and the cube's position, m, and orientation, w x y z: (23,), for `model.film`."""
         cube = self._data.qpos[self._cube_qpos : self._cube_qpos + 7]

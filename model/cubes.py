@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -55,6 +55,14 @@ def any_cube(rng: np.random.Generator) -> Cube:
     direction = rng.standard_normal(3)
     off = rng.uniform(0.0, max(PROPERTIES[-1].values)) * direction / np.linalg.norm(direction)
     return replace(cube, centre_of_mass_m=tuple(off.tolist()))
+
+
+def nearer(cube: Cube, share: float) -> Cube:
+    """Return a cube that has gone this share of the way from the paper's to `cube`, 0 to 1."""
+    values = {field.name: getattr(cube, field.name) for field in fields(Cube)}
+    paper = {name: np.array(getattr(CUBE, name)) for name in values}
+    way = {name: paper[name] + share * (np.array(value) - paper[name]) for name, value in values.items()}
+    return Cube(**{name: value.tolist() for name, value in way.items()})
 
 
 def tail_cube(rng: np.random.Generator) -> Cube:

@@ -6,6 +6,7 @@ pytree, so that a run can be kept and gone on with to the bit.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -31,12 +32,20 @@ Starts = tuple[Array, Array]
 
 
 def prepare_starts(
-    task: Task, simulator: Batch, rng: np.random.Generator, count: int = STARTS
+    task: Task,
+    simulator: Batch,
+    rng: np.random.Generator,
+    count: int = STARTS,
+    check: Callable[[], None] = lambda: None,
 ) -> tuple[Floats, Floats]:
-    """Return states (batch, count, state size) and sensors (batch, count, 43) of starts, drawn for each environment."""
+    """Return states (batch, count, state size) and sensors (batch, count, 43) of starts, drawn for each environment.
+
+    `check` is called before each batch of physics.
+    """
     nominal = np.array(task.settings.nominal)
     states, sensors = [], []
     for _ in range(count):
+        check()
         starts = draw_starts(rng, len(simulator), task.reset)
         states.append(simulator.at(starts))
         sensors.append(simulator.sensors_at(starts, nominal))

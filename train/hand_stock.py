@@ -14,7 +14,7 @@ import numpy as np
 
 from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
-from model.cubes import any_cube, tail_cube
+from model.cubes import any_cube, nearer, tail_cube
 from model.scene import CUBE
 from train.built import BuiltSimulator, draw_scenes
 from train.hands import corrections, draw_hand
@@ -41,16 +41,18 @@ class HandStock:
     settings: PolicySettings
     seed: tuple[int, ...]
     """Of the stage; hands of another seed are others."""
-    tails: bool = True
-    """Whether the stage's share of cubes comes from the tail; those that measure are drawn evenly."""
+    training: bool = True
+    """Whether cubes are nearer and from the tail as the stage says; those of hands that measure are drawn evenly."""
 
     def hand(self, number: int) -> StockedHand:
         """Build the hand of this number."""
         rng = np.random.default_rng((*self.seed, number))
         unit, cube = draw_hand(self.stage.hands, rng), CUBE
         if self.stage.any_cube:
-            tail = self.tails and rng.uniform() < self.stage.tail_share
+            tail = self.training and rng.uniform() < self.stage.tail_share
             cube = tail_cube(rng) if tail else any_cube(rng)
+            if self.training:
+                cube = nearer(cube, rng.uniform(*self.stage.cube_reach))
         (scene,) = draw_scenes([unit], self.stage.hands, rng, self.settings.torque_limit, [cube])
         error_m = self.stage.hands.correction_error_m
         return StockedHand(scene, corrections([unit], self.settings, rng, error_m=error_m, threads=1)[0])

@@ -39,19 +39,32 @@ class Learner(NamedTuple):
     optimiser: Any
 
 
+def networks_of(recipe: Recipe) -> ppo_networks.PPONetworks:
+    """Return the networks of a recipe."""
+    return ppo_networks.make_ppo_networks(
+        SIZES,
+        ACTION_SIZE,
+        preprocess_observations_fn=running_statistics.normalize,
+        policy_hidden_layer_sizes=recipe.hidden,
+        value_hidden_layer_sizes=recipe.hidden,
+        value_obs_key="privileged_state",
+    )
+
+
+def untrained(networks: ppo_networks.PPONetworks, key: Array) -> tuple[Any, PPONetworkParams]:
+    """Return a normaliser that has seen nothing, and parameters that have learned nothing."""
+    policy_key, value_key = jax.random.split(key)
+    sizes = {name: specs.Array((size,), jnp.dtype("float32")) for name, size in SIZES.items()}
+    parameters = PPONetworkParams(networks.policy_network.init(policy_key), networks.value_network.init(value_key))
+    return running_statistics.init_state(sizes), parameters
+
+
 class Ppo:
     """Networks and optimiser of one stage."""
 
     def __init__(self, recipe: Recipe, stage: Stage, environment: CubeEnvironment) -> None:
         self._recipe, self._stage, self._environment = recipe, stage, environment
-        self._networks = ppo_networks.make_ppo_networks(
-            SIZES,
-            ACTION_SIZE,
-            preprocess_observations_fn=running_statistics.normalize,
-            policy_hidden_layer_sizes=recipe.hidden,
-            value_hidden_layer_sizes=recipe.hidden,
-            value_obs_key="privileged_state",
-        )
+        self._networks = networks_of(recipe)
         self._optimiser = optax.multi_transform(
             {
                 "policy": self._adam(stage.learning_rate, 0, frozen=stage.frozen_updates),
@@ -66,12 +79,7 @@ class Ppo:
 
     def begin(self, key: Array) -> Learner:
         """Return a learner that has learned nothing."""
-        policy_key, value_key = jax.random.split(key)
-        sizes = {name: specs.Array((size,), jnp.dtype("float32")) for name, size in SIZES.items()}
-        networks = PPONetworkParams(
-            policy=self._networks.policy_network.init(policy_key), value=self._networks.value_network.init(value_key)
-        )
-        normaliser = running_statistics.init_state(sizes)
+        normaliser, networks = untrained(self._networks, key)
         return Learner(normaliser, networks, networks.policy, self._optimiser.init(networks))
 
     def go_on(self, learner: Learner) -> Learner:

@@ -22,6 +22,8 @@ EPOCH_STEPS = 20_000
 """Environment steps, rounded to whole updates, after which the run's state is written and told."""
 CHECKPOINTS = "checkpoints"
 """Folder of every checkpoint's parameters."""
+AVERAGE = "average_"
+"""Before the name of a checkpoint's moving average."""
 
 
 class Listener(NamedTuple):
@@ -133,10 +135,11 @@ class Run:
         standing, recipe = self.standing, self._recipe
         name = f"{standing.attempt}_{standing.steps:010d}.npz"
         export.save_parameters(export.parameters(learner), self._order.folder / CHECKPOINTS / name)
-        export.save_parameters(export.average(learner), self._order.folder / CHECKPOINTS / f"average_{name}")
-        policy = prepared.policy(export.parameters(learner), self._provenance())
+        export.save_parameters(export.average(learner), self._order.folder / CHECKPOINTS / (AVERAGE + name))
+        about = provenance(self._order, standing)
+        policy = prepared.policy(export.parameters(learner), about)
         found = prepared.measure(policy)
-        average = prepared.measure(prepared.policy(export.average(learner), self._provenance()))
+        average = prepared.measure(prepared.policy(export.average(learner), about))
         point = Checkpoint(
             attempt=standing.attempt,
             steps=standing.steps,
@@ -176,14 +179,16 @@ class Run:
         self.standing = replace(Standing(standing.recipe, standing.seed), attempt=standing.attempt + 1)
         return True
 
-    def _provenance(self) -> dict[str, Any]:
-        return {
-            "recipe": self._recipe.name,
-            "recipe_sha256": self._recipe.fingerprint,
-            "backend": self._order.backend,
-            "seed": self.standing.seed,
-            "attempt": self.standing.attempt,
-            "steps": self.standing.steps,
-            "resumes": self.standing.resumes,
-            **self._order.provenance,
-        }
+
+def provenance(order: Order, standing: Standing) -> dict[str, Any]:
+    """Return what a policy's file says of the run that made it."""
+    return {
+        "recipe": order.recipe.name,
+        "recipe_sha256": order.recipe.fingerprint,
+        "backend": order.backend,
+        "seed": standing.seed,
+        "attempt": standing.attempt,
+        "steps": standing.steps,
+        "resumes": standing.resumes,
+        **order.provenance,
+    }

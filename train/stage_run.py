@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import replace
 from typing import Any, Literal, NamedTuple, Self
 
 import jax
@@ -12,11 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from aero.policy.file import Policy
-from model.cubes import any_cube
 from train import export, randomise
 from train.environment import STARTS, CubeEnvironment, EnvironmentState, prepare_starts
 from train.evaluation.rollouts import run
 from train.hand_stock import HandStock, oldest, present
+from train.measuring import draw_routed, hands_to_measure
 from train.physics import Advance, native, over_mjx
 from train.ppo import Learner, Ppo
 from train.recipe import Recipe
@@ -66,7 +65,8 @@ class StageRun:
         with ExitStack() as opened:
             self._stock = HandStock(stage, recipe.task.settings, (*seed, _TRAINED))
             self._simulator, advance = self._hands(backend, opened)
-            self._measured = self._hands_to_measure(opened)
+            measured = (stage, recipe.task.settings, (*seed, _MEASURED), stage.measured)
+            self._measured = opened.enter_context(hands_to_measure(*measured, threads=threads, check=check))
             self.environment = CubeEnvironment(self._task, advance, stage.turning)
             self.ppo = Ppo(recipe, stage, self.environment)
             self._begin = jax.jit(lambda starts, key: self.environment.begin(starts, key, staggered=stage.staggered))
@@ -87,7 +87,8 @@ class StageRun:
     def begin(self, before: Learner | None) -> Reached:
         """Return a learner that goes on from the stage before, if any, and environments at their start."""
         fresh = self.ppo.begin(self._key(_NETWORKS))
-        starts = prepare_starts(self._task, self._simulator, np.random.default_rng((*self._seed, _ENVIRONMENT)))
+        rng = np.random.default_rng((*self._seed, _ENVIRONMENT))
+        starts = prepare_starts(self._task, self._simulator, rng, check=self._check)
         environment = self._begin(starts, self._key(_ENVIRONMENT))
         return Reached(self.ppo.go_on(before) if before else fresh, environment)
 
@@ -112,7 +113,7 @@ class StageRun:
         scenes = self._simulator.part(places, self._threads)
         with scenes:
             rng = np.random.default_rng((*self._seed, _RENEWED, new_hands))
-            starts = prepare_starts(self._task, scenes, rng)
+            starts = prepare_starts(self._task, scenes, rng, check=self._check)
         renewed: EnvironmentState = self._renew(environment, jnp.array(places), starts)
         return renewed
 
@@ -135,29 +136,12 @@ class StageRun:
         if stage.built:
             batch: Batch = opened.enter_context(self._stock.batch(range(count), self._threads, self._check))
             return batch, native(batch)
-        model = build_scene(self._recipe.task.settings.torque_limit).compile()
+        settings, rng = self._recipe.task.settings, np.random.default_rng((*self._seed, _TRAINED))
+        model = build_scene(settings.torque_limit).compile()
         rows = (*randomise.table(model, self._recipe.tip_friction), *stage.rows)
-        draws = self._draws(count, rows, _TRAINED)
+        draws = draw_routed(stage, settings, rng, count, rows)
         batch = opened.enter_context(Simulator(randomise.models(model, draws), self._threads))
         return batch, native(batch) if backend == "native" else over_mjx(model, draws)
-
-    def _hands_to_measure(self, opened: ExitStack) -> Batch:
-        """Return the hands to measure on: of the stage's, without cubes from the tail, or routed ones."""
-        stage, settings = self.stage, self._recipe.task.settings
-        if stage.built:
-            stock = replace(self._stock, seed=(*self._seed, _MEASURED), tails=False)
-            return opened.enter_context(stock.batch(range(stage.measured), self._threads, self._check))
-        model = build_scene(settings.torque_limit).compile()
-        draws = self._draws(stage.measured, stage.rows, _MEASURED)
-        models = randomise.models(model, draws) if draws else [model] * stage.measured
-        return opened.enter_context(Simulator(models, self._threads))
-
-    def _draws(self, count: int, rows: tuple[randomise.Row, ...], stream: int) -> randomise.Draws:
-        limit, rng = self._recipe.task.settings.torque_limit, np.random.default_rng((*self._seed, stream))
-        cubes = None
-        if self.stage.any_cube:
-            cubes = randomise.cube_draws([build_scene(limit, any_cube(rng)).compile() for _ in range(count)])
-        return randomise.draw(build_scene(limit).compile(), rng, count, rows, cubes)
 
     def _key(self, stream: int) -> jax.Array:
         key = jax.random.PRNGKey(0)

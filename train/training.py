@@ -105,12 +105,14 @@ def train(
 
         order = Order(recipe, backend, folder, threads, dict(provenance or {}), told or Listener(), check)
         run = Run(order, standing)
+        ending = Ending.DONE
         try:
             run.go(resume)
         except _StoppedError as stopped:
+            ending = stopped.ending
+        finally:  # what was reached is kept, whatever the ending
             run.keep()
-            return Ended(stopped.ending, run.standing)
-    return Ended(Ending.DONE, run.standing)
+    return Ended(ending, run.standing)
 
 
 def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing:

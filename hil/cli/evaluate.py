@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 import numpy as np
+from rich.console import Console
 
 from aero.policy.file import Policy
 from aero.policy.shipped import DEFAULT, find_policy
@@ -18,13 +19,24 @@ from aero.policy.task import CHANNELS
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.console import console as new_console
-from hil.cli.evaluation_tables import print_figures, print_gaps, print_survival
+from hil.cli.evaluation_tables import print_figures, print_gaps, print_lost, print_strata, print_survival
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
 from hil.cli.progress_bar import ProgressBar
-from hil.lab.policies.byte_evaluation import Case, cases, figures, open_loop_gaps, over_cubes, over_long, run_trials
+from hil.lab.policies.any_cube import ANY_CUBE, over_any, over_corrections, over_disturbances
+from hil.lab.policies.byte_evaluation import (
+    Case,
+    cases,
+    figures,
+    open_loop_gaps,
+    over_cubes,
+    over_long,
+    run_trials,
+)
 from hil.lab.policies.cube_picture import cube_picture
 from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.mismatches import lost, mismatch_picture, over_mismatches
+from hil.lab.policies.strata import strata, strata_picture
 from hil.lab.policies.survival import survival_picture
 from hil.lab.policies.transmission_gap import ChannelGap
 from hil.recordings.output import prepared_folder
@@ -33,13 +45,21 @@ from train.evaluation.figures import check_video, video
 from train.evaluation.rollouts import log, task_of
 from train.task.grasp import NOMINAL_RESET
 
-BACKENDS = ("mujoco", "mjx", "built", "bytes", "cubes", "long")
+BACKENDS = ("mujoco", "mjx", "built", "bytes", "cubes", "any", "disturbed", "corrections", "mismatches", "long")
 FRESH_SEEDS = 2**31
 """A seed that is not given is drawn below it."""
 MOST = 1_000_000
 """Episodes, trials or hands that one may ask for."""
 OTHER_CUBES = "every byte, other cubes, a random corrected hand each trial"
-TITLES = {"bytes": "every byte", "cubes": OTHER_CUBES, "long": "every byte, ten minutes"}
+TITLES = {
+    "bytes": "every byte",
+    "cubes": OTHER_CUBES,
+    "any": "every byte, any cube, a random corrected hand each trial, right and left",
+    "disturbed": "the same, disturbed",
+    "corrections": "the same, as well as the hand is known",
+    "mismatches": "every byte, one mismatch between simulator and hand at a time",
+    "long": "every byte, ten minutes",
+}
 WIDTH = 120
 """Columns where no terminal says how many there are: for a name and the figures beside it."""
 
@@ -50,7 +70,8 @@ WIDTH = 120
     "--on", "backends", type=click.Choice(BACKENDS), multiple=True, default=("mujoco", "built", "bytes", "cubes"),
     show_default=True,
     help="What to run on: plain MuJoCo, MJX, built hands in process, emulated hands through every byte, the same with "
-    "other cubes, the first for ten minutes each. Repeatable.",
+    "other cubes, any cube on each of the random hands, disturbed, corrected well and badly, "
+    "the map's hand with one mismatch at a time, and ten minutes each. Repeatable.",
 )  # fmt: skip
 @click.option(
     "--episodes",
@@ -71,14 +92,18 @@ WIDTH = 120
     type=click.IntRange(0, MOST),
     default=5,
     show_default=True,
-    help="Random hands that share one set of trials.",
+    help="Random hands that share one set of trials; with `--on any` and `--on disturbed` each has one.",
 )
+@click.option(
+    "--twins", type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="For `--on corrections`: folder of unit files fitted to recordings of these hands, named SEED.toml.",
+)  # fmt: skip
 @click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of an episode.")
 @click.option("--seed", type=SEED, help="Seed of everything that is drawn; a fresh one, which is said, if not given.")
 @click.option("--video", "with_video", is_flag=True, help="Render one episode.")
 @click.option(
     "--out", type=NewFolder(), default=Path("evaluation"), show_default=True,
-    help="Folder for evaluation.json, delay.png, cubes.png, survival.png and policy.mp4.",
+    help="Folder for evaluation.json, the pictures and policy.mp4.",
 )  # fmt: skip
 def evaluate(
     *,
@@ -87,6 +112,7 @@ def evaluate(
     episodes: int,
     trials: int,
     units: int,
+    twins: Path | None,
     seconds: float,
     seed: int | None,
     with_video: bool,
@@ -109,6 +135,10 @@ def evaluate(
     through_bytes: dict[str, Callable[[], list[Case]]] = {
         "bytes": lambda: cases(policy, trials, units, seconds=seconds, seed=seed),
         "cubes": lambda: over_cubes(policy, trials, seconds=seconds, seed=seed),
+        "any": lambda: over_any(policy, units, seconds=seconds, seed=seed),
+        "disturbed": lambda: over_disturbances(policy, units, seconds=seconds, seed=seed),
+        "corrections": lambda: over_corrections(policy, units, seconds=seconds, seed=seed, twins=twins),
+        "mismatches": lambda: over_mismatches(trials, seconds=seconds, seed=seed),
         "long": lambda: over_long(policy, trials, seed=seed),
     }
     made: dict[str, dict[str, list[Trial]]] = {}
@@ -139,18 +169,31 @@ def evaluate(
         write_whole(out / "evaluation.json", json.dumps(report, indent=1))
         for title, rows in results.items():
             print_figures(console, title, rows)
-        if made.get("long"):
-            print_survival(console, made["long"])
+        _say(console, made)
     if gaps:
         print_gaps(console, gaps)
     if with_video:
         video(log(policy, task_of(policy), seconds, seed).positions, out / "policy.mp4")
 
 
+def _say(console: Console, made: dict[str, dict[str, list[Trial]]]) -> None:
+    """Print the tables of what was made that divide or compare its trials."""
+    if made.get("any"):
+        print_strata(console, strata(made["any"][ANY_CUBE]))
+    if made.get("mismatches"):
+        print_lost(console, lost(made["mismatches"]))
+    if made.get("long"):
+        print_survival(console, made["long"])
+
+
 def _draw(results: dict[str, dict[str, dict[str, float]]], made: dict[str, dict[str, list[Trial]]], out: Path) -> None:
     """Draw the pictures of what was made."""
     if made.get("cubes"):
         cube_picture(results[OTHER_CUBES], out / "cubes.png")
+    if made.get("any"):
+        strata_picture(made["any"][ANY_CUBE], out / "strata.png")
+    if made.get("mismatches"):
+        mismatch_picture(lost(made["mismatches"]), out / "mismatches.png")
     if made.get("long"):
         survival_picture(made["long"], out / "survival.png")
 

@@ -35,7 +35,7 @@ WIDTH = 120
     "--as", "deployment_name", type=click.Choice(list(load_deployments())), default="ros2-node", show_default=True,
     help="How it is run; docs/training.md has the table.",
 )  # fmt: skip
-@click.option("--trials", type=click.IntRange(1, MOST), default=20, show_default=True, help="Trials with a cube.")
+@click.option("--trials", type=click.IntRange(1, MOST), default=80, show_default=True, help="Trials with a cube.")
 @click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of a trial.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the first trial.")
 @click.option("--unit", help=f"Another hand than the deployment's: a unit, or `{ANY_HAND}` for a new one each trial.")
@@ -99,6 +99,8 @@ def _print(policy: str, deployment: Deployment, found: Sequence[Prediction], see
             "" if np.isnan(slow) else f"{slow:.3f} to {fast:.3f}",
             f"{row.turned_rad:.2f}",
         )
+    if deployment.measured_rad_s is not None:
+        table.add_row("measured on a physical hand", "", "", "", f"{deployment.measured_rad_s:.3f}", "", "")
     console.print(table)
     console.print(
         f"unit {deployment.unit}, firmware {deployment.firmware}, seeds {seed} to {seed + trials - 1}",

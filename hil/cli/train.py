@@ -12,6 +12,7 @@ from aero.policy.file import load
 from hil.cli.console import console as new_console
 from hil.cli.exits import Ended, Exit, given
 from hil.cli.options import SEED, Finite, NewFolder
+from hil.cli.policy_choice import choose
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import source_commit, versions
 from train.evaluation.figures import check_video, video
@@ -42,6 +43,13 @@ WITHOUT_GPU = (
 @click.option("--steps", type=click.IntRange(1, 10**12), help="Environment steps instead of the recipe's.")
 @click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
 @click.option("--threads", type=click.IntRange(1, 1024), help="Threads of the native backend; all cores by default.")
+@click.option(
+    "--units", type=click.IntRange(0, 10_000), default=200, show_default=True,
+    help="Random hands with any cube on which the best two checkpoints are compared at the end; 0 for none.",
+)  # fmt: skip
+@click.option(
+    "--choose", "only_choose", is_flag=True, help="Choose among what the folder's run has, and train no more."
+)
 @click.option("--video", "with_video", is_flag=True, help="Render an episode of the best checkpoint at the end.")
 @click.option(
     "--out", type=NewFolder(), default=Path("training"), show_default=True,
@@ -56,13 +64,16 @@ def train(
     steps: int | None,
     resume: bool,
     threads: int | None,
+    units: int,
+    only_choose: bool,
     with_video: bool,
     out: Path,
 ) -> None:
     """Train RECIPE, `steady` for the hand or `fast` for the record in simulation.
 
     Ctrl-C, a termination and `--minutes` end it within seconds and lose nothing: `--resume` goes on from there, to the
-    same weights as without the break.
+    same weights as without the break. At the end the last checkpoints and the average of the weights are compared on
+    hands that no training has seen, and the best one is written.
     """
     with given():
         prepared_folder(out)
@@ -70,6 +81,7 @@ def train(
             check_video()
     try:
         from train import run, training  # noqa: PLC0415 - the extra is asked for where it is used
+        from train.run_state import read_standing  # noqa: PLC0415
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or training.machine_backend()
@@ -89,15 +101,21 @@ def train(
     made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
     told = run.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))
     try:
-        ended = training.train(
-            chosen, on, seed, out, minutes=minutes, threads=threads, resume=resume, provenance=made_with, told=told
-        )
+        if only_choose:
+            ended = training.Ended(training.Ending.DONE, read_standing(out))
+        else:
+            ended = training.train(
+                chosen, on, seed, out, minutes=minutes, threads=threads, resume=resume, provenance=made_with, told=told
+            )
+            done = f"{ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps"
+            say(f"{ended.ending.value}: {done}, in {out}")
+        if ended.ending is training.Ending.DONE:
+            choose(chosen, out, ended.standing, units=units, threads=threads, say=say)
+        else:
+            bound = f" --steps {steps}" if steps else ""
+            say(f"To go on: aero-hil train {recipe} --seed {seed}{bound} --out {out} --resume")
     except (FileExistsError, FileNotFoundError, ValueError) as error:
         raise Ended(str(error), Exit.USAGE) from error
-    say(f"{ended.ending.value}: {ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps are in {out}")
-    if ended.ending is not training.Ending.DONE:
-        bound = f" --steps {steps}" if steps else ""
-        say(f"To go on: aero-hil train {recipe} --seed {seed}{bound} --out {out} --resume")
     if with_video and (out / f"{recipe}.npz").exists():
         video(log(load(out / f"{recipe}.npz"), chosen.task, EPISODE_S, seed).positions, out / f"{recipe}.mp4")
 

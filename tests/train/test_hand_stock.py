@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.cubes import PROPERTIES, TAILS, any_cube, tail_cube
+from model.cubes import PROPERTIES, TAILS, any_cube, nearer, tail_cube
+from model.scene import CUBE
 from train.hand_stock import HandStock, oldest, present
 from train.recipe import STEADY
 
@@ -64,12 +65,40 @@ def test_a_cube_from_the_tail_has_one_property_from_it_and_all_within_what_peopl
     assert 0.4 < share_in_a_tail([any_cube(rng) for _ in range(300)]) < 0.8
 
 
-@pytest.mark.parametrize(("tails", "share", "least", "most"), [(True, 1.0, 1.0, 1.0), (False, 1.0, 0.2, 0.95)])
-def test_only_hands_to_train_on_have_cubes_from_the_tail(tails, share, least, most, monkeypatch):
+@pytest.fixture
+def seen(monkeypatch):
+    """Cubes of the hands that a stock builds, without building them."""
     seen = []
     monkeypatch.setattr("train.hand_stock.draw_scenes", lambda u, r, g, t, cubes: seen.extend(cubes) or [None])
     monkeypatch.setattr("train.hand_stock.corrections", lambda *_, **__: np.zeros((1, 7)))
-    stock = replace(STOCK, stage=replace(STOCK.stage, tail_share=share), tails=tails)
+    return seen
+
+
+@pytest.mark.parametrize(("training", "least", "most"), [(True, 1.0, 1.0), (False, 0.2, 0.95)])
+def test_only_hands_to_train_on_have_cubes_from_the_tail(training, least, most, seen):
+    stock = replace(STOCK, stage=replace(STOCK.stage, tail_share=1.0), training=training)
     for number in range(60):
         stock.hand(number)
     assert least <= share_in_a_tail(seen) <= most
+
+
+def distances(cubes):
+    return np.array([abs(cube.side_m - CUBE.side_m) / 0.005 for cube in cubes])
+
+
+@pytest.mark.parametrize(("training", "most"), [(True, 0.3), (False, 1.0)])
+def test_only_cubes_to_train_on_are_nearer_to_the_papers(training, most, seen):
+    stock = replace(STOCK, stage=replace(STOCK.stage, tail_share=0.0, cube_reach=(0.0, 0.3)), training=training)
+    for number in range(60):
+        stock.hand(number)
+    assert most / 2 < distances(seen).max() <= most
+
+
+@given(st.integers(0, 1000), st.floats(0.0, 1.0))
+def test_a_nearer_cube_lies_on_the_way_to_the_papers(seed, share):
+    cube = any_cube(np.random.default_rng(seed))
+    near = nearer(cube, share)
+    for name in ("side_m", "mass_kg", "friction", "centre_of_mass_m"):
+        there, here, paper = (np.array(getattr(one, name)) for one in (cube, near, CUBE))
+        np.testing.assert_allclose(here - paper, share * (there - paper), atol=1e-12)
+    assert nearer(cube, 0.0) == CUBE

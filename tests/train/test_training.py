@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from aero.policy.file import load
 from hil.cli import main
-from train import stage_run, training
+from train import selection, stage_run, training
 from train.built import BuiltSimulator
 from train.drop_price import Tendency
 from train.progress import Epoch, read
@@ -29,13 +29,12 @@ TINY = replace(
     minibatches=2,
     epochs=1,
     hidden=(16,),
-    stages=tuple(
-        replace(stage, unroll=5, steps=120, measured=2, frozen_updates=1, redraw=Redraw(every=2, hands=3))
-        for stage in STEADY.stages[1:]
+    stages=(
+        replace(STEADY.stages[-1], unroll=5, steps=120, measured=2, frozen_updates=1, redraw=Redraw(every=2, hands=3)),
     ),
     checkpoint_steps=80,
 )
-"""Two stages of three updates of 40 steps each; hands are replaced before the third."""
+"""Three updates of 40 steps; hands are replaced before the third. One stage, for XLA compiles each one anew."""
 EPOCH = Epoch(
     attempt=0,
     stage="find",
@@ -89,6 +88,7 @@ def commanded(monkeypatch, folder, *arguments, ending=Ending.DONE):
         return Ended(ending, Standing(recipe.name, seed, steps=40_960))
 
     monkeypatch.setattr(training, "train", fake)
+    monkeypatch.setattr("hil.cli.train.choose", lambda *_, **__: None)
     result = CliRunner().invoke(main, ["train", *arguments, "--out", str(folder)], catch_exceptions=False)
     return asked[0], result.output
 
@@ -101,7 +101,7 @@ def test_the_command_asks_for_the_recipe_and_says_epochs_checkpoints_and_how_to_
     assert rest == ["native", 3, tmp_path, {"minutes": 5.0, "threads": 1, "resume": False}]
     assert "0.02 M steps   0.25 rad/s  keeps  86%  1.00% drops/s at 120   1000 steps/s    10 min left" in said
     assert "0.55 rad/s  keeps  97%; average  0.50 rad/s  keeps  98%" in said
-    assert "the time is over: 0.04 M of 0.10 M steps" in said
+    assert "the time is over: 0.04 M of 0.10 M steps, in " in said
     assert f"aero-hil train fast --seed 3 --steps 102400 --out {tmp_path} --resume" in said.replace("\n", "")
 
 
@@ -133,10 +133,10 @@ def unbroken(tmp_path_factory):
 @pytest.mark.slow
 def test_a_run_leaves_a_policy_every_checkpoint_and_its_curve(unbroken):
     folder, ended = unbroken
-    assert (ended.ending, ended.standing.steps, ended.standing.new_hands) == (Ending.DONE, 240, 3)
-    assert [point.steps for point in read(folder)] == [80, 120, 200, 240]
+    assert (ended.ending, ended.standing.steps, ended.standing.new_hands) == (Ending.DONE, 120, 3)
+    assert [point.steps for point in read(folder)] == [80, 120]
     names = {path.name for path in (folder / "checkpoints").iterdir()}
-    assert names == {f"{kind}0_{steps:010d}.npz" for kind in ("", "average_") for steps in (80, 120, 200, 240)}
+    assert names == {f"{kind}0_{steps:010d}.npz" for kind in ("", "average_") for steps in (80, 120)}
     policy = load(folder / "steady.npz")
     assert policy.provenance["recipe_sha256"] == TINY.fingerprint != STEADY.fingerprint
     assert (policy.provenance["commit"], policy.provenance["resumes"]) == ("abc", 0)
@@ -161,26 +161,31 @@ def test_a_signal_ends_a_run_before_the_next_batch_of_physics_and_the_resumed_on
         return advance(self, states, controls)
 
     monkeypatch.setattr(BuiltSimulator, "advance", counted)
-    preparing = 2 * STEADY_STARTS
-    rng, resumed = np.random.default_rng(int(number)), False
-    for _ in range(3):
-        calls["stop"] = calls["physics"] + preparing + int(rng.integers(1, 12))
-        ended = trained(tmp_path, resume=resumed)
-        resumed = (tmp_path / STATE).exists()
-        if ended.ending is Ending.DONE:
-            break
-        assert calls["physics"] <= calls["stop"] + 1
+    calls["stop"] = int(np.random.default_rng(int(number)).integers(9, 24))  # eight prepare the starts, 15 are acted in
+    ended = trained(tmp_path)
+    assert (ended.ending, calls["physics"]) == (Ending.STOPPED, calls["stop"])
+    assert ended.standing.steps == 40 * ((calls["stop"] - 9) // 5)
     calls["stop"] = -1
-    assert trained(tmp_path, resume=resumed).ending is Ending.DONE
+    assert trained(tmp_path, resume=True).ending is Ending.DONE
     expected, found = kept(unbroken[0]), kept(tmp_path)
     assert expected.keys() == found.keys()
     for name, array in expected.items():
         np.testing.assert_array_equal(found[name], array)
-    assert [point.steps for point in read(tmp_path)] == [80, 120, 200, 240]
+    assert [point.steps for point in read(tmp_path)] == [80, 120]
 
 
-STEADY_STARTS = 8
-"""Batches of physics that prepare the starts, `train.environment.STARTS`; sensors are read from one each."""
+@pytest.mark.slow
+def test_the_last_checkpoints_and_the_average_are_ranked_on_other_hands(unbroken, monkeypatch):
+    folder, ended = unbroken
+    monkeypatch.setattr(selection, "HELD_OUT", 3)
+    monkeypatch.setattr(selection, "EPISODE_S", 0.5)
+    told = []
+    found = selection.ranked(TINY, folder, ended.standing, {"seed": 0}, threads=1, told=told.append)
+    assert [one.name for one in told] == ["0_0000000080", "0_0000000120", "average_0_0000000120"]
+    bounds = [one.bound_rad_s for one in found]
+    assert bounds == sorted(bounds, reverse=True)
+    (average,) = [one.policy.provenance for one in found if one.name.startswith("average")]
+    assert average == {"seed": 0, "steps": 120, "averaged": True}
 
 
 @pytest.mark.slow

@@ -10,7 +10,6 @@ import numpy as np
 
 from aero.policy.file import Policy
 from aero.policy.settings import PolicySettings
-from aero.policy.task import CHANNELS
 from train.actuation import BUS
 from train.built import BuiltSimulator, draw_scenes
 from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
@@ -19,7 +18,6 @@ from train.evaluation.rollouts import Episodes, run, task_of
 from train.hands import HANDS, corrections, draw_hand
 from train.scene import build_scene
 from train.simulator import Simulator
-from train.task.grasp import NOMINAL_RESET
 
 Figures = dict[str, dict[str, float]]
 """Condition to figure to value, SI units."""
@@ -50,11 +48,13 @@ def in_plain_mujoco(
 def beside_a_deployment(
     policy: Policy, settings: PolicySettings, episodes: int, *, seconds: float, seed: int
 ) -> dict[str, Episodes]:
-    """Measure as trained, and with the `settings` of a deployment from the nominal grasp without noise."""
-    quiet = replace(settings, noise=(0.0,) * CHANNELS)
+    """Measure as trained, and with the `settings` of a deployment; random resets and the training's noise in both.
+
+    From the nominal grasp without noise every episode would be the same one.
+    """
     tasks = {
         "plain MuJoCo, as trained": task_of(policy),
-        "plain MuJoCo, settings of the deployment": replace(task_of(policy, quiet), reset=NOMINAL_RESET),
+        "plain MuJoCo, settings of the deployment": task_of(policy, replace(settings, noise=policy.settings.noise)),
     }
     with Simulator([build_scene(policy.settings.torque_limit).compile()] * episodes) as batch:
         return {name: run(policy, task, batch, seconds, seed) for name, task in tasks.items()}

@@ -16,20 +16,22 @@ from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.running import RunSettings, Step
 from firmware_emulator.firmware.profiles import PROFILES
-from hil.lab.policies.cube_trial import Trial, run_trial
+from hil.lab.policies.cube_trial import AS_MEASURED, Surroundings, Trial, run_trial
 from hil.lab.policies.prediction import of_trials
 from hil.lab.policies.survival import LONG_S
 from hil.lab.policies.transmission_gap import ChannelGap, channel_gaps
 from hil.lab.workers import leave_interrupts_to_the_parent
 from hil.recordings.recorder import Progress
 from model.cubes import PROPERTIES, any_cube
-from model.scene import CUBE, Cube
+from model.scene import CUBE
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 
 Floats = NDArray[np.float64]
 
+TURNS_RAD_S = 0.1
+"""Rate from which a trial counts as one that turns the cube."""
 BOOTSTRAP_SEED = 0
 """Of the intervals, so that the same trials say the same."""
 
@@ -44,7 +46,7 @@ class Case:
     firmware: str
     seed: int
     settings: RunSettings
-    cube: Cube = CUBE
+    surroundings: Surroundings = AS_MEASURED
 
 
 def cases(policy: Policy, trials: int, units: int, *, seconds: float, seed: int) -> list[Case]:
@@ -87,7 +89,7 @@ def over_cubes(policy: Policy, trials: int, *, seconds: float, seed: int) -> lis
     rows = [(one.label(value), [one.change(CUBE, value)] * trials) for one in PROPERTIES for value in one.values]
     rows.append(("any of these cubes", [any_cube(rng) for _ in range(trials)]))
     return [
-        Case(name, hands[k], DEFAULT_FIRMWARE, seed + k, settings[k], cube)
+        Case(name, hands[k], DEFAULT_FIRMWARE, seed + k, settings[k], Surroundings(cube))
         for name, cubes in rows
         for k, cube in enumerate(cubes)
     ]
@@ -159,7 +161,14 @@ def open_loop_gaps(
 
 
 def _trial(policy: Policy, case: Case) -> Trial:
-    return run_trial(policy, case.unit, firmware=case.firmware, seed=case.seed, settings=case.settings, cube=case.cube)
+    return run_trial(
+        policy,
+        case.unit,
+        firmware=case.firmware,
+        seed=case.seed,
+        settings=case.settings,
+        surroundings=case.surroundings,
+    )
 
 
 def _summary(trials: list[Trial]) -> dict[str, float]:
@@ -173,6 +182,8 @@ def _summary(trials: list[Trial]) -> dict[str, float]:
         "rate_rad_s_low": said.rate_interval[0],
         "rate_rad_s_high": said.rate_interval[1],
         "rotation_median_rad": float(np.median([one.rotation_rad for one in trials])),
+        "turned_share": float(np.mean([one.rate_rad_s > TURNS_RAD_S for one in trials])),
+        "let_go": float(np.mean([one.let_go for one in trials if not isnan(one.let_go)] or nan)),
         "airborne": float(np.mean([one.airborne for one in trials if not isnan(one.airborne)] or nan)),
         "finger_travel_m_s": float(np.mean([one.travel_per_s[:4] for one in trials])),
         "stopped": float(np.mean([one.run.ending is not Ending.TIME for one in trials])),

@@ -17,7 +17,9 @@ from aero.policy.running import Run, RunSettings, Step
 from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
+from hil.lab.policies.coarse_hand import CoarseHand, step_codes
 from hil.lab.policies.cube_watch import CubeWatch
+from hil.lab.policies.disturbance import NONE, Disturbance, Disturber
 from hil.targets.guarding import guard
 from model.cube_plant import CubePlant
 from model.geometry import Side
@@ -26,13 +28,31 @@ from model.units import Unit
 
 
 @dataclass(frozen=True)
+class Surroundings:
+    """What a trial meets besides the hand's mechanics."""
+
+    cube: Cube = CUBE
+    """What is turned."""
+    side: Side = "right"
+    """Which hand; the policy is the same, since lengths and codes are alike on both."""
+    disturbance: Disturbance = NONE
+    """What happens in the middle of it."""
+    assumed_firmware: str | None = None
+    """Firmware whose command window the host takes for the board's; None for the right one."""
+    step_rad: float = 0.0
+    """Angle of a shaft to whose multiples the host rounds what it reads and writes; 0 for none."""
+
+
+AS_MEASURED = Surroundings()
+"""The paper's cube in a right hand, and nothing happens."""
+
+
+@dataclass(frozen=True)
 class Trial:
     """What one trial came to."""
 
     unit: str
     """The hand."""
-    side: Side
-    """Which hand it was."""
     firmware: str
     """What its board ran."""
     seed: int
@@ -45,6 +65,10 @@ class Trial:
     """Rotation about the vertical in that time, rad; positive as a right hand turns it, mirrored for a left one."""
     airborne: float
     """Share of the control periods at whose end nothing touched the cube; NaN for a trial that lost it at once."""
+    let_go: float
+    """Share of those at whose end nothing was within `cube_watch.GAP_M` of the cube."""
+    surroundings: Surroundings
+    """What it met."""
     run: Run
     """What the loop saw: its ending, missing readings, saturation, currents."""
     travel_per_s: tuple[float, ...]
@@ -62,11 +86,10 @@ def run_trial(
     policy: Policy,
     unit: Unit,
     *,
-    side: Side = "right",
     firmware: str = DEFAULT_FIRMWARE,
     seed: int = 0,
     settings: RunSettings | None = None,
-    cube: Cube = CUBE,
+    surroundings: Surroundings = AS_MEASURED,
     thresholds: Thresholds | None = None,
     script: NDArray[np.float64] | None = None,
     on_step: Callable[[Step], None] = lambda _: None,
@@ -76,19 +99,20 @@ def run_trial(
     Args:
         policy: what acts.
         unit: mechanics and servos of the emulated hand.
-        side: which hand; the policy is the same, since lengths and codes are alike on both.
         firmware: version the board runs.
         seed: of the hand's noise and of where the cube is put.
         settings: of the loop; the policy's own and 15 s when left out.
-        cube: what it turns.
+        surroundings: what it meets.
         thresholds: of the guard, which watches this hand as it does a physical one; the defaults when left out.
         script: actions (periods, 7) to play open loop in place of the policy's.
         on_step: told about every control period.
     """
     settings = settings or RunSettings()
-    plant = CubePlant(unit.hand, side, cube)
-    electronics = EmulatedHand(plant, firmware=firmware, hand=side, servos=unit.servos, seed=seed)
+    side = surroundings.side
+    plant = CubePlant(unit.hand, side, surroundings.cube)
+    electronics = EmulatedHand(plant, hand=side, firmware=firmware, servos=unit.servos, seed=seed)
     watch = CubeWatch(plant, seed)
+    disturber = Disturber(plant, surroundings.disturbance, seed)
     targets: list[np.ndarray] = []
     currents: list[np.ndarray] = []
 
@@ -97,16 +121,19 @@ def run_trial(
         if not watch.lost:
             targets.append(step.target)
         watch.look()
+        disturber.act(watch.alive_s)
         on_step(step)
 
-    codec, link = ActuationMap.for_firmware(firmware, hand=side), InProcessLink(electronics)
+    codec = ActuationMap.for_firmware(surroundings.assumed_firmware or firmware, hand=side)
+    link = InProcessLink(electronics)
     with guard(link, electronics.clock, codec, firmware, thresholds or Thresholds()) as hand:
         hand.begin()
         if policy.settings.torque_limit is not None:
             hand.limit_torques(policy.settings.torque_limit)
+        step = surroundings.step_rad
         run = run_policy(
             policy,
-            hand,
+            CoarseHand(hand, step_codes(codec.window_rad, step)) if step else hand,
             hand.clock,
             codec,
             settings=settings,
@@ -118,13 +145,14 @@ def run_trial(
     travel = np.abs(np.diff(targets, axis=0)).sum(axis=0) / held_s if targets else np.zeros(7)
     return Trial(
         unit=unit.name,
-        side=side,
         firmware=firmware,
         seed=seed,
         kept=not watch.lost and run.ending is Ending.TIME,
         alive_s=watch.alive_s,
         rotation_rad=watch.rotation_rad if side == "right" else -watch.rotation_rad,
         airborne=watch.airborne,
+        let_go=watch.let_go,
+        surroundings=surroundings,
         run=run,
         travel_per_s=tuple(travel.tolist()),
         mean_currents_a=tuple(np.nanmean(currents, axis=0).tolist() if currents else [0.0] * 7),

@@ -41,6 +41,8 @@ class Deployment:
     """Whether the hand's cables are corrected for, from its own unit."""
     reference: str = ""
     """What a physical hand did in it, with the policy's name."""
+    measured_rad_s: float | None = None
+    """How fast a physical hand turned the cube in it, with that policy."""
 
     def run_settings(self, seconds: float) -> RunSettings:
         """Return how the loop runs, but for the correction."""

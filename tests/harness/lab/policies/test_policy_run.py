@@ -20,7 +20,7 @@ from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from hil.cli import main
 from hil.cli.evaluate import OTHER_CUBES
-from hil.lab.policies.cube_trial import run_trial
+from hil.lab.policies.cube_trial import Surroundings, run_trial
 from hil.recordings.mcap_file import read_recording
 from hil.targets.opening import open_target
 from model.cube_plant import CubePlant
@@ -90,8 +90,8 @@ def test_either_hand_turns_the_cube_its_own_way(side, plants):
     """The model is mirrored, so a left hand turns it clockwise; a trial counts both as forward."""
     steady, unit = find_policy("steady"), load_unit("paper")
     settings = RunSettings(seconds=2.0, correction=tuple(correction(unit, steady.settings)))
-    trial = run_trial(steady, unit, side=side, settings=settings)
-    assert (trial.side, trial.kept) == (side, True)
+    trial = run_trial(steady, unit, settings=settings, surroundings=Surroundings(side=side))
+    assert (trial.surroundings.side, trial.kept) == (side, True)
     assert trial.rotation_rad > 1.0
     assert (plants[0].cube_rotation > 1.0) is (side == "right")
     assert (plants[0].cube_rotation < -1.0) is (side == "left")

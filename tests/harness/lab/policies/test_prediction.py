@@ -9,11 +9,13 @@ from click.testing import CliRunner
 from policies import policy
 
 from aero.policy.file import save
+from aero.policy.settings import PAPER_DEPLOYMENT
 from aero.policy.task import ShownAction
 from hil.cli import main
 from hil.lab.policies.cube_trial import run_trial
 from hil.lab.policies.deployment import ANY_HAND, load_deployments
 from hil.lab.policies.prediction import predicted
+from train.evaluation.backends import beside_a_deployment
 
 NODE = load_deployments()["ros2-node"]
 CHANGES = {
@@ -103,6 +105,24 @@ def test_the_command_prints_data_with_everything_that_it_depends_on(tmp_path):
     assert [row["trials"] for row in said["predictions"]] == [1, 1, 1]
     assert [row["name"] for row in said["predictions"]][-1] == "ros2-node"
     assert said["predictions"][-1]["rate_interval"] is None
+
+
+def test_episodes_beside_a_deployment_differ_in_both_rows():
+    for episodes in beside_a_deployment(policy(3), PAPER_DEPLOYMENT, 3, seconds=1.0, seed=0).values():
+        assert len(set(episodes.rotation_rad)) == 3
+
+
+def test_the_paper_measured_a_turn_in_55_seconds_behind_its_node():
+    assert NODE.measured_rad_s == pytest.approx(2 * np.pi / 55, abs=5e-4)
+    others = [one.measured_rad_s for name, one in load_deployments().items() if name != "ros2-node"]
+    assert not any(others)
+
+
+def test_the_measured_rate_stands_in_the_table(tmp_path):
+    save(policy(), tmp_path / "policy.npz")
+    arguments = ["predict", str(tmp_path / "policy.npz"), "--trials", "1", "--seconds", "0.5", "--unit", "reference"]
+    said = CliRunner().invoke(main, arguments, catch_exceptions=False).stdout
+    assert any("measured on a physical hand" in line and "0.114" in line for line in said.splitlines())
 
 
 def test_a_unit_that_is_not_there_is_bad_usage():

@@ -1,0 +1,110 @@
+"""Where a policy works and where it stops working: its trials by friction, mass and side of the cube, and by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.stats import binomtest
+
+from hil.lab.policies.byte_evaluation import TURNS_RAD_S
+from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.prediction import CONFIDENCE, Interval
+
+
+@dataclass(frozen=True)
+class Division:
+    """One thing by which trials are divided."""
+
+    name: str
+    """For people, with the unit of the edges."""
+    edges: tuple[float, ...]
+    """Of the strata, lowest first, in that unit."""
+    value: Callable[[Trial], float]
+    """Gives a trial's, in that unit."""
+
+    def label(self, stratum: int) -> str:
+        """Return a stratum for tables."""
+        return f"{self.name} {self.edges[stratum]:g} to {self.edges[stratum + 1]:g}"
+
+
+DIVISIONS = (
+    Division("friction", (0.3, 0.5, 0.8, 1.0), lambda trial: trial.surroundings.cube.friction),
+    Division("mass, g,", (40.0, 75.0, 110.0, 140.0), lambda trial: 1e3 * trial.surroundings.cube.mass_kg),
+    Division("side, mm,", (45.0, 49.0, 52.0, 55.0), lambda trial: 1e3 * trial.surroundings.cube.side_m),
+)
+"""The upper strata are the tails of `model.cubes`."""
+
+
+@dataclass(frozen=True)
+class Stratum:
+    """What the trials of a stratum came to; intervals of 95 %, Wilson's."""
+
+    label: str
+    trials: int
+    kept: float
+    kept_interval: Interval
+    rate_rad_s: float
+    """Mean; NaN without trials."""
+    turned: float
+    """Share above `byte_evaluation.TURNS_RAD_S`."""
+    turned_interval: Interval
+
+
+def share(flags: Sequence[bool]) -> tuple[float, Interval]:
+    """Return the share of what is so, with its interval; all that can be without any."""
+    if not flags:
+        return np.nan, (0.0, 1.0)
+    found = binomtest(sum(flags), len(flags)).proportion_ci(CONFIDENCE, method="wilson")
+    return sum(flags) / len(flags), (float(found.low), float(found.high))
+
+
+def stratum(label: str, trials: Sequence[Trial]) -> Stratum:
+    """Return what these trials came to."""
+    kept, kept_interval = share([one.kept for one in trials])
+    turned, turned_interval = share([one.rate_rad_s > TURNS_RAD_S for one in trials])
+    rate = float(np.mean([one.rate_rad_s for one in trials])) if trials else np.nan
+    return Stratum(label, len(trials), kept, kept_interval, rate, turned, turned_interval)
+
+
+def strata(trials: Sequence[Trial]) -> list[Stratum]:
+    """Return all trials, then those of each stratum of each division, then those of each hand."""
+    found = [stratum("all", trials)]
+    for division in DIVISIONS:
+        places = np.digitize([division.value(one) for one in trials], division.edges[1:-1])
+        for place in range(len(division.edges) - 1):
+            own = [one for one, its in zip(trials, places, strict=True) if its == place]
+            found.append(stratum(division.label(place), own))
+    for side in ("right", "left"):
+        found.append(stratum(f"{side} hand", [one for one in trials if one.surroundings.side == side]))
+    return found
+
+
+def strata_picture(trials: Sequence[Trial], path: Path) -> None:
+    """Draw rate and share kept of each stratum, with the single trials behind."""
+    figure = Figure(figsize=(11, 6), layout="constrained")
+    grid = figure.subplots(2, len(DIVISIONS), sharex="col", sharey="row")
+    for (rate, kept), division in zip(grid.T, DIVISIONS, strict=True):
+        values = np.array([division.value(one) for one in trials])
+        lost = np.array([not one.kept for one in trials])
+        rates = np.array([one.rate_rad_s for one in trials])
+        rate.plot(values[~lost], rates[~lost], ".", color="tab:blue", alpha=0.4, label="kept")
+        rate.plot(values[lost], rates[lost], "x", color="tab:red", label="lost")
+        places = np.digitize(values, division.edges[1:-1])
+        for place, (low, high) in enumerate(zip(division.edges, division.edges[1:], strict=False)):
+            own = stratum("", [one for one, its in zip(trials, places, strict=True) if its == place])
+            if own.trials:
+                rate.plot([low, high], [own.rate_rad_s] * 2, color="black")
+                kept.plot([low, high], [own.kept] * 2, color="black")
+                kept.fill_between([low, high], *own.kept_interval, alpha=0.25, linewidth=0, color="tab:blue")
+        rate.axhline(TURNS_RAD_S, color="grey", linestyle=":", linewidth=0.8)
+        kept.set_xlabel(division.name.strip(","))
+    grid[0, 0].set_ylabel("rate, rad/s")
+    grid[0, 0].legend(frameon=False)
+    grid[1, 0].set_ylabel("share that keeps the cube")
+    grid[1, 0].set_ylim(-0.02, 1.02)
+    figure.suptitle("Any cube on any hand through every byte; lines: means, bands: 95 % intervals", fontsize="medium")
+    figure.savefig(path, dpi=120)
