@@ -19,7 +19,7 @@ def found(unit="reference", firmware=DEFAULT_FIRMWARE, *faults):
     """Return what fails on a guarded hand, as every hand on a port is, as `experiment/metric/subject`."""
     with open_target(unit=str(unit), firmware=firmware, guarded=True, faults=map(parse_fault, faults)) as target:
         done = validate(target, QUICK)
-        assert done.stopped is None
+        assert set(done.results) == set(QUICK)
     return {
         f"{name}/{finding.check}/{finding.subject}"
         for name, result in done.results.items()
