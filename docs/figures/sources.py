@@ -23,6 +23,7 @@ PAGES = (
     "campaign",
     "detection",
     "safety",
+    "promises",
     "speed",
     "grasps",
     "training",

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import click
 
 from hil.cli.drawing_library import name_it
-from hil.cli.exits import OURS, Ended, Exit, run
+from hil.cli.exits import OURS, Ended, Exit, interrupted, run
 
 
 class Row(NamedTuple):
@@ -72,6 +72,8 @@ class LazyGroup(click.Group):
         try:
             command: click.Command = getattr(import_module(module), attribute)
         except ImportError as error:
+            if interrupted(error):
+                raise KeyboardInterrupt from error
             if (error.name or "").partition(".")[0] in OURS:
                 raise
             extra = COMMANDS[cmd_name].extra

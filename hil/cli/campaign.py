@@ -10,6 +10,7 @@ import click
 from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
 from aero.firmware import FIRMWARE
+from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.cli.console import console as new_console
@@ -89,7 +90,7 @@ def campaign(
     count = workers or usable_cores()
     executor = partial(cluster, scheduler) if scheduler is not None else partial(cores, count)
     columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with opening as store, ProgressBar(*columns, console=console) as bar:
+    with unwinding(), opening as store, ProgressBar(*columns, console=console) as bar:
         store.note_command(command_line())
         left = missing(trials, store.keys())
         console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}")

@@ -98,6 +98,15 @@ def ending(error: BaseException) -> tuple[int, str]:
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
 
 
+def interrupted(error: BaseException) -> bool:
+    """Return whether Ctrl-C is behind an error: a compiled module that it interrupts says that its start failed."""
+    while True:
+        cause = error.__cause__ or error.__context__
+        if cause is None or isinstance(cause, KeyboardInterrupt):
+            return cause is not None
+        error = cause
+
+
 def _of_drawing(error: BaseException) -> bool:
     """Return whether MuJoCo has failed where it loads the OpenGL that `MUJOCO_GL` names, on being imported."""
     modules = [frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_tb(error.__traceback__)]

@@ -26,7 +26,9 @@ FRESH_S = 0.1
 ANSWERED = frozenset({Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP, Opcode.SET_SPE, Opcode.SET_TOR})
 """Requests that a board answers at once; homing may take a minute."""
 Event = tuple[
-    float, Literal["command", "torque", "positions", "currents", "temperatures", "asked", "answered"], Floats | None
+    float,
+    Literal["command", "torque", "positions", "currents", "temperatures", "asked", "answered", "search"],
+    Floats | None,
 ]
 """Time, s, what happened, and its values, (7,) in command order: shares of the window, A or °C."""
 
@@ -39,7 +41,8 @@ def events(wire: Iterable[WireRecord]) -> list[Event]:
     for t, direction, data in wire:
         if direction == "to_hand":
             if len(data) != FRAME_SIZE:
-                continue  # zeros of a search for the frame start
+                found.append((t, "search", None))  # zeros
+                continue
             if data[0] == Opcode.CTRL_POS:
                 found.append((t, "command", protocol.unsigned_values(parse_reply(data)) / MAX_CODE))
             elif data[0] in {Opcode.CTRL_TOR, Opcode.HOMING}:
@@ -92,7 +95,7 @@ class _State:
         t, what, values = event
         if what == "asked":
             self.silent_from = t if self.silent_from is None else self.silent_from
-        elif what == "answered":
+        elif what in {"answered", "search"}:
             self.silent_from = None
         elif what == "torque":
             self.commands.clear()

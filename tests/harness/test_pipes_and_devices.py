@@ -6,8 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from damaged_files import READERS, write_small_recording
 
+from hil.cli import main
 from hil.recordings.mcap_file import read_recording
 
 SECONDS = 60
@@ -48,6 +50,13 @@ def test_it_is_refused(reader, what, tmp_path):
     )  # fmt: skip
     assert ran.stdout.startswith("refused:"), ran.stderr[-2000:]
     assert str(tmp_path) in ran.stdout
+
+
+def test_a_posture_is_not_read_for_ever(tmp_path):
+    zeros(tmp_path / "posture.json")
+    result = CliRunner().invoke(main, ["map", "--from", "compact", "--to", "codes", str(tmp_path / "posture.json")])
+    assert result.exit_code == 2
+    assert "more than 1048576 characters" in result.output
 
 
 def test_a_link_to_a_file_is_read(tmp_path):

@@ -23,7 +23,7 @@ pytest.importorskip("sentil", reason="the extra promises")
 
 from promised_program import PromisedProgram
 
-KEPT = Path(__file__).parents[1] / "corpus" / "nearest_promises.json"
+KEPT = Path(__file__).with_name("nearest_promises.json")
 SEARCH_S = float(os.environ.get("PROMISE_SEARCH_S", "600"))
 NEAREST = 10
 HOW = settings(
@@ -144,9 +144,9 @@ class Promises(RuleBasedStateMachine):
 
 
 def search(seconds, seed, examples=25):
-    """Search for a while with one seed after another; return how many there were. What breaks a promise is raised."""
-    until, first = time.monotonic() + seconds, seed
-    while time.monotonic() < until:
+    """Search for some s of processor time, one seed after another; return how many. What breaks a promise is raised."""
+    until, first = time.process_time() + seconds, seed
+    while time.process_time() < until:
         Promises._hypothesis_internal_use_seed = seed
         run_state_machine_as_test(Promises, settings=settings(HOW, max_examples=examples, stateful_step_count=8))
         seed += 1
@@ -186,17 +186,17 @@ def test_a_search_finds_no_broken_promise():
 @pytest.mark.slow
 @pytest.mark.parametrize("bound", ["current_s", "stray_s", "stale_s"])
 def test_a_bound_of_the_guard_that_is_doubled_is_found(bound, monkeypatch):
-    """Within ten minutes; the guard's own number is changed, and the promise's is not."""
+    """Within ten minutes of one processor; the guard's own number is changed, and the promise's is not."""
 
     class Doubled(Thresholds):
         def __init__(self):
             super().__init__(**{bound: 2.0 * getattr(Thresholds(), bound)})
 
     monkeypatch.setattr("guarded_program.Thresholds", Doubled)
-    begin = time.monotonic()
+    begin = time.process_time()
     with pytest.raises(AssertionError, match=r"promise \w+ is broken by") as broken:
         search(600.0, 1)
-    print(f"{bound} doubled: {broken.value} after {time.monotonic() - begin:.0f} s")
+    print(f"{bound} doubled: {broken.value} after {time.process_time() - begin:.0f} s")
     print(next(note for note in broken.value.__notes__ if note.startswith("from promised_program")))
 
 
@@ -206,7 +206,7 @@ def kept():
 
 @pytest.mark.parametrize("case", kept(), ids=lambda case: f"{case['promise']} {case['margin']:.4g}")
 def test_the_nearest_cases_break_no_promise(case):
-    """The ten nearest of the last search; a margin that is much smaller now is worth a look."""
+    """The ten nearest of the last search; no margin is half of what it was."""
     found = {}
     exec("\n".join(case["script"]), found)
-    assert found["program"].margins[case["promise"]].value == pytest.approx(case["margin"], rel=0.5, abs=0.1)
+    assert found["program"].margins[case["promise"]].value > 0.5 * case["margin"]

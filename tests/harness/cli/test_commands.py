@@ -6,8 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
-from hil.cli import COMMANDS
+from hil.cli import COMMANDS, main
 
 WITHOUT = "import sys; sys.modules.update(dict.fromkeys({lacking!r})); from hil.cli import main; main({arguments!r})"
 """Runs the command line in a process in which some packages cannot be imported."""
@@ -81,3 +82,18 @@ def test_a_command_starts_no_second_process_to_look_for_a_drawing_library(tmp_pa
         [sys.executable, "-c", watched], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
     assert ran.returncode == 0, ran.stderr
+
+
+def test_ctrl_c_while_a_compiled_module_is_imported_is_no_missing_extra(monkeypatch):
+    """Found by test_commands_killed.py: pybind11 makes an ImportError of it."""
+
+    def interrupted(module):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise ImportError("initialization failed") from error
+
+    monkeypatch.setattr("hil.cli.import_module", interrupted)
+    result = CliRunner().invoke(main, ["evaluate"])
+    assert result.exit_code == 130
+    assert result.output.splitlines()[-1] == "Error: interrupted"

@@ -135,6 +135,8 @@ def test_a_recording_says_by_which_limits_it_is_judged(results, tmp_path):
     write_recording(dataclasses.replace(audit, header=elsewhere), tmp_path / "carried.mcap")
     result = invoke("report", tmp_path / "carried.mcap", "--out", tmp_path / "r.html")
     assert result.exit_code == 0, result.output
+    result = invoke("export", tmp_path / "carried.mcap", "--out", tmp_path / "e.mcap")
+    assert result.exit_code == 0, result.output
     old = dataclasses.replace(elsewhere, limits="")
     write_recording(dataclasses.replace(audit, header=old), tmp_path / "old.mcap")
     result = invoke("report", tmp_path / "old.mcap", "--out", tmp_path / "r.html")
