@@ -9,11 +9,15 @@ import click
 from aero.whole_file import write_whole
 from hil.cli.exits import given
 from hil.lab.campaign.detected_faults import by_fault, detected_text
-from hil.lab.campaign.learning import entries
+from hil.lab.campaign.kept_readings import DICTIONARY, write_kept
+from hil.lab.campaign.learning import accused, entries
 from hil.lab.campaign.store import opened
 from hil.lab.campaign.summary import detections, false_alarms, sights
-from hil.recordings.output import prepared_file, prepared_folder
+from hil.recordings.output import prepared_file
+from hil.recordings.provenance import command_line
 from hil.verdict import dictionary, sight
+
+GENERATOR = "model/units/plausible.py, homed, both sides, with a fault of the catalogue each; healthy ones besides"
 
 
 @click.command()
@@ -27,20 +31,28 @@ from hil.verdict import dictionary, sight
     help="Also write what was found of each fault; docs/figures/stored/detected_faults.json of a checkout makes the "
     "table of docs/detection.md.",
 )  # fmt: skip
-def learn(*, campaign: Path, out: Path, detected: Path | None) -> None:
+@click.option(
+    "--hands-only", is_flag=True, help="Leave the dictionary as it is, and write only what three of the hands read."
+)
+def learn(*, campaign: Path, out: Path, detected: Path | None, hands_only: bool) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
     with given(), opened(campaign, read_only=True) as store:
-        outcomes = list(store.outcomes())
+        outcomes, commands = list(store.outcomes()), store.commands()
         found, seen = entries(outcomes), sights(outcomes)
-        prepared_folder(out)
+        faulty = [outcome for outcome in outcomes if len(outcome.trial.faults) == 1 and accused(outcome)]
+        write_kept(out, DICTIONARY, faulty)
         if detected is not None:
             prepared_file(detected)
+    if hands_only:
+        return
     seeds = [outcome.trial.seed for outcome in outcomes]
-    provenance: dict[str, str | int] = {
+    provenance: dict[str, str | int | list[str]] = {
         "healthy": sum(not outcome.trial.faults for outcome in outcomes),
         "faulty": sum(bool(outcome.trial.faults) for outcome in outcomes),
         "seeds": f"{min(seeds)} to {max(seeds)}" if seeds else "",
         "commit": ", ".join(sorted({outcome.commit for outcome in outcomes})),
+        "generator": GENERATOR,
+        "commands": [*commands, command_line()],
     }
     write_whole(out / dictionary.FILE, dictionary.dictionary_text(found, provenance))
     write_whole(out / sight.FILE, sight.sight_text(seen, provenance))

@@ -10,12 +10,12 @@ import click
 from aero.whole_file import write_whole
 from hil.checks import CHECKS, DEFAULT, WHOLE_RUN
 from hil.cli.exits import given
+from hil.lab.campaign.kept_readings import write_kept
 from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of
 from hil.lab.campaign.store import NAME, opened
 from hil.lab.campaign.trial import Outcome
 from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
 from hil.lab.limits.writing import Provenance, limits_text
-from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import command_line
 from hil.verdict.limits import read_limits, read_provenance
 from model.units import DEFAULT_LIMITS
@@ -30,7 +30,10 @@ SHIPPED = "the shipped units of this kind, homed and in ideal zeros, each group 
     "--out", type=click.Path(file_okay=False, path_type=Path), required=True,
     help="Folder for one file for each kind of hand; `hil/data/limits` of a checkout replaces the project's.",
 )  # fmt: skip
-def limits(*, campaign: Path, out: Path) -> None:
+@click.option(
+    "--hands-only", is_flag=True, help="Leave the limits as they are, and write only what three of the hands read."
+)
+def limits(*, campaign: Path, out: Path, hands_only: bool) -> None:
     """Compute the limits from the healthy hands of CAMPAIGN, a folder that `aero-hil campaign --healthy` made.
 
     A campaign of shipped units alone (`--shipped`) makes those kinds of hand anew that depart from the population,
@@ -43,17 +46,21 @@ def limits(*, campaign: Path, out: Path) -> None:
         made = kinds_of(outcomes)
         if not made:
             raise ValueError(f"no healthy hand in {campaign / NAME} makes limits; run `aero-hil campaign --healthy`")
+        by_kind = {kind: [outcome for outcome in outcomes if kind_of(outcome.trial.unit) == kind] for kind in made}
+        for kind, hands in by_kind.items():
+            write_kept(out, kind, hands)
+        if hands_only:
+            return
         population = DEFAULT_LIMITS in made
         anew = _made_anew(outcomes)
         base = (
             computed_limits(CHECKS, healthy_hands_of(outcomes), anew) if population else read_limits(DEFAULT_LIMITS)[1]
         )
-        prepared_folder(out)
     for kind in made:
         own = base if kind == DEFAULT_LIMITS else own_limits(CHECKS, base, healthy_hands_of(outcomes, kind))
         kept = tuple(limit for limit in read_limits(kind)[1] if limit.experiment not in anew)
         both = (*kept, *(limit for limit in own if limit.experiment in anew))
-        hands = [outcome for outcome in outcomes if kind_of(outcome.trial.unit) == kind]
+        hands = by_kind[kind]
         provenance: dict[str, str | int | float | list[str]] = {
             "hands": len(hands),
             "seeds": f"{min(h.trial.seed for h in hands)} to {max(h.trial.seed for h in hands)}",

@@ -39,7 +39,7 @@ def load_dictionary() -> tuple[Entry, ...]:
     return tuple(_entry(table) for table in json.loads(text)["entries"])
 
 
-def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int]) -> str:
+def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int | list[str]]) -> str:
     """Return a dictionary as JSON, an entry a line."""
     lines = [json.dumps({"fault": e.fault, "cause": e.cause, **_rounded(e.features)}) for e in entries]
     head = json.dumps({"provenance": provenance})[:-1]

@@ -61,7 +61,7 @@ def load_sight() -> Mapping[str, Sight]:
     }
 
 
-def sight_text(sights: Mapping[str, Sight], provenance: Mapping[str, str | int]) -> str:
+def sight_text(sights: Mapping[str, Sight], provenance: Mapping[str, str | int | list[str]]) -> str:
     """Return sights as JSON."""
     checks = {check: asdict(sight) for check, sight in sorted(sights.items())}
     return json.dumps({"provenance": provenance, "checks": checks}, indent=1) + "\n"

@@ -60,7 +60,9 @@ def _fault(name: str, rows: Sequence[Detection]) -> DetectedFault:
     return DetectedFault(name, tried, tuple(check for check, _ in ranked[:NAMED]))
 
 
-def detected_text(faults: Sequence[DetectedFault], alarms: Share | None, provenance: Mapping[str, str | int]) -> str:
+def detected_text(
+    faults: Sequence[DetectedFault], alarms: Share | None, provenance: Mapping[str, str | int | list[str]]
+) -> str:
     """Return what was found as JSON.
 
     Args:

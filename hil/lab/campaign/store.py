@@ -87,7 +87,9 @@ class Store:
         self._connection.execute("INSERT OR IGNORE INTO commands VALUES (?)", (command,))
 
     def commands(self) -> tuple[str, ...]:
-        """Return the commands that the trials came from, in the order in which they were first given."""
+        """Return the commands that the trials came from, as they were first given; none from before they were kept."""
+        if not self._connection.execute("SELECT 1 FROM duckdb_tables() WHERE table_name = 'commands'").fetchall():
+            return ()
         rows = self._connection.execute("SELECT command FROM commands ORDER BY rowid").fetchall()
         return tuple(command for (command,) in rows)
 
@@ -107,7 +109,7 @@ class Store:
         rows = self._connection.execute(f"SELECT {_COLUMNS} FROM trials ORDER BY rowid").fetchall()
         for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit in rows:
             yield Outcome(
-                trial=_trial(trial),
+                trial=Trial.of(json.loads(trial)),
                 numbers=numbers.get(key, {}),
                 failed=tuple(failed),
                 stopped=stopped,
@@ -159,8 +161,3 @@ def _line(error: BaseException) -> str:
 def missing(trials: Iterable[Trial], done: frozenset[str]) -> list[Trial]:
     """Return the trials that are not done, each once, in their order."""
     return list({trial.key: trial for trial in trials if trial.key not in done}.values())
-
-
-def _trial(text: str) -> Trial:
-    table = json.loads(text)
-    return Trial(**{**table, "faults": tuple(table["faults"]), "experiments": tuple(table["experiments"])})

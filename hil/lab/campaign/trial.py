@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, Self
 
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE
@@ -37,6 +38,11 @@ class Trial:
     faults: tuple[str, ...] = ()
     """As `hil.faults` writes them; none for a healthy hand."""
     experiments: tuple[str, ...] = DEFAULT
+
+    @classmethod
+    def of(cls, table: Mapping[str, Any]) -> Self:
+        """Return the trial that `dataclasses.asdict` and JSON made a table of."""
+        return cls(**{**table, "faults": tuple(table["faults"]), "experiments": tuple(table["experiments"])})
 
     @property
     def key(self) -> str:

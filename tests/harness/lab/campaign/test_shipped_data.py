@@ -1,0 +1,110 @@
+"""What ships was made by commands: hands that made it are measured again, and read the same."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from hil.checks import CHECKS
+from hil.lab.campaign.kept_readings import parse_kept
+from hil.lab.campaign.trial import perform
+from hil.verdict.dictionary import LEAST, load_dictionary
+from hil.verdict.limits import kinds, load_limits
+from hil.verdict.signature import excesses
+from model.units import DEFAULT_LIMITS
+
+ROOT = Path(__file__).parents[4]
+DATA = ROOT / "hil" / "data"
+RECIPES = tomllib.loads((DATA / "recipes.toml").read_text(encoding="utf-8"))
+LIMITS = {
+    f"{kind}/{place}": (kind, hand)
+    for kind in kinds()
+    for place, hand in enumerate(parse_kept((DATA / "limits" / "hands" / f"{kind}.json").read_text(encoding="utf-8")))
+}
+FAULTY = parse_kept((DATA / "hands" / "dictionary.json").read_text(encoding="utf-8"))
+
+
+def out_of_date(moved, name):
+    """Say which readings moved, and how the data are made anew."""
+    lines = [*moved]
+    head = f"hil/data ({', '.join(RECIPES[name]['data'])}) is out of date:"
+    return "\n".join([head, *lines, "Make the data anew:", *RECIPES[name]["commands"]]) if lines else ""
+
+
+def measured_again(name):
+    kind, hand = LIMITS[name]
+    assert not (said := out_of_date(hand.moved(perform(hand.trial), CHECKS), kind)), said
+
+
+def test_a_hand_that_made_the_limits_reads_the_same():
+    measured_again("aero_hand_open/1")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(LIMITS.keys() - {"aero_hand_open/1"}))
+def test_the_others_that_made_limits_read_the_same(name):
+    measured_again(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hand", FAULTY, ids=lambda hand: hand.trial.faults[0])
+def test_faulty_hands_that_made_the_dictionary_read_the_same(hand):
+    assert not (said := out_of_date(hand.moved_features(perform(hand.trial)), "dictionary")), said
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_limits_were_computed_from_readings_that_hold_those_of_their_hands(name):
+    kind, hand = LIMITS[name]
+    limits = load_limits(kind, hand.trial.firmware, guarded=hand.trial.guarded)
+    found = excesses(hand.numbers, [limit for limit in limits if limit.healthy and limit.experiment in hand.numbers])
+    # The population's are rounded to six figures; a kind of its own widens only the limits that it has to.
+    least = 1e-3 if kind == DEFAULT_LIMITS else 1.0
+    assert {key: excess for key, excess in found.items() if abs(excess) > least} == {}
+    assert len(found) > 100
+
+
+@pytest.mark.parametrize("hand", FAULTY, ids=lambda hand: hand.trial.faults[0])
+def test_the_dictionary_holds_its_hands(hand):
+    features = hand.features(hand.numbers)
+    assert [entry.fault for entry in load_dictionary() if alike(entry.features, features)] == [*hand.trial.faults]
+
+
+def alike(one, other):
+    """Whether features agree to the 0.1 that the dictionary keeps; it leaves out what is below 0.3."""
+    names = {name for name, value in (*one.items(), *other.items()) if abs(value) >= LEAST}
+    return all(one.get(name, 0.0) == pytest.approx(other.get(name, 0.0), abs=0.06) for name in names)
+
+
+def test_three_hands_are_kept_of_each_kind_and_some_of_the_dictionary():
+    assert len(LIMITS) == 3 * len(kinds())
+    assert len(FAULTY) >= 2
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_a_recipe_makes_data_that_ship_from_commits_that_are_named(name):
+    recipe = RECIPES[name]
+    assert all((DATA / path).is_file() for path in recipe["data"])
+    assert all(command.startswith("aero-hil ") for command in recipe["commands"])
+    assert recipe["commits"]
+    assert recipe["generator"]
+
+
+def test_a_reading_that_moved_is_named():
+    _, hand = LIMITS["aero_hand_open/1"]
+    check = next(check for check in CHECKS if check.metric == "friction")
+    subject = check.subjects[0]
+    numbers = {name: {on: dict(found) for on, found in table.items()} for name, table in hand.numbers.items()}
+    numbers[check.experiment][subject][check.metric] += 2 * check.floor
+    (line,) = replace(hand, numbers=numbers).moved(Read(hand.numbers), CHECKS)
+    assert f"{check.experiment}/{check.metric}/{subject}" in line
+    assert hand.trial.key in line
+
+
+class Read:
+    """An outcome of which only the numbers matter."""
+
+    stopped = ""
+
+    def __init__(self, numbers):
+        self.numbers = numbers
