@@ -71,6 +71,8 @@ class ServoParameters:
     """Heating rate at large currents, °C/s."""
     heating_knee_a: float = 0.4
     """Current at which half of `heating_c_per_s` is reached, A."""
+    heating_c_per_s_per_a2: float = 0.0
+    """Heating rate by the square of the current beside that, °C/s a square ampere: what short large currents add."""
     reboot_s: float = 0.8
     """Time a servo does not answer after REBOOT, s (transcribed HLS documentation)."""
     clamp_goal: bool = False

@@ -44,6 +44,7 @@ COMMANDS: dict[str, Row] = {
     "servos": Row("hil.cli.servos:servos", "Set up servos on a bus adapter, before assembly.", "servo"),
     "centre": Row("hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."),
     "calibrate": Row("hil.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
+    "score": Row("hil.cli.score:score_command", "Score a unit against recordings of a hand."),
     "record": Row("hil.cli.record:record_command", "Excite a hand and record what calibration needs."),
     "train": Row("hil.cli.train:train", "Train a policy."),
     "evaluate": Row("hil.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),

@@ -1,0 +1,56 @@
+"""`aero-hil score`: what a unit is worth on recordings of a hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from aero.channels import Channel
+from hil.cli.console import console as new_console
+from hil.cli.exits import given
+from hil.cli.progress_bar import ProgressBar
+from hil.lab.system_identification.replay_score import ReplayScore, score
+from hil.lab.system_identification.trace import load_trace
+from model.units.naming import unit_named
+
+
+@click.command("score")
+@click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml.")
+def score_command(*, recordings: tuple[Path, ...], unit: str) -> None:
+    """Replay RECORDINGS of a hand into an emulated one, and show by channel how far it reads elsewhere.
+
+    Each recording is replayed on several phases of the board's telemetry, and all count. Beside it stands how far the
+    hand differs from itself, where recordings hold the same commands. Nothing is fitted.
+    """
+    console = new_console()
+    with given():
+        emulated = unit_named(unit)
+        traces = [load_trace(path) for path in recordings]
+    with ProgressBar(console=console, transient=True) as bar:
+        task = bar.add_task("replays", total=None)
+        result = score(traces, emulated, progress=lambda done, about: bar.update(task, completed=done, total=about))
+    console.print(_table(result))
+
+
+def _table(result: ReplayScore) -> Table:
+    table = Table("", *(channel.label for channel in Channel), "all", title="Root mean squares", box=SIMPLE_HEAD)
+    for what, quantity, digits, scale in (
+        ("positions, counts", "counts", 1, 1.0),
+        ("currents, mA", "currents_a", 0, 1e3),
+        ("warming, degC", "warming_c", 1, 1.0),
+    ):
+        for name, errors in (*result.runs, ("all recordings", result.all_runs), ("the hand itself", result.repeats)):
+            table.add_row(f"{what}: {name}", *_cells(scale * getattr(errors, quantity), digits))
+    return table
+
+
+def _cells(values: NDArray[np.float64], digits: int) -> list[str]:
+    finite = values[np.isfinite(values)]
+    pooled = float(np.sqrt(np.mean(finite**2))) if finite.size else np.nan
+    return [f"{value:.{digits}f}" if np.isfinite(value) else "-" for value in (*values, pooled)]

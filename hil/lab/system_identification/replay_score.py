@@ -1,0 +1,123 @@
+"""What a unit is worth on recordings: positions, currents and warming by channel, beside what a hand repeats of itself.
+
+A replay meets the board's telemetry on an unknown phase, so that each recording is replayed on several and all count.
+Recordings of the same commands tell how far the hand itself comes out differently, which no model can get below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.firmware import DEFAULT_FIRMWARE
+from hil.lab.system_identification.trace import CHANNELS, Trace
+from hil.lab.system_identification.trace_replay import Prediction, replay
+from hil.lab.system_identification.unit_parameters import PHASES_S
+from model.units import Unit
+
+Floats = NDArray[np.float64]
+
+SAME_READ_S = 0.02
+"""Readings of two runs this near in their commands' time are compared, s."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Root mean squares by channel, (7,) float; NaN where nothing was recorded."""
+
+    counts: Floats
+    """Positions, servo counts."""
+    currents_a: Floats
+    """Currents, A."""
+    warming_c: Floats
+    """Rise of the temperature from the first to the last reading, degC."""
+
+
+@dataclass(frozen=True)
+class ReplayScore:
+    """A unit's errors, and the hand's own differences."""
+
+    runs: tuple[tuple[str, Errors], ...]
+    """By recording, over all phases."""
+    all_runs: Errors
+    """Over all readings of all recordings and phases."""
+    repeats: Errors
+    """Between recordings of the same commands; NaN where there is no such pair."""
+
+
+def score(
+    traces: Sequence[Trace], unit: Unit, *, progress: Callable[[int, int], None] = lambda _done, _about: None
+) -> ReplayScore:
+    """Replay traces on every phase and compare; `progress` hears of replays done and to do."""
+    misses: list[list[_Misses]] = []
+    about = len(traces) * len(PHASES_S)
+    for trace in traces:
+        misses.append([])
+        for phase in PHASES_S:
+            predicted = replay(trace, unit, firmware=trace.firmware or DEFAULT_FIRMWARE, side=trace.side, phase_s=phase)
+            misses[-1].append(_missed(trace, predicted))
+            progress(sum(map(len, misses)), about)
+    pairs = [_between(a, b) for a, b in combinations(traces, 2) if _same_commands(a, b)]
+    return ReplayScore(
+        tuple((trace.name, _errors(of)) for trace, of in zip(traces, misses, strict=True)),
+        _errors([one for of in misses for one in of]),
+        _errors(pairs),
+    )
+
+
+@dataclass(frozen=True)
+class _Misses:
+    counts: Floats
+    currents: Floats
+    rise: Floats
+    """(1, 7)"""
+
+
+def _missed(trace: Trace, predicted: Prediction) -> _Misses:
+    recorded = np.isfinite(trace.temperatures)
+    warmed = rise(trace.temperatures) - rise(np.where(recorded, predicted.temperatures, np.nan))
+    return _Misses(predicted.counts - trace.counts, predicted.currents - trace.currents, warmed[np.newaxis])
+
+
+def rise(temperatures: Floats) -> Floats:
+    """Return the last less the first finite reading of each column (m, 7), NaN without two."""
+    found = np.full(CHANNELS, np.nan)
+    for channel, column in enumerate(temperatures.T):
+        read = column[np.isfinite(column)]
+        if len(read) > 1:
+            found[channel] = read[-1] - read[0]
+    return found
+
+
+def _same_commands(a: Trace, b: Trace) -> bool:
+    return a.codes.shape == b.codes.shape and bool((a.codes == b.codes).all())
+
+
+def _between(a: Trace, b: Trace) -> _Misses:
+    """Compare readings that come at the same time after the same command."""
+    index = np.clip(np.searchsorted(a.t_command, a.t_read, side="right") - 1, 0, None)
+    wanted = b.t_command[index] + (a.t_read - a.t_command[index])
+    nearest = np.abs(b.t_read[np.newaxis] - wanted[:, np.newaxis]).argmin(axis=1)
+    near = np.abs(b.t_read[nearest] - wanted) <= SAME_READ_S
+    return _Misses(
+        (b.counts[nearest] - a.counts)[near],
+        (b.currents[nearest] - a.currents)[near],
+        (rise(b.temperatures) - rise(a.temperatures))[np.newaxis],
+    )
+
+
+def _errors(misses: Sequence[_Misses]) -> Errors:
+    return Errors(
+        _rms([one.counts for one in misses]), _rms([one.currents for one in misses]), _rms([one.rise for one in misses])
+    )
+
+
+def _rms(parts: Sequence[Floats]) -> Floats:
+    values = np.concatenate([np.empty((0, CHANNELS)), *parts])
+    counted = np.isfinite(values).sum(axis=0)
+    squares = np.nansum(np.square(values), axis=0)
+    return np.where(counted > 0, np.sqrt(squares / np.maximum(counted, 1)), np.nan)

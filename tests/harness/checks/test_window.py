@@ -1,0 +1,93 @@
+"""The check of a window's ends: what is found of cable length and trims, and what no reading can show."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.channels import FINGERS
+from hil import open_target
+from hil.checks import EXPERIMENTS
+from hil.checks.shared.experiment import record
+from hil.checks.window.measure import taken_up
+from hil.faults import parse_fault
+from hil.verdict.findings import failed
+from hil.verdict.validation import validate
+
+WINDOW = EXPERIMENTS["window"]
+
+
+def measured(fault=None, *, homed=False, firmware="main", hand="right", unit="plausible:5"):
+    faults = [parse_fault(fault)] if fault else []
+    with open_target(firmware=firmware, hand=hand, unit=unit, seed=1, homed=homed, faults=faults) as target:
+        return WINDOW.measure(record(WINDOW, target))
+
+
+@pytest.mark.parametrize("hand", ["right", "left"])
+@pytest.mark.parametrize("firmware", ["0.1.5", "main"])
+def test_a_cable_that_became_long_since_the_last_homing_leaves_slack(firmware, hand):
+    how = {"firmware": firmware, "hand": hand}
+    healthy, faulty = measured(**how), measured("cable_long:ring=7.6", **how)
+    # 7.6 mm on a spool of 9 mm are 551 counts.
+    assert faulty["ring"]["slack"] - healthy["ring"]["slack"] == pytest.approx(551, abs=70)
+    assert faulty["middle"] == pytest.approx(healthy["middle"], abs=40)
+
+
+def test_a_cable_that_became_short_since_leaves_the_closed_end_of_the_window():
+    assert measured("cable_short:ring=7")["ring"]["left_closed"] > 300
+    assert measured()["ring"]["left_closed"] < 120
+
+
+def test_a_trim_is_found_to_the_count():
+    assert measured("trim_left_in:ring=40")["ring"]["window_moved"] == 40
+    assert measured()["ring"]["window_moved"] == 0
+
+
+@pytest.mark.parametrize("fault", ["cable_long:ring=7.6", "cable_short:ring=7"])
+def test_homing_makes_a_cables_length_invisible(fault):
+    """It finds the zero at the closed stop, so that the same counts mean the same angles whatever the length."""
+    healthy, faulty = measured(homed=True), measured(fault, homed=True)
+    for finger in FINGERS:
+        for name in ("slack", "left_closed", "window_moved"):
+            assert faulty[finger.label][name] == pytest.approx(healthy[finger.label][name], abs=60)
+
+
+@pytest.mark.parametrize(
+    ("fault", "found"),
+    [
+        (None, set()),
+        ("cable_long:index=7.6", {("slack", "index")}),
+        ("cable_short:index=7", {("left_closed", "index")}),
+        ("trim_left_in:index=40", {("window_moved", "index")}),
+        ("cable_snapped:index", {("slack", "index")}),
+    ],
+)
+def test_the_limits_name_what_is_wrong(fault, found):
+    faults = [parse_fault(fault)] if fault else []
+    with open_target(firmware="main", seed=1, faults=faults) as target:
+        result = validate(target, ["window"]).judged["window"]
+    assert found <= {(finding.check, finding.subject) for finding in failed(result.findings)}
+    assert bool(failed(result.findings)) is bool(found)
+
+
+@given(
+    slack=st.integers(4, 30),
+    spool=st.floats(0.02, 0.15),
+    spring=st.floats(0.15, 0.8),
+    rise=st.floats(0.0, 0.4),
+)
+def test_the_place_where_a_cable_begins_to_pull_is_found(slack, spool, spring, rise):
+    wound = np.linspace(0.0, 1150.0, 36)
+    pull = np.full(36, spool)
+    pull[slack:] += spring + rise * np.linspace(0.0, 1.0, 36)[slack:]
+    pull = np.maximum(pull, 0.0)
+    if np.median(pull[-3:]) >= 0.2:
+        assert taken_up(wound, pull) == pytest.approx(wound[slack], abs=40)
+
+
+def test_a_cable_that_never_pulls_cannot_be_measured():
+    assert np.isnan(taken_up(np.linspace(0.0, 1150.0, 36), np.full(36, 0.1)))
+
+
+def test_a_cable_that_pulls_from_the_start_has_no_slack():
+    assert taken_up(np.linspace(0.0, 1150.0, 36), np.linspace(0.5, 0.8, 36)) == 0.0
