@@ -23,8 +23,13 @@ def measured(fault=None, *, homed=False, firmware="main", hand="right", unit="pl
         return WINDOW.measure(record(WINDOW, target))
 
 
-@pytest.mark.parametrize("hand", ["right", "left"])
-@pytest.mark.parametrize("firmware", ["0.1.5", "main"])
+@pytest.mark.parametrize(
+    ("hand", "firmware"),
+    [
+        ("left", "main"),
+        *(pytest.param(*key, marks=pytest.mark.slow) for key in (("right", "main"), ("right", "0.1.5"))),
+    ],
+)
 def test_a_cable_that_became_long_since_the_last_homing_leaves_slack(firmware, hand):
     how = {"firmware": firmware, "hand": hand}
     healthy, faulty = measured(**how), measured("cable_long:ring=7.6", **how)
@@ -33,16 +38,19 @@ def test_a_cable_that_became_long_since_the_last_homing_leaves_slack(firmware, h
     assert faulty["middle"] == pytest.approx(healthy["middle"], abs=40)
 
 
+@pytest.mark.slow
 def test_a_cable_that_became_short_since_leaves_the_closed_end_of_the_window():
     assert measured("cable_short:ring=7")["ring"]["left_closed"] > 300
     assert measured()["ring"]["left_closed"] < 120
 
 
+@pytest.mark.slow
 def test_a_trim_is_found_to_the_count():
     assert measured("trim_left_in:ring=40")["ring"]["window_moved"] == 40
     assert measured()["ring"]["window_moved"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["cable_long:ring=7.6", "cable_short:ring=7"])
 def test_homing_makes_a_cables_length_invisible(fault):
     """It finds the zero at the closed stop, so that the same counts mean the same angles whatever the length."""
@@ -56,10 +64,15 @@ def test_homing_makes_a_cables_length_invisible(fault):
     ("fault", "found"),
     [
         (None, set()),
-        ("cable_long:index=7.6", {("slack", "index")}),
         ("cable_short:index=7", {("left_closed", "index")}),
-        ("trim_left_in:index=40", {("window_moved", "index")}),
-        ("cable_snapped:index", {("slack", "index")}),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (
+                ("cable_long:index=7.6", {("slack", "index")}),
+                ("trim_left_in:index=40", {("window_moved", "index")}),
+                ("cable_snapped:index", {("slack", "index")}),
+            )
+        ),
     ],
 )
 def test_the_limits_name_what_is_wrong(fault, found):
