@@ -42,6 +42,6 @@ def test_the_shipped_policy_turns_nothing_for_five_seconds(target, hand):
     assert np.ptp(codes, axis=0).max() > 0.05 * 65535
 
     again = frames_again(policy, codec, recording["codes"].values)
-    sent = [record.data for record in recording.wire if record.direction == "to_hand" and record.data[0] == 0x11]
+    sent = [record.data for record in recording.wire if record.direction == "to_hand" and record.data[:1] == b"\x11"]
     grasp = next(i for i, row in enumerate(codes) if (row == np.round(asked(codec, policy.settings.nominal))).all())
     assert sent[grasp + 1 : grasp + 1 + PERIODS] == again
