@@ -8,7 +8,8 @@ from pathlib import Path
 from aero.policy.file import Policy, PolicyFileError, load
 
 DEFAULT = "steady"
-"""Made for the hand; `fast` is made for the record in simulation."""
+"""Made for the hand with the paper's cube; `any_cube` is for cubes as people have them, `fast` for the record in
+simulation."""
 _SUFFIX = ".npz"
 
 

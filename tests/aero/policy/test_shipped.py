@@ -18,8 +18,8 @@ shipped = cache(find_policy)
 every_policy = pytest.mark.parametrize("name", shipped_policies())
 
 
-def test_two_policies_ship_and_the_one_for_the_hand_is_the_default():
-    assert shipped_policies() == ("fast", "steady")
+def test_three_policies_ship_and_the_one_for_the_hand_is_the_default():
+    assert shipped_policies() == ("any_cube", "fast", "steady")
     assert DEFAULT == "steady"
 
 
@@ -53,5 +53,5 @@ def test_a_path_is_taken_where_the_name_is_no_shipped_one(tmp_path):
 
 
 def test_an_unknown_name_is_refused_with_the_names_there_are():
-    with pytest.raises(PolicyFileError, match="shipped are fast, steady"):
+    with pytest.raises(PolicyFileError, match="shipped are any_cube, fast, steady"):
         find_policy("slow")
