@@ -150,7 +150,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say what of the suite was left out, why, and which flag runs it."""
     left_out: dict[str, list[str]] = {}
     for report in terminalreporter.stats.get("skipped", []):
-        for reason in (value for name, value in report.user_properties if name == _LEFT_OUT):
+        # A module that is skipped while it is collected has a report without properties.
+        properties = getattr(report, "user_properties", ())
+        for reason in (value for name, value in properties if name == _LEFT_OUT):
             left_out.setdefault(reason, []).append(report.nodeid.rpartition("::")[2])
     if not left_out:
         return

@@ -8,8 +8,6 @@ import mujoco
 
 CUBE_START = (0.11, 0.0, 0.05)
 """Nominal position above the palm, m."""
-FLOOR_HEIGHT = -0.15
-"""m"""
 
 
 @dataclass(frozen=True)
@@ -55,17 +53,6 @@ def add_cube(spec: mujoco.MjSpec, cube: Cube = CUBE) -> mujoco.MjsBody:
         body.mass, body.ipos = cube.mass_kg, cube.centre_of_mass_m
         body.inertia = (cube.mass_kg * cube.side_m**2 / 6,) * 3
     return body
-
-
-def add_floor(spec: mujoco.MjSpec) -> None:
-    """Add a plane under the hand; a dropped cube comes to rest on it."""
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=(0.5, 0.5, 0.05),
-        pos=(0.0, 0.0, FLOOR_HEIGHT),
-        rgba=(0.90, 0.90, 0.92, 1.0),
-    )
 
 
 def add_light(spec: mujoco.MjSpec) -> None:

@@ -17,7 +17,7 @@ from hil.lab.campaign.trial import Outcome
 from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
 from hil.lab.limits.writing import Provenance, limits_text
 from hil.recordings.provenance import command_line
-from hil.verdict.limits import Limit, read_limits, read_provenance
+from hil.verdict.limits import read_limits, read_provenance
 from model.units import DEFAULT_LIMITS
 
 POPULATION = "model/units/plausible.py, homed, both sides; and the shipped units of this kind"
@@ -59,7 +59,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool) -> None:
     for kind in made:
         own = base if kind == DEFAULT_LIMITS else own_limits(CHECKS, base, healthy_hands_of(outcomes, kind))
         kept = tuple(limit for limit in read_limits(kind)[1] if limit.experiment not in anew)
-        both = sorted((*(limit for limit in own if limit.experiment in anew), *kept), key=_place)
+        both = (*kept, *(limit for limit in own if limit.experiment in anew))
         hands = by_kind[kind]
         provenance: dict[str, str | int | float | list[str]] = {
             "hands": len(hands),
@@ -80,11 +80,6 @@ def _made_anew(outcomes: Sequence[Outcome]) -> set[str]:
     """Return the experiments that every hand went through; the run as a whole is judged after a whole one."""
     asked = set.intersection(*(set(outcome.trial.experiments) for outcome in outcomes))
     return asked | {WHOLE_RUN.name} if asked.issuperset(DEFAULT) else asked
-
-
-def _place(limit: Limit) -> int:
-    """Return where a limit stands in its file: as its experiment among the checks."""
-    return next(i for i, check in enumerate(CHECKS) if check.experiment == limit.experiment)
 
 
 def _beside(present: Provenance, fresh: Provenance, anew: set[str]) -> Provenance:

@@ -36,4 +36,4 @@ def judging(*paths: Path) -> Iterator[None]:
         yield
     except (LookupError, TypeError, AttributeError, ArithmeticError, ValueError, OSError) as error:
         said = str(error) if isinstance(error, (ValueError, OSError)) else f"{type(error).__name__} {error}"
-        raise Ended(f"{', '.join(map(str, paths))}: no verdict, because {said}", Exit.USAGE) from error
+        raise Ended(f"{', '.join(map(str, paths))}: {said}", Exit.USAGE) from error

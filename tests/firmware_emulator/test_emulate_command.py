@@ -36,7 +36,7 @@ def test_calibration_survives_a_restart_and_nothing_is_left_behind(tmp_path):
     for by in (signal.SIGTERM, signal.SIGINT):
         with emulating(*options, by=by) as said:
             assert said == ["ready", str(link)]
-            with serial.Serial(str(link), timeout=PATIENCE_S) as board, serial.Serial(str(bus_link)) as bus:
+            with serial.Serial(str(link), timeout=PATIENCE_S) as board, serial.Serial(str(bus_link), 1_000_000) as bus:
                 board.write(bytes.fromhex("03 00 03 00 F6 FF").ljust(16, b"\0"))
                 extends.append(int.from_bytes(board.read(16)[4:6], "little"))
                 bus.timeout = PATIENCE_S

@@ -16,7 +16,7 @@ from firmware_emulator.servo.parameters import HLS3606M
 from tests.firmware_emulator.conftest import AT_STOPS, CLOSED_DEG, frame, stopped_bench
 
 SLOW = ("pre", "0.1.0", "0.1.1", "0.1.2")
-FAST = ("0.1.3", "0.1.4", "0.1.5", "0.2.0")
+FAST = ("0.1.3", "0.1.4", "0.1.5", "0.2.0", "main")
 CONTACT = {"right": (2048, 2048, 4096, 0, 0, 0, 0), "left": (2048, 2048, 0, 4096, 4096, 4096, 4096)}
 
 

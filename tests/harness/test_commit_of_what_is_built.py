@@ -14,6 +14,8 @@ ROOT = Path(__file__).parents[2]
 BUILT = ("pyproject.toml", "build_commit.py", "README.md", "LICENSE", "NOTICE")
 PLACE = "hil/recordings/commit.txt"
 
+pytestmark = pytest.mark.skipif(shutil.which("git") is None, reason="no git on the PATH")
+
 
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):

@@ -43,7 +43,7 @@ def test_the_excursions_stand_beside_the_papers():
     for name, label, paper in (
         ("Index", "index", "0.04 mm"),
         ("Ring", "ring", "1.4 mm"),
-        ("Thumb cmc flexion", "thumb_cmc_flexion", "5.42 mm"),
+        ("Thumb CMC flexion", "thumb_cmc_flexion", "5.42 mm"),
         ("Thumb abduction", "thumb_abduction", "124.94 mrad"),
     ):
         row = rows[f"{name}, excursion |Δ|"]

@@ -8,19 +8,19 @@ from aero.policy.loop import actions_on
 
 COMMAND_TO_WIRE = [4, 5, 6, 0, 1, 2, 3]
 """Wire order: thumb abduction, CMC flexion, flexor, index, middle, ring, pinky."""
-SET_POSITIONS = 0x11
+SET_POSITIONS = b"\x11"
 SHAFT_RAD_S = 12.9
 """740 deg/s, what the loop lets a shaft be told at most."""
 
 
 def frame(codes):
     """Return the sixteen bytes that send codes (7,) in command order."""
-    return struct.pack("<BB7H", SET_POSITIONS, 0, *np.asarray(codes, int)[COMMAND_TO_WIRE].tolist())
+    return struct.pack("<cB7H", SET_POSITIONS, 0, *np.asarray(codes, int)[COMMAND_TO_WIRE].tolist())
 
 
 def positions_sent(wire):
     """Return the codes of every position frame that went to the hand, (n, 7) in command order, and when, (n,) s."""
-    frames = [record for record in wire if record.direction == "to_hand" and record.data[0] == SET_POSITIONS]
+    frames = [record for record in wire if record.direction == "to_hand" and record.data[:1] == SET_POSITIONS]
     words = np.array([struct.unpack_from("<7H", record.data, 2) for record in frames]).reshape(-1, 7)
     codes = np.empty_like(words)
     codes[:, COMMAND_TO_WIRE] = words

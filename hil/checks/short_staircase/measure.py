@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aero.channels import Channel
 from hil.checks.shared.command_steps import find_steps
@@ -13,12 +14,14 @@ from hil.checks.staircase.rise_time import respond
 from hil.checks.staircase.settled import residuals
 from hil.recordings.recording import Recording
 
+Floats = NDArray[np.float64]
+
 LEAST_PART = 0.5
 """Part of a step that has to be made for its rise to count: friction swallows some of those that turn back."""
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, by channel, rise (ms), settled residual over its own sweep (mm, mrad), and share of a step (%).
+    """Return, by channel, rise (ms; % of the others'), settled residual in its sweep (mm, mrad), share of a step (%).
 
     Raises:
         ValueError: it is too short to evaluate.
@@ -41,4 +44,17 @@ def measure(recording: Recording) -> Measured:
             "tracking_rms": rms(scale * residual[mine, channel]) if mine.any() else np.nan,
             "step_percent": 100.0 * float(np.median(parts)),
         }
+    rises_ms = np.array([found[channel.label]["rise_hand_ms"] for channel in Channel])
+    for channel in Channel:
+        found[channel.label]["rise_percent"] = beside_the_others(rises_ms, channel)
     return found
+
+
+def beside_the_others(rises: Floats, channel: Channel) -> float:
+    """Return the rise of a channel as a part of the median of the other six, %; NaN where it cannot be told.
+
+    Supply and motors are those of one hand, so this varies much less between healthy hands than the rise itself.
+    """
+    others = np.delete(rises, channel)
+    known = others[np.isfinite(others)]
+    return 100.0 * float(rises[channel] / np.median(known)) if known.size else np.nan

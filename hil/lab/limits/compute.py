@@ -191,19 +191,12 @@ def own_limits(checks: Sequence[Check], base: Sequence[Limit], groups: Sequence[
             firmware = tuple(v for v in group.firmware if not check.firmware or v in check.firmware)
             if check.given or not values.size or not firmware:
                 continue
+            key = check.experiment, check.metric, check.subjects
             for limit in base:
-                same = (limit.experiment, limit.metric, limit.subjects) == (
-                    check.experiment,
-                    check.metric,
-                    check.subjects,
-                )
+                same = (limit.experiment, limit.metric, limit.subjects) == key
                 if same and firmware[0] in limit.firmware:
                     found += _widened(limit, values, check.floor)
     return tuple(found)
-
-
-def _key(judged: Limit | Check) -> tuple[str, str, tuple[str, ...]]:
-    return judged.experiment, judged.metric, judged.subjects
 
 
 def _widened(limit: Limit, values: Floats, floor: float) -> list[Limit]:

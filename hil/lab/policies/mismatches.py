@@ -18,6 +18,7 @@ from scipy.stats import bootstrap
 from aero.channels import Channel
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.running import RunSettings
+from aero.whole_file import whole
 from hil.lab.policies.byte_evaluation import BOOTSTRAP_SEED, Case
 from hil.lab.policies.cube_trial import Surroundings, Trial
 from hil.lab.policies.prediction import CONFIDENCE, LEAST, Interval
@@ -134,7 +135,8 @@ def mismatch_picture(rows: Sequence[Lost], path: Path) -> None:
     axes.axvline(0.0, color="black", linewidth=0.6)
     axes.set_xlabel(f"rate lost, rad/s, of {rows[0].rate_rad_s:.2f} without any mismatch; lines: 95 %")
     axes.grid(axis="x", alpha=0.3)
-    figure.savefig(path, dpi=120)
+    with whole(path) as draft:
+        figure.savefig(draft, dpi=120)
 
 
 def _interval(cost: np.ndarray) -> Interval:

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
+from aero.whole_file import whole
 from hil.lab.policies.byte_evaluation import TURNS_RAD_S
 from hil.lab.policies.cube_trial import Trial
 from hil.lab.policies.prediction import CONFIDENCE, Interval
@@ -107,4 +108,5 @@ def strata_picture(trials: Sequence[Trial], path: Path) -> None:
     grid[1, 0].set_ylabel("share that keeps the cube")
     grid[1, 0].set_ylim(-0.02, 1.02)
     figure.suptitle("Any cube on any hand through every byte; lines: means, bands: 95 % intervals", fontsize="medium")
-    figure.savefig(path, dpi=120)
+    with whole(path) as draft:
+        figure.savefig(draft, dpi=120)

@@ -39,6 +39,18 @@ def test_the_rise_is_that_of_a_first_order_lag(tau_s):
         assert found[label]["rise_hand_ms"] == pytest.approx(1e3 * tau_s * math.log(9), rel=0.02)
         assert found[label]["tracking_rms"] == pytest.approx(0.0, abs=1.0 if label == "thumb_abduction" else 0.05)
         assert found[label]["step_percent"] == pytest.approx(100.0, abs=0.1)
+        assert found[label]["rise_percent"] == pytest.approx(100.0, abs=0.1)
+
+
+def test_a_slow_channel_stands_out_from_the_median_of_the_others():
+    """One that is not measurable stands for none of them, and is not measurable itself."""
+    hand = lagging(0.05)
+    hand[:, Channel.INDEX] = lagging(0.07)[:, Channel.INDEX]
+    hand[:, Channel.RING] = OPEN[Channel.RING]
+    found = {label: row["rise_percent"] for label, row in short_staircase.measure(recording(hand)).items()}
+    assert found["index"] == pytest.approx(140.0, rel=0.03)
+    assert found["pinky"] == pytest.approx(100.0, abs=0.5)
+    assert math.isnan(found["ring"])
 
 
 def test_tracking_is_what_a_settled_hand_is_off_in_its_own_sweep():

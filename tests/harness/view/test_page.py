@@ -230,7 +230,8 @@ def test_a_recording_without_positions_cannot_be_shown(tmp_path):
     recording_of(tmp_path / "run.mcap", reads=False)
     refused = run(tmp_path, "view", tmp_path / "run.mcap")
     assert refused.returncode == 2
-    assert refused.stderr == "Error: this recording of 'policy' holds no position of the hand, so nothing to show\n"
+    said = "this recording of 'policy' holds no position of the hand, so nothing to show"
+    assert refused.stderr == f"Error: {tmp_path / 'run.mcap'}: {said}\n"
 
 
 @pytest.mark.slow

@@ -15,11 +15,12 @@ from model.units.plausible import plausible_unit
 
 
 def numbers(unit):
-    return {
+    values = {
         f"{section}.{field.name}": getattr(getattr(unit, section), field.name)
         for section in ("hand", "servos")
         for field in dataclasses.fields(getattr(unit, section))
     }
+    return {name: value for name, value in values.items() if not isinstance(value, str)}
 
 
 # A unit file is rounded; what follows from its numbers is not.
