@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
-from firmware_emulator.bus import ServoBus
+from firmware_emulator.bus import BAUD, ServoBus
 from firmware_emulator.firmware.frames import Opcode, reply
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.nvs import Nvs
@@ -50,6 +50,7 @@ class _StalledServo:
     status = 0
     response_level = 1
     silent_until = 0.0
+    baud = BAUD
 
     def __init__(self, number: int) -> None:
         self.id = number

@@ -31,8 +31,10 @@ def served(command, shown, folder):
             line = server.stdout.readline()
             assert line, f"{command} ended and printed {said!r}"
             said += line
-        yield
-        server.send_signal(signal.SIGINT)
+        try:
+            yield
+        finally:  # else a failed command would leave it waiting for its server
+            server.send_signal(signal.SIGINT)
 
 
 def follow(chosen, folder):

@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+pytest.importorskip("jax", reason="needs the extra `train`")
+
 from train.drop_price import Tendency
 from train.packed_state import pack, unpack
 from train.run_state import STATE, Standing, load_arrays, read_standing, save_state

@@ -165,7 +165,7 @@ def test_the_commands_write_what_ships(tmp_path):
         result = CliRunner().invoke(command, [str(tmp_path / "campaign"), "--out", str(tmp_path / "out")])
         assert result.exit_code == 0, result.output
     written = {path.name for path in (tmp_path / "out").iterdir()}
-    assert written == {*(f"{kind}.toml" for kind in kinds()), "dictionary.json", "sight.json"}
+    assert written == {*(f"{kind}.toml" for kind in kinds()), "dictionary.json", "sight.json", "hands"}
     tables = {kind: tomllib.loads((tmp_path / "out" / f"{kind}.toml").read_text()) for kind in kinds()}
     assert {kind: table["provenance"]["hands"] for kind, table in tables.items()} == {
         "aero_hand_open": 40,
@@ -184,7 +184,7 @@ def test_shipped_units_alone_make_their_own_limits_anew(tmp_path):
                 store.add(done)
     result = CliRunner().invoke(limits, [str(tmp_path / "campaign"), "--out", str(tmp_path / "out")])
     assert result.exit_code == 0, result.output
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"ideal_hand.toml", "paper_hand.toml"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"hands", "ideal_hand.toml", "paper_hand.toml"}
     table = tomllib.loads((tmp_path / "out" / "paper_hand.toml").read_text())
     assert table["extends"] == "aero_hand_open"
     assert table["provenance"]["commands"][0] == "aero-hil campaign --shipped --out campaign"
