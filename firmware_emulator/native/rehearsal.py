@@ -51,6 +51,7 @@ class _StalledServo:
     response_level = 1
     silent_until = 0.0
     baud = BAUD
+    secondary_id = None
 
     def __init__(self, number: int) -> None:
         self.id = number
