@@ -191,7 +191,7 @@ STEADY = Recipe(
         replace(
             ANY_CUBE,
             name="constrain",
-            steps=2_000_000,
+            steps=3_400_000,
             rewarded=RewardSettings(Weights(pushed=-2.0)),
             action_rate=Ramp(-0.1, -0.2, 1_000_000),
             redraw=Redraw(every=20, hands=40),
