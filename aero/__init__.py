@@ -8,6 +8,7 @@ from aero.channels import CABLES, FINGERS, JOINT_BOX_RAD, OBSERVATION_ORDER, Cha
 from aero.clock import Clock, Deadline, WallClock
 from aero.driver import AeroHand
 from aero.guarded_port import open_hand
+from aero.hand import Hand
 from aero.transport import Transport
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Clock",
     "CommandWindow",
     "Deadline",
+    "Hand",
     "Joint",
     "Transport",
     "WallClock",
