@@ -150,7 +150,7 @@ def test_a_second_process_whose_program_was_killed_at_its_start_says_nothing():
 def test_a_forked_process_may_not_use_the_hand():
     electronics = EmulatedHand(Bench())
     hand = GuardedHand(InProcessLink(electronics), electronics.clock, spans_counts=[3278] * 7, usual=None)
-    hand._owner += 1  # as in a child, where the process has another number
+    hand._guard._owner += 1  # as in a child, where the process has another number
     with pytest.raises(SafetyStopError, match="forked"):
         hand.read_codes()
     hand.close()
