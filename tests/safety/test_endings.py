@@ -154,7 +154,7 @@ def test_a_forked_process_may_not_use_the_hand():
     with pytest.raises(SafetyStopError, match="forked"):
         hand.read_codes()
     hand.close()
-    hand._owner -= 1
+    hand._guard._owner -= 1
     hand.read_codes()
 
 
