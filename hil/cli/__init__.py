@@ -9,6 +9,7 @@ import click
 
 from hil.cli.drawing_library import name_it
 from hil.cli.exits import OURS, Ended, Exit, interrupted, run
+from hil.cli.logs import log_nowhere, with_log
 
 
 class Row(NamedTuple):
@@ -80,7 +81,7 @@ class LazyGroup(click.Group):
             extra = COMMANDS[cmd_name].extra
             needs = f"`aero-hil {cmd_name}` needs the extra `{extra}`; from a checkout: pip install -e '.[{extra}]'"
             raise Ended(f"{needs} ({error})", Exit.USAGE) from error
-        return command
+        return with_log(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands from the table, so that help imports none of them."""
@@ -90,6 +91,7 @@ class LazyGroup(click.Group):
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
         name_it()
+        log_nowhere()
         run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from aero.channels import FINGERS
 from aero.protocol import MAX_CODE, Opcode
-from hil.checks.response.run import CHANNEL, CYCLES
+from hil.checks.response.run import CHANNEL, CYCLES, NOT_ARRIVED
 from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.exchanges import round_trips
 from hil.checks.shared.experiment import Measured
@@ -39,7 +39,7 @@ def measure(recording: Recording) -> Measured:
     goals = goal_at(commands, fast.times)
     asked = asked_at(fast.times, recording.wire)
     _, trips = round_trips(recording.wire)
-    arrived = not any(event.severity == "warning" for event in recording.events)
+    arrived = not any(event.text == NOT_ARRIVED for event in recording.events)
     rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
     return {
         "hand": {

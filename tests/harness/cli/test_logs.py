@@ -1,0 +1,46 @@
+"""`-v` and `--log-file` show and keep what is logged; without them the terminal shows none of it."""
+
+import logging
+
+import pytest
+from click.testing import CliRunner
+
+from hil.cli import COMMANDS, main
+
+LINE = "asked again"
+NOISY = ["validate", "--only", "presence", "--fault", "reply_lost=0.2"]
+
+
+def run(folder, *options):
+    return CliRunner().invoke(main, [*NOISY, "--out", str(folder / "out"), *options])
+
+
+def test_nothing_is_logged_to_the_terminal_unless_asked_for(tmp_path):
+    assert LINE not in run(tmp_path).output
+
+
+def test_v_shows_the_log_and_a_file_keeps_it(tmp_path):
+    path = tmp_path / "run.log"
+    path.write_text("an earlier run\n")
+    shown = run(tmp_path, "-v", "--log-file", str(path))
+    lines = path.read_text().splitlines()
+    assert lines[0] == "an earlier run"
+    assert LINE in lines[1]
+    assert "INFO aero.link" in lines[1]
+    assert shown.stderr.count(LINE) == sum(LINE in line for line in lines)
+    assert not [handler for handler in logging.getLogger("aero").handlers if type(handler) is logging.FileHandler]
+
+
+def test_a_log_file_that_cannot_be_written_is_one_line(tmp_path):
+    refused = run(tmp_path, "--log-file", str(tmp_path / "missing" / "run.log"))
+    assert refused.exit_code == 2
+    assert "run.log" in refused.output
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["doctor", "map", "firmware", "faults"])
+def test_every_command_has_the_options_once(name):
+    command = main.get_command(None, name)
+    command = main.get_command(None, name)
+    assert name in COMMANDS
+    assert [option.name for option in command.params].count("log_file") == 1
