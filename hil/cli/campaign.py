@@ -21,8 +21,8 @@ from hil.cli.progress_bar import ProgressBar
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
 from hil.lab.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
-from hil.lab.campaign.learning import accused
 from hil.lab.campaign.drawn import drawn_hands
+from hil.lab.campaign.learning import accused
 from hil.lab.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
 from hil.lab.campaign.store import NAME, missing, opened
 from hil.lab.campaign.trial import Outcome

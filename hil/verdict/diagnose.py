@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from aero.channels import Channel
 from hil.checks import Measured
-from hil.faults import CATALOGUE
+from hil.faults import CATALOGUE, Fault
 from hil.verdict.causes import CAUSES
 from hil.verdict.dictionary import Entry, load_dictionary
 from hil.verdict.explain import explain, telling
@@ -57,7 +57,7 @@ def diagnose(numbers: Mapping[str, Measured], limits: Sequence[Limit], ended: st
 
 def _told(ranked: Sequence[Explanation], found: Places, ended: str) -> tuple[Explanation, ...]:
     """Return causes with what they mean, and what would tell each from the next."""
-    entries = {(entry.cause, entry.fault): entry for entry in _dictionary()}
+    entries: dict[tuple[str, Fault | None], Entry] = {(entry.cause, entry.fault): entry for entry in _dictionary()}
     told = []
     for i, explanation in enumerate(ranked):
         view = signature(found, ended, explanation.channel)
@@ -70,8 +70,9 @@ def _told(ranked: Sequence[Explanation], found: Places, ended: str) -> tuple[Exp
                 view,
                 after.cause,
             )
-        kind = CATALOGUE[explanation.fault.partition(":")[0].partition("=")[0]]
-        told.append(replace(explanation, meaning=f"{kind.meaning}.", next_look=look))
+        assert explanation.fault is not None
+        meaning = f"{CATALOGUE[explanation.fault.name].meaning}."
+        told.append(replace(explanation, meaning=meaning, next_look=look))
     return tuple(told)
 
 

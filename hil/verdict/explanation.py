@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from aero.channels import Channel
+from hil.faults.fault import Fault
 
 
 class Place(Enum):
@@ -76,8 +77,8 @@ class Explanation:
     channel: Channel | None
     """Where; None for the whole hand."""
     probability: float
-    fault: str
-    """The known fault that is most like the run, as `hil.faults` writes it."""
+    fault: Fault | None
+    """The known fault that is most like the run; None where none is learned."""
     meaning: str = ""
     """What it is, for people."""
     next_look: str = ""

@@ -14,7 +14,11 @@ DRIVER_OR_MAP = "driver_or_map"
 MISTAKEN = Diagnosis(
     (Whereabouts(Place.HOST_AND_DRIVER, None, 1.0),),
     (LikelyEffect(Effect.COMMANDS, 1.0),),
-    (Explanation(DRIVER_OR_MAP, None, 1.0, "", "The driver or the map sends or reads something else than is meant."),),
+    (
+        Explanation(
+            DRIVER_OR_MAP, None, 1.0, None, "The driver or the map sends or reads something else than is meant."
+        ),
+    ),
     (DRIVER_OR_MAP,),
 )
 """What a failed check of the driver says; what the hand reads says nothing then."""
