@@ -44,8 +44,8 @@ def diagnose(
                 view,
                 after.cause,
             )
-        kind = CATALOGUE[explanation.fault.partition(":")[0].partition("=")[0]]
-        told.append(replace(explanation, meaning=f"{kind.meaning}.", next_look=look))
+        meaning = f"{CATALOGUE[explanation.fault.name].meaning}."
+        told.append(replace(explanation, meaning=meaning, next_look=look))
     return tuple(told)
 
 

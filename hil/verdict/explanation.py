@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aero.channels import Channel
+from hil.faults.fault import Fault
 
 
 @dataclass(frozen=True)
@@ -16,8 +17,8 @@ class Explanation:
     channel: Channel | None
     """Where; None for the whole hand."""
     probability: float
-    fault: str
-    """The known fault that is most like the run, as `hil.faults` writes it."""
+    fault: Fault
+    """The known fault that is most like the run."""
     meaning: str = ""
     """What it is, for people."""
     next_look: str = ""
