@@ -16,7 +16,7 @@ MISTAKEN = Diagnosis(
     (LikelyEffect(Effect.COMMANDS, 1.0),),
     (
         Explanation(
-            DRIVER_OR_MAP, None, 1.0, None, "The driver or the map sends or reads something else than is meant."
+            DRIVER_OR_MAP, None, 1.0, None, "The driver or the map sends or reads something else than was meant"
         ),
     ),
     (DRIVER_OR_MAP,),
