@@ -162,7 +162,7 @@ def _limits_of_unit(unit: str) -> str:
 
 
 def _diagnosed(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> Diagnosis:
-    """Return where a run's failures come from, and what caused them; nothing after a person's or the guard's no."""
+    """Return where a run's failures come from, and what caused them; nothing where a person or the guard ended it."""
     if done.end.way in {Way.PERSON, Way.GUARD}:
         return HEALTHY
     numbers = done.numbers

@@ -4,13 +4,13 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import Opcode
-from hil import open_target
+from hil import GroundTruth, open_target
 from hil.verdict.validation import validate
 from model.units.conditions import Conditions
 
 
 def on_board(target):
-    board = target.capability("electronics").board
+    board = target.get(GroundTruth).electronics.board
     return set(board.torque), set(board.speed)
 
 
@@ -30,7 +30,7 @@ def test_limits_of_this_program_are_given_back():
         asked = []
         validate(target, ["audit"], progress=lambda done, doing: asked.append(on_board(target)))
         assert set(map(str, asked)) == {str(({700}, {32766}))}
-        board = target.capability("electronics").board
+        board = target.get(GroundTruth).electronics.board
         # Servo 5 is the ring's, 3 the index's.
         assert (board.torque[5], board.speed[3]) == (400, 900)
         assert sorted(board.torque)[1:] == [700] * 6
@@ -52,7 +52,7 @@ def test_firmware_without_limits_is_asked_for_none():
 def test_a_restart_of_the_board_forgets_what_was_set():
     with open_target() as target:
         target.hand.set_torque(Channel.RING, 400)
-        target.capability("electronics").reset()
+        target.get(GroundTruth).electronics.reset()
         target.clock.sleep_until(target.clock.now() + 1.0)
         target.hand.read_codes()
         assert target.hand.restarts == 1
