@@ -43,8 +43,8 @@ def test_static_current_against_error(error, milliamperes):
 def test_heating_while_a_load_is_held():
     """Recorded: 3 degrees in 19 s of 0.92 A rms, CMC flexion in the sweep of friction, which hardly moves.
 
-    Runs in motion warm by more than the square of their recorded currents tells: a policy reads just before it commands,
-    so that it never reads a peak.
+    Runs in motion warm by more than the square of their recorded currents tells. A policy reads just before it
+    commands, so that it reads no peak.
     """
     servo = UNIT.servos
     rise = temperature_after(servo.rest_temperature_c, 0.92**2, 19.0, servo) - servo.rest_temperature_c
