@@ -8,7 +8,8 @@ from click.testing import CliRunner
 from hil.cli import COMMANDS, main
 
 LINE = "asked again"
-NOISY = ["validate", "--only", "presence", "--fault", "reply_lost=0.2"]
+NOISY = ["validate", "--only", "presence", "--fault", "reply_lost=0.2", "--fault", "board_restart@0.5"]
+"""Requests are asked again, which is INFO, and the board restarts, which is a WARNING."""
 
 
 def run(folder, *options):
@@ -16,7 +17,9 @@ def run(folder, *options):
 
 
 def test_nothing_is_logged_to_the_terminal_unless_asked_for(tmp_path):
-    assert LINE not in run(tmp_path).output
+    output = run(tmp_path).output
+    assert LINE not in output
+    assert "has restarted (it printed" not in output
 
 
 def test_v_shows_the_log_and_a_file_keeps_it(tmp_path):

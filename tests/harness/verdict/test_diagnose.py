@@ -33,7 +33,7 @@ def dictionary(monkeypatch):
 
 
 def test_the_likeliest_cause_comes_first_with_what_tells_it_from_the_next():
-    found = diagnose({"staircase": {"ring": {"friction": 9.0, "take_up": 0.5}}}, LIMITS, "", ["presence"])
+    found = diagnose({"staircase": {"ring": {"friction": 9.0, "take_up": 0.5}}}, LIMITS, "", ["presence"]).causes
     assert len(found) == 5
     assert (found[0].cause, found[0].channel, str(found[0].fault)) == ("stiff", Channel.RING, "gear_friction:index=0.2")
     assert found[0].meaning == f"{CATALOGUE['gear_friction'].meaning}."
@@ -47,9 +47,9 @@ def test_the_likeliest_cause_comes_first_with_what_tells_it_from_the_next():
 
 
 def test_a_cause_of_the_whole_hand_is_told_by_how_the_run_ended():
-    found = diagnose({"presence": {"hand": {"round_trip": 9.0}}}, LIMITS, "", [])
+    found = diagnose({"presence": {"hand": {"round_trip": 9.0}}}, LIMITS, "", []).causes
     assert (found[0].cause, found[0].channel) == ("late", None)
-    found = diagnose({}, LIMITS, "LinkTimeoutError", ["staircase"])
+    found = diagnose({}, LIMITS, "LinkTimeoutError", ["staircase"]).causes
     assert (found[0].cause, str(found[0].fault)) == ("gone", "link_silent=1.0@5.0")
 
 
