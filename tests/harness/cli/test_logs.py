@@ -1,6 +1,8 @@
 """`-v` and `--log-file` show and keep what is logged; without them the terminal shows none of it."""
 
 import logging
+import subprocess
+import sys
 
 import pytest
 from click.testing import CliRunner
@@ -8,7 +10,7 @@ from click.testing import CliRunner
 from hil.cli import COMMANDS, main
 
 LINE = "asked again"
-NOISY = ["validate", "--only", "presence", "--fault", "reply_lost=0.2", "--fault", "board_restart@0.5"]
+NOISY = ["validate", "--only", "presence", "--zeros", "ideal", "--fault", "reply_lost=0.2", "--fault", "board_restart@1"]
 """Requests are asked again, which is INFO, and the board restarts, which is a WARNING."""
 
 
@@ -17,9 +19,14 @@ def run(folder, *options):
 
 
 def test_nothing_is_logged_to_the_terminal_unless_asked_for(tmp_path):
-    output = run(tmp_path).output
-    assert LINE not in output
-    assert "has restarted (it printed" not in output
+    """The board restarts while it homes, before any recording takes the warning."""
+    restarting = ["validate", "--only", "presence", "--fault", "board_restart@0.5", "--out", str(tmp_path / "out")]
+    for options, shown in (([], 0), (["-v"], 1)):
+        command = [sys.executable, "-m", "hil.cli", *restarting, *options]
+        ran = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert ran.returncode == 3
+        assert ran.stderr.count("WARNING aero.link: emulated: the board has restarted") == shown
+        assert ran.stderr.count("(it printed its boot text)") == shown
 
 
 def test_v_shows_the_log_and_a_file_keeps_it(tmp_path):
@@ -30,6 +37,8 @@ def test_v_shows_the_log_and_a_file_keeps_it(tmp_path):
     assert lines[0] == "an earlier run"
     assert LINE in lines[1]
     assert "INFO aero.link" in lines[1]
+    assert shown.exit_code == 1
+    assert any("WARNING aero.link" in line for line in lines)
     assert shown.stderr.count(LINE) == sum(LINE in line for line in lines)
     assert not [handler for handler in logging.getLogger("aero").handlers if type(handler) is logging.FileHandler]
 
