@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.acknowledgement import Centred, Trimmed
 from aero.channels import Channel
+from aero.protocol import Opcode
 
 
 class Hand(Protocol):
@@ -42,6 +44,11 @@ class Hand(Protocol):
     @property
     def reading_age_s(self) -> float:
         """Time since the last reading was asked for, s."""
+        ...
+
+    @property
+    def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
+        """Limits that the board has acknowledged and not lost since, register units."""
         ...
 
     def command_codes(self, codes: ArrayLike) -> None:

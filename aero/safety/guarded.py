@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from types import TracebackType
 from typing import Self
 
@@ -16,6 +16,7 @@ from aero.channels import Channel
 from aero.clock import Clock
 from aero.driver import AeroHand
 from aero.firmware import ServoSettings
+from aero.protocol import Opcode
 from aero.safety.guard import Guard
 from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
@@ -114,6 +115,11 @@ class GuardedHand:
     def reading_age_s(self) -> float:
         """As `AeroHand.reading_age_s`; the guard's looks are readings too."""
         return self._hand.reading_age_s
+
+    @property
+    def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
+        """As `AeroHand.settings_sent`; the guard's own are among them."""
+        return self._hand.settings_sent
 
     def check(self) -> Health:
         """Read positions, currents and temperatures; moves nothing.
