@@ -10,7 +10,8 @@ from click.testing import CliRunner
 from hil.cli import COMMANDS, main
 
 LINE = "asked again"
-NOISY = ["validate", "--only", "presence", "--zeros", "ideal", "--fault", "reply_lost=0.2", "--fault", "board_restart@1"]
+NOISY = ["validate", "--only", "presence", "--zeros", "ideal"]
+NOISY += ["--fault", "reply_lost=0.2", "--fault", "board_restart@1"]
 """Requests are asked again, which is INFO, and the board restarts, which is a WARNING."""
 
 
