@@ -97,9 +97,7 @@ RANGES = (
     Range(
         "temperature", "work", 0.0, 1.0, "just switched on to after work: 10 to 45 °C; beyond, the guard may stop it"
     ),
-    Range(
-        "supply", "supply_ratio", 0.9, 1.1, "5.4 to 6.6 V: a bench supply at 6 V, or a battery's regulator; as units"
-    ),
+    Range("supply", "supply_ratio", 0.9, 1.1, "5.4 to 6.6 V: bench supply or battery; units differ as much"),
     Range("lateness", "late_s", 0.0, 0.010, "a desktop without a real-time kernel; the guard bears far more"),
     Range("settings", "torque", 300.0, 1023.0, "grasping at low torque to the register's end", whole=True),
     Range("settings", "speed", 100.0, 32766.0, "slow demonstrations to no limit", logarithmic=True, whole=True),
