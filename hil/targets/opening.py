@@ -26,7 +26,7 @@ from hil.faults.schedule import Schedule
 from hil.targets.emulated_hand import build_emulated, host_link
 from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
-from hil.targets.target import PHYSICAL, NoHandError, Target
+from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
 from model.geometry import Side
@@ -127,7 +127,7 @@ class Request:
     def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
-        asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id, "capabilities": {}} | more
+        asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id} | more
         asked["faults"] = self.schedule.faults
         return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
@@ -160,7 +160,7 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
     with drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
         if request.homed:
             hand.home()
-        yield request.granted(hand, clock, wire, capabilities={"ground_truth": plant, "electronics": electronics})
+        yield request.granted(hand, clock, wire, capabilities=(GroundTruth(plant, electronics),))
 
 
 @contextmanager

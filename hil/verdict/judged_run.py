@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hil.checks import WHOLE_RUN, Measured
 from hil.recordings.recording import Recording
-from hil.verdict.explanation import Explanation
+from hil.verdict.explanation import HEALTHY, Diagnosis, Explanation
 from hil.verdict.findings import Finding, failed
 from hil.verdict.run_end import RunEnd
 
@@ -36,8 +36,13 @@ class Validation:
     """Every byte since the hand was opened, for an exact replay; None when judged from files."""
     whole_run: Result | None = None
     """What the bytes of the session say about the link; None when judged without them."""
-    explanations: tuple[Explanation, ...] = ()
-    """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+    diagnosis: Diagnosis = HEALTHY
+    """Where something is wrong, and what; empty for a run without failures."""
+
+    @property
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+        return self.diagnosis.causes
 
     @property
     def numbers(self) -> Mapping[str, Measured]:

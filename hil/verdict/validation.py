@@ -18,7 +18,7 @@ from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.baseline import load, regressions
 from hil.verdict.diagnose import diagnose
-from hil.verdict.explanation import Explanation
+from hil.verdict.explanation import HEALTHY, Diagnosis
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
@@ -94,7 +94,7 @@ def validate(
     whole = session.finish(ended=end.error is None)
     done = replace(so_far(end), session=whole, whole_run=_link_judged(whole, limits))
     if not done.passed:
-        done = replace(done, explanations=_explained(done, names, limits))
+        done = replace(done, diagnosis=_diagnosed(done, names, limits))
     return replace(done, end=_without(left_out, target.firmware)) if left_out and end is FINISHED else done
 
 
@@ -127,7 +127,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     if done.passed or not results:
         return done
     header = next(iter(results.values())).recording.header
-    return replace(done, explanations=_explained(done, tuple(results), _limits_of(header)))
+    return replace(done, diagnosis=_diagnosed(done, tuple(results), _limits_of(header)))
 
 
 def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
@@ -152,10 +152,10 @@ def _limits_of_unit(unit: str) -> str:
     return unit_named(unit).limits
 
 
-def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> tuple[Explanation, ...]:
-    """Return what may have caused a run's failures; nothing for one that a person broke off."""
+def _diagnosed(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> Diagnosis:
+    """Return where a run's failures come from, and what caused them; nothing for one that a person broke off."""
     if done.end.way is Way.PERSON:
-        return ()
+        return HEALTHY
     numbers = done.numbers
     return diagnose(numbers, limits, done.end.error_name, [name for name in names if name not in numbers])
 

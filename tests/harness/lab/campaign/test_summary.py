@@ -12,6 +12,7 @@ from aero.firmware import ALIKE
 from hil.cli.campaign import campaign
 from hil.cli.learn import learn
 from hil.cli.limits import limits
+from hil.faults import parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
 from hil.lab.campaign.detected_faults import by_fault, detected_text, parse_detected
 from hil.lab.campaign.learning import accused, entries
@@ -25,7 +26,7 @@ from hil.verdict.limits import Limit, kinds, parse_limit
 TRACKING = Limit(
     "staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), "", at_most=1.0, healthy=(-0.5, 0.5)
 )
-SLACK = Entry("cable_snapped", "cable_snapped:index=1.0", {"own/staircase/tracking_rms": 1.5})
+SLACK = Entry("cable_snapped", parse_fault("cable_snapped:index=1.0"), {"own/staircase/tracking_rms": 1.5})
 
 
 @pytest.fixture(autouse=True)
@@ -113,7 +114,7 @@ def test_a_check_sees_what_it_found_on_every_hand():
 
 def test_an_entry_tells_the_run_as_seen_from_its_channel():
     (entry,) = entries([faulty(4.0)])
-    assert (entry.cause, entry.fault) == ("cable_snapped", "cable_snapped:index=1.0")
+    assert (entry.cause, str(entry.fault)) == ("cable_snapped", "cable_snapped:index=1.0")
     assert entry.features.keys() == {"own/staircase/tracking_rms"}
     assert entry.features["own/staircase/tracking_rms"] > 2.0
 
