@@ -8,14 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from pathlib import Path
 
 from aero.channels import WIRE_ORDER, Channel
 from aero.firmware import DEFAULT_FIRMWARE
+from hil.checks import EXPERIMENTS, JUDGED
 from hil.checks.shared.subjects import subject_words
 from hil.recordings.recording import Header
 from hil.targets.target import PHYSICAL
 from hil.verdict.explanation import Explanation
-from hil.verdict.findings import Finding
 
 FILE = "next_steps.toml"
 VALIDATE = "aero-hil validate"
@@ -85,14 +86,27 @@ def step_for(explanation: Explanation, header: Header) -> NextStep | None:
     return NextStep(known.do.format(**filled), known.command.format(**filled))
 
 
-def step_of(finding: Finding) -> NextStep:
-    """Return what a single finding asks for."""
-    return NextStep(finding.remedy)
+def only(experiment: str) -> str:
+    """Return the command that runs one experiment; the whole run where it is measured on that."""
+    return f"{VALIDATE} --only {experiment}" if experiment in EXPERIMENTS else VALIDATE
 
 
-def again(header: Header, experiment: str) -> str:
-    """Return the command that runs one experiment on the hand of a recording again."""
-    return f"{VALIDATE}{hand_options(header)} --only {experiment}"
+def on_hand(text: str, header: Header) -> str:
+    """Return a text whose commands name the hand of a recording."""
+    return text.replace(f"`{VALIDATE}", f"`{VALIDATE}{hand_options(header)}")
+
+
+def metric_words(experiment: str, metric: str) -> str:
+    """Return the name of a number for people."""
+    metrics = JUDGED[experiment].metrics if experiment in JUDGED else ()
+    found = (known.words for known in metrics if known.name == metric)
+    return next(found, metric.replace("_", " "))
+
+
+def command_again(header: Header) -> str:
+    """Return the command that made a recording, without the path of its program."""
+    program, _, rest = header.command.partition(" ")
+    return f"{Path(program).name} {rest}" if header.command else f"{VALIDATE}{hand_options(header)}"
 
 
 def servo_id(channel: Channel) -> int:
