@@ -59,7 +59,7 @@ def test_the_finger_and_its_servo_are_named():
 
 @pytest.mark.parametrize(("channel", "number"), [(Channel.THUMB_ABDUCTION, 0), (Channel.INDEX, 3), (Channel.PINKY, 6)])
 def test_ids_are_places_on_the_wire(channel, number):
-    """The board reads servos 0 to 6 into the words of a reply: thumb abduction, CMC flexion, flexor, then the fingers."""
+    """The board reads servos 0 to 6 into a reply: thumb abduction, CMC flexion, flexor, then the fingers."""
     assert servo_id(channel) == number
 
 

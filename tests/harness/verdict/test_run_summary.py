@@ -9,7 +9,7 @@ from aero.channels import Channel
 from hil.faults import parse_fault
 from hil.verdict import explained
 from hil.verdict.dictionary import Entry
-from hil.verdict.explanation import Diagnosis, Explanation, Place, Whereabouts
+from hil.verdict.explanation import HEALTHY, Diagnosis, Explanation, Place, Whereabouts
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import FINISHED, RunEnd, Way
@@ -32,7 +32,7 @@ def dictionary(monkeypatch):
     explained._expected.cache_clear()
 
 
-def run(*findings, diagnosis=Diagnosis(), end=FINISHED, reading=9.0):
+def run(*findings, diagnosis=HEALTHY, end=FINISHED, reading=9.0):
     numbers = {label: {"holding_current": reading} for label in ("index", "middle", "ring")}
     recording = held("holding", [[0] * 7], 0.1)
     recording = replace(recording, header=replace(recording.header, limits="aero_hand_open"))
