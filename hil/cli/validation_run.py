@@ -146,6 +146,8 @@ def _print(console: Console, result: Validation, out: Path) -> None:
     failures = failed(result.findings)
     for line in told(result):
         console.print(line)
+    if result.remark:
+        console.print(result.remark)
     verdict = f"{len(failures)} of {len(result.findings)} checks failed" if failures else "within limits"
     console.print(
         f"{verdict}; {result.hand_seconds:.0f} s of hand time in {result.wall_seconds:.1f} s; {out / 'report.html'}"

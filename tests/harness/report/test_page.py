@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from xml.etree import ElementTree
 
 import pytest
 from synthetic import held, staircase
@@ -13,9 +14,10 @@ from hil.checks import EXPERIMENTS
 from hil.checks.shared.command_steps import find_steps
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import table
+from hil.report.chart_svg import TITLE, chart_svg
 from hil.report.hand_picture import outline
 from hil.report.page import render_report
-from hil.report.plots import as_svg, panels, validation_figure
+from hil.report.plots import panels, validation_figure
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import FINISHED, RunEnd, Way
@@ -176,12 +178,12 @@ def test_each_channel_stands_beside_the_paper(recording, spoiled_page):
 
 def test_the_same_recording_draws_the_same_picture(recording):
     draw = panels(recording)["index"]
-    assert as_svg(draw) == as_svg(draw)
+    assert chart_svg(draw()) == chart_svg(draw())
 
 
 def test_the_figure_has_the_papers_nine_panels(recording):
-    figure = validation_figure(recording)
-    titles = [axes.get_title("left") for axes in figure.axes if axes.get_title("left")]
+    texts = ElementTree.fromstring(validation_figure(recording)).iter("{http://www.w3.org/2000/svg}text")
+    titles = [text.text for text in texts if text.get("font-size") == str(TITLE)]
     assert titles[:7] == ["Index", "Middle", "Ring", "Pinky", "Thumb abduction", "Thumb CMC flexion", "Thumb flexor"]
     assert titles[7:] == ["One step, index", "One step, thumb CMC flexion"]
 
