@@ -20,7 +20,7 @@ from hil.cli.options import NewFolder
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
 from hil.lab.system_identification.calibration import Calibration, calibrate
-from hil.lab.system_identification.held_out import FEWEST, PARTS, held_out_rms
+from hil.lab.system_identification.replay_score import FEWEST, PARTS, held_out_rms
 from hil.lab.system_identification.search import pooled_rms
 from hil.lab.system_identification.trace import load_trace
 from hil.lab.system_identification.trace_plots import trace_svg

@@ -15,7 +15,7 @@ from hil.cli.terminal import console as new_console
 from hil.lab.map_identification.figure import draw_thumb_figure
 from hil.lab.map_identification.files import coefficient_toml, report, table
 from hil.lab.map_identification.identify import identify
-from hil.lab.map_identification.radii import flexor_radius, two_pose_radii
+from hil.lab.map_identification.regression import flexor_radius, two_pose_radii
 from hil.recordings.output import prepared_folder
 from model import RoutedHand
 from model.geometry import Side

@@ -12,8 +12,7 @@ from hil.cli.exits import given
 from hil.cli.options import ChosenHand, Finite, target
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
-from hil.lab.system_identification.excitation import MOTIONS, REACH, excitation
-from hil.lab.system_identification.play_excitation import EXPERIMENT, play
+from hil.lab.system_identification.excitation import EXPERIMENT, MOTIONS, REACH, excitation, play
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 
