@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import Measured, map_of
-from hil.checks.staircase.details import loads
+from hil.checks.staircase.cable_loads import loads
 from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.recordings.recording import Recording
 

@@ -5,7 +5,7 @@ import pytest
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import CABLES, Channel
-from hil.checks.staircase.details import Load, loads
+from hil.checks.staircase.cable_loads import Load, loads
 
 
 def test_springs_without_friction_come_out_as_they_are():
