@@ -20,18 +20,6 @@ def alarms(result: Result) -> list[Row]:
     return [header, *rows]
 
 
-def conditions(result: Result) -> list[Row]:
-    """What each kind of condition does to healthy hands."""
-    header = ("all hands under", "accused before", "accused now", "what was accused before")
-    return [
-        header,
-        *(
-            (row["kind"], f"{row['before']} of {row['of']}", f"{row['now']} of {row['of']}", row["what"] or "nothing")
-            for row in result.rows
-        ),
-    ]
-
-
 def diagnosis(result: Result) -> list[Row]:
     """How good the named cause is, on hands that the dictionary has not seen."""
     header = ("batch", "faults above the stated severity that were found", "right cause first", "among the first three")
@@ -67,7 +55,6 @@ def unknown(result: Result) -> list[Row]:
 
 TABLES = {
     "alarms": stored("alarms", alarms),
-    "conditions": stored("conditions", conditions),
     "diagnosis": stored("diagnosis", diagnosis),
     "unknown": stored("unknown_faults", unknown),
 }
