@@ -11,7 +11,7 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
-from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN, Experiment
+from hil.checks import DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN, Experiment, Measured
 from hil.checks.shared.experiment import map_of
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
@@ -92,7 +92,9 @@ def validate(
         results[name] = _judged(experiment, record.finish(), limits)
         on_result(so_far())
     whole = session.finish(ended=end.error is None)
-    done = replace(so_far(end), session=whole, whole_run=_link_judged(whole, limits))
+    done = replace(
+        so_far(end), session=whole, whole_run=_link_judged(whole, limits), driver=_driver_judged(results, limits)
+    )
     if not done.passed:
         done = replace(done, explanations=_explained(done, names, limits))
     return replace(done, end=_without(left_out, target.firmware)) if left_out and end is FINISHED else done
@@ -124,15 +126,32 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
         results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
     end = RunEnd(Way.CUT, cut[0].header.experiment, cut=cut) if cut else FINISHED
     done = Validation(results, end, time.perf_counter() - start, whole_run=session)
-    if done.passed or not results:
+    if not results:
         return done
-    header = next(iter(results.values())).recording.header
-    return replace(done, explanations=_explained(done, tuple(results), _limits_of(header)))
+    limits = _limits_of(next(iter(results.values())).recording.header)
+    done = replace(done, driver=_driver_judged(results, limits))
+    return done if done.passed else replace(done, explanations=_explained(done, tuple(results), limits))
 
 
 def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
     measured = WHOLE_RUN.measure(session)
     return Result(session, measured, compare(WHOLE_RUN, measured, limits))
+
+
+def _driver_judged(results: Mapping[str, Result], limits: tuple[Limit, ...]) -> Result | None:
+    """Return what the bytes of all experiments say about driver and map, None where no experiment ended."""
+    if not results:
+        return None
+    recordings = [result.recording for result in results.values()]
+    measured = _worst([DRIVER.measure(recording) for recording in recordings])
+    return Result(recordings[-1], measured, compare(DRIVER, measured, limits))
+
+
+def _worst(measured: Sequence[Measured]) -> Measured:
+    return {
+        subject: {name: max(one[subject][name] for one in measured) for name in metrics}
+        for subject, metrics in measured[0].items()
+    }
 
 
 def _limits_of(header: Header) -> tuple[Limit, ...]:
