@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Self
 
@@ -64,6 +65,8 @@ class AeroHand:
         self._patience_s = patience_s
         self._read_from = clock.now()
         self._telemetry_seen_at_restart: int | None = None
+        self._settings: dict[tuple[Opcode, Channel], int] = {}
+        self._settings_at_restart = 0
 
     @classmethod
     def open_unguarded(cls, port_or_url: str, clock: Clock | None = None) -> Self:
@@ -200,11 +203,19 @@ class AeroHand:
             ValueError: out of range; nothing is sent.
             RefusedError: the board stored something else.
         """
-        self._set(protocol.make_set_speed(channel, register_units), channel, register_units)
+        self._set(Opcode.SET_SPE, channel, register_units, protocol.make_set_speed(channel, register_units))
 
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """Limit one channel's torque (0..1023 register units) from the next position command on; as `set_speed`."""
-        self._set(protocol.make_set_torque(channel, register_units), channel, register_units)
+        self._set(Opcode.SET_TOR, channel, register_units, protocol.make_set_torque(channel, register_units))
+
+    @property
+    def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
+        """Speed and torque limits that this driver has set and the board still has, by opcode and channel.
+
+        No board tells its limits: what another program has set before is not known.
+        """
+        return dict(self._settings) if self._settings_at_restart == self._link.restarts else {}
 
     def knows_limits(self) -> bool:
         """Return whether the board has speed and torque limits, which firmware `pre` has not; this changes nothing.
@@ -339,10 +350,12 @@ class AeroHand:
             return False
         return True
 
-    def _set(self, request: bytes, channel: Channel, value: int) -> None:
+    def _set(self, opcode: Opcode, channel: Channel, value: int, request: bytes) -> None:
         stored = self._acknowledged(request, channel, self._patience_s).words[1]
         if stored != value:
             raise RefusedError(f"{self.name}: asked {channel.label} for {value}, the board stored {stored}.")
+        self._settings = {**self.settings_sent, (opcode, channel): value}
+        self._settings_at_restart = self._link.restarts
 
     def _acknowledged(self, request: bytes, channel: Channel, patience_s: float | None = None) -> Reply:
         self._permit()

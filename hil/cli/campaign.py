@@ -21,6 +21,7 @@ from hil.cli.progress_bar import ProgressBar
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
 from hil.lab.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
+from hil.lab.campaign.drawn import drawn_hands
 from hil.lab.campaign.learning import accused
 from hil.lab.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
 from hil.lab.campaign.store import NAME, missing, opened
@@ -28,6 +29,7 @@ from hil.lab.campaign.trial import Outcome
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import command_line
 from hil.verdict.dictionary import load_dictionary
+from model.units.conditions import KINDS
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""
@@ -35,11 +37,19 @@ MOST = 1_000_000
 
 @click.command()
 @click.option("--healthy", type=click.IntRange(0, MOST), default=0, help="Healthy hands of the population.")
+@click.option(
+    "--condition", "conditions", multiple=True, type=click.Choice(KINDS),
+    help="Find all healthy hands under conditions of this kind, repeatable; without it half of them under every kind.",
+)  # fmt: skip
 @click.option("--shipped", is_flag=True, help="The shipped units, homed and in ideal zeros, on each kind of firmware.")
 @click.option(
     "--fault", "faults", multiple=True,
     help="A fault as `aero-hil faults` lists it, several for one hand with commas between, or `all` for each of the "
     "list in its three severities; repeatable.",
+)  # fmt: skip
+@click.option(
+    "--drawn", type=click.IntRange(0, MOST), default=0,
+    help="Hands with one fault each, drawn at random with its channel, severity and beginning.",
 )  # fmt: skip
 @click.option("--hands", type=click.IntRange(1, MOST), default=5, show_default=True, help="Hands for each fault.")
 @click.option("--first-seed", type=SEED, default=0, show_default=True, help="Seed of the first hand.")
@@ -58,8 +68,10 @@ MOST = 1_000_000
 def campaign(
     *,
     healthy: int,
+    conditions: tuple[str, ...],
     shipped: bool,
     faults: tuple[str, ...],
+    drawn: int,
     hands: int,
     first_seed: int,
     firmware: tuple[str, ...],
@@ -76,8 +88,9 @@ def campaign(
     """
     console = new_console()
     with given():
-        trials = healthy_hands(first_seed, healthy, firmware) if healthy else []
+        trials = healthy_hands(first_seed, healthy, firmware, conditions or None) if healthy else []
         trials += shipped_hands() if shipped else []
+        trials += drawn_hands(first_seed, drawn, firmware) if drawn else []
         trials += faulty_hands(_written(faults), first_seed, hands, firmware)
         if names:
             trials = [replace(trial, experiments=names) for trial in trials]

@@ -28,6 +28,7 @@ from hil.lab.policies.cube_watch import CubeWatch
 from hil.lab.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
+from hil.targets.target import GroundTruth
 from hil.view.sources import source_of
 from model.cube_plant import CubePlant
 from model.film import check_drawing
@@ -125,7 +126,8 @@ def run_policy(
             audience.follow(source_of(opened))
             recorder = Recorder(opened, "policy", record)
             name = opened.describe()
-            plant = opened.capabilities.get("ground_truth")
+            truth = opened.find(GroundTruth)
+            plant = None if truth is None else truth.plant
             cube = CubeWatch(plant, hand.seed) if isinstance(plant, CubePlant) else None
             with ProgressBar(console=console, transient=True) as bar:
                 task = bar.add_task(name, total=1.0)

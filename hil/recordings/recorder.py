@@ -141,7 +141,8 @@ class Recorder:
 
     def _keep_wire(self, record: WireRecord) -> None:
         """Write bytes that cross the link, silent when that fails: the guard's way out passes here."""
-        self._write(lambda file: file.add_wire(record._replace(t=record.t - self.start)))
+        moved = WireRecord(record.t - self.start, record.direction, record.data)
+        self._write(lambda file: file.add_wire(moved))
 
     def _write(self, action: Callable[[RecordingFile], None]) -> None:
         if self._file is None or self._failure is not None:

@@ -9,7 +9,7 @@ from importlib import resources
 from typing import Any
 
 from aero.channels import Channel
-from hil.faults import CATALOGUE
+from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.verdict.signature import Signature
 
 FILE = "dictionary.json"
@@ -23,14 +23,13 @@ class Entry:
 
     cause: str
     """What a finding names: see `Kind.cause`."""
-    fault: str
-    """As `hil.faults` writes it."""
+    fault: Fault
     features: Signature
 
     @property
     def seats(self) -> tuple[Channel | None, ...]:
         """Channels that it may sit on as well, None for the whole hand: what it does to one it does to all."""
-        return CATALOGUE[self.fault.partition(":")[0].partition("=")[0]].subjects or (None,)
+        return CATALOGUE[self.fault.name].subjects or (None,)
 
 
 def load_dictionary() -> tuple[Entry, ...]:
@@ -41,13 +40,13 @@ def load_dictionary() -> tuple[Entry, ...]:
 
 def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int | list[str]]) -> str:
     """Return a dictionary as JSON, an entry a line."""
-    lines = [json.dumps({"fault": e.fault, "cause": e.cause, **_rounded(e.features)}) for e in entries]
+    lines = [json.dumps({"fault": str(e.fault), "cause": e.cause, **_rounded(e.features)}) for e in entries]
     head = json.dumps({"provenance": provenance})[:-1]
     return f'{head}, "entries": [\n' + ",\n".join(lines) + "\n]}\n"
 
 
 def _entry(table: dict[str, Any]) -> Entry:
-    return Entry(table.pop("cause"), table.pop("fault"), table)
+    return Entry(table.pop("cause"), parse_fault(table.pop("fault")), table)
 
 
 def _rounded(features: Signature) -> dict[str, float]:

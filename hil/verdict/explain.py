@@ -7,6 +7,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence, Set
 
 from aero.channels import Channel
+from hil.faults.fault import Fault
 from hil.verdict.dictionary import Entry
 from hil.verdict.explanation import Explanation
 from hil.verdict.signature import Places, Signature, signature
@@ -32,12 +33,12 @@ def explain(found: Places, ended: str, not_run: Sequence[str], dictionary: Seque
     ]
     nearest = min((away for away, _, _ in far), default=0.0)
     weights: dict[tuple[str, Channel | None], float] = defaultdict(float)
-    best: dict[tuple[str, Channel | None], tuple[float, str]] = {}
+    best: dict[tuple[str, Channel | None], tuple[float, Fault]] = {}
     for away, entry, channel in far:
         weight = math.exp((nearest - away) / SCALE)
         key = (entry.cause, channel)
         weights[key] += weight / counts[entry.cause]
-        best[key] = max(best.get(key, (-1.0, "")), (weight, entry.fault))
+        best[key] = max(best.get(key, (-1.0, entry.fault)), (weight, entry.fault), key=_weight_then_text)
     by_cause: dict[str, tuple[float, Channel | None]] = {}
     for (cause, channel), weight in weights.items():
         by_cause[cause] = max(by_cause.get(cause, (-1.0, None)), (weight, channel), key=lambda pair: pair[0])
@@ -46,6 +47,11 @@ def explain(found: Places, ended: str, not_run: Sequence[str], dictionary: Seque
     return tuple(
         Explanation(cause, channel, weight / total, best[cause, channel][1]) for cause, (weight, channel) in ranked
     )
+
+
+def _weight_then_text(pair: tuple[float, Fault]) -> tuple[float, str]:
+    """Order faults that are equally like the run by their text, so that every run names the same one."""
+    return pair[0], str(pair[1])
 
 
 def distance(one: Signature, other: Signature) -> float:

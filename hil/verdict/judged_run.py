@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hil.checks import DRIVER, WHOLE_RUN, Measured
 from hil.recordings.recording import Recording
-from hil.verdict.explanation import Explanation
+from hil.verdict.explanation import HEALTHY, Diagnosis, Explanation
 from hil.verdict.findings import Finding, failed
 from hil.verdict.run_end import RunEnd
 
@@ -38,8 +38,16 @@ class Validation:
     """What the bytes of the session say about the link; None when judged without them."""
     driver: Result | None = None
     """What the bytes of the experiments say about driver and map; None where no experiment ended."""
-    explanations: tuple[Explanation, ...] = ()
-    """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+    diagnosis: Diagnosis = HEALTHY
+    """Where something is wrong, and what; empty for a run without failures."""
+
+    left_out: tuple[str, ...] = ()
+    """Experiments that the guard permits no hand with this firmware; the verdict is on the others."""
+
+    @property
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+        return self.diagnosis.causes
 
     @property
     def numbers(self) -> Mapping[str, Measured]:
@@ -62,6 +70,16 @@ class Validation:
         """Every finding, and the reason for stopping if there is one."""
         found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
         return found if self.end.finding is None else (self.end.finding, *found)
+
+    @property
+    def remark(self) -> str:
+        """What was left out and why, one sentence; empty when nothing was."""
+        if not self.left_out:
+            return ""
+        return (
+            f"Not run, and not judged: {', '.join(self.left_out)}. They push at stops, and this firmware has no torque "
+            "limit, so the guard would stop the hand for its current."
+        )
 
     @property
     def passed(self) -> bool:

@@ -18,7 +18,7 @@ from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo import control
 from firmware_emulator.servo.parameters import CURRENT_UNIT_MA
-from hil.targets.target import Target
+from hil.targets.target import GroundTruth, Target
 from hil.targets.wire_log import WireRecord
 from hil.view.frame import Floats, Frame, unknown
 from model import BuiltHandPlant
@@ -116,8 +116,8 @@ class WireSource:
 
 def source_of(target: Target) -> Source:
     """Return what can be seen of a target; of one behind a port, from now on."""
-    if {"electronics", "ground_truth"} <= target.capabilities.keys():
-        return EmulatedSource(target.capability("electronics"), target.capability("ground_truth"), target.map)
+    if (truth := target.find(GroundTruth)) is not None:
+        return EmulatedSource(truth.electronics, truth.plant, target.map)
     source = WireSource(target.map)
     target.wire.listeners.append(source.take)
     return source

@@ -14,6 +14,7 @@ from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.plant import Drive
+from hil import GroundTruth
 from hil.targets.target import Target
 
 LATE = {"idle": 0.0, "late": 0.05}
@@ -52,7 +53,7 @@ def _time_to_opening(target: Any, fault: Callable[[Target], None], wait_s: float
 
 
 def _jump(target: Target) -> None:
-    servo = target.capability("electronics").servos[WIRE_ORDER.index(Channel.MIDDLE)]
+    servo = target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(Channel.MIDDLE)]
     servo.frame.set_offset(900)
     servo.feedback.invalidate()
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from hil.lab.campaign.learning import judged
 from hil.lab.campaign.summary import Detection, confusion, detections, false_alarms
 from hil.lab.campaign.trial import Outcome
-from hil.report.plots import svg_of
+from hil.lab.matplotlib_svg import svg_of
 from hil.verdict.dictionary import Entry
 
 LISTED = 10

@@ -47,7 +47,7 @@ def entries(outcomes: Iterable[Outcome]) -> list[Entry]:
             continue
         fault = parse_fault(outcome.trial.faults[0])
         features = signature(places(outcome.numbers, _limits(outcome)), outcome.ended, fault.channel)
-        found.append(Entry(cause_of(fault), str(fault), features))
+        found.append(Entry(cause_of(fault), fault, features))
     return found
 
 

@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
+from hil.lab.matplotlib_svg import STYLE
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import Prediction
-from hil.report.plots import COMMAND, HAND, MODEL, STYLE
+from hil.report.plots import COMMAND, HAND, MODEL
 
 
 def trace_figure(trace: Trace, prediction: Prediction) -> Figure:

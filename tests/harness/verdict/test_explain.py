@@ -7,13 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import FINGERS, Channel
+from hil.faults import parse_fault
 from hil.verdict.dictionary import Entry, dictionary_text
 from hil.verdict.explain import distance, explain, telling
 from hil.verdict.signature import compressed, signature
 
-SLACK = Entry("slack", "cable_snapped:index=1", {"own/staircase/take_up": 2.5, "own/staircase/spring": -1.5})
-WEAK = Entry("weak", "motor_weak:index=0.8", {"own/excursion/closed_percent": -2.0})
-DEAF = Entry("deaf", "reply_lost=0.3", {"ended/LinkTimeoutError": 1.4})
+SLACK = Entry(
+    "slack", parse_fault("cable_snapped:index=1"), {"own/staircase/take_up": 2.5, "own/staircase/spring": -1.5}
+)
+WEAK = Entry("weak", parse_fault("motor_weak:index=0.8"), {"own/excursion/closed_percent": -2.0})
+DEAF = Entry("deaf", parse_fault("reply_lost=0.3"), {"ended/LinkTimeoutError": 1.4})
 DICTIONARY = (SLACK, WEAK, DEAF)
 
 NAMES = st.sampled_from(["own/a", "own/b", "hand/c", "others/d"])
@@ -69,7 +72,7 @@ def test_no_way_round_is_shorter(one, other, third):
 
 def test_a_fault_is_not_held_to_what_was_not_asked():
     both = {**SLACK.features, "own/replay/replay_shape": 6.0}
-    entry = Entry("slack", "cable_snapped:index=1", both)
+    entry = Entry("slack", parse_fault("cable_snapped:index=1"), both)
     found = reading(Channel.INDEX, "staircase", "take_up", 17.0)
     assert explain(found, "", (), (entry, WEAK))[0].cause == "slack"
     assert explain(found, "", ("replay", "excursion"), (entry, WEAK))[0].cause == "weak"
@@ -126,13 +129,13 @@ def test_probabilities_follow_from_the_distance_between_signatures():
     """Of the run's 7.2941, "one" lacks 1, the last 2 and the other all and 1 more; a likeness falls to 1/e over 0.5."""
     whole = 7.294050
     entries = (
-        Entry("one", "reply_lost=0.1", {"hand/a/b": whole - 1.0}),
-        Entry("two", "reply_lost=0.2", {"hand/a/f": 1.0}),
-        Entry("two", "reply_lost=0.3", {"hand/a/b": whole - 2.0}),
+        Entry("one", parse_fault("reply_lost=0.1"), {"hand/a/b": whole - 1.0}),
+        Entry("two", parse_fault("reply_lost=0.2"), {"hand/a/f": 1.0}),
+        Entry("two", parse_fault("reply_lost=0.3"), {"hand/a/b": whole - 2.0}),
     )
     one, two = explain({("a", "b", "hand"): 1000.0}, "", (), entries)
-    assert (one.cause, one.channel, one.fault) == ("one", None, "reply_lost=0.1")
-    assert (two.cause, two.channel, two.fault) == ("two", None, "reply_lost=0.3")
+    assert (one.cause, one.channel, str(one.fault)) == ("one", None, "reply_lost=0.1")
+    assert (two.cause, two.channel, str(two.fault)) == ("two", None, "reply_lost=0.3")
     likeness = math.exp(-2.0) / 2
     assert one.probability == pytest.approx(1 / (1 + likeness), abs=1e-5)
     assert two.probability == pytest.approx(likeness / (1 + likeness), abs=1e-5)

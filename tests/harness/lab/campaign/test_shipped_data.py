@@ -76,7 +76,7 @@ def test_limits_were_computed_from_readings_that_hold_those_of_their_hands(name)
 @pytest.mark.parametrize("hand", FAULTY, ids=lambda hand: hand.trial.faults[0])
 def test_the_dictionary_holds_its_hands(hand):
     features = hand.features(hand.numbers)
-    assert [entry.fault for entry in load_dictionary() if alike(entry.features, features)] == [*hand.trial.faults]
+    assert [str(entry.fault) for entry in load_dictionary() if alike(entry.features, features)] == [*hand.trial.faults]
 
 
 def alike(one, other):

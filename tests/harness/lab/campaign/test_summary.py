@@ -12,6 +12,7 @@ from aero.firmware import ALIKE
 from hil.cli.campaign import campaign
 from hil.cli.learn import learn
 from hil.cli.limits import limits
+from hil.faults import parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
 from hil.lab.campaign.detected_faults import by_fault, detected_text, parse_detected
 from hil.lab.campaign.learning import accused, entries
@@ -25,7 +26,7 @@ from hil.verdict.limits import Limit, kinds, parse_limit
 TRACKING = Limit(
     "staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), "", at_most=1.0, healthy=(-0.5, 0.5)
 )
-SLACK = Entry("cable_snapped", "cable_snapped:index=1.0", {"own/staircase/tracking_rms": 1.5})
+SLACK = Entry("cable_snapped", parse_fault("cable_snapped:index=1.0"), {"own/staircase/tracking_rms": 1.5})
 
 
 @pytest.fixture(autouse=True)
@@ -113,7 +114,7 @@ def test_a_check_sees_what_it_found_on_every_hand():
 
 def test_an_entry_tells_the_run_as_seen_from_its_channel():
     (entry,) = entries([faulty(4.0)])
-    assert (entry.cause, entry.fault) == ("cable_snapped", "cable_snapped:index=1.0")
+    assert (entry.cause, str(entry.fault)) == ("cable_snapped", "cable_snapped:index=1.0")
     assert entry.features.keys() == {"own/staircase/tracking_rms"}
     assert entry.features["own/staircase/tracking_rms"] > 2.0
 
@@ -168,7 +169,7 @@ def test_the_commands_write_what_ships(tmp_path):
     assert written == {*(f"{kind}.toml" for kind in kinds()), "dictionary.json", "sight.json", "hands"}
     tables = {kind: tomllib.loads((tmp_path / "out" / f"{kind}.toml").read_text()) for kind in kinds()}
     assert {kind: table["provenance"]["hands"] for kind, table in tables.items()} == {
-        "aero_hand_open": 40,
+        "aero_hand_open": 130,
         "ideal_hand": 10,
         "paper_hand": 10,
     }

@@ -40,11 +40,15 @@ def test_static_current_against_error(error, milliamperes):
     assert 6.5 * static_current(effort, servo) / error == pytest.approx(milliamperes, rel=0.1)
 
 
-@pytest.mark.parametrize(("amperes", "rate"), [(0.225, 0.04), (0.4, 0.08), (0.65, 0.115), (1.0, 0.125)])
-def test_heating(amperes, rate):
+def test_heating_while_a_load_is_held():
+    """Recorded: 3 degrees in 19 s of 0.92 A rms, CMC flexion in the sweep of friction, which hardly moves.
+
+    Runs in motion warm by more than the square of their recorded currents tells. A policy reads just before it
+    commands, so that it reads no peak.
+    """
     servo = UNIT.servos
-    rise = temperature_after(servo.rest_temperature_c, amperes**2, 20.0, servo) - servo.rest_temperature_c
-    assert rate / 1.5 < rise / 20.0 < rate * 1.5
+    rise = temperature_after(servo.rest_temperature_c, 0.92**2, 19.0, servo) - servo.rest_temperature_c
+    assert rise == pytest.approx(3.0, abs=1.0)
 
 
 def test_idle_currents_at_the_open_hand(target):
