@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from aero.clock import Clock, Deadline, WallClock
     from aero.driver import AeroHand
     from aero.guarded_port import open_hand
+    from aero.hand import Hand
     from aero.transport import Transport
 
 _NAMES = {
@@ -23,6 +24,7 @@ _NAMES = {
     "aero.clock": ("Clock", "Deadline", "WallClock"),
     "aero.driver": ("AeroHand",),
     "aero.guarded_port": ("open_hand",),
+    "aero.hand": ("Hand",),
     "aero.transport": ("Transport",),
 }
 """Module to the public names that it defines."""
@@ -40,6 +42,7 @@ __all__ = [
     "Clock",
     "CommandWindow",
     "Deadline",
+    "Hand",
     "Joint",
     "Transport",
     "WallClock",

@@ -102,6 +102,16 @@ class AeroHand:
         return self._link.restarts
 
     @property
+    def disturbances(self) -> int:
+        """Exchanges that did not go as they should, and starts of the board."""
+        return self._link.disturbances
+
+    @property
+    def silent_from(self) -> float | None:
+        """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
+        return self._link.silent_from
+
+    @property
     def boot_text(self) -> str:
         """What the board has printed at starts seen by this driver; non-empty means that it restarted meanwhile."""
         return self._link.boot_text
@@ -126,7 +136,6 @@ class AeroHand:
             DesyncError: the board may be out of step; nothing is sent until `resynchronise` succeeds.
         """
         frame = protocol.make_positions(codes)
-        self._permit()
         self._link.send(frame)
 
     def command_codes_blindly(self, codes: ArrayLike) -> None:
@@ -144,7 +153,6 @@ class AeroHand:
             DesyncError: an earlier frame may have gone out incomplete; nothing is sent.
         """
         frame = protocol.make_harmless_positions(codes)
-        self._permit()
         self._link.send(frame, Content.HARMLESS_FRAME)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
@@ -160,7 +168,6 @@ class AeroHand:
             ConnectionError, DesyncError: as `command_codes`.
         """
         frame = protocol.make_torques(magnitudes)
-        self._permit()
         self._link.send(frame)
 
     def read_codes(self) -> NDArray[np.uint16]:
@@ -270,7 +277,6 @@ class AeroHand:
         Raises:
             LinkTimeoutError: no acknowledgement within `timeout_s`.
         """
-        self._permit()
         self._link.ask(protocol.make_query(Opcode.HOMING), timeout_s)
         self._wait(2 * _TELEMETRY_PERIOD_S)
 
@@ -285,7 +291,6 @@ class AeroHand:
             RefusedError: no servo, more than one, or the servo did not keep the setting.
         """
         frame = protocol.make_set_id(new_id, current_limit)
-        self._permit()
         reply = self._link.ask(frame, _SET_ID_TIMEOUT_S).reply
         old_id, stored_id, stored_limit = reply.words[:3]
         if old_id > protocol.MAX_SERVO_ID:
@@ -313,14 +318,9 @@ class AeroHand:
         Raises:
             LinkTimeoutError: the board stays silent; call it again.
         """
-        self._permit()
         return self._link.resynchronise(self._reply_timeout_s, self._patience_s)
 
-    def _permit(self) -> None:
-        """Be asked before every exchange that a program wants; a guarded hand looks here, or refuses."""
-
     def _read(self, opcode: Opcode) -> Reply:
-        self._permit()
         reply = self._query(opcode)
         for _ in range(_FIRST_TELEMETRY_TRIES):
             known_alive = self._telemetry_seen_at_restart == self._link.restarts
@@ -342,7 +342,6 @@ class AeroHand:
 
     def _knows(self, request: bytes) -> bool:
         """Return whether the board answers a request that it refuses, if it knows it."""
-        self._permit()
         try:
             self._link.ask(request, self._reply_timeout_s, self._patience_s)
         except LinkTimeoutError:
@@ -358,7 +357,6 @@ class AeroHand:
         self._settings_at_restart = self._link.restarts
 
     def _acknowledged(self, request: bytes, channel: Channel, patience_s: float | None = None) -> Reply:
-        self._permit()
         timeout_s = _TRIM_TIMEOUT_S if patience_s is None else self._reply_timeout_s
         reply = self._link.ask(request, timeout_s, patience_s).reply
         number = protocol.wire_index(channel)

@@ -11,11 +11,11 @@ from typing import Any
 
 from serial.tools.list_ports import comports
 
-from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
+from aero.hand import Hand
 from aero.safety import GuardedHand, Thresholds
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
@@ -133,7 +133,7 @@ class Request:
     conditions: Conditions = field(default_factory=Conditions)
     """Of an emulated hand in this process; its unit has been changed for them."""
 
-    def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
+    def granted(self, hand: Hand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
         asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id} | more
@@ -204,7 +204,7 @@ def serial_number(port: str) -> str:
 
 
 @contextmanager
-def _serial(request: Request, port: str) -> Iterator[tuple[AeroHand, Clock, WireLog]]:
+def _serial(request: Request, port: str) -> Iterator[tuple[Hand, Clock, WireLog]]:
     try:
         transport = SerialTransport.open(port)
     except (ConnectionError, ValueError) as error:
