@@ -80,8 +80,11 @@ def effort_limit(current_units: int, servo: ServoParameters) -> float:
     return high
 
 
-def temperature_after(temperature_c: float, mean_square_a2: float, seconds: float, servo: ServoParameters) -> float:
-    """Return the temperature (°C) after `seconds` with a mean square current (A²)."""
+def temperature_after(
+    temperature_c: float, mean_square_a2: float, seconds: float, servo: ServoParameters, *, speed_counts: float = 0.0
+) -> float:
+    """Return the temperature (°C) after `seconds` with a mean square current (A²) and a mean speed (counts/s)."""
     heating = servo.heating_c_per_s * mean_square_a2 / (mean_square_a2 + servo.heating_knee_a**2)
+    heating += servo.heating_c_per_count * abs(speed_counts)
     final = servo.rest_temperature_c + heating * servo.cooling_s
     return final + (temperature_c - final) * math.exp(-seconds / servo.cooling_s)

@@ -77,6 +77,8 @@ class ServoParameters:
     """Heating rate at large currents, °C/s."""
     heating_knee_a: float = 0.4
     """Current at which half of `heating_c_per_s` is reached, A."""
+    heating_c_per_count: float = 0.0
+    """What motion heats beside that, °C a count of travel: gears, brushes, and peaks of current at every start."""
     reboot_s: float = 0.8
     """Time a servo does not answer after REBOOT, s (transcribed HLS documentation)."""
     clamp_goal: bool = False

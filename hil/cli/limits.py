@@ -20,7 +20,10 @@ from hil.recordings.provenance import command_line
 from hil.verdict.limits import read_limits, read_provenance
 from model.units import DEFAULT_LIMITS
 
-POPULATION = "model/units/plausible.py, homed, both sides; and the shipped units of this kind"
+POPULATION = (
+    "model/units/plausible.py, homed, both sides, half of them under conditions of model/units/conditions.py; and the "
+    "shipped units of this kind"
+)
 SHIPPED = "the shipped units of this kind, homed and in ideal zeros, each group of firmware"
 
 

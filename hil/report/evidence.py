@@ -13,7 +13,7 @@ from hil.recordings.recording import Recording
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result
 
-PANEL_OF_UNIT = {"A": "currents", "degC": "temperatures"}
+PANEL_OF_UNIT = {"A": "currents", "°C": "temperatures"}
 """Unit of a metric to the figure that shows it; `codes` for the others."""
 
 

@@ -105,6 +105,7 @@ class Limit:
             source=self.source,
             meaning=advice.meaning,
             remedy=advice.remedy,
+            words=metric.words,
         )
 
 

@@ -125,19 +125,19 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
         header = recording.header
         map_of(header)  # an unknown firmware or window is the file's fault, and no finding about the hand
         if header.experiment == WHOLE_RUN.name:
-            session = _link_judged(recording, _limits_of(header)) if header.finished else None
+            session = _link_judged(recording, limits_of(header)) if header.finished else None
             continue
         if header.experiment not in EXPERIMENTS:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
         if not header.finished:
             continue
-        limits = _limits_of(header)
+        limits = limits_of(header)
         results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
     end = RunEnd(Way.CUT, cut[0].header.experiment, cut=cut) if cut else FINISHED
     done = Validation(results, end, time.perf_counter() - start, whole_run=session)
     if not results:
         return done
-    limits = _limits_of(next(iter(results.values())).recording.header)
+    limits = limits_of(next(iter(results.values())).recording.header)
     done = replace(done, driver=_driver_judged(results, limits))
     return done if done.passed else replace(done, diagnosis=_diagnosed(done, tuple(results), limits))
 
@@ -163,7 +163,12 @@ def _worst(measured: Sequence[Measured]) -> Measured:
     }
 
 
-def _limits_of(header: Header) -> tuple[Limit, ...]:
+def limits_of(header: Header) -> tuple[Limit, ...]:
+    """Return the limits that a recording is judged by.
+
+    Raises:
+        ValueError: the header does not name them, and its unit is none that ships.
+    """
     return load_limits(header.limits or _limits_of_unit(header.unit), header.firmware, guarded=bool(header.safety))
 
 

@@ -91,12 +91,22 @@ def test_a_gain_beyond_the_recorded_currents_is_refused():
         ServoParameters(duty_per_count=0.02)
 
 
-@given(st.floats(20, 80), st.floats(0, 25), st.floats(0, 4000), st.floats(0, 4000))
-def test_temperature_does_not_depend_on_how_often_it_is_updated(start, square, first, second):
-    halfway = temperature_after(start, square, first, HLS3606M)
-    assert temperature_after(halfway, square, second, HLS3606M) == pytest.approx(
-        temperature_after(start, square, first + second, HLS3606M), abs=1e-6
+@given(st.floats(20, 80), st.floats(0, 25), st.floats(-9000, 9000), st.floats(0, 4000), st.floats(0, 4000))
+def test_temperature_does_not_depend_on_how_often_it_is_updated(start, square, speed, first, second):
+    servo = ServoParameters(heating_c_per_count=1e-4)
+    halfway = temperature_after(start, square, first, servo, speed_counts=speed)
+    assert temperature_after(halfway, square, second, servo, speed_counts=speed) == pytest.approx(
+        temperature_after(start, square, first + second, servo, speed_counts=speed), abs=1e-6
     )
+
+
+@given(st.floats(0, 9000), st.floats(0.01, 10.0))
+def test_travel_heats_either_way_by_so_much_a_count(speed, seconds):
+    servo = ServoParameters(heating_c_per_count=1e-4, cooling_s=1e9)
+    rest = servo.rest_temperature_c
+    for direction in (-1, 1):
+        warm = temperature_after(rest, 0.0, seconds, servo, speed_counts=direction * speed)
+        assert warm - rest == pytest.approx(1e-4 * speed * seconds, rel=1e-3, abs=1e-6)
 
 
 @pytest.mark.parametrize(("current_a", "rate"), [(0.22, 0.04), (0.4, 0.08), (0.65, 0.115), (1.0, 0.125)])

@@ -40,15 +40,18 @@ def test_static_current_against_error(error, milliamperes):
     assert 6.5 * static_current(effort, servo) / error == pytest.approx(milliamperes, rel=0.1)
 
 
-def test_heating_while_a_load_is_held():
-    """Recorded: 3 degrees in 19 s of 0.92 A rms, CMC flexion in the sweep of friction, which hardly moves.
-
-    Runs in motion warm by more than the square of their recorded currents tells. A policy reads just before it
-    commands, so that it reads no peak.
-    """
-    servo = UNIT.servos
-    rise = temperature_after(servo.rest_temperature_c, 0.92**2, 19.0, servo) - servo.rest_temperature_c
-    assert rise == pytest.approx(3.0, abs=1.0)
+@pytest.mark.parametrize(
+    ("start", "amperes", "speed", "seconds", "rise"),
+    [
+        pytest.param(28.5, 0.92, 0.0, 19.2, 3.0, id="CMC flexion holds a load"),
+        pytest.param(43.5, 0.52, 1856.0, 15.6, 3.0, id="a finger of a policy that turns a cube"),
+        pytest.param(31.5, 0.67, 3030.0, 6.5, 4.0, id="a finger at full steps"),
+    ],
+)
+def test_heating(start, amperes, speed, seconds, rise):
+    """Recorded rises between readings in whole degrees, with the speeds of the replays of these runs."""
+    warm = temperature_after(start, amperes**2, seconds, UNIT.servos, speed_counts=speed)
+    assert warm - start == pytest.approx(rise, abs=1.5)
 
 
 def test_idle_currents_at_the_open_hand(target):
