@@ -17,6 +17,8 @@ from hil.recordings.recording import Recording
 from model import RoutedHand
 from model.geometry import Side
 
+Floats = NDArray[np.float64]
+
 FIST = np.zeros((2, len(Channel)), np.uint16)
 """Codes of a fist, (2, 7): the fingers first, then the thumb over them. Closed at once, the thumb is in the palm before
 a slow finger, which then stops at it and not at its own end."""
@@ -44,7 +46,6 @@ def simulated_fist(firmware: str, window: str, side: Side) -> NDArray[np.float64
     return closing * (reached[-1] - reached[0])
 
 
-Floats = NDArray[np.float64]
 MOVING = 0.02
 """Part of the window from one reading to the next from which a channel moves."""
 REFRESHED_S = 0.015
