@@ -43,7 +43,7 @@ class CubeWatch:
         """Whether it has fallen."""
         self._looks = self._untouched = self._let_go = 0
         self.postures: list[NDArray[np.float64]] = []
-        """Of hand and cube at the end of each control period, for `model.film.frames`."""
+        """Posture of hand and cube at the end of each control period, for `model.film.frames`."""
 
     def place(self) -> None:
         """Put the cube at rest into the hand; its time begins."""
@@ -82,7 +82,7 @@ class CubeWatch:
 FRAMES_PER_S = 10.0
 """Half the control periods, which is enough to follow and half the file."""
 COLOURS = 64
-"""Of the palette that all frames share, so that what stands still does not flicker."""
+"""Colours of the palette that all frames share, so that what stands still does not flicker."""
 
 
 def write_film(watch: CubeWatch, side: Side, path: Path, period_s: float) -> None:

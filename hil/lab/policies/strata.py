@@ -25,7 +25,7 @@ class Division:
     name: str
     """For people, with the unit of the edges."""
     edges: tuple[float, ...]
-    """Of the strata, lowest first, in that unit."""
+    """Edges of the strata, lowest first, in that unit."""
     value: Callable[[CubeTrial], float]
     """Gives a trial's, in that unit."""
 
