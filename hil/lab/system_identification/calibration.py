@@ -32,8 +32,8 @@ from hil.lab.system_identification.unit_parameters import (
     KEPT,
     UnitModel,
     excited,
-    numbers,
     identifiable_parameters,
+    numbers,
 )
 from hil.lab.workers import leave_interrupts_to_the_parent
 from model.units import Unit
