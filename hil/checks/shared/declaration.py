@@ -38,7 +38,7 @@ from typing import Any, Literal
 from aero.channels import Channel
 from hil.checks.shared.subjects import GROUPS
 
-Side = Literal["above", "below", "both"]
+LimitSide = Literal["above", "below", "both"]
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Check:
     subjects: tuple[str, ...]
     firmware: tuple[str, ...] = ()
     """Versions it holds for; empty for all."""
-    side: Side | None = None
+    side: LimitSide | None = None
     """None when the bound is given."""
     floor: float = 0.0
     recorded: tuple[float, float] | None = None

@@ -106,7 +106,7 @@ def record(
     return recorder.finish()
 
 
-class Driver:
+class Sampler:
     """Moves a target at the encoders' sample rate and records everything it reads."""
 
     def __init__(self, target: Target, recorder: Recorder, progress: Progress, seconds: float) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from hil.checks.shared.experiment import CURRENT_EVERY, TEMPERATURE_EVERY
-from hil.checks.shared.simulated_hand import MODEL_STEP_S, Simulator
+from hil.checks.shared.simulated_hand import MODEL_STEP_S, SimulatedHand
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
 
@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 def follow(
     target: Target,
     recorder: Recorder,
-    simulator: Simulator,
+    simulator: SimulatedHand,
     commands: Floats,
     *,
     period_s: float,

@@ -13,7 +13,7 @@ MODEL_STEP_S = 0.01
 """Time step of the routed hand, and of its trace."""
 
 
-class Simulator(Protocol):
+class SimulatedHand(Protocol):
     """The routed hand as the experiments see it; lengths are (7,) in command order, m and rad."""
 
     @property

@@ -18,8 +18,9 @@ from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]
 
-TAUT_A = 0.08
-"""Spring load from which a cable counts as taut: a quarter of the least a good cable showed."""
+TAUT_A = 0.04
+"""Spring load from which a cable counts as taut. Slack cables of emulated hands read up to 0.01 A; a taut one of weak
+springs reads 0.07 A with the palm down, where the finger's weight closes it."""
 MIDDLE = slice(0.3, 0.8)
 """Part of the sweep whose median stands for the channel: clear of take-up and of end stops."""
 

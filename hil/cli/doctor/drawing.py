@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from hil.cli.doctor.finding import Finding, Verdict
+from hil.cli.doctor.finding import Examined, Verdict
 
 PATIENCE_S = 30.0
 """For one attempt, s; a good one takes about one."""
@@ -53,7 +53,7 @@ def attempt(backend: str | None, patience_s: float = PATIENCE_S) -> Attempt:
     return Attempt(LOADED in ran.stdout, DREW in ran.stdout, said[-1])
 
 
-def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: bool | None = None) -> Finding:
+def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: bool | None = None) -> Examined:
     """Look whether MuJoCo draws.
 
     Args:
@@ -61,13 +61,13 @@ def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: 
         present: whether MuJoCo is installed; looked up when None.
     """
     if not (find_spec("mujoco") is not None if present is None else present):
-        return Finding("drawing", Verdict.OK, "MuJoCo is not installed (extra `emulate`), so nothing draws")
+        return Examined("drawing", Verdict.OK, "MuJoCo is not installed (extra `emulate`), so nothing draws")
     named = os.environ.get("MUJOCO_GL")
     setting = "MUJOCO_GL is not set" if named is None else f"MUJOCO_GL={named}"
     first = tried(named)
     data = {"MUJOCO_GL": named, "loaded": first.loaded, "drew": first.drew}
     if first.drew:
-        return Finding("drawing", Verdict.OK, f"MuJoCo draws; {setting}", data=data)
+        return Examined("drawing", Verdict.OK, f"MuJoCo draws; {setting}", data=data)
     others: list[str | None] = [None] if named is not None and not first.loaded else []
     others += [backend for backend in BACKENDS.get(sys.platform, ()) if backend != named]
     works = next((backend for backend in others if tried(backend).drew), named)
@@ -78,6 +78,8 @@ def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: 
             "install an OpenGL that needs no display (Debian: libegl1 or libosmesa6) and set MUJOCO_GL=egl or osmesa"
         )
     if not first.loaded:
-        return Finding("drawing", Verdict.WRONG, f"MuJoCo cannot be loaded; {setting}: {first.said}", remedy, data=data)
+        return Examined(
+            "drawing", Verdict.WRONG, f"MuJoCo cannot be loaded; {setting}: {first.said}", remedy, data=data
+        )
     found = f"MuJoCo cannot draw; {setting}: {first.said}. Only pictures and videos need it"
-    return Finding("drawing", Verdict.LOOK, found, remedy, data=data | {"works": works})
+    return Examined("drawing", Verdict.LOOK, found, remedy, data=data | {"works": works})

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from aero.clock import Clock
 from aero.safety import Thresholds
 from aero.safety.lateness import WORTH_SAYING_S
-from hil.cli.doctor.finding import Finding, Verdict
+from hil.cli.doctor.finding import Examined, Verdict
 
 TICK_S, TICKS = 0.005, 200
 """A second of ticks, eight in the time between two looks of the guard."""
@@ -24,7 +24,7 @@ def lateness_s(clock: Clock) -> NDArray[np.float64]:
     return late
 
 
-def check_jitter(late_s: NDArray[np.float64], thresholds: Thresholds | None = None) -> Finding:
+def check_jitter(late_s: NDArray[np.float64], thresholds: Thresholds | None = None) -> Examined:
     """Judge how late the ticks came, (n,) s, by what the guard of a hand needs."""
     limits = thresholds or Thresholds()
     worst, usual = float(late_s.max()), float(np.quantile(late_s, 0.99))
@@ -33,5 +33,5 @@ def check_jitter(late_s: NDArray[np.float64], thresholds: Thresholds | None = No
     data = {"worst_ms": 1e3 * worst, "p99_ms": 1e3 * usual, "ticks": len(late_s), "fine_ms": 1e3 * WORTH_SAYING_S}
     remedy = "end what keeps the machine busy; a fault is noticed later by as much as a look is late"
     if worst <= WORTH_SAYING_S:
-        return Finding("jitter", Verdict.OK, found, data=data)
-    return Finding("jitter", Verdict.LOOK if worst <= limits.silent_s else Verdict.WRONG, found, remedy, data=data)
+        return Examined("jitter", Verdict.OK, found, data=data)
+    return Examined("jitter", Verdict.LOOK if worst <= limits.silent_s else Verdict.WRONG, found, remedy, data=data)

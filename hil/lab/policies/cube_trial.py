@@ -48,7 +48,7 @@ AS_MEASURED = Surroundings()
 
 
 @dataclass(frozen=True)
-class Trial:
+class CubeTrial:
     """What one trial came to."""
 
     unit: str
@@ -93,7 +93,7 @@ def run_trial(
     thresholds: Thresholds | None = None,
     script: NDArray[np.float64] | None = None,
     on_step: Callable[[Step], None] = lambda _: None,
-) -> Trial:
+) -> CubeTrial:
     """Run `policy` once from the nominal grasp with the cube put into the hand.
 
     Args:
@@ -143,7 +143,7 @@ def run_trial(
         )
     held_s = len(targets) * (settings.settings or policy.settings).period_s
     travel = np.abs(np.diff(targets, axis=0)).sum(axis=0) / held_s if targets else np.zeros(7)
-    return Trial(
+    return CubeTrial(
         unit=unit.name,
         firmware=firmware,
         seed=seed,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aero.firmware import DEFAULT_FIRMWARE
 from hil.lab.system_identification.trace import CHANNELS, Trace
-from hil.lab.system_identification.trace_replay import Prediction, replay
+from hil.lab.system_identification.trace_replay import ReplayedTrace, replay
 from hil.lab.system_identification.unit_parameters import PHASES_S
 from model.units import Unit
 
@@ -77,7 +77,7 @@ class _Misses:
     """(1, 7)"""
 
 
-def _missed(trace: Trace, predicted: Prediction) -> _Misses:
+def _missed(trace: Trace, predicted: ReplayedTrace) -> _Misses:
     recorded = np.isfinite(trace.temperatures)
     warmed = rise(trace.temperatures) - rise(np.where(recorded, predicted.temperatures, np.nan))
     return _Misses(predicted.counts - trace.counts, predicted.currents - trace.currents, warmed[np.newaxis])

@@ -25,7 +25,7 @@ HALF_A_DEGREE = 0.5
 
 
 @dataclass(frozen=True)
-class Prediction:
+class ReplayedTrace:
     """What the emulated hand read where the recorded hand was read. Arrays as in `Trace`."""
 
     counts: NDArray[np.float64]
@@ -45,7 +45,7 @@ def replay(
     seed: int = 0,
     phase_s: float = 0.0,
     currents: bool = True,
-) -> Prediction:
+) -> ReplayedTrace:
     """Send a trace's commands at their times and read at its read times; servos start as warm as the recorded ones.
 
     Args:
@@ -83,4 +83,4 @@ def replay(
             if currents:
                 amperes[row] = hand.read_currents() * sign
                 degrees[row] = hand.read_temperatures()
-    return Prediction(counts, amperes, degrees)
+    return ReplayedTrace(counts, amperes, degrees)
