@@ -14,7 +14,7 @@ import numpy as np
 from aero.channels import FINGERS, Channel
 from hil.checks.look import questions
 from hil.checks.look.questions import AGAIN, NO, STRAIGHT
-from hil.checks.shared.experiment import Driver, one_closed
+from hil.checks.shared.experiment import Sampler, one_closed
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.onlooker import LookEndedError, Onlooker, Question
 from hil.targets.target import MissingCapabilityError, Target
@@ -44,7 +44,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
         raise MissingCapabilityError("nobody looks at the hand: run `aero-hil validate --look` on a terminal")
     recorder.begin({"nudge_thumb": NUDGE[Channel.THUMB_FLEXOR], "hold_s": HOLD_S})
     moves = 1 + len(Channel) * (2 * TIMES + 2 * TIMES + 2)
-    look = _Look(Driver(target, recorder, progress, moves * HOLD_S), onlooker)
+    look = _Look(Sampler(target, recorder, progress, moves * HOLD_S), onlooker)
     try:
         look.all_open()
         for channel in Channel:
@@ -56,18 +56,18 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 class _Look:
-    def __init__(self, driver: Driver, onlooker: Onlooker) -> None:
-        self._driver = driver
+    def __init__(self, sampler: Sampler, onlooker: Onlooker) -> None:
+        self._sampler = sampler
         self._onlooker = onlooker
 
     def all_open(self) -> None:
         """Ask which digits of the open hand are bent."""
-        self._driver.hold(OPENED, HOLD_S, "open hand")
+        self._sampler.hold(OPENED, HOLD_S, "open hand")
         if self._asked(questions.all_straight()) == NO:
             bent = [channel.label for channel in STRAIGHT if self._asked(questions.straight(channel)) == NO]
         else:
             bent = []
-        self._driver.recorder.note_parameters(bent=" ".join(bent))
+        self._sampler.recorder.note_parameters(bent=" ".join(bent))
 
     def nudged(self, channel: Channel) -> None:
         """Ask what moves when one channel is moved a little."""
@@ -75,11 +75,11 @@ class _Look:
 
         def show() -> None:
             for _ in range(TIMES):
-                self._driver.hold(one_closed(channel, NUDGE[channel]), HOLD_S, motion)
-                self._driver.hold(OPENED, HOLD_S, motion)
+                self._sampler.hold(one_closed(channel, NUDGE[channel]), HOLD_S, motion)
+                self._sampler.hold(OPENED, HOLD_S, motion)
 
         moved = self._asked(questions.which_moved(motion), show)
-        self._driver.recorder.note_parameters(**{f"moved_{channel.label}": moved})
+        self._sampler.recorder.note_parameters(**{f"moved_{channel.label}": moved})
 
     def to_and_fro(self, channel: Channel) -> None:
         """Ask whether the tip follows when one channel is moved to and fro, half closed."""
@@ -87,27 +87,27 @@ class _Look:
         near, far = TO_AND_FRO
 
         def show() -> None:
-            self._driver.hold(one_closed(channel, near), HOLD_S, f"{channel.label}, half closed")
+            self._sampler.hold(one_closed(channel, near), HOLD_S, f"{channel.label}, half closed")
             for _ in range(TIMES):
-                self._driver.hold(one_closed(channel, far), HOLD_S, motion)
-                self._driver.hold(one_closed(channel, near), HOLD_S, motion)
-            self._driver.hold(OPENED, HOLD_S, "open hand")
+                self._sampler.hold(one_closed(channel, far), HOLD_S, motion)
+                self._sampler.hold(one_closed(channel, near), HOLD_S, motion)
+            self._sampler.hold(OPENED, HOLD_S, "open hand")
 
         followed = self._asked(questions.tip_followed(motion), show)
-        self._driver.recorder.note_parameters(**{f"followed_{channel.label}": followed})
+        self._sampler.recorder.note_parameters(**{f"followed_{channel.label}": followed})
 
     def end(self) -> None:
         """Open the hand."""
-        self._driver.resume()
-        self._driver.hold(OPENED, HOLD_S, "open hand")
-        self._driver.recorder.note("the look was ended; the hand is open", "warning")
+        self._sampler.resume()
+        self._sampler.hold(OPENED, HOLD_S, "open hand")
+        self._sampler.recorder.note("the look was ended; the hand is open", "warning")
 
     def _asked(self, question: Question, show: Callable[[], None] = lambda: None) -> str:
         while True:
             show()
             answer = self._onlooker.answer(question)
             # The person took their time, which the samples must not be made up for.
-            self._driver.resume()
-            self._driver.recorder.note(f"{question.text} {answer}")
+            self._sampler.resume()
+            self._sampler.recorder.note(f"{question.text} {answer}")
             if answer != AGAIN:
                 return answer
