@@ -45,9 +45,11 @@ def test_each_subject_of_the_experiment_is_compared():
     assert [finding.subject for finding in failed(findings)] == ["ring"]
 
 
-def test_a_limit_on_what_was_not_measured_is_an_error():
-    with pytest.raises(KeyError):
-        compare(EXPERIMENTS["staircase"], {"index": {"tracking_rms": 0.5}}, (parse_limit(TABLE),))
+def test_a_number_that_was_withheld_is_not_judged_and_one_that_is_not_measurable_fails():
+    findings = compare(
+        EXPERIMENTS["staircase"], {"index": {}, "ring": {"tracking_rms": math.nan}}, (parse_limit(TABLE),)
+    )
+    assert [(finding.subject, finding.passed) for finding in findings] == [("ring", False)]
 
 
 @pytest.mark.parametrize(
