@@ -30,7 +30,7 @@ def recording(name, begins_s, *writes):
 
 AUDIT, HOLDING = recording("audit", 0.0, 1, 2, 3), recording("holding", 0.0, 1, 2, 4)
 WHOLE = replace(AUDIT, wire=(*recording("", 10.0, 1, 2, 3).wire, *recording("", 15.0, 1, 2, 4).wire))
-CALM = {"audit": {"ring": {"pull": 0.5, "followed": 90.0}}, "holding": {}}
+CALM = {"audit": {"ring": {"pull": 0.5, "followed": 97.5}}, "holding": {}}
 
 
 def run(audit=GOOD, holding=BAD):
