@@ -18,11 +18,11 @@ from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
 from aero.safety import unwinding
 from aero.whole_file import write_whole
-from hil.cli.console import console as new_console
 from hil.cli.evaluation_tables import print_figures, print_gaps, print_lost, print_strata, print_survival
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
 from hil.lab.policies.any_cube import ANY_CUBE, over_any, over_corrections, over_disturbances
 from hil.lab.policies.byte_evaluation import (
     Case,

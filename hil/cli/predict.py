@@ -14,10 +14,10 @@ from rich.table import Table
 from aero.firmware import FIRMWARE
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
-from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import SEED, Seconds
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
 from hil.lab.policies.byte_evaluation import run_trials
 from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.deployment import ANY_HAND, Deployment, load_deployments

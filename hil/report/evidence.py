@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from hil.checks import JUDGED, Measuring
-from hil.checks.shared.command_steps import CommandStep, find_steps
 from hil.checks.shared.declaration import Metric
+from hil.checks.shared.signals import CommandStep, find_steps
 from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.recording import Recording
 from hil.verdict.findings import Finding, failed

@@ -12,9 +12,8 @@ import numpy as np
 
 from aero.channels import THUMB, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.command_steps import find_steps
-from hil.checks.shared.signals import display_unit
-from hil.checks.staircase.settled import residuals
+from hil.checks.shared.signals import display_unit, find_steps
+from hil.checks.staircase.tracking import residuals
 from hil.recordings.recording import Recording
 from hil.report.chart import Chart, ChartTrace, Scale, fitted
 from hil.report.chart_svg import sheet_svg

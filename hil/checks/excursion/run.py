@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.checks.excursion.simulated_fist import FIST
+from hil.checks.excursion.measure import FIST
 from hil.checks.shared.experiment import Sampler, one_closed
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target

@@ -9,8 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Sampler
-from hil.checks.shared.loose_grasp import LOOSE_GRASP
+from hil.checks.shared.experiment import LOOSE_GRASP, Sampler
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from aero.channels import FINGERS
 from aero.protocol import MAX_CODE, Opcode
 from hil.checks.response.run import CHANNEL, CYCLES, NOT_ARRIVED
-from hil.checks.shared.command_steps import CommandStep, find_steps
 from hil.checks.shared.exchanges import round_trips
 from hil.checks.shared.experiment import Measured
+from hil.checks.shared.signals import CommandStep, find_steps
 from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
 

@@ -170,3 +170,7 @@ def last_before(times: Floats, values: Floats, t: float) -> Floats:
         raise ValueError(f"no sample before {t:.2f} s; was the recording cut short?")
     sample: Floats = values[row]
     return sample
+
+
+LOOSE_GRASP = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
+"""Parts of each channel's window: half closed, and no digit meets another."""

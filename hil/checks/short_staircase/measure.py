@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Measured
-from hil.checks.shared.signals import display_unit, rms
+from hil.checks.shared.signals import display_unit, find_steps, rms
 from hil.checks.short_staircase.run import SAMPLE_PERIOD_S, STEPS
 from hil.checks.staircase.rise_time import respond
-from hil.checks.staircase.settled import residuals
+from hil.checks.staircase.tracking import residuals
 from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]

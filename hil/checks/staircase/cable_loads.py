@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES, Channel
-from hil.checks.shared.closing_current import closing_current
-from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.signals import closing_current, find_steps
 from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]

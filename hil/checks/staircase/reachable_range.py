@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
-from hil.checks.shared.simulated_hand import SimulatedHand
+from hil.checks.shared.side_by_side import SimulatedHand
 
 Floats = NDArray[np.float64]
 

@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from aero.clock import WallClock
-from hil.cli.doctor.drawing import check_drawing
 from hil.cli.doctor.finding import Examined
 from hil.cli.doctor.hand import check_hand
-from hil.cli.doctor.host_jitter import check_jitter, lateness_s
 from hil.cli.doctor.installation import check_installation
+from hil.cli.doctor.machine import check_drawing, check_jitter, lateness_s
 from hil.cli.doctor.ports import check_ports, holders, list_ports, read_port
 
 

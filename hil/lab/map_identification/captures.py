@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import THUMB, Channel
-from hil.checks.shared.simulated_hand import SimulatedHand
+from hil.checks.shared.side_by_side import SimulatedHand
 
 Floats = NDArray[np.float64]
 

@@ -17,9 +17,8 @@ from aero.policy.running import Run, RunSettings, Step
 from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
-from hil.lab.policies.coarse_hand import CoarseHand, step_codes
 from hil.lab.policies.cube_watch import CubeWatch
-from hil.lab.policies.disturbance import NONE, Disturbance, Disturber
+from hil.lab.policies.disturbance import NONE, CoarseHand, Disturbance, Disturber, step_codes
 from hil.targets.guarding import guard
 from model.cube_plant import CubePlant
 from model.geometry import Side

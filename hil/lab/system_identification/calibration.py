@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aero.firmware import DEFAULT_FIRMWARE
-from hil.lab.system_identification.held_out import held_out
 from hil.lab.system_identification.p_damping import PDampingModel
+from hil.lab.system_identification.replay_score import held_out
 from hil.lab.system_identification.search import (
     Floats,
     Found,

@@ -12,8 +12,7 @@ from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, HandSide
 from firmware_emulator.links.in_process import InProcessLink
-from hil.lab.system_identification.servo_windows import closing_current_sign
-from hil.lab.system_identification.trace import Trace
+from hil.lab.system_identification.trace import Trace, closing_current_sign
 from hil.targets.emulated_hand import build_emulated
 from model.units import Unit
 

@@ -6,10 +6,8 @@ import pytest
 from aero.channels import Channel
 from hil import open_target
 from hil.checks import DEFAULT, EXPERIMENTS, JUDGED
-from hil.checks.shared.closing_current import closing_current
-from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import last_before, map_of, one_closed, record
-from hil.checks.shared.signals import at_times, display_unit, rms
+from hil.checks.shared.signals import at_times, closing_current, display_unit, find_steps, rms
 from model.units.conditions import Conditions
 from tests.support.synthetic import HEADER
 

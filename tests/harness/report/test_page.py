@@ -13,7 +13,7 @@ from synthetic import held, staircase
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS
-from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import table
 from hil.report.chart_svg import TITLE, chart_svg
