@@ -1,17 +1,13 @@
-"""What a person is told on the terminal: before a hand moves, and about a run that failed."""
+"""What a terminal says about a run that failed: findings and causes, then where, why and what to do."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
 from rich.text import Text
 
-from aero.channels import Channel
-from aero.safety import Thresholds
 from hil.checks.shared.subjects import subject_words
-from hil.targets.target import Target
+from hil.report.first_seen import first_seen
 from hil.verdict.judged_run import Validation
 from hil.verdict.next_step import cause_words, on_hand
 from hil.verdict.run_summary import header_of, summary_of
@@ -35,6 +31,8 @@ def told(validation: Validation) -> Iterator[Text]:
         yield _line("perhaps", share)
     if summary.where:
         yield _line("where", summary.where)
+    if since := first_seen(validation, summary.likeliest):
+        yield _line("when", since.sentence)
     if summary.likeliest:
         yield _line("likely", f"{cause_words(summary.likeliest.cause)}, {summary.likeliest.probability:.0%}")
     elif summary.unlike:
@@ -47,34 +45,3 @@ def told(validation: Validation) -> Iterator[Text]:
 
 def _line(label: str, text: str) -> Text:
     return Text.assemble((f"{label:7}", "bold"), " ", text.replace("`", ""))
-
-
-def before_moving(target: Target, furthest: Sequence[float]) -> Table:
-    """Return what a hand reads now, how far each channel is about to be sent, and what would stop it.
-
-    Args:
-        target: the hand; nothing is commanded.
-        furthest: (7,) share of each channel's window, command order.
-
-    Raises:
-        SafetyStopError: a guarded hand is too hot to move, or holds against something.
-    """
-    guard = target.guard
-    if guard is None:
-        currents, temperatures, thresholds = target.hand.read_currents(), target.hand.read_temperatures(), Thresholds()
-    else:
-        health, thresholds = guard.check(), guard.thresholds
-        currents, temperatures = health.currents_a, health.temperatures_c
-    stops = ", ".join(f"{name} {value:g}" for name, value in thresholds.as_dict().items())
-    shown = Table(
-        "Channel", "now, A", "now, °C", "will move to, % of window", box=SIMPLE_HEAD, title_justify="left",
-        title=f"{target.describe()}, {'not guarded' if guard is None else 'guarded'}. Thresholds of the guard: {stops}",
-    )  # fmt: skip
-    for channel in Channel:
-        shown.add_row(
-            channel.label,
-            f"{currents[channel]:+.2f}",
-            f"{temperatures[channel]:.0f}",
-            f"{100 * furthest[channel]:.0f}",
-        )
-    return shown
