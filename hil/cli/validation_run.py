@@ -18,12 +18,13 @@ from rich.text import Text
 
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
-from hil.cli.before_moving import before_moving, told
+from hil.cli.before_moving import before_moving
 from hil.cli.exits import Ended, Exit, ending, given
 from hil.cli.look import ask_on_terminal
 from hil.cli.options import ChosenHand
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
+from hil.cli.told import told
 from hil.cli.viewing import Audience, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import emptied, prepared_folder, run_folder
