@@ -5,6 +5,7 @@ A broken tool must never look like a broken hand, so every ending has a code of 
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import traceback
@@ -14,6 +15,8 @@ from enum import IntEnum
 from typing import Any
 
 import click
+
+_LOG = logging.getLogger(__name__)
 
 
 class Exit(IntEnum):
@@ -132,5 +135,6 @@ def run(command: Callable[[], Any]) -> None:
             traceback.print_exc()
     else:
         return
+    _LOG.info("ended with %d: %s", code, line)
     click.echo(f"Error: {line}", err=True)
     sys.exit(code)

@@ -97,4 +97,5 @@ def _judge(metric: Metric, worse: Worse, subject: str, values: tuple[float, floa
         source=f"baseline {Path(recording).parent}",
         meaning=worse.meaning,
         remedy=f"Compare the recordings of both: `aero-hil diff {recording}` with this run's.",
+        words=f"{metric.words} against the baseline",
     )

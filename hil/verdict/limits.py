@@ -105,6 +105,7 @@ class Limit:
             source=self.source,
             meaning=advice.meaning,
             remedy=advice.remedy,
+            words=metric.words,
         )
 
 
@@ -175,14 +176,15 @@ def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, .
 def compare(measuring: Measuring, measured: Measured, limits: tuple[Limit, ...]) -> tuple[Finding, ...]:
     """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
 
-    Raises:
-        KeyError: a limit is set on something that was not measured.
+    A number that was withheld, because the host was too late to tell, is not there and not judged. One that the hand
+    did not let be measured is NaN, and fails.
     """
     return tuple(
         limit.judge(measuring.metric(limit.metric, subject), subject, float(measured[subject][limit.metric]))
         for limit in limits
         if limit.experiment == measuring.name
         for subject in limit.subjects
+        if limit.metric in measured[subject]
     )
 
 

@@ -39,10 +39,12 @@ def test_the_likeliest_cause_comes_first_with_what_tells_it_from_the_next():
     assert found[0].meaning == f"{CATALOGUE['gear_friction'].meaning}."
     assert found[1].cause == "slack"
     assert found[0].next_look == (
-        "To tell it from slack, measure staircase/take_up of this channel again: this cause does not move it."
+        "To tell it from slack, run `aero-hil validate --only staircase`: "
+        "this cause does not change the slack of the cable of this channel."
     )
-    assert found[1].next_look.startswith(f"To tell it from {found[2].cause}, measure staircase/take_up of this channel")
-    assert found[1].next_look.endswith("this cause moves it.")
+    assert found[2].cause == "late"
+    assert "To tell it from messages that come late, run `aero-hil validate --only staircase`" in found[1].next_look
+    assert found[1].next_look.endswith("this cause changes the slack of the cable of this channel.")
     assert found[-1].next_look == ""
 
 
@@ -56,9 +58,19 @@ def test_a_cause_of_the_whole_hand_is_told_by_how_the_run_ended():
 @pytest.mark.parametrize(
     ("feature", "words"),
     [
-        ("hand/presence/round_trip", "measure presence/round_trip of the hand again: this cause moves it."),
-        ("others/staircase/spring", "measure staircase/spring of the other channels again: this cause moves it."),
-        ("ended/OSError", "validate again and see whether OSError comes to its end."),
+        (
+            "hand/presence/round_trip",
+            "run `aero-hil validate --only presence`: this cause changes the round trip of the hand.",
+        ),
+        (
+            "others/staircase/spring",
+            "run `aero-hil validate --only staircase`: this cause changes the spring load of the other channels.",
+        ),
+        (
+            "hand/session/restarts",
+            "run `aero-hil validate`: this cause changes the number of restarts of the board of the hand.",
+        ),
+        ("ended/OSError", "validate again and see whether the run comes to its end."),
     ],
 )
 def test_where_to_look_next_is_named(feature, words):
@@ -68,5 +80,7 @@ def test_where_to_look_next_is_named(feature, words):
 
 def test_the_smaller_of_two_effects_does_not_move_it():
     words = module._next_look({"own/a/b": 1.0}, {"own/a/b": -2.0}, {}, "slack")
-    assert words.endswith("this cause does not move it.")
-    assert module._next_look({"own/a/b": 2.0}, {"own/a/b": 2.0}, {}, "slack").endswith("does not move it.")
+    assert words.endswith("this cause does not change the b of this channel.")
+    assert module._next_look({"own/a/b": 2.0}, {"own/a/b": 2.0}, {}, "slack").endswith(
+        "does not change the b of this channel."
+    )
