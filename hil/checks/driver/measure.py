@@ -77,16 +77,13 @@ def _sent(recording: Recording, requests: Iterable[_Request]) -> tuple[Floats, i
     if series is None or not recording.wire:
         return _NOTHING, 0
     times = np.array([request.t for request in frames])
-    found, unsent = [], 0
-    for t, end, asked in zip(series.times, np.append(series.times[1:], np.inf), series.values, strict=True):
-        if end - t < SAME_TIME_S:  # of two rows at one time, the first says where the hand stood before
-            continue
-        at = int(np.searchsorted(times, t - SAME_TIME_S))
-        if at < len(frames) and frames[at].t < end - SAME_TIME_S:
-            found.append(_values(frames[at].frame) - asked)
-        else:
-            unsent += 1
-    return np.reshape(found, (-1, len(Channel))), unsent
+    # Of two rows at one time, the first says where the hand stood before.
+    ends = np.append(series.times[1:], np.inf)
+    given = ends - series.times >= SAME_TIME_S
+    first = np.searchsorted(times, series.times[given] - SAME_TIME_S)
+    sent = np.append(times, np.inf)[first] < ends[given] - SAME_TIME_S
+    words = _values([request.frame for request in frames])
+    return words[first[sent]] - series.values[given][sent], int(np.count_nonzero(~sent))
 
 
 def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
@@ -113,29 +110,33 @@ def _unlike(series: Series, asked: Sequence[_Request], opcode: Opcode) -> Floats
 
     Where a link damages or doubles replies, which frame a driver takes is its own affair: it must have come.
     """
-    times = np.array([request.t for request in asked])
-    found = []
-    for t, row in zip(series.times, series.values, strict=True):
-        last = int(np.searchsorted(times, t + SAME_TIME_S)) - 1
-        frames = _frames(asked[last].reply, opcode) if last >= 0 else []
-        if frames:
-            found.append(
-                min((row - _reading(frame, opcode) for frame in frames), key=lambda gap: float(abs(gap).sum()))
-            )
-    return np.reshape(found, (-1, len(Channel)))
-
-
-def _frames(received: bytes, opcode: Opcode) -> list[bytes]:
     head = bytes((opcode, 0))
+    times = np.array([request.t for request in asked])
+    last = np.searchsorted(times, series.times + SAME_TIME_S) - 1
+    whole = np.array([len(request.reply) == FRAME_SIZE and request.reply.startswith(head) for request in asked], bool)
+    plain = (last >= 0) & np.append(whole, False)[last]  # no request before it is at -1, the False
+    replies = [request.reply if good else bytes(FRAME_SIZE) for request, good in zip(asked, whole, strict=True)]
+    gaps = series.values[plain] - _readings(replies, opcode)[last[plain]]
+    others = [
+        min(row - _readings(frames, opcode), key=lambda gap: float(abs(gap).sum()))
+        for at, row in zip(last[~plain], series.values[~plain], strict=True)
+        if at >= 0 and (frames := _frames(asked[at].reply, head))
+    ]
+    return np.concatenate([gaps, np.reshape(others, (-1, len(Channel)))])
+
+
+def _frames(received: bytes, head: bytes) -> list[bytes]:
+    """Return every stretch of bytes that may be a reply."""
     ends = range(FRAME_SIZE, len(received) + 1)
     return [received[end - FRAME_SIZE : end] for end in ends if received[end - FRAME_SIZE :].startswith(head)]
 
 
-def _reading(frame: bytes, opcode: Opcode) -> Floats:
-    values = _values(frame)
+def _readings(frames: Sequence[bytes], opcode: Opcode) -> Floats:
+    values = _values(frames)
     return CURRENT_A * np.where(values > 0x7FFF, values - 0x10000, values) if opcode == Opcode.GET_CURR else values
 
 
-def _values(frame: bytes) -> Floats:
-    """Return the words of a frame in command order, (7,) float."""
-    return np.array(words_of(frame), float)[_SERVO_OF_CHANNEL]
+def _values(frames: Sequence[bytes]) -> Floats:
+    """Return the words of frames in command order, (n, 7) float."""
+    words = np.array([words_of(frame) for frame in frames], float).reshape(-1, len(Channel))
+    return words[:, _SERVO_OF_CHANNEL]
