@@ -16,7 +16,7 @@ from hil.verdict.findings import Finding
 
 LARGEST_BYTES = 16 * 2**20
 """Of the figures of a run, which have some ten thousand."""
-FIELDS = {"passed", "measured", "findings", "sight", "explanations", KEY}
+FIELDS = {"passed", "not_run", "measured", "findings", "sight", "explanations", KEY}
 """Of `checks.json`."""
 
 
