@@ -93,7 +93,7 @@ def ending(error: BaseException) -> tuple[int, str]:
         said = f"{error.name} is not installed; an extra brings it, from a checkout: pip install -e '.[hil]'"
         return Exit.USAGE, f"{said}. `aero-hil doctor` lists the extras"
     if isinstance(error, KeyboardInterrupt):
-        return INTERRUPTED, "interrupted"
+        return INTERRUPTED, str(error) or "interrupted"
     for name, code in CODES:
         module, _, kind = name.rpartition(".")
         if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind, ())):

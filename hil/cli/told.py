@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from hil.checks.shared.subjects import subject_words
+from hil.report.first_seen import first_seen
 from hil.verdict.judged_run import Validation
 from hil.verdict.next_step import cause_words, on_hand
 from hil.verdict.run_summary import header_of, summary_of
@@ -30,6 +31,8 @@ def told(validation: Validation) -> Iterator[Text]:
         yield _line("perhaps", share)
     if summary.where:
         yield _line("where", summary.where)
+    if since := first_seen(validation, summary.likeliest):
+        yield _line("when", since.sentence)
     if summary.likeliest:
         yield _line("likely", f"{cause_words(summary.likeliest.cause)}, {summary.likeliest.probability:.0%}")
     elif summary.unlike:

@@ -20,6 +20,7 @@ from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import Ended, Exit, ending, given
+from hil.cli.look import ask_on_terminal
 from hil.cli.options import ChosenHand
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
@@ -29,6 +30,7 @@ from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.beside_paper import compared, table
 from hil.report.results import write_figures, write_results
+from hil.targets.onlooker import Onlooker
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Result, Validation
@@ -75,7 +77,12 @@ def run(
     result: Validation | None = None
     with viewing(view, hand) as audience:
         try:
-            with emptied(folder), opening as opened, ProgressBar(*columns, console=console, transient=True) as bar:
+            asking = any(EXPERIMENTS[name].asks for name in names)
+            # A bar that moves would draw over the questions.
+            bars = ProgressBar(*columns, console=console, transient=True, disable=asking)
+            with emptied(folder), opening as alone, bars as bar:
+                onlookers = (Onlooker(ask_on_terminal),) if asking else ()
+                opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
                 audience.follow(source_of(opened))
                 if dry_run or opened.guard is not None:
                     console.print(before_moving(opened, _furthest(names or DEFAULT)))

@@ -17,6 +17,7 @@ from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.report.beside_paper import compared, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding
 from hil.report.figures import Drawn, figures_of, traces_of
+from hil.report.first_seen import first_seen
 from hil.report.guard_margins import margins_left
 from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
 from hil.report.lanes import Mark
@@ -101,6 +102,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         first_finding={item.finding.subject: item.anchor for item in reversed(shown)},
         shown=shown,
         summary=summary,
+        since=first_seen(validation, summary.likeliest),
         explained=[item for item in shown if item.finding in summary.explained],
         unexplained=[item for item in shown if item.finding in summary.unexplained],
         looks=[on_hand(cause.next_look, header) for cause in summary.causes],

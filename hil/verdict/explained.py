@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 
 from aero.channels import Channel
@@ -13,11 +13,13 @@ from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.locate import DRIVER_OR_MAP
 from hil.verdict.run_end import Way
-from hil.verdict.signature import Signature
+from hil.verdict.signature import Signature, places, signature
 from hil.verdict.validation import limits_of
 
 EXPECTED = 1.0
 """Compressed place from which on a cause is known to move a reading."""
+TOLD, FAINT = 2, 0.3
+"""Readings that a cause must move, and the part of it below which they count as not moved."""
 
 
 def explained_findings(validation: Validation, cause: Explanation) -> tuple[Finding, ...]:
@@ -83,3 +85,21 @@ def _widen(known: dict[str, tuple[float, float]], features: Signature) -> None:
     for name, value in features.items():
         low, high = known.get(name, (0.0, 0.0))
         known[name] = min(low, value), max(high, value)
+
+
+def missed(validation: Validation, cause: Explanation, experiments: Sequence[str]) -> bool:
+    """Return whether a cause would have been seen in experiments in which nothing is off, had it been there."""
+    if cause.fault is None:
+        return False
+    alike = [entry.features for entry in load_dictionary() if entry.fault.name == cause.fault.name]
+    expected: dict[str, float] = defaultdict(float)
+    for features in alike:
+        for name, value in features.items():
+            if name.split("/")[1] in experiments:
+                expected[name] += value / len(alike)
+    told = {name: value for name, value in expected.items() if abs(value) >= EXPECTED}
+    numbers = {name: validation.results[name].measured for name in experiments}
+    limits = limits_of(validation.results[experiments[0]].recording.header)
+    seen = signature(places(numbers, limits), "", cause.channel)
+    shown = sum(max(0.0, seen.get(name, 0.0) / value) for name, value in told.items())
+    return len(told) >= TOLD and shown < FAINT * len(told)

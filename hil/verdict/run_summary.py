@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from hil.checks import EXPERIMENTS
 from hil.checks.shared.subjects import CHANNELS, subject_words
 from hil.recordings.recording import Header
 from hil.verdict.explained import explained_findings
@@ -76,7 +77,9 @@ def _step(
     if likeliest is not None and (step := step_for(likeliest, header)) is not None:
         return step
     first = findings[0]
-    return NextStep(f"Look at the {subject_words(first.subject)}. {first.remedy}")
+    asked = [name for name, result in validation.results.items() if first in result.findings and EXPERIMENTS[name].asks]
+    command = command_again(header) if asked else ""
+    return NextStep(f"Look at the {subject_words(first.subject)}. {first.remedy}", command)
 
 
 def _where(found: Whereabouts, failures: Sequence[Finding]) -> str:

@@ -186,11 +186,20 @@ def _limits_of_unit(unit: str) -> str:
 
 
 def _diagnosed(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> Diagnosis:
-    """Return where a run's failures come from, and what caused them; nothing where a person or the guard ended it."""
+    """Return where a run's failures come from, and what caused them.
+
+    Nothing is known where a person or the guard ended it, or where a person sees what no reading shows.
+    """
     if done.end.way in {Way.PERSON, Way.GUARD}:
         return HEALTHY
-    numbers = done.numbers
-    return diagnose(numbers, limits, done.end.error_name, [name for name in names if name not in numbers])
+    asking = {name for name, experiment in EXPERIMENTS.items() if experiment.asks}
+    numbers = {name: measured for name, measured in done.numbers.items() if name not in asking}
+    if done.end.error is None and not any(
+        failed(result.findings) for name, result in done.judged.items() if name not in asking
+    ):
+        return HEALTHY
+    left_over = [name for name in names if name not in numbers and name not in asking]
+    return diagnose(numbers, limits, done.end.error_name, left_over)
 
 
 def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:

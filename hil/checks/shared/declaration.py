@@ -10,6 +10,7 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `meaning`, `remedy` | what it usually means when the number is off, or what it is when it has no limit; what to do |
 | `too_low`, `too_high`, each also with `_remedy` | the same where the two sides differ |
 | `missing`, also with `_remedy` | the same where it could not be measured; the texts of both sides when left out |
+| `says` | of a person's answer: the words for 0, 1, 2 and so on |
 | `end_of_scale` | reading at which the board clamps: what is really there may be anything beyond |
 | `side` | which side of the healthy readings is a fault: `above`, `below` or `both` |
 | `floor` | least distance of the limit from any healthy reading: what emulated hands do not vary, such as a busy host |
@@ -134,6 +135,8 @@ class Metric:
     missing: Advice
     """Where it could not be measured."""
     end_of_scale: float = math.inf
+    says: tuple[str, ...] = ()
+    """Words for its values, when it is a person's answer; empty for a number."""
     checks: tuple[Check, ...] = ()
     """Its bounds; none for a number that is measured and not judged."""
     worse: Worse | None = None
@@ -156,6 +159,12 @@ class Metric:
         """What to do on either side."""
         return _either(self.low, self.high).remedy
 
+    def text(self, value: float) -> str:
+        """Return a value as people read it, with its unit."""
+        if math.isnan(value):
+            return "not measurable"
+        return self.says[round(value)] if self.says else f"{value:.4g} {self.unit}"
+
     def advice(self, value: float, at_least: float, at_most: float) -> Advice:
         """Return what a reading means on its side of the middle of its bounds, or that it is not there."""
         if math.isnan(value):
@@ -166,7 +175,7 @@ class Metric:
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
 TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
 SEEN = {"end_of_scale", "differs", "shown_in", "seconds", "worst_at"}
-KNOWN = {"name", "words", "unit", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
+KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
@@ -235,6 +244,7 @@ def _metric(
         low,
         high,
         missing,
+        says=tuple(table.get("says", ())),
         checks=parse_checks(experiment, subjects, table),
         worse=Worse(**table["worse"]) if "worse" in table else None,
         column=Column(**table["column"]) if "column" in table else None,

@@ -93,6 +93,8 @@ class Experiment(Measuring):
     """Whether it holds the thumb at a stop, which a guard permits at limited torque only."""
     by_default: bool = True
     """Whether it runs without being asked for by name."""
+    asks: bool = False
+    """Whether a person answers; no known fault is told from answers."""
 
 
 def record(
