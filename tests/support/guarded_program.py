@@ -161,7 +161,7 @@ class GuardedProgram:
     @step
     def use_in_forked_process(self):
         """Let another process, which has a copy of the hand, command it and close it."""
-        self.hand._owner += 1
+        self.hand._guard._owner += 1
         written = self.exchanges
         try:
             for call in (self.hand.read_codes, lambda: self.hand.command_codes([MAX_CODE] * 7)):
@@ -169,7 +169,7 @@ class GuardedProgram:
                     call()
             self.hand.close()
         finally:
-            self.hand._owner -= 1
+            self.hand._guard._owner -= 1
         assert self.exchanges == written
 
     @step
