@@ -37,7 +37,7 @@ GENERATOR = "model/units/plausible.py, homed, both sides, with a fault of the ca
 def learn(*, campaign: Path, out: Path, detected: Path | None, hands_only: bool) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
     with given(), opened(campaign, read_only=True) as store:
-        outcomes, commands = list(store.outcomes()), store.commands()
+        outcomes, commands = store.whole_outcomes(), store.commands()
         found, seen = entries(outcomes), sights(outcomes)
         faulty = [outcome for outcome in outcomes if len(outcome.trial.faults) == 1 and accused(outcome)]
         write_kept(out, DICTIONARY, faulty)
