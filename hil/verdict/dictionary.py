@@ -46,7 +46,13 @@ def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int
 
 
 def _entry(table: dict[str, Any]) -> Entry:
-    return Entry(table.pop("cause"), parse_fault(table.pop("fault")), table)
+    cause, fault = table.pop("cause"), parse_fault(table.pop("fault"))
+    return Entry(cause, fault, {("hand/" * name.startswith("ended/")) + name: value for name, value in table.items()})
+
+
+def rounded(entry: Entry) -> Entry:
+    """Return an entry as its file keeps it."""
+    return Entry(entry.cause, entry.fault, _rounded(entry.features))
 
 
 def _rounded(features: Signature) -> dict[str, float]:

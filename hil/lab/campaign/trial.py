@@ -93,7 +93,7 @@ def perform(trial: Trial) -> Outcome:
     try:
         with opening as target:
             done = validate(target, trial.experiments)
-            stopped = "" if done.end.finding is None else done.end.finding.sentence
+            stopped = "" if done.end.finding is None else f"{done.end.finding.sentence}. {done.end.reason}".strip()
             ended = done.end.error_name
     except (FaultNeverFiredError, SafetyStopError) as error:
         stopped, ended = stopped or str(error), ended or type(error).__name__
