@@ -16,7 +16,7 @@ import pytest
 from aero.firmware import DEFAULT_FIRMWARE
 
 if TYPE_CHECKING:
-    from aero import AeroHand
+    from aero.hand import Hand
     from hil.faults.fault import Fault
     from hil.targets.target import Target
 
@@ -174,7 +174,7 @@ def aero_target(request: pytest.FixtureRequest) -> Iterator[Target]:
 
 
 @pytest.fixture
-def aero_hand(aero_target: Target) -> AeroHand:
+def aero_hand(aero_target: Target) -> Hand:
     """The driver of the target's hand, commanded open and at rest."""
     hand, clock = aero_target.hand, aero_target.clock
     hand.command_codes([0] * 7)

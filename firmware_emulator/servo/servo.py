@@ -115,7 +115,10 @@ class Servo:
         feedback, memory = self.feedback, self.memory
         feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
         current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
-        feedback.temperature_c = temperature_after(feedback.temperature_c, current_a**2, seconds, self.parameters)
+        speed = self.frame.counts_per_rad * self._shafts.sample().speeds[self._mounting.shaft]
+        feedback.temperature_c = temperature_after(
+            feedback.temperature_c, current_a**2, seconds, self.parameters, speed_counts=speed
+        )
         feedback.status = int(self._protection.status(memory, seconds))
         memory.set("status", feedback.status)
         unload = memory.get("unload_conditions")

@@ -29,6 +29,7 @@ from hil.lab.campaign.trial import Outcome
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import command_line
 from hil.verdict.dictionary import load_dictionary
+from model.units.conditions import KINDS
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""
@@ -36,6 +37,10 @@ MOST = 1_000_000
 
 @click.command()
 @click.option("--healthy", type=click.IntRange(0, MOST), default=0, help="Healthy hands of the population.")
+@click.option(
+    "--condition", "conditions", multiple=True, type=click.Choice(KINDS),
+    help="Find all healthy hands under conditions of this kind, repeatable; without it half of them under every kind.",
+)  # fmt: skip
 @click.option("--shipped", is_flag=True, help="The shipped units, homed and in ideal zeros, on each kind of firmware.")
 @click.option(
     "--fault", "faults", multiple=True,
@@ -63,6 +68,7 @@ MOST = 1_000_000
 def campaign(
     *,
     healthy: int,
+    conditions: tuple[str, ...],
     shipped: bool,
     faults: tuple[str, ...],
     drawn: int,
@@ -82,7 +88,7 @@ def campaign(
     """
     console = new_console()
     with given():
-        trials = healthy_hands(first_seed, healthy, firmware) if healthy else []
+        trials = healthy_hands(first_seed, healthy, firmware, conditions or None) if healthy else []
         trials += shipped_hands() if shipped else []
         trials += drawn_hands(first_seed, drawn, firmware) if drawn else []
         trials += faulty_hands(_written(faults), first_seed, hands, firmware)

@@ -11,7 +11,7 @@ from aero.whole_file import write_whole
 from hil.checks import CHECKS, DEFAULT, WHOLE_RUN
 from hil.cli.exits import given
 from hil.lab.campaign.kept_readings import write_kept
-from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of
+from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of, require_enough
 from hil.lab.campaign.store import NAME, opened
 from hil.lab.campaign.trial import Outcome
 from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
@@ -20,7 +20,10 @@ from hil.recordings.provenance import command_line
 from hil.verdict.limits import read_limits, read_provenance
 from model.units import DEFAULT_LIMITS
 
-POPULATION = "model/units/plausible.py, homed, both sides; and the shipped units of this kind"
+POPULATION = (
+    "model/units/plausible.py, homed, both sides, half of them under conditions of model/units/conditions.py; and the "
+    "shipped units of this kind"
+)
 SHIPPED = "the shipped units of this kind, homed and in ideal zeros, each group of firmware"
 
 
@@ -38,7 +41,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool) -> None:
 
     A campaign of shipped units alone (`--shipped`) makes those kinds of hand anew that depart from the population,
     beside the present limits of the population. One of some experiments alone (`--only`) makes their limits anew,
-    beside the present limits of the others.
+    beside the present limits of the others. A campaign with too few healthy hands for limits is refused.
     """
     with given(), opened(campaign, read_only=True) as store:
         commands = store.commands()
@@ -46,6 +49,8 @@ def limits(*, campaign: Path, out: Path, hands_only: bool) -> None:
         made = kinds_of(outcomes)
         if not made:
             raise ValueError(f"no healthy hand in {campaign / NAME} makes limits; run `aero-hil campaign --healthy`")
+        if DEFAULT_LIMITS in made:
+            require_enough(outcomes)
         by_kind = {kind: [outcome for outcome in outcomes if kind_of(outcome.trial.unit) == kind] for kind in made}
         for kind, hands in by_kind.items():
             write_kept(out, kind, hands)

@@ -149,6 +149,8 @@ def _print(console: Console, result: Validation, out: Path) -> None:
         console.print(Text.assemble(BAD, f" {finding.sentence}. {finding.meaning} {finding.remedy}"))
     for explanation in result.explanations[:SHOWN]:
         console.print(Text.assemble(PERHAPS, f" {explanation.sentence} {explanation.next_look}"))
+    if result.remark:
+        console.print(result.remark)
     verdict = f"{len(failures)} of {len(result.findings)} checks failed" if failures else "within limits"
     console.print(
         f"{verdict}; {result.hand_seconds:.0f} s of hand time in {result.wall_seconds:.1f} s; {out / 'report.html'}"

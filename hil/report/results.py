@@ -78,6 +78,7 @@ def checks_json(validation: Validation) -> dict[str, object]:
     """Return the content of `checks.json`: what every experiment measured, and every finding."""
     return {
         "passed": validation.passed,
+        "not_run": list(validation.left_out),
         "measured": {
             name: {
                 subject: {metric: _jsonable(value) for metric, value in row.items()}

@@ -10,11 +10,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.firmware import firmware_of
+from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
 from firmware_emulator.hand import EmulatedHand
 from hil.faults.fault import Fault
@@ -52,7 +52,7 @@ class Target:
 
     name: str
     """What `--hil` was."""
-    hand: AeroHand
+    hand: Hand
     clock: Clock
     map: ActuationMap
     firmware: str

@@ -39,6 +39,9 @@ class Validation:
     diagnosis: Diagnosis = HEALTHY
     """Where something is wrong, and what; empty for a run without failures."""
 
+    left_out: tuple[str, ...] = ()
+    """Experiments that the guard permits no hand with this firmware; the verdict is on the others."""
+
     @property
     def explanations(self) -> tuple[Explanation, ...]:
         """Causes that may explain what failed, the likeliest first; none for a run without failures."""
@@ -64,6 +67,16 @@ class Validation:
         """Every finding, and the reason for stopping if there is one."""
         found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
         return found if self.end.finding is None else (self.end.finding, *found)
+
+    @property
+    def remark(self) -> str:
+        """What was left out and why, one sentence; empty when nothing was."""
+        if not self.left_out:
+            return ""
+        return (
+            f"Not run, and not judged: {', '.join(self.left_out)}. They push at stops, and this firmware has no torque "
+            "limit, so the guard would stop the hand for its current."
+        )
 
     @property
     def passed(self) -> bool:

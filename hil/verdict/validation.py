@@ -22,6 +22,7 @@ from hil.verdict.explanation import HEALTHY, Diagnosis
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
+from hil.verdict.own_limits import OwnLimits
 from hil.verdict.run_end import FINISHED, RunEnd, Way, broken_off
 from model.units import DEFAULT_LIMITS, shipped_units
 from model.units.naming import PLAUSIBLE, unit_named
@@ -45,6 +46,8 @@ def validate(
 
     Ctrl-C and a signal that `aero.safety.unwinding` turns into an exit end the run and are noted in what is returned.
 
+    The firmware's own speed and torque limits hold meanwhile; those that this program had set are given back.
+
     Args:
         target: the hand; most experiments move it through its whole range.
         names: experiments to run, keys of `EXPERIMENTS`.
@@ -54,7 +57,8 @@ def validate(
         on_result: called with everything so far after each experiment.
 
     Returns:
-        Results up to the first experiment that could not end, or to a failed gate.
+        Results up to the first experiment that could not end, or to a failed gate. What the guard permits no hand with
+        this firmware is left out, and the verdict is on the rest.
 
     Raises:
         OSError: a recording cannot be begun.
@@ -69,12 +73,13 @@ def validate(
 
     def so_far(end: RunEnd = FINISHED) -> Validation:
         measured = {name: result.measured for name, result in results.items()}
-        return Validation(dict(results), end, time.perf_counter() - start, regressions(before, measured, str(baseline)))
+        worse = regressions(before, measured, str(baseline))
+        return Validation(dict(results), end, time.perf_counter() - start, worse, left_out=tuple(left_out))
 
     def recorder(name: str) -> Recorder:
         return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")
 
-    session, end = recorder(WHOLE_RUN.name), FINISHED
+    session, end, limits_on_board = recorder(WHOLE_RUN.name), FINISHED, OwnLimits(target)
     session.begin(from_opening=True)
     for name in names:
         experiment, record = EXPERIMENTS[name], recorder(name)
@@ -84,6 +89,7 @@ def validate(
             break
         try:
             if any(experiment.furthest):
+                limits_on_board.set()
                 target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
             experiment.run(target, record, progress)
         except STOPPING as error:
@@ -91,11 +97,14 @@ def validate(
             break
         results[name] = _judged(experiment, record.finish(), limits)
         on_result(so_far())
+    if left_out and not names:
+        end = _nothing_run(left_out, target.firmware)
+    limits_on_board.give_back()
     whole = session.finish(ended=end.error is None)
     done = replace(so_far(end), session=whole, whole_run=_link_judged(whole, limits))
     if not done.passed:
         done = replace(done, diagnosis=_diagnosed(done, names, limits))
-    return replace(done, end=_without(left_out, target.firmware)) if left_out and end is FINISHED else done
+    return done
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
@@ -153,21 +162,19 @@ def _limits_of_unit(unit: str) -> str:
 
 
 def _diagnosed(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> Diagnosis:
-    """Return where a run's failures come from, and what caused them; nothing for one that a person broke off."""
-    if done.end.way is Way.PERSON:
+    """Return where a run's failures come from, and what caused them; nothing where a person or the guard ended it."""
+    if done.end.way in {Way.PERSON, Way.GUARD}:
         return HEALTHY
     numbers = done.numbers
     return diagnose(numbers, limits, done.end.error_name, [name for name in names if name not in numbers])
 
 
-def _without(left_out: Sequence[str], firmware: str) -> RunEnd:
-    """Return the end of a run that the guard kept from experiments which push at stops."""
-    at, reason = (
-        ", ".join(left_out),
-        (
-            f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, "
-            "and the guard would stop the hand for its current."
-        ),
+def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:
+    """Return the end of a run of nothing but experiments that the guard permits no hand with this firmware."""
+    at = ", ".join(left_out)
+    reason = (
+        f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, and the guard "
+        "would stop the hand for its current."
     )
     return RunEnd(Way.GUARD, at, reason, SafetyStopError(f"{at} not run. {reason}"))
 

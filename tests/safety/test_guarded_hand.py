@@ -227,7 +227,7 @@ def test_a_hand_that_is_unplugged_while_it_is_stopped_was_stopped_by_the_guard()
             target.wire._transport.unplugged = True
             return "it is hot"
 
-        target.hand._watch.temperatures = hot
+        target.hand._guard._lookout.watch.temperatures = hot
         with pytest.raises(SafetyStopError, match=r"it is hot.*SUPPLY OFF") as stop:
             wait(target, 2.0)
     assert ending(stop.value)[0] == 4

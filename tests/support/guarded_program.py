@@ -84,7 +84,8 @@ class GuardedProgram:
         self.hand = guard(
             self.link, self.clock, ActuationMap.for_firmware(firmware), firmware, self._thresholds, standby=None
         )
-        self._ask, self.hand._link.ask = self.hand._link.ask, self._asked
+        link = self.hand._hand._link
+        self._ask, link.ask = link.ask, self._asked
         self.built = faults
         self.over = self.ended = self._restarted_since = self._sent = False
         self.excused = self.said = ""

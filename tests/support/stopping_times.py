@@ -44,8 +44,9 @@ class Stopping:
 
 def _time_to_opening(target: Any, fault: Callable[[Target], None], wait_s: float = 6.0) -> float:
     began, openings = target.clock.now(), []
-    opening = target.hand._open
-    target.hand._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))
+    guard = target.hand._guard
+    opening = guard._open
+    guard._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))
     fault(target)
     with pytest.raises(SafetyStopError):
         wait(target, wait_s)

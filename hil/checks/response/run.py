@@ -57,8 +57,8 @@ def _command(target: Target, recorder: Recorder, fraction: float, fingers: range
     codes[list(fingers)] = round(fraction * MAX_CODE)
     if not recorder.has("command_codes"):
         recorder.add("command_codes", target.clock.now(), np.zeros(len(Channel), np.uint16))
-    recorder.add("command_codes", target.clock.now(), codes)
     target.hand.command_codes(codes)
+    recorder.add("command_codes", target.wire.sent_at, codes)
 
 
 def _read(target: Target, recorder: Recorder) -> np.ndarray[tuple[int], np.dtype[np.uint16]]:

@@ -121,13 +121,18 @@ class Driver:
         self._next = self._target.clock.now()
 
     def hold(self, codes: ArrayLike, seconds: float, doing: str) -> None:
-        """Command codes (7,) at every sample for `seconds`, reading before each command as a policy does."""
-        target, recorder = self._target, self.recorder
+        """Command codes (7,) at every sample for `seconds`, reading before each command as a policy does.
+
+        A host that is late by whole samples leaves them out, so that what follows begins when it was planned.
+        """
+        target, recorder, clock = self._target, self.recorder, self._target.clock
         goal = np.asarray(codes, np.uint16)
-        for _ in range(round(seconds / SAMPLE_S)):
-            clock = target.clock
+        left = round(seconds / SAMPLE_S)
+        while left > 0:
             clock.sleep_until(self._next)
-            self._next += SAMPLE_S
+            missed = min(left - 1, int((clock.now() - self._next) / SAMPLE_S))
+            left -= 1 + missed
+            self._next += (1 + missed) * SAMPLE_S
             codes_read = target.hand.read_codes()
             recorder.add("codes", target.wire.sent_at, codes_read)
             target.hand.command_codes(goal)

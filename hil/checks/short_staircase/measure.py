@@ -10,7 +10,7 @@ from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Measured
 from hil.checks.shared.signals import display_unit, rms
 from hil.checks.short_staircase.run import STEPS
-from hil.checks.staircase.rise_time import respond
+from hil.checks.staircase.rise_time import median_rise, respond
 from hil.checks.staircase.settled import residuals
 from hil.recordings.recording import Recording
 
@@ -36,11 +36,11 @@ def measure(recording: Recording) -> Measured:
             raise ValueError(f"{channel.label} has {len(own)} of {len(STEPS) + 1} steps; was the recording cut short?")
         answers = [(step, respond(step, hand.times, hand.values[:, channel])) for step in own[1:-1]]
         parts = [answer.change / (step.after - step.before) for step, answer in answers]
-        rises = [answer.rise for (_, answer), part in zip(answers, parts, strict=True) if part >= LEAST_PART]
+        made = [answer for (_, answer), part in zip(answers, parts, strict=True) if part >= LEAST_PART]
         _, scale = display_unit(command.units[channel])
         mine = settled[:, channel] & (hand.times > own[0].start) & (hand.times < own[-1].start)
         found[channel.label] = {
-            "rise_hand_ms": 1e3 * float(np.median(rises)) if rises else np.nan,
+            "rise_hand_ms": 1e3 * median_rise(made),
             "tracking_rms": rms(scale * residual[mine, channel]) if mine.any() else np.nan,
             "step_percent": 100.0 * float(np.median(parts)),
         }

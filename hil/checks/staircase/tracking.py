@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aero.channels import Channel
 from hil.checks.shared.command_steps import CommandStep, find_steps
 from hil.checks.shared.signals import display_unit, rms
-from hil.checks.staircase.rise_time import Response, respond
+from hil.checks.staircase.rise_time import Response, median_rise, respond
 from hil.checks.staircase.settled import residuals
 from hil.recordings.recording import Recording
 
@@ -80,7 +80,7 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
             excursion_hand=scale * _span(travel.times, travel.values[:, channel], own),
             tracking_rms=rms(kept),
             rise_model_ms=1e3 * _median([m.rise_on_grid for m, _ in matched]),
-            rise_hand_ms=1e3 * _median([h.rise for _, h in matched]),
+            rise_hand_ms=1e3 * median_rise([h for _, h in matched]),
             overshoot_hand_percent=1e2 * max((h.overshoot for _, h in matched), default=np.nan),
             settled_samples=int(mask.sum()),
             matched_steps=len(matched),

@@ -19,6 +19,7 @@ from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import FINISHED
 from hil.verdict.validation import validate
 from model.geometry import Side
+from model.units.conditions import drawn
 
 
 @dataclass(frozen=True, order=True)
@@ -38,17 +39,21 @@ class Trial:
     faults: tuple[str, ...] = ()
     """As `hil.faults` writes them; none for a healthy hand."""
     experiments: tuple[str, ...] = DEFAULT
+    conditions: tuple[str, ...] = ()
+    """Kinds of condition, none of them a fault, that it is found under, drawn from `seed`."""
 
     @classmethod
     def of(cls, table: Mapping[str, Any]) -> Self:
         """Return the trial that `dataclasses.asdict` and JSON made a table of."""
-        return cls(**{**table, "faults": tuple(table["faults"]), "experiments": tuple(table["experiments"])})
+        lists = {name: tuple(value) for name, value in table.items() if isinstance(value, list)}
+        return cls(**{**table, **lists})
 
     @property
     def key(self) -> str:
         """Name the trial; two trials with one key are the same."""
         zeros = ("homed" if self.homed else "ideal") + (", guarded" if self.guarded else "")
-        parts = (self.unit, self.side, self.firmware, f"seed {self.seed}", zeros)
+        found = [f"under {' + '.join(self.conditions)}"] if self.conditions else []
+        parts = (self.unit, self.side, self.firmware, f"seed {self.seed}", zeros, *found)
         return " | ".join((*parts, " + ".join(self.faults) or "healthy", ",".join(self.experiments)))
 
 
@@ -89,6 +94,7 @@ def perform(trial: Trial) -> Outcome:
         homed=trial.homed,
         guarded=trial.guarded,
         faults=[parse_fault(text) for text in trial.faults],
+        conditions=drawn(trial.seed, trial.conditions) if trial.conditions else None,
     )
     try:
         with opening as target:

@@ -29,6 +29,8 @@ FURTHEST = 0.5
 """How far a limit goes beyond the extreme readings at most, as a part of their range."""
 LEAST_EXCESSES = 8
 """Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
+LEAST_HANDS = math.ceil(LEAST_EXCESSES / TAIL)
+"""Healthy hands without a guard, and with one, from which on the tail of a reading of the whole hand is fitted."""
 SHAPES = (-0.5, 0.1)
 """Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential."""
 

@@ -7,6 +7,8 @@ from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from synthetic import held, staircase
 
 from aero.channels import Channel
@@ -15,7 +17,7 @@ from hil.checks.shared.command_steps import find_steps
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import table
 from hil.report.chart_svg import TITLE, chart_svg
-from hil.report.hand_picture import outline
+from hil.report.hand_picture import convex_hull, outline
 from hil.report.page import render_report
 from hil.report.plots import panels, validation_figure
 from hil.verdict.findings import Finding
@@ -84,6 +86,21 @@ def test_the_thumb_is_drawn_on_the_side_of_the_hand(side):
     assert list(digits) == list(Channel)
     thumb, pinky = digits[Channel.THUMB_FLEXOR].points[-1][0], digits[Channel.PINKY].points[-1][0]
     assert (thumb > pinky) == (side == "right")
+
+
+def turn(a, b, c):
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+PLACES = st.tuples(st.integers(-9, 9), st.integers(-9, 9))
+
+
+@given(st.lists(PLACES, min_size=3, max_size=30).filter(lambda points: any(turn(*points[:2], p) for p in points)))
+def test_a_hull_turns_left_at_every_corner_and_holds_every_point(points):
+    hull = convex_hull(points)
+    for a, b, c in zip(hull, hull[1:] + hull[:1], hull[2:] + hull[:2], strict=True):
+        assert turn(a, b, c) > 0
+        assert all(turn(a, b, point) >= 0 for point in points)
 
 
 def test_every_link_leads_somewhere(spoiled_page):

@@ -169,7 +169,7 @@ def test_the_commands_write_what_ships(tmp_path):
     assert written == {*(f"{kind}.toml" for kind in kinds()), "dictionary.json", "sight.json", "hands"}
     tables = {kind: tomllib.loads((tmp_path / "out" / f"{kind}.toml").read_text()) for kind in kinds()}
     assert {kind: table["provenance"]["hands"] for kind, table in tables.items()} == {
-        "aero_hand_open": 40,
+        "aero_hand_open": 130,
         "ideal_hand": 10,
         "paper_hand": 10,
     }
