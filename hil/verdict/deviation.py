@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aero.channels import Channel
 from hil.checks import CHECKS
 from hil.verdict.ending import CHANNEL_STOPS, ERRORS, HAND_STOPS
-from hil.verdict.signature import Places, compressed
+from hil.verdict.signature import Key, Places, compressed
 
 Floats = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ HAND_READINGS = (
     *(f"ended/{end}" for end in (*HAND_STOPS, *ERRORS)),
 )
 """Entries of `Deviation.hand`."""
-COMMON = 0.5
+COMMON = 0.2
 """Distance from the usual up to which a reading is that of any hand."""
 HAND_WEIGHT = 1.5
 """A hand has one such reading where it has seven of the others."""
@@ -53,6 +53,8 @@ class Deviation:
     """(len(CHANNEL_READINGS), 7)."""
     hand: Floats
     """(len(HAND_READINGS),)."""
+    accused: NDArray[np.int64]
+    """(7,) readings of each channel that are beyond a limit."""
 
     @property
     def energies(self) -> Floats:
@@ -65,13 +67,18 @@ class Deviation:
         return float(self.energies.sum() + np.nansum(self.hand**2))
 
 
-def deviation(found: Places, usual: Mapping[str, float]) -> Deviation:
+def deviation(found: Places, usual: Mapping[str, float], excesses: Mapping[Key, float] | None = None) -> Deviation:
     """Return how a run departs from healthy hands.
 
     Args:
         found: places of the run's readings, see `Limit.place`, and of its ending.
         usual: what a reading, `experiment/metric`, is on most hands once compressed; zero where it is left out.
+        excesses: of the run's readings, see `Limit.excess`; none when None.
     """
+    accused = np.zeros(len(Channel), np.int64)
+    for (experiment, metric, subject), excess in (excesses or {}).items():
+        if abs(excess) > 1.0 and subject in CHANNELS and f"{experiment}/{metric}" != ABOUT_OTHERS:
+            accused[CHANNELS[subject]] += 1
     channels = np.full((len(CHANNEL_READINGS), len(Channel)), np.nan)
     hand = np.full(len(HAND_READINGS), np.nan)
     channels[[name.startswith("ended/") for name in CHANNEL_READINGS]] = 0.0
@@ -83,7 +90,7 @@ def deviation(found: Places, usual: Mapping[str, float]) -> Deviation:
             hand[HAND_READINGS.index(name)] = HAND_WEIGHT * value
         elif subject in CHANNELS and name in CHANNEL_READINGS:
             channels[CHANNEL_READINGS.index(name), CHANNELS[subject]] = value
-    return Deviation(channels, hand)
+    return Deviation(channels, hand, accused)
 
 
 def off(value: float, usual: float) -> float:

@@ -18,6 +18,7 @@ from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.baseline import load, regressions
 from hil.verdict.diagnose import diagnose
+from hil.verdict.ending import Ending
 from hil.verdict.explanation import HEALTHY, Diagnosis
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
@@ -103,7 +104,7 @@ def validate(
     whole = session.finish(ended=end.error is None)
     done = replace(so_far(end), session=whole, whole_run=_link_judged(whole, limits))
     if not done.passed:
-        done = replace(done, diagnosis=_diagnosed(done, names, limits))
+        done = replace(done, diagnosis=_diagnosed(done, limits))
     return done
 
 
@@ -136,7 +137,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     if done.passed or not results:
         return done
     header = next(iter(results.values())).recording.header
-    return replace(done, diagnosis=_diagnosed(done, tuple(results), _limits_of(header)))
+    return replace(done, diagnosis=_diagnosed(done, _limits_of(header)))
 
 
 def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
@@ -161,12 +162,11 @@ def _limits_of_unit(unit: str) -> str:
     return unit_named(unit).limits
 
 
-def _diagnosed(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> Diagnosis:
+def _diagnosed(done: Validation, limits: tuple[Limit, ...]) -> Diagnosis:
     """Return where a run's failures come from, and what caused them; nothing where a person or the guard ended it."""
     if done.end.way in {Way.PERSON, Way.GUARD}:
         return HEALTHY
-    numbers = done.numbers
-    return diagnose(numbers, limits, done.end.error_name, [name for name in names if name not in numbers])
+    return diagnose(done.numbers, limits, Ending.of(done.end))
 
 
 def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:

@@ -44,7 +44,13 @@ def features(run: Deviation) -> dict[str, float]:
     thumb = [row for row, name in enumerate(CHANNEL_READINGS) if name.startswith("coupling/")]
     hand = dict(zip(HAND_READINGS, (np.nan_to_num(run.hand) / HAND_WEIGHT).tolist(), strict=True))
     exchanges = sum(value**2 for name, value in hand.items() if name.partition("/")[2] in EXCHANGES)
+    accused = np.count_nonzero(run.accused)
     return {
+        "no channel is accused": float(accused == 0),
+        "one channel is accused": float(accused == 1),
+        "two channels are accused": float(accused == 2),
+        "four channels are accused": float(accused >= 4),
+        "share of the most accused": float(run.accused.max() / (run.accused.sum() + 0.5)),
         "share of the worst channel": float(first / beyond),
         "share of the next": float(second / beyond),
         "share of the thumb": float(energies[int(Channel.THUMB_ABDUCTION) :].sum() / beyond),

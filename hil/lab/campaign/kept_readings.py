@@ -24,8 +24,8 @@ from hil.verdict.limits import load_limits
 from hil.verdict.signature import Signature, places, signature
 
 FOLDER = "hands"
-"""Beside the data; one file for each kind of hand, and one for the dictionary."""
-DICTIONARY = "dictionary"
+"""Beside the data; one file for each kind of hand, and one for each part of the dictionary."""
+DICTIONARY, DRAWN = "dictionary", "drawn"
 CONFUSED = 2 * LEAST
 """Distance among the readings of healthy hands from which on causes begin to be confused."""
 ROUNDED = 1.001

@@ -33,12 +33,12 @@ def judged(outcome: Outcome) -> dict[Key, float]:
 def seen(outcome: Outcome) -> Places:
     """Return where the readings of a trial lie among those of healthy hands, and how it ended."""
     error = outcome.ended or (GATE if outcome.stopped else "")
-    return places(outcome.numbers, _limits(outcome)) | Ending(error, outcome.stopped).places
+    return {**places(outcome.numbers, _limits(outcome)), **Ending(error, outcome.stopped).places}
 
 
 def diagnosed(outcome: Outcome, reference: Reference) -> Diagnosis:
     """Return what a reference makes of a trial."""
-    return reference.diagnosed(seen(outcome))
+    return reference.diagnosed(seen(outcome), judged(outcome))
 
 
 def telling(outcomes: Iterable[Outcome]) -> list[Outcome]:

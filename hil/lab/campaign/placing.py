@@ -20,7 +20,7 @@ NOTICED = 0.2
 """Median from which on a reading has a usual value that is not zero."""
 SPREAD = 0.3
 """Added to the standard deviation of a feature, so that one that hardly varies is not blown up."""
-PENALTY = 1.0
+PENALTY = 3.0
 """Of the squares of the weights of features in units of their spread; chosen by leaving kinds out."""
 FREE = 0.04
 """Part of the penalty that the constants bear."""

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
 from hil.faults import parse_fault
-from hil.lab.campaign.learning import cause_of, entries, seen, telling
-from hil.lab.campaign.placing import fit_places, usual_readings
+from hil.lab.campaign.learning import cause_of, entries, judged, seen, telling
+from hil.lab.campaign.placing import Floats, fit_places, usual_readings
 from hil.lab.campaign.trial import Outcome
 from hil.verdict.causes import CAUSES
 from hil.verdict.deviation import deviation
 from hil.verdict.dictionary import Entry, rounded
+from hil.verdict.explanation import Place
 from hil.verdict.likeness import Known, Likeness
-from hil.verdict.reference import Reference, Trust
+from hil.verdict.reference import Reference, Trust, best_seats, cause_shares
 from hil.verdict.whereabouts import Placing
 
 SHARPEST, DULLEST = 0.02, 0.5
@@ -38,40 +39,40 @@ def learn(outcomes: Sequence[Outcome], before: Sequence[Entry] = ()) -> Referenc
         raise ValueError("nothing to learn from: no hand with a single fault is accused")
     found = [seen(hand) for hand in hands]
     usual = usual_readings(found)
-    runs = [deviation(one, usual) for one in found]
+    runs = [deviation(one, usual, judged(hand)) for one, hand in zip(found, hands, strict=True)]
     causes = [cause_of(parse_fault(hand.trial.faults[0])) for hand in hands]
     placing = Placing(usual, fit_places(runs, [CAUSES[cause][0] for cause in causes]))
     known = Known([*(rounded(entry) for entry in entries(hands)), *before], usual)
-    held_out = [known.explained(run, leaving_out=index) for index, run in enumerate(runs)]
-    return Reference(known, placing, trust(held_out, causes))
+    held_out = [best_seats(known.explained(run, leaving_out=index)) for index, run in enumerate(runs)]
+    return Reference(known, placing, trust(held_out, causes, [placing.shares(run) for run in runs]))
 
 
-def trust(held_out: Sequence[Sequence[Likeness]], causes: Sequence[str]) -> Trust:
+def trust(
+    held_out: Sequence[Sequence[Likeness]], causes: Sequence[str], places: Sequence[Mapping[Place, float]]
+) -> Trust:
     """Return how far likenesses can be trusted.
 
     Args:
         held_out: of each hand, by what was learned from the others.
         causes: the right one of each.
+        places: how likely each place is, by what all hands taught.
 
     Raises:
         ValueError: of no hand the cause was learned from another.
     """
-    own = [
-        [one.explained for one in likely if one.cause == cause] for likely, cause in zip(held_out, causes, strict=True)
-    ]
-    others = [
-        max(one.explained for one in likely if one.cause != cause)
-        for likely, cause in zip(held_out, causes, strict=True)
-    ]
-    twins = [index for index, shares in enumerate(own) if shares]
+    others = np.array(
+        [
+            max((one.explained for one in likely if one.cause != cause), default=0.0)
+            for likely, cause in zip(held_out, causes, strict=True)
+        ]
+    )
+    twins = [i for i, likely in enumerate(held_out) if any(one.cause == causes[i] for one in likely)]
     if not twins:
         raise ValueError("nothing to trust: every cause has a single hand; draw more of them")
-    best = np.array([max(own[index][0], others[index]) for index in twins])
-    return Trust(
-        tuple(sorted(round(own[index][0], 3) for index in twins)),
-        _sharpness([held_out[index] for index in twins], [causes[index] for index in twins]),
-        _believed(best, np.array(others)),
-    )
+    sharpness = _sharpness([held_out[i] for i in twins], [causes[i] for i in twins])
+    right = [cause_shares(held_out[i], places[i], sharpness)[causes[i]] for i in twins]
+    best = np.array([max(one.explained for one in held_out[i]) for i in twins])
+    return Trust(tuple(sorted(round(share, 4) for share in right)), sharpness, _believed(best, others))
 
 
 def _sharpness(held_out: Sequence[Sequence[Likeness]], causes: Sequence[str]) -> float:
@@ -90,10 +91,10 @@ def _sharpness(held_out: Sequence[Sequence[Likeness]], causes: Sequence[str]) ->
     return round(float(minimize_scalar(loss, bounds=(SHARPEST, DULLEST), method="bounded").x), 3)
 
 
-def _believed(known: np.ndarray, unknown: np.ndarray) -> tuple[float, float]:
+def _believed(known: Floats, unknown: Floats) -> tuple[float, float]:
     """Return slope and constant of the share of known ones at what the best cause explains, both equally likely."""
 
-    def loss(line: np.ndarray) -> float:
+    def loss(line: Floats) -> float:
         slope, constant = line
         missed = (
             np.log1p(np.exp(-(slope * known + constant))).mean() + np.log1p(np.exp(slope * unknown + constant)).mean()
