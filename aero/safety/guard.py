@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 
 import numpy as np
@@ -23,6 +24,7 @@ from aero.safety.stop import LinkLostError, SafetyStopError
 from aero.safety.thresholds import Thresholds
 from aero.safety.watched_clock import WatchedClock
 
+_LOG = logging.getLogger(__name__)
 PROGRAM_ENDED, LINK_LOST = "The program ended", "The link was lost"
 """Why a hand is opened when nothing else was wrong."""
 
@@ -98,6 +100,7 @@ class Guard:
         self._expect_open()
         move_slowly(self.command, self.clock, OPEN, goal, opening_s)
         self.phase = Phase.MOVING
+        _LOG.info("%s: opened slowly, and watched from now on", self._hand.name)
         self.expect_stops(())
 
     def expect_stops(self, channels: tuple[Channel, ...]) -> None:
@@ -211,4 +214,7 @@ class Guard:
             self._stop = f"{self._hand.name}: {done}. {reason}."
             if doubt:
                 self._stop += f" {SWITCH_OFF}, because {doubt}"
+            level = logging.ERROR if doubt else logging.INFO if reason == PROGRAM_ENDED else logging.WARNING
+            _LOG.log(level, self._stop)
+            if doubt:
                 raise kind(self._stop)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -11,6 +12,8 @@ from aero.channels import THUMB, Channel
 from aero.driver import AeroHand
 from aero.firmware import ServoSettings
 from aero.safety.thresholds import Thresholds
+
+_LOG = logging.getLogger(__name__)
 
 
 class KeptLimits:
@@ -67,6 +70,7 @@ class KeptLimits:
         if disturbances == self._disturbances:
             return
         self._send()
+        _LOG.info("%s: speed and torque limits sent again after a disturbance of the link", self._hand.name)
         if restarts != self._restarts:
             self._hand.command_codes(codes)
         self._disturbances, self._restarts = disturbances, restarts

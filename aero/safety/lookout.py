@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -15,6 +16,8 @@ from aero.safety.lateness import Lateness
 from aero.safety.reading import Reading
 from aero.safety.thresholds import Thresholds
 from aero.safety.watch import Watch
+
+_LOG = logging.getLogger(__name__)
 
 
 class Objection(NamedTuple):
@@ -72,12 +75,15 @@ class Lookout:
         silent = False
         if self._hand.silent_from is None:  # else the program has waited for the board
             # What the look before took makes this one not late.
-            self._lateness.began(now, now - max(self._due, self._looked_at + self._thresholds.look_s))
+            late_s = now - max(self._due, self._looked_at + self._thresholds.look_s)
+            if self._lateness.began(now, late_s):
+                _LOG.info("%s: a look began %.2f s late", self._hand.name, late_s)
         try:
             reason = self._unwatched(now, closed) or self._read()
             self._lateness.answered(self._clock.now(), self._clock.now() - now)
             restore()
-        except AeroError:
+        except AeroError as error:
+            _LOG.info("%s: a look was not answered: %s", self._hand.name, error)
             # What the program itself has asked in vain counts too.
             asked = now if self._hand.silent_from is None else min(now, self._hand.silent_from)
             reason = self.watch.unanswered(asked, self._clock.now())

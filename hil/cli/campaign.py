@@ -13,11 +13,10 @@ from aero.firmware import FIRMWARE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
-from hil.cli.console import console as new_console
-from hil.cli.console import description
 from hil.cli.exits import given
 from hil.cli.options import SEED
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar, description
+from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
 from hil.lab.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores

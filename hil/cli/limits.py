@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from aero.whole_file import write_whole
-from hil.checks import CHECKS, DEFAULT, WHOLE_RUN
+from hil.checks import CHECKS, DEFAULT, DRIVER, WHOLE_RUN
 from hil.cli.exits import given
 from hil.lab.campaign.kept_readings import write_kept
 from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of, require_enough
@@ -84,7 +84,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool) -> None:
 def _made_anew(outcomes: Sequence[Outcome]) -> set[str]:
     """Return the experiments that every hand went through; the run as a whole is judged after a whole one."""
     asked = set.intersection(*(set(outcome.trial.experiments) for outcome in outcomes))
-    return asked | {WHOLE_RUN.name} if asked.issuperset(DEFAULT) else asked
+    return asked | {WHOLE_RUN.name, DRIVER.name} if asked.issuperset(DEFAULT) else asked
 
 
 def _beside(present: Provenance, fresh: Provenance, anew: set[str]) -> Provenance:

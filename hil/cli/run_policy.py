@@ -18,10 +18,10 @@ from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction
 from aero.safety import Thresholds
-from hil.cli.console import console as new_console
 from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
 from hil.cli.viewing import telling, viewing, with_view
 from hil.lab.policies.cube_film import write_film
 from hil.lab.policies.cube_watch import CubeWatch

@@ -24,7 +24,7 @@ SPARE = 0.05
 
 
 @dataclass(frozen=True)
-class Trace:
+class ChartTrace:
     """One line, one row of dots, or both."""
 
     across: Floats
@@ -76,7 +76,7 @@ class Chart:
 
     across: Scale
     up: Scale
-    traces: tuple[Trace, ...]
+    traces: tuple[ChartTrace, ...]
     title: str = ""
     right: Scale | None = None
     boxes: tuple[Box, ...] = ()

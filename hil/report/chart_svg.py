@@ -15,7 +15,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
-from hil.report.chart import Chart, Scale, Trace
+from hil.report.chart import Chart, ChartTrace, Scale
 
 INK = "#000000"
 INCH = 720
@@ -155,7 +155,7 @@ def _upright(sheet: Sheet, scale: Scale, places: Ints, ends: tuple[int, int], x:
         sheet.texts.append(Text(far, sum(ends) // 2, scale.label, turned=True))
 
 
-def _paths(trace: Trace, x: Ints, y: Ints) -> list[Path]:
+def _paths(trace: ChartTrace, x: Ints, y: Ints) -> list[Path]:
     found = []
     if trace.width:
         dashes = " ".join(f"{POINT * length:g}" for length in trace.dashes)
@@ -193,7 +193,7 @@ def _steps(x: Ints, y: Ints) -> str:
     return f"M{x[0]} {y[0]}{steps}H{end}"
 
 
-def _legend(sheet: Sheet, traces: Iterable[Trace], x: int, y: int) -> None:
+def _legend(sheet: Sheet, traces: Iterable[ChartTrace], x: int, y: int) -> None:
     """Add the names of traces in a row, each behind a piece of its line."""
     for trace in traces:
         if trace.label:

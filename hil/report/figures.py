@@ -65,7 +65,7 @@ SWEEP = (
     "The channel's own climb and descent. Hand and simulator should lie on each other; dots are the settled residual."
 )
 STEP = "One step at full resolution, a mark a sample: delay, slope and overshoot of simulator and hand."
-THUMB = (
+ABDUCTION_NOTE = (
     "CMC flexion closed at none, half and full abduction. Without abduction the palm stops it half way; with "
     "abduction it passes the palm."
 )
@@ -86,7 +86,7 @@ def _sweeps(recording: Recording) -> dict[str, Panel]:
 
 
 def _thumb(recording: Recording) -> dict[str, Panel]:
-    return {"codes": Panel("Thumb", THUMB, partial(thumb_chart, recording))}
+    return {"codes": Panel("Thumb", ABDUCTION_NOTE, partial(thumb_chart, recording))}
 
 
 PANELS: dict[str, Callable[[Recording], dict[str, Panel]]] = {"sweeps": _sweeps, "thumb": _thumb}

@@ -12,7 +12,7 @@ from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.signals import display_unit
 from hil.recordings.recording import Recording
-from hil.report.chart import Box, Chart, Scale, Trace, nice_ticks
+from hil.report.chart import Box, Chart, ChartTrace, Scale, nice_ticks
 
 COMMAND, READING, SIMULATOR, FOUND = "#777777", "#1f4e9c", "#c0392b", "#e0a3a3"
 """Colours that the page replaces by its own, which follow the reader's light or dark style."""
@@ -59,7 +59,7 @@ def lanes_chart(recording: Recording, lanes: Lanes, marks: Iterable[Mark] = ()) 
     least, span = _scales(recording, lanes)
     layers = (*((name, colour) for name, colour in lanes.behind if name in recording.series), (lanes.series, READING))
     traces = [
-        Trace(
+        ChartTrace(
             recording[name].times,
             _row(channel)
             + HEIGHT * (lanes.scale * recording[name].values[:, channel] - least[channel]) / span[channel],

@@ -8,19 +8,23 @@ from typing import Any, Literal
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.experiment import Details
-from hil.checks.shared.subjects import CHANNELS, SUBJECTS
+from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.report.beside_paper import compared, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding
 from hil.report.figures import Drawn, figures_of, traces_of
+from hil.report.first_seen import first_seen
 from hil.report.guard_margins import margins_left
 from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
 from hil.report.lanes import Mark
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.next_step import cause_words, on_hand
+from hil.verdict.run_summary import summary_of
 from hil.verdict.sight import load_sight
 
 Verdict = Literal["pass", "fail", "broken"]
@@ -78,10 +82,12 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters |= {"marked": marked, "subject": subject_words, "cause": cause_words}
     seen = by_finding(validation.judged)
     sections = _sections(validation, seen)
     shown = _shown(validation, seen, sections)
     header = recordings[0].header
+    summary = summary_of(validation)
     finished = validation.end.finding is None
     return environment.get_template("report.html.j2").render(
         header=header,
@@ -95,6 +101,11 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         states=_states(validation, finished=finished),
         first_finding={item.finding.subject: item.anchor for item in reversed(shown)},
         shown=shown,
+        summary=summary,
+        since=first_seen(validation, summary.likeliest),
+        explained=[item for item in shown if item.finding in summary.explained],
+        unexplained=[item for item in shown if item.finding in summary.unexplained],
+        looks=[on_hand(cause.next_look, header) for cause in summary.causes],
         sections=sections,
         beside=_beside_paper(validation),
         text_rows=text_rows(validation),
@@ -104,6 +115,14 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         margins=margins_left(result.recording for result in validation.results.values()),
         session=WHOLE_RUN.name,
         subjects=SUBJECTS,
+    )
+
+
+def marked(text: str) -> Markup:
+    """Return a text as HTML, with what stands between backticks as code."""
+    parts = text.split("`")
+    return Markup("").join(
+        Markup("<code>{}</code>").format(part) if i % 2 else escape(part) for i, part in enumerate(parts)
     )
 
 

@@ -12,11 +12,10 @@ import numpy as np
 
 from aero.channels import THUMB, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.command_steps import find_steps
-from hil.checks.shared.signals import display_unit
-from hil.checks.staircase.settled import residuals
+from hil.checks.shared.signals import display_unit, find_steps
+from hil.checks.staircase.tracking import residuals
 from hil.recordings.recording import Recording
-from hil.report.chart import Chart, Scale, Trace, fitted
+from hil.report.chart import Chart, ChartTrace, Scale, fitted
 from hil.report.chart_svg import sheet_svg
 
 MARGIN_S = 2.0
@@ -45,14 +44,14 @@ def sweep_chart(recording: Recording, channel: Channel) -> Chart:
     ):
         inside = (series.times >= start) & (series.times <= end)
         values = scale * series.values[inside, channel]
-        traces.append(Trace(series.times[inside], values, colour, dashes, steps=series is command, label=label))
+        traces.append(ChartTrace(series.times[inside], values, colour, dashes, steps=series is command, label=label))
     up = fitted([trace.up for trace in traces], _length_label(unit))
     residual, settled = residuals(recording)
     percent = 100 * residual[:, channel] / np.ptp(command.values[:, channel])
     inside = (hand.times >= start) & (hand.times <= end) & settled[:, channel]
     bound = max(2.0, 1.1 * float(np.abs(percent[inside]).max(initial=0.0)))
     ticks = ((-bound, f"{-bound:.1f}"), (0.0, "0"), (bound, f"{bound:.1f}"))
-    dots = Trace(
+    dots = ChartTrace(
         hand.times[inside], percent[inside], RESIDUAL, width=0.0, dot=1.2, right=True, label="settled residual"
     )
     return Chart(
@@ -78,7 +77,7 @@ def step_chart(recording: Recording, channel: Channel) -> Chart:
     ):
         inside = (series.times >= step.start - 0.06) & (series.times < step.end)
         times, values = 1e3 * (series.times[inside] - step.start), scale * series.values[inside, channel]
-        traces.append(Trace(times, values, colour, dashes, dot=dot, steps=series is command))
+        traces.append(ChartTrace(times, values, colour, dashes, dot=dot, steps=series is command))
     return Chart(
         title=f"One step, {channel.title[0].lower()}{channel.title[1:]}",
         across=fitted([trace.across for trace in traces], "time since the command, ms"),
@@ -104,7 +103,7 @@ def thumb_chart(recording: Recording) -> Chart:
     """Return the thumb's three encoders over the coupling sweep."""
     codes = recording["codes"]
     traces = tuple(
-        Trace(codes.times, 100.0 * codes.values[:, channel] / MAX_CODE, colour, dashes, label=channel.title)
+        ChartTrace(codes.times, 100.0 * codes.values[:, channel] / MAX_CODE, colour, dashes, label=channel.title)
         for channel, (colour, dashes) in zip(THUMB, THUMB_STYLES, strict=True)
     )
     across, up = fitted([codes.times], "time, s"), fitted([trace.up for trace in traces], "encoder, % of window")

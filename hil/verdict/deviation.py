@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.checks import CHECKS
+from hil.checks import CHECKS, DRIVER, JUDGED
 from hil.verdict.ending import CHANNEL_STOPS, ERRORS, HAND_STOPS
-from hil.verdict.signature import Key, Places, compressed
+from hil.verdict.signature import Key, Places, compressed, out_of_limits
 
 Floats = NDArray[np.float64]
 
@@ -23,17 +23,23 @@ HAND = "hand"
 CHANNELS = {channel.label: channel for channel in Channel}
 ABOUT_OTHERS = "audit/others_moved"
 """It says of a channel what the others did."""
+OF_THE_HAND = tuple(
+    check
+    for check in CHECKS
+    if check.experiment != DRIVER.name and not getattr(JUDGED[check.experiment], "asks", False)
+)
+"""Checks that read the hand; the others judge the driver, or ask a person."""
 CHANNEL_READINGS = (
     *dict.fromkeys(
         f"{check.experiment}/{check.metric}"
-        for check in CHECKS
+        for check in OF_THE_HAND
         if check.subjects != (HAND,) and f"{check.experiment}/{check.metric}" != ABOUT_OTHERS
     ),
     *(f"ended/{stop}" for stop in CHANNEL_STOPS),
 )
 """Rows of `Deviation.channels`."""
 HAND_READINGS = (
-    *dict.fromkeys(f"{check.experiment}/{check.metric}" for check in CHECKS if check.subjects == (HAND,)),
+    *dict.fromkeys(f"{check.experiment}/{check.metric}" for check in OF_THE_HAND if check.subjects == (HAND,)),
     *(f"ended/{end}" for end in (*HAND_STOPS, *ERRORS)),
 )
 """Entries of `Deviation.hand`."""
@@ -77,7 +83,7 @@ def deviation(found: Places, usual: Mapping[str, float], excesses: Mapping[Key, 
     """
     accused = np.zeros(len(Channel), np.int64)
     for (experiment, metric, subject), excess in (excesses or {}).items():
-        if abs(excess) > 1.0 and subject in CHANNELS and f"{experiment}/{metric}" != ABOUT_OTHERS:
+        if out_of_limits(excess) and subject in CHANNELS and f"{experiment}/{metric}" != ABOUT_OTHERS:
             accused[CHANNELS[subject]] += 1
     channels = np.full((len(CHANNEL_READINGS), len(Channel)), np.nan)
     hand = np.full(len(HAND_READINGS), np.nan)

@@ -11,6 +11,7 @@ from hil.verdict.ending import Ending
 from hil.verdict.explanation import Diagnosis, Explanation
 from hil.verdict.limits import Limit
 from hil.verdict.locate import MISTAKEN, channels_off, driver_mistaken
+from hil.verdict.next_step import cause_words, metric_words, only
 from hil.verdict.reference import load_reference
 from hil.verdict.signature import Places, Signature, excesses, places, signature
 
@@ -65,12 +66,14 @@ def telling(first: Signature, second: Signature, seen: Mapping[str, float]) -> s
 def _next_look(first: Signature, second: Signature, view: Signature, other: str) -> str:
     feature = telling(first, second, view)
     if feature is None:
-        return f"No further reading tells it from {other}; look at the hand."
+        return f"No further reading tells it from {cause_words(other)}; look at the hand."
     role, _, check = feature.partition("/")
     if check.startswith("ended/"):
-        return f"To tell it from {other}, validate again and see whether it ends in the same way."
+        return f"To tell it from {cause_words(other)}, validate again and see whether the run ends in the same way."
+    experiment, _, metric = check.partition("/")
     where = {"own": "of this channel", "others": "of the other channels", "hand": "of the hand"}[role]
     more = abs(first.get(feature, 0.0)) > abs(second.get(feature, 0.0))
     return (
-        f"To tell it from {other}, measure {check} {where} again: this cause {'moves' if more else 'does not move'} it."
+        f"To tell it from {cause_words(other)}, run `{only(experiment)}`: this cause "
+        f"{'changes' if more else 'does not change'} the {metric_words(experiment, metric)} {where}."
     )

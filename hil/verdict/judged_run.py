@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hil.checks import WHOLE_RUN, Measured
+from hil.checks import DRIVER, WHOLE_RUN, Measured
 from hil.recordings.recording import Recording
 from hil.verdict.explanation import HEALTHY, Diagnosis, Explanation
 from hil.verdict.findings import Finding, failed
@@ -36,6 +36,8 @@ class Validation:
     """Every byte since the hand was opened, for an exact replay; None when judged from files."""
     whole_run: Result | None = None
     """What the bytes of the session say about the link; None when judged without them."""
+    driver: Result | None = None
+    """What the bytes of the experiments say about driver and map; None where no experiment ended."""
     diagnosis: Diagnosis = HEALTHY
     """Where something is wrong, and what; empty for a run without failures."""
 
@@ -49,13 +51,14 @@ class Validation:
 
     @property
     def numbers(self) -> Mapping[str, Measured]:
-        """What was measured: by experiment that could be measured, and `session` for the whole run."""
+        """What was measured: by experiment that could be measured, and `session` and `driver`."""
         return {name: result.measured for name, result in self.judged.items() if result.measured}
 
     @property
     def judged(self) -> Mapping[str, Result]:
-        """Every experiment that ended, and `session`, the whole run."""
-        return dict(self.results) | ({} if self.whole_run is None else {WHOLE_RUN.name: self.whole_run})
+        """Every experiment that ended; `session`, the whole run; `driver`, the bytes of all experiments."""
+        whole = {WHOLE_RUN.name: self.whole_run, DRIVER.name: self.driver}
+        return {**self.results, **{name: result for name, result in whole.items() if result is not None}}
 
     def measured(self, name: str) -> Result | None:
         """Return an experiment's result, None when it did not run or could not be measured."""

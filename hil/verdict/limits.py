@@ -16,7 +16,7 @@ from importlib import resources
 from typing import Any
 
 from aero.firmware import ALIKE
-from hil.checks import Measured, Measuring
+from hil.checks import CHECKS, Measured, Measuring
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.subjects import SUBJECTS
 from hil.verdict.findings import Finding
@@ -91,20 +91,18 @@ class Limit:
         A value that could not be measured (NaN) fails, and so does one at the end of its scale.
         """
         at_the_end = value >= metric.end_of_scale
-        if math.isnan(value):
-            measured = "not measurable"
-        else:
-            measured = f"{value:.4g} {metric.unit}" + (", at the end of the window" if at_the_end else "")
+        measured = metric.text(value) + (", at the end of the window" if at_the_end else "")
         advice = metric.advice(value, self.at_least, self.at_most)
         return Finding(
             check=self.metric,
             subject=subject,
             passed=self.at_least <= value <= self.at_most and not at_the_end,
             measured=measured,
-            expected=self.text(metric.unit),
+            expected=metric.text(self.at_most) if metric.says else self.text(metric.unit),
             source=self.source,
             meaning=advice.meaning,
             remedy=advice.remedy,
+            words=metric.words,
         )
 
 
@@ -119,18 +117,39 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
     """Return the limits for one kind of hand and one firmware, guarded or not.
 
     A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject.
+    A bound that a check gives itself holds for every kind whose file says nothing else.
 
     Raises:
         ValueError: there is no such kind, or its file has a mistake; the message says which.
     """
     extends, limits = read_limits(kind)
-    alike = next((versions for versions in ALIKE if firmware in versions), ())
-    own = tuple(
-        limit
-        for limit in limits
-        if (not limit.firmware or not set(alike).isdisjoint(limit.firmware)) and limit.guarded in (None, guarded)
+    own = tuple(limit for limit in limits if _holds_for(limit, firmware) and limit.guarded in (None, guarded))
+    if extends:
+        return own + without(load_limits(extends, firmware, guarded=guarded), own)
+    return own + without(tuple(limit for limit in given_limits() if _holds_for(limit, firmware)), own)
+
+
+@cache
+def given_limits() -> tuple[Limit, ...]:
+    """Return the bounds that the checks give themselves, which hold for every kind of hand."""
+    return tuple(
+        Limit(
+            check.experiment,
+            check.metric,
+            check.subjects,
+            check.source,
+            check.at_least,
+            check.at_most,
+            firmware=check.firmware,
+        )
+        for check in CHECKS
+        if check.given
     )
-    return own + without(load_limits(extends, firmware, guarded=guarded), own) if extends else own
+
+
+def _holds_for(limit: Limit, firmware: str) -> bool:
+    alike = next((versions for versions in ALIKE if firmware in versions), ())
+    return not limit.firmware or not set(alike).isdisjoint(limit.firmware)
 
 
 def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
@@ -175,14 +194,15 @@ def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, .
 def compare(measuring: Measuring, measured: Measured, limits: tuple[Limit, ...]) -> tuple[Finding, ...]:
     """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
 
-    Raises:
-        KeyError: a limit is set on something that was not measured.
+    A number that was withheld, because the host was too late to tell, is not there and not judged. One that the hand
+    did not let be measured is NaN, and fails.
     """
     return tuple(
         limit.judge(measuring.metric(limit.metric, subject), subject, float(measured[subject][limit.metric]))
         for limit in limits
         if limit.experiment == measuring.name
         for subject in limit.subjects
+        if limit.metric in measured[subject]
     )
 
 

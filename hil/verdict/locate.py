@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 
+from hil.checks import DRIVER
 from hil.verdict.explanation import Diagnosis, Effect, Explanation, LikelyEffect, Place, Whereabouts
-from hil.verdict.signature import Key
+from hil.verdict.signature import Key, out_of_limits
 
-DRIVER_CHECKS = ("commands",)
-"""Checks that compare bytes with what was commanded or read, by name: what fails there is no fault of the hand."""
 DRIVER_OR_MAP = "driver_or_map"
 MISTAKEN = Diagnosis(
     (Whereabouts(Place.HOST_AND_DRIVER, None, 1.0),),
@@ -26,7 +25,7 @@ MISTAKEN = Diagnosis(
 
 def driver_mistaken(excesses: Mapping[Key, float]) -> bool:
     """Return whether a check of the driver failed, by the excesses of a run's readings (`Limit.excess`)."""
-    return any(abs(excess) > 1.0 for (check, _, _), excess in excesses.items() if check in DRIVER_CHECKS)
+    return any(out_of_limits(excess) for (check, _, _), excess in excesses.items() if check == DRIVER.name)
 
 
 def channels_off(excesses: Mapping[Key, float]) -> tuple[tuple[str, float], ...]:

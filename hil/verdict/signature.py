@@ -27,6 +27,11 @@ MOST = 1000.0
 """Place from which on a reading counts as no further off."""
 
 
+def out_of_limits(excess: float) -> bool:
+    """Return whether a reading with this excess (`Limit.excess`) is beyond its limit."""
+    return abs(excess) > 1.0
+
+
 def excesses(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[Key, float]:
     """Return the excess of every judged reading of a run (`Limit.excess`); what was not measured is left out."""
     return {key: limit.excess(value) for key, limit, value in _judged(numbers, limits)}

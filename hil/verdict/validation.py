@@ -11,7 +11,7 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
-from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN, Experiment
+from hil.checks import DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN, Experiment, Measured
 from hil.checks.shared.experiment import map_of
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
@@ -102,7 +102,9 @@ def validate(
         end = _nothing_run(left_out, target.firmware)
     limits_on_board.give_back()
     whole = session.finish(ended=end.error is None)
-    done = replace(so_far(end), session=whole, whole_run=_link_judged(whole, limits))
+    done = replace(
+        so_far(end), session=whole, whole_run=_link_judged(whole, limits), driver=_driver_judged(results, limits)
+    )
     if not done.passed:
         done = replace(done, diagnosis=_diagnosed(done, limits))
     return done
@@ -124,20 +126,21 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
         header = recording.header
         map_of(header)  # an unknown firmware or window is the file's fault, and no finding about the hand
         if header.experiment == WHOLE_RUN.name:
-            session = _link_judged(recording, _limits_of(header)) if header.finished else None
+            session = _link_judged(recording, limits_of(header)) if header.finished else None
             continue
         if header.experiment not in EXPERIMENTS:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
         if not header.finished:
             continue
-        limits = _limits_of(header)
+        limits = limits_of(header)
         results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
     end = RunEnd(Way.CUT, cut[0].header.experiment, cut=cut) if cut else FINISHED
     done = Validation(results, end, time.perf_counter() - start, whole_run=session)
-    if done.passed or not results:
+    if not results:
         return done
-    header = next(iter(results.values())).recording.header
-    return replace(done, diagnosis=_diagnosed(done, _limits_of(header)))
+    limits = limits_of(next(iter(results.values())).recording.header)
+    done = replace(done, driver=_driver_judged(results, limits))
+    return done if done.passed else replace(done, diagnosis=_diagnosed(done, limits))
 
 
 def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
@@ -145,7 +148,28 @@ def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
     return Result(session, measured, compare(WHOLE_RUN, measured, limits))
 
 
-def _limits_of(header: Header) -> tuple[Limit, ...]:
+def _driver_judged(results: Mapping[str, Result], limits: tuple[Limit, ...]) -> Result | None:
+    """Return what the bytes of all experiments say about driver and map, None where no experiment ended."""
+    if not results:
+        return None
+    recordings = [result.recording for result in results.values()]
+    measured = _worst([DRIVER.measure(recording) for recording in recordings])
+    return Result(recordings[-1], measured, compare(DRIVER, measured, limits))
+
+
+def _worst(measured: Sequence[Measured]) -> Measured:
+    return {
+        subject: {name: max(one[subject][name] for one in measured) for name in metrics}
+        for subject, metrics in measured[0].items()
+    }
+
+
+def limits_of(header: Header) -> tuple[Limit, ...]:
+    """Return the limits that a recording is judged by.
+
+    Raises:
+        ValueError: the header does not name them, and its unit is none that ships.
+    """
     return load_limits(header.limits or _limits_of_unit(header.unit), header.firmware, guarded=bool(header.safety))
 
 
@@ -163,10 +187,19 @@ def _limits_of_unit(unit: str) -> str:
 
 
 def _diagnosed(done: Validation, limits: tuple[Limit, ...]) -> Diagnosis:
-    """Return where a run's failures come from, and what caused them; nothing where a person or the guard ended it."""
+    """Return where a run's failures come from, and what caused them.
+
+    Nothing is known where a person or the guard ended it, or where a person sees what no reading shows.
+    """
     if done.end.way in {Way.PERSON, Way.GUARD}:
         return HEALTHY
-    return diagnose(done.numbers, limits, Ending.of(done.end))
+    asking = {name for name, experiment in EXPERIMENTS.items() if experiment.asks}
+    numbers = {name: measured for name, measured in done.numbers.items() if name not in asking}
+    if done.end.error is None and not any(
+        failed(result.findings) for name, result in done.judged.items() if name not in asking
+    ):
+        return HEALTHY
+    return diagnose(numbers, limits, Ending.of(done.end))
 
 
 def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:

@@ -69,7 +69,7 @@ class Conditions:
 
 
 @dataclass(frozen=True)
-class Range:
+class Spread:
     """From where to where something lies, and why."""
 
     kind: str
@@ -91,16 +91,16 @@ class Range:
 
 
 RANGES = (
-    Range("gravity", "tilt_rad", 0.0, math.pi, "on its back on a bench, on an arm in any position, palm down"),
-    Range("gravity", "heading_rad", 0.0, 2.0 * math.pi, "to which side it is tilted"),
-    Range("temperature", "room_c", 10.0, 30.0, "an unheated workshop to a summer's day"),
-    Range(
+    Spread("gravity", "tilt_rad", 0.0, math.pi, "on its back on a bench, on an arm in any position, palm down"),
+    Spread("gravity", "heading_rad", 0.0, 2.0 * math.pi, "to which side it is tilted"),
+    Spread("temperature", "room_c", 10.0, 30.0, "an unheated workshop to a summer's day"),
+    Spread(
         "temperature", "work", 0.0, 1.0, "just switched on to after work: 10 to 45 °C; beyond, the guard may stop it"
     ),
-    Range("supply", "supply_ratio", 0.9, 1.1, "5.4 to 6.6 V: bench supply or battery; units differ as much"),
-    Range("lateness", "late_s", 0.0, 0.010, "a desktop without a real-time kernel; the guard bears far more"),
-    Range("settings", "torque", 300.0, 1023.0, "grasping at low torque to the register's end", whole=True),
-    Range("settings", "speed", 100.0, 32766.0, "slow demonstrations to no limit", logarithmic=True, whole=True),
+    Spread("supply", "supply_ratio", 0.9, 1.1, "5.4 to 6.6 V: bench supply or battery; units differ as much"),
+    Spread("lateness", "late_s", 0.0, 0.010, "a desktop without a real-time kernel; the guard bears far more"),
+    Spread("settings", "torque", 300.0, 1023.0, "grasping at low torque to the register's end", whole=True),
+    Spread("settings", "speed", 100.0, 32766.0, "slow demonstrations to no limit", logarithmic=True, whole=True),
 )
 KINDS = tuple(dict.fromkeys(span.kind for span in RANGES))
 """Kinds of condition."""

@@ -8,9 +8,8 @@ from aero.actuation.fingerprint import fits_span
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.audit.run import NUDGE
-from hil.checks.shared.closing_current import closing_current
-from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Measured, last_before, map_of
+from hil.checks.shared.signals import closing_current, find_steps
 from hil.recordings.recording import Recording
 
 

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from aero.channels import FINGERS
 from aero.protocol import MAX_CODE, Opcode
-from hil.checks.response.run import CHANNEL, CYCLES
-from hil.checks.shared.command_steps import CommandStep, find_steps
+from hil.checks.response.run import CHANNEL, CYCLES, NOT_ARRIVED
 from hil.checks.shared.exchanges import round_trips
 from hil.checks.shared.experiment import Measured
+from hil.checks.shared.signals import CommandStep, find_steps
 from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
 
@@ -34,7 +34,7 @@ def measure(recording: Recording) -> Measured:
     goals = goal_at(commands, fast.times)
     asked = requests[codes.times >= cycles]
     _, trips = round_trips(recording.wire)
-    arrived = not any(event.severity == "warning" for event in recording.events)
+    arrived = not any(event.text == NOT_ARRIVED for event in recording.events)
     rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
     return {
         "hand": {

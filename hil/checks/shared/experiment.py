@@ -93,6 +93,8 @@ class Experiment(Measuring):
     """Whether it holds the thumb at a stop, which a guard permits at limited torque only."""
     by_default: bool = True
     """Whether it runs without being asked for by name."""
+    asks: bool = False
+    """Whether a person answers; no known fault is told from answers."""
 
 
 def record(
@@ -104,7 +106,7 @@ def record(
     return recorder.finish()
 
 
-class Driver:
+class Sampler:
     """Moves a target at the encoders' sample rate and records everything it reads."""
 
     def __init__(self, target: Target, recorder: Recorder, progress: Progress, seconds: float) -> None:
@@ -168,3 +170,7 @@ def last_before(times: Floats, values: Floats, t: float) -> Floats:
         raise ValueError(f"no sample before {t:.2f} s; was the recording cut short?")
     sample: Floats = values[row]
     return sample
+
+
+LOOSE_GRASP = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
+"""Parts of each channel's window: half closed, and no digit meets another."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.checks.shared.command_steps import CommandStep
+from hil.checks.shared.signals import CommandStep
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from hil.verdict.ending import GATE, Ending
 from hil.verdict.explanation import Diagnosis
 from hil.verdict.limits import Limit, load_limits
 from hil.verdict.reference import Reference
-from hil.verdict.signature import Key, Places, excesses, places, signature
+from hil.verdict.signature import Key, Places, excesses, out_of_limits, places, signature
 from model.units.naming import unit_named
 
 
@@ -22,7 +22,7 @@ def cause_of(fault: Fault) -> str:
 
 def accused(outcome: Outcome) -> bool:
     """Return whether the present limits accuse the hand of a trial."""
-    return bool(outcome.stopped) or any(abs(excess) > 1.0 for excess in judged(outcome).values())
+    return bool(outcome.stopped) or any(out_of_limits(excess) for excess in judged(outcome).values())
 
 
 def judged(outcome: Outcome) -> dict[Key, float]:

@@ -13,6 +13,7 @@ from hil.lab.campaign.learning import accused, cause_of, diagnosed, judged
 from hil.lab.campaign.trial import Outcome
 from hil.verdict.reference import Reference
 from hil.verdict.sight import Seen, Sight
+from hil.verdict.signature import out_of_limits
 
 CONFIDENCE = 0.95
 NOT_FIRED = "FaultNeverFiredError"
@@ -81,7 +82,7 @@ def _detection(name: str, severity: float, group: Sequence[Outcome], reference: 
             furthest = max(furthest, *map(abs, judged(outcome).values()), 0.0)
             continue
         found += 1
-        for check in {f"{key[0]}/{key[1]}" for key, excess in judged(outcome).items() if abs(excess) > 1.0}:
+        for check in {f"{key[0]}/{key[1]}" for key, excess in judged(outcome).items() if out_of_limits(excess)}:
             failed[check] += 1
         if outcome.stopped:
             failed[f"stopped: {outcome.ended or 'gate'}"] += 1
@@ -101,7 +102,7 @@ def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
     by_check: dict[str, int] = defaultdict(int)
     for outcome in healthy:
         for key, excess in judged(outcome).items():
-            if abs(excess) > 1.0:
+            if out_of_limits(excess):
                 by_check["/".join(key)] += 1
     return Share(sum(map(accused, healthy)), len(healthy)), dict(by_check)
 
@@ -131,7 +132,7 @@ def sights(outcomes: Sequence[Outcome]) -> dict[str, Sight]:
     found: dict[tuple[str, float], dict[str, int]] = defaultdict(lambda: defaultdict(int))
     for outcome in outcomes:
         excesses = judged(outcome)
-        failing = {f"{key[0]}/{key[1]}" for key, excess in excesses.items() if abs(excess) > 1.0}
+        failing = {f"{key[0]}/{key[1]}" for key, excess in excesses.items() if out_of_limits(excess)}
         if not outcome.trial.faults:
             for check in {f"{key[0]}/{key[1]}" for key in excesses}:
                 judged_hands[check] += 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binomtest, bootstrap
 
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 
 CONFIDENCE = 0.95
 RESAMPLES = 9999
@@ -67,7 +67,7 @@ def predicted(
     )
 
 
-def of_trials(name: str, trials: Sequence[Trial], seed: int) -> Prediction:
+def of_trials(name: str, trials: Sequence[CubeTrial], seed: int) -> Prediction:
     """Return what trials through the bytes say."""
     return predicted(
         name,

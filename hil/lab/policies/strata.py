@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 
 from aero.whole_file import whole
 from hil.lab.policies.byte_evaluation import TURNS_RAD_S
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.prediction import CONFIDENCE, Interval
 
 
@@ -24,7 +24,7 @@ class Division:
     """For people, with the unit of the edges."""
     edges: tuple[float, ...]
     """Of the strata, lowest first, in that unit."""
-    value: Callable[[Trial], float]
+    value: Callable[[CubeTrial], float]
     """Gives a trial's, in that unit."""
 
     def label(self, stratum: int) -> str:
@@ -63,7 +63,7 @@ def share(flags: Sequence[bool]) -> tuple[float, Interval]:
     return sum(flags) / len(flags), (float(found.low), float(found.high))
 
 
-def stratum(label: str, trials: Sequence[Trial]) -> Stratum:
+def stratum(label: str, trials: Sequence[CubeTrial]) -> Stratum:
     """Return what these trials came to."""
     kept, kept_interval = share([one.kept for one in trials])
     turned, turned_interval = share([one.rate_rad_s > TURNS_RAD_S for one in trials])
@@ -71,7 +71,7 @@ def stratum(label: str, trials: Sequence[Trial]) -> Stratum:
     return Stratum(label, len(trials), kept, kept_interval, rate, turned, turned_interval)
 
 
-def strata(trials: Sequence[Trial]) -> list[Stratum]:
+def strata(trials: Sequence[CubeTrial]) -> list[Stratum]:
     """Return all trials, then those of each stratum of each division, then those of each hand."""
     found = [stratum("all", trials)]
     for division in DIVISIONS:
@@ -84,7 +84,7 @@ def strata(trials: Sequence[Trial]) -> list[Stratum]:
     return found
 
 
-def strata_picture(trials: Sequence[Trial], path: Path) -> None:
+def strata_picture(trials: Sequence[CubeTrial], path: Path) -> None:
     """Draw rate and share kept of each stratum, with the single trials behind."""
     figure = Figure(figsize=(11, 6), layout="constrained")
     grid = figure.subplots(2, len(DIVISIONS), sharex="col", sharey="row")

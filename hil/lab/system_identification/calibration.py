@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aero.firmware import DEFAULT_FIRMWARE
-from hil.lab.system_identification.held_out import held_out
 from hil.lab.system_identification.p_damping import PDampingModel
+from hil.lab.system_identification.replay_score import held_out
 from hil.lab.system_identification.search import (
     Floats,
     Found,
@@ -25,7 +25,7 @@ from hil.lab.system_identification.search import (
     spreads,
 )
 from hil.lab.system_identification.trace import Trace
-from hil.lab.system_identification.trace_replay import Prediction, replay
+from hil.lab.system_identification.trace_replay import ReplayedTrace, replay
 from hil.lab.system_identification.uncertainty import Intervals, covariance, intervals
 from hil.lab.system_identification.unit_parameters import FREE, KEPT, UnitModel, excited, numbers, told_by
 from hil.lab.workers import leave_interrupts_to_the_parent
@@ -56,7 +56,7 @@ class Calibration:
         """Return the fit's error by trace and channel, (traces, 7) counts rms, readings on their best phase."""
         return np.array([np.sqrt(np.mean(r**2, axis=0)) for r in self.found.residuals])
 
-    def predictions(self) -> tuple[Prediction, ...]:
+    def predictions(self) -> tuple[ReplayedTrace, ...]:
         """Return each trace as the fitted unit predicts it."""
         return tuple(
             replay(trace, self.unit, firmware=self.firmware, phase_s=phase)

@@ -12,8 +12,7 @@ from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, HandSide
 from firmware_emulator.links.in_process import InProcessLink
-from hil.lab.system_identification.servo_windows import closing_current_sign
-from hil.lab.system_identification.trace import Trace
+from hil.lab.system_identification.trace import Trace, closing_current_sign
 from hil.targets.emulated_hand import build_emulated
 from model.units import Unit
 
@@ -25,7 +24,7 @@ HALF_A_DEGREE = 0.5
 
 
 @dataclass(frozen=True)
-class Prediction:
+class ReplayedTrace:
     """What the emulated hand read where the recorded hand was read. Arrays as in `Trace`."""
 
     counts: NDArray[np.float64]
@@ -45,7 +44,7 @@ def replay(
     seed: int = 0,
     phase_s: float = 0.0,
     currents: bool = True,
-) -> Prediction:
+) -> ReplayedTrace:
     """Send a trace's commands at their times and read at its read times; servos start as warm as the recorded ones.
 
     Args:
@@ -83,4 +82,4 @@ def replay(
             if currents:
                 amperes[row] = hand.read_currents() * sign
                 degrees[row] = hand.read_temperatures()
-    return Prediction(counts, amperes, degrees)
+    return ReplayedTrace(counts, amperes, degrees)

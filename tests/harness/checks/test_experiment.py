@@ -6,10 +6,8 @@ import pytest
 from aero.channels import Channel
 from hil import open_target
 from hil.checks import DEFAULT, EXPERIMENTS, JUDGED
-from hil.checks.shared.closing_current import closing_current
-from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import last_before, map_of, one_closed, record
-from hil.checks.shared.signals import at_times, display_unit, rms
+from hil.checks.shared.signals import at_times, closing_current, display_unit, find_steps, rms
 from model.units.conditions import Conditions
 from tests.support.synthetic import HEADER
 
@@ -20,7 +18,7 @@ def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
     asked_for = {"short_staircase", "repeatability", "window", "homing"}
     assert list(EXPERIMENTS) == order.split()
     assert list(DEFAULT) == [name for name in order.split() if name not in asked_for]
-    assert list(JUDGED) == [*order.split(), "session"]
+    assert list(JUDGED) == [*order.split(), "session", "driver"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
     pushing = [name for name, experiment in EXPERIMENTS.items() if experiment.pushes_at_stops]

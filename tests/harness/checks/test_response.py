@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from aero.protocol import MAX_CODE, Opcode
 from hil.checks.response import measure as response
 from hil.checks.response import run
-from hil.checks.shared.command_steps import CommandStep
+from hil.checks.shared.signals import CommandStep
 from hil.recordings.recording import Event, Recording, Series
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS

@@ -9,11 +9,9 @@ from hypothesis import strategies as st
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
-from hil.checks.shared.command_steps import CommandStep, find_steps
-from hil.checks.shared.signals import at_times
+from hil.checks.shared.signals import CommandStep, at_times, find_steps
 from hil.checks.staircase.rise_time import Response, median_rise, respond
-from hil.checks.staircase.settled import quiet_command, quiet_trace, residuals
-from hil.checks.staircase.tracking import staircase_metrics
+from hil.checks.staircase.tracking import quiet_command, quiet_trace, residuals, staircase_metrics
 
 
 @given(st.floats(0.02, 0.08), st.floats(1e-4, 1.0), st.booleans(), st.floats(0.0, 0.02))

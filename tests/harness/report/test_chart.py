@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.report.chart import MOST_TICKS, Box, Chart, Scale, Trace, fitted, nice_ticks
+from hil.report.chart import MOST_TICKS, Box, Chart, ChartTrace, Scale, fitted, nice_ticks
 from hil.report.chart_svg import INCH, chart_svg, sheet_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -27,7 +27,7 @@ def drawn(svg, colour=RED):
 
 
 def chart(across, up, **options):
-    trace = Trace(np.asarray(across, float), np.asarray(up, float), RED, **options)
+    trace = ChartTrace(np.asarray(across, float), np.asarray(up, float), RED, **options)
     return Chart(fitted([trace.across], "time, s"), fitted([trace.up], "A"), (trace,))
 
 
@@ -81,14 +81,14 @@ def test_a_step_holds_until_the_next_sample():
 
 
 def test_what_lies_beyond_a_scale_is_cut():
-    trace = Trace(np.array([-1.0, 0.5, 9.0]), np.array([0.0, 5.0, 0.0]), RED, dot=2.0, width=0.0)
+    trace = ChartTrace(np.array([-1.0, 0.5, 9.0]), np.array([0.0, 5.0, 0.0]), RED, dot=2.0, width=0.0)
     assert chart_svg(Chart(Scale(0, 1, ()), Scale(0, 1, ()), (trace,))).count("h0") == 1
 
 
 def test_texts_are_escaped_and_boxes_are_behind():
     scale = Scale(0, 1, ((0.5, "<b>"),), "a & b")
     svg = chart_svg(
-        Chart(scale, scale, (Trace(np.arange(2.0), np.arange(2.0), RED),), boxes=(Box(0, 1, 0, 1, "#00ff00"),))
+        Chart(scale, scale, (ChartTrace(np.arange(2.0), np.arange(2.0), RED),), boxes=(Box(0, 1, 0, 1, "#00ff00"),))
     )
     texts = [text.text for text in ElementTree.fromstring(svg).iter(f"{SVG}text")]
     assert texts.count("<b>") == 2

@@ -13,7 +13,7 @@ from synthetic import held, staircase
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS
-from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import table
 from hil.report.chart_svg import TITLE, chart_svg
@@ -69,7 +69,9 @@ class Elements(HTMLParser):
 
 def test_the_verdict_comes_first_and_failures_say_what_to_do(spoiled_page):
     body = spoiled_page[spoiled_page.index("<body>") :]
-    assert body.index("Out of limits") < body.index("A loose cable.") < body.index("Tighten it.") < body.index("<table")
+    order = ["Out of limits", "<dt>Where</dt><dd>index finger", "Do this", "Look at the index finger. Tighten it."]
+    places = [body.index(text) for text in (*order, "1 of 2 checks failed", "A loose cable.", "<table")]
+    assert places == sorted(places)
     assert "1 of 2 checks failed" in body
     assert "slow &lt;servo&gt;" not in body[: body.index('id="experiments"')]
 

@@ -3,6 +3,7 @@
 import pytest
 
 from aero.channels import Channel
+from hil.checks import DRIVER
 from hil.faults import CATALOGUE, parse_fault
 from hil.verdict import diagnose as module
 from hil.verdict.diagnose import diagnose, telling
@@ -10,7 +11,7 @@ from hil.verdict.dictionary import Entry
 from hil.verdict.ending import Ending
 from hil.verdict.explanation import Effect, Place
 from hil.verdict.limits import Limit
-from hil.verdict.locate import DRIVER_CHECKS, DRIVER_OR_MAP
+from hil.verdict.locate import DRIVER_OR_MAP
 from tests.support.references import reference_of
 
 LIMITS = tuple(
@@ -19,7 +20,7 @@ LIMITS = tuple(
         ("staircase", "friction", ("index", "ring")),
         ("staircase", "take_up", ("index", "ring")),
         ("presence", "round_trip", ("hand",)),
-        (DRIVER_CHECKS[0], "order", ("ring",)),
+        (DRIVER.name, "order", ("ring",)),
     )
 )
 ENTRIES = tuple(
@@ -50,7 +51,8 @@ def test_the_likeliest_cause_comes_first_with_what_tells_it_from_the_next():
     assert found[0].meaning == f"{CATALOGUE['gear_friction'].meaning}."
     assert found[1].cause == "cable_long"
     assert found[0].next_look == (
-        "To tell it from cable_long, measure staircase/take_up of this channel again: this cause does not move it."
+        "To tell it from cable long, run `aero-hil validate --only staircase`: "
+        "this cause does not change the slack of the cable of this channel."
     )
     assert found[-1].next_look == ""
     assert (told.where[0].place, told.where[0].channel) == (Place.ONE_CHANNEL, Channel.RING)
@@ -66,7 +68,7 @@ def test_a_cause_of_the_whole_hand_is_told_by_how_the_run_ended():
 
 
 def test_a_failed_check_of_the_driver_is_the_cause_whatever_the_hand_reads():
-    numbers = {DRIVER_CHECKS[0]: {"ring": {"order": 5.0}}, "staircase": {"ring": {"friction": 9.0}}}
+    numbers = {DRIVER.name: {"ring": {"order": 5.0}}, "staircase": {"ring": {"friction": 9.0}}}
     told = diagnose(numbers, LIMITS, Ending())
     assert told.where[0].place is Place.HOST_AND_DRIVER
     assert [cause.cause for cause in told.causes] == [DRIVER_OR_MAP]
@@ -76,9 +78,19 @@ def test_a_failed_check_of_the_driver_is_the_cause_whatever_the_hand_reads():
 @pytest.mark.parametrize(
     ("feature", "words"),
     [
-        ("hand/presence/round_trip", "measure presence/round_trip of the hand again: this cause moves it."),
-        ("others/staircase/spring", "measure staircase/spring of the other channels again: this cause moves it."),
-        ("hand/ended/OSError", "validate again and see whether it ends in the same way."),
+        (
+            "hand/presence/round_trip",
+            "run `aero-hil validate --only presence`: this cause changes the round trip of the hand.",
+        ),
+        (
+            "others/staircase/spring",
+            "run `aero-hil validate --only staircase`: this cause changes the spring load of the other channels.",
+        ),
+        (
+            "hand/session/restarts",
+            "run `aero-hil validate`: this cause changes the number of restarts of the board of the hand.",
+        ),
+        ("hand/ended/OSError", "validate again and see whether the run ends in the same way."),
     ],
 )
 def test_where_to_look_next_is_named(feature, words):
@@ -88,8 +100,10 @@ def test_where_to_look_next_is_named(feature, words):
 
 def test_the_smaller_of_two_effects_does_not_move_it():
     words = module._next_look({"own/a/b": 1.0}, {"own/a/b": -2.0}, {}, "slack")
-    assert words.endswith("this cause does not move it.")
-    assert module._next_look({"own/a/b": 2.0}, {"own/a/b": 2.0}, {}, "slack").endswith("does not move it.")
+    assert words.endswith("this cause does not change the b of this channel.")
+    assert module._next_look({"own/a/b": 2.0}, {"own/a/b": 2.0}, {}, "slack").endswith(
+        "does not change the b of this channel."
+    )
 
 
 def test_what_two_causes_have_in_common_does_not_tell_them_apart():

@@ -3,7 +3,7 @@
 from hil.faults import CATALOGUE
 from hil.verdict.causes import CAUSES
 from hil.verdict.explanation import Place
-from hil.verdict.locate import DRIVER_CHECKS, MISTAKEN, channels_off, driver_mistaken
+from hil.verdict.locate import MISTAKEN, channels_off, driver_mistaken
 
 
 def test_every_cause_of_the_catalogue_has_a_place_and_an_effect():
@@ -29,7 +29,7 @@ def test_the_channels_that_are_off_are_told_with_the_furthest_first():
 
 def test_a_failed_check_of_the_driver_decides():
     assert not driver_mistaken({("audit", "pull", "ring"): 9.0})
-    assert not driver_mistaken({(DRIVER_CHECKS[0], "order", "ring"): 1.0})
-    assert driver_mistaken({(DRIVER_CHECKS[0], "order", "ring"): 3.0})
+    assert not driver_mistaken({("driver", "sent", "ring"): 1.0})
+    assert driver_mistaken({("driver", "sent", "ring"): 3.0})
     assert MISTAKEN.where[0].place is Place.HOST_AND_DRIVER
     assert MISTAKEN.where[0].probability == 1.0

@@ -14,8 +14,7 @@ from hil.checks.staircase.run import Staircase
 from hil.faults import parse_fault
 from hil.targets.wire_log import WireRecord
 from hil.view.frame import End, Frame, Note, Verdicts, message
-from hil.view.playback import frames
-from hil.view.sources import WireSource, source_of
+from hil.view.sources import WireSource, frames, source_of
 
 HALF_CLOSED = [0.6, 0.7, 0.8, 0.9, 0.5, 0.3, 0.6]
 """Compact posture, rad."""

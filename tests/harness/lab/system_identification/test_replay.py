@@ -8,9 +8,8 @@ from aero.channels import FINGERS, Channel
 from aero.safety import SafetyStopError, Thresholds
 from hil import GroundTruth
 from hil.lab.system_identification.calibration import calibrate
-from hil.lab.system_identification.excitation import Excitation
-from hil.lab.system_identification.held_out import held_out_rms
-from hil.lab.system_identification.play_excitation import play
+from hil.lab.system_identification.excitation import Excitation, play
+from hil.lab.system_identification.replay_score import held_out_rms
 from hil.lab.system_identification.search import pooled_rms, search
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_plots import trace_svg

@@ -1,17 +1,28 @@
-"""How far long work has got: a bar on a terminal, a line now and then in a file or a pipe."""
+"""Text and progress on the terminal: shown as it is, for it holds names of files, headers and errors, and no markup."""
 
 from __future__ import annotations
 
+from rich.console import Console
 from rich.progress import (
     BarColumn,
     Progress,
     ProgressColumn,
     TaskID,
     TaskProgressColumn,
+    TextColumn,
     TimeRemainingColumn,
 )
 
-from hil.cli.console import description
+
+def console(*, width: int | None = None, stderr: bool = False) -> Console:
+    """Return the terminal, on which square brackets and colons are only that."""
+    return Console(width=width, stderr=stderr, markup=False, highlight=False, emoji=False)
+
+
+def description(width: int = 0) -> TextColumn:
+    """Return the column of a progress bar that says what is being done, `width` characters wide or as it needs."""
+    return TextColumn(f"{{task.description:{width}}}" if width else "{task.description}", markup=False)
+
 
 LINE_S = 10.0
 """Time between two lines where there is no terminal, s."""

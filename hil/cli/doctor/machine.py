@@ -1,4 +1,4 @@
-"""Whether MuJoCo can draw here, tried in a process of its own: a wrong OpenGL can end one, or hang it."""
+"""How this machine draws, and how late it wakes a program."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from hil.cli.doctor.finding import Finding, Verdict
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.clock import Clock
+from aero.safety import Thresholds
+from aero.safety.lateness import WORTH_SAYING_S
+from hil.cli.doctor.finding import Examined, Verdict
 
 PATIENCE_S = 30.0
 """For one attempt, s; a good one takes about one."""
@@ -53,7 +59,7 @@ def attempt(backend: str | None, patience_s: float = PATIENCE_S) -> Attempt:
     return Attempt(LOADED in ran.stdout, DREW in ran.stdout, said[-1])
 
 
-def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: bool | None = None) -> Finding:
+def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: bool | None = None) -> Examined:
     """Look whether MuJoCo draws.
 
     Args:
@@ -61,13 +67,13 @@ def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: 
         present: whether MuJoCo is installed; looked up when None.
     """
     if not (find_spec("mujoco") is not None if present is None else present):
-        return Finding("drawing", Verdict.OK, "MuJoCo is not installed (extra `emulate`), so nothing draws")
+        return Examined("drawing", Verdict.OK, "MuJoCo is not installed (extra `emulate`), so nothing draws")
     named = os.environ.get("MUJOCO_GL")
     setting = "MUJOCO_GL is not set" if named is None else f"MUJOCO_GL={named}"
     first = tried(named)
     data = {"MUJOCO_GL": named, "loaded": first.loaded, "drew": first.drew}
     if first.drew:
-        return Finding("drawing", Verdict.OK, f"MuJoCo draws; {setting}", data=data)
+        return Examined("drawing", Verdict.OK, f"MuJoCo draws; {setting}", data=data)
     others: list[str | None] = [None] if named is not None and not first.loaded else []
     others += [backend for backend in BACKENDS.get(sys.platform, ()) if backend != named]
     works = next((backend for backend in others if tried(backend).drew), named)
@@ -78,6 +84,35 @@ def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: 
             "install an OpenGL that needs no display (Debian: libegl1 or libosmesa6) and set MUJOCO_GL=egl or osmesa"
         )
     if not first.loaded:
-        return Finding("drawing", Verdict.WRONG, f"MuJoCo cannot be loaded; {setting}: {first.said}", remedy, data=data)
+        return Examined(
+            "drawing", Verdict.WRONG, f"MuJoCo cannot be loaded; {setting}: {first.said}", remedy, data=data
+        )
     found = f"MuJoCo cannot draw; {setting}: {first.said}. Only pictures and videos need it"
-    return Finding("drawing", Verdict.LOOK, found, remedy, data=data | {"works": works})
+    return Examined("drawing", Verdict.LOOK, found, remedy, data=data | {"works": works})
+
+
+TICK_S, TICKS = 0.005, 200
+"""A second of ticks, eight in the time between two looks of the guard."""
+
+
+def lateness_s(clock: Clock) -> NDArray[np.float64]:
+    """Return how late each of `TICKS` waits ends, (n,) s; waits for as long as they take."""
+    late = np.empty(TICKS)
+    for tick in range(TICKS):
+        due = clock.now() + TICK_S
+        clock.sleep_until(due)
+        late[tick] = clock.now() - due
+    return late
+
+
+def check_jitter(late_s: NDArray[np.float64], thresholds: Thresholds | None = None) -> Examined:
+    """Judge how late the ticks came, (n,) s, by what the guard of a hand needs."""
+    limits = thresholds or Thresholds()
+    worst, usual = float(late_s.max()), float(np.quantile(late_s, 0.99))
+    found = f"a tick of {1e3 * TICK_S:g} ms came up to {1e3 * worst:.1f} ms late (99 %: {1e3 * usual:.1f} ms)"
+    found += f"; the guard of a hand looks every {1e3 * limits.look_s:g} ms"
+    data = {"worst_ms": 1e3 * worst, "p99_ms": 1e3 * usual, "ticks": len(late_s), "fine_ms": 1e3 * WORTH_SAYING_S}
+    remedy = "end what keeps the machine busy; a fault is noticed later by as much as a look is late"
+    if worst <= WORTH_SAYING_S:
+        return Examined("jitter", Verdict.OK, found, data=data)
+    return Examined("jitter", Verdict.LOOK if worst <= limits.silent_s else Verdict.WRONG, found, remedy, data=data)
