@@ -58,6 +58,7 @@ MOST = 1_000_000
 @click.option(
     "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
 )
+@click.option("--stop-early", is_flag=True, help="End a hand's run with the first experiment that fails a check.")
 @click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers, for example tls://HOST:8786.")
 @click.option("--trust-network", is_flag=True, help="Allow a --scheduler on a network without TLS; docs/campaign.md.")
 @click.option(
@@ -76,6 +77,7 @@ def campaign(
     firmware: tuple[str, ...],
     names: tuple[str, ...],
     workers: int | None,
+    stop_early: bool,
     scheduler: str | None,
     trust_network: bool,
     out: Path | None,
@@ -93,6 +95,7 @@ def campaign(
         trials += faulty_hands(_written(faults), first_seed, hands, firmware)
         if names:
             trials = [replace(trial, experiments=names) for trial in trials]
+        trials = [replace(trial, stop_early=stop_early) for trial in trials]
         if not trials:
             raise ValueError("nothing to run; give --healthy, --shipped or --fault")
         if scheduler is not None:

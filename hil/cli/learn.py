@@ -47,7 +47,7 @@ GENERATOR = "model/units/plausible.py, homed, both sides, with a fault of the ca
 def learn(*, campaign: Path, out: Path, detected: Path | None, drawn: bool, hands_only: bool) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
     with given(), opened(campaign, read_only=True) as store:
-        outcomes, commands = list(store.outcomes()), store.commands()
+        outcomes, commands = store.whole_outcomes(), store.commands()
         faulty = telling(outcomes)
         learned = learn_from(faulty, load_dictionary(dictionary.FILE)) if drawn else None
         write_kept(out, DRAWN if drawn else DICTIONARY, [hand for hand in faulty if not hand.stopped])

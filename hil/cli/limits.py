@@ -45,7 +45,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool) -> None:
     """
     with given(), opened(campaign, read_only=True) as store:
         commands = store.commands()
-        outcomes = [outcome for outcome in store.outcomes() if not outcome.trial.faults]
+        outcomes = [outcome for outcome in store.whole_outcomes() if not outcome.trial.faults]
         made = kinds_of(outcomes)
         if not made:
             raise ValueError(f"no healthy hand in {campaign / NAME} makes limits; run `aero-hil campaign --healthy`")

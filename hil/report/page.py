@@ -14,6 +14,7 @@ from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
+from hil.recordings.wire_file import with_series
 from hil.report.beside_paper import compared, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding
 from hil.report.figures import Drawn, figures_of, traces_of
@@ -27,6 +28,11 @@ from hil.verdict.next_step import cause_words, on_hand
 from hil.verdict.run_summary import summary_of
 from hil.verdict.sight import load_sight
 
+BYTES_ALONE = (
+    "These are the bytes of a program and a hand, without an experiment: the link is judged. What was meant is not in "
+    "them, so the driver's order, scale and sign are not judged."
+)
+"""Of a recording that `emulate` or `proxy` made."""
 Verdict = Literal["pass", "fail", "broken"]
 
 
@@ -73,6 +79,9 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         ValueError: nothing was recorded, so there is nothing to report on.
     """
     recordings = [*(result.recording for result in validation.results.values()), *validation.end.cut]
+    bytes_alone = not recordings and validation.whole_run is not None
+    if bytes_alone and validation.whole_run is not None:
+        recordings = [validation.whole_run.recording]
     if not recordings:
         raise ValueError("no experiment began; there is nothing to report on")
     environment = Environment(
@@ -109,6 +118,8 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         sections=sections,
         beside=_beside_paper(validation),
         text_rows=text_rows(validation),
+        bytes_alone=BYTES_ALONE if bytes_alone else "",
+        exchanged=traces_of(with_series(recordings[0])) if bytes_alone else [],
         broken_off=[(recording.header, traces_of(recording)) for recording in validation.end.cut],
         events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
         files={name: quote(path) for name, path in (files or {}).items()},

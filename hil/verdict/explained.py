@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 
 from aero.channels import Channel
+from hil.verdict.causes import CAUSES
 from hil.verdict.dictionary import load_dictionary
-from hil.verdict.explanation import Explanation
+from hil.verdict.explanation import Effect, Explanation
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.locate import DRIVER_OR_MAP
@@ -31,11 +32,14 @@ def explained_findings(validation: Validation, cause: Explanation) -> tuple[Find
     if cause.cause == DRIVER_OR_MAP:
         return failed(validation.findings)
     known = _expected()[cause.cause]
+    # Whatever is measured on a channel that does not move says nothing else.
+    still = cause.channel is not None and CAUSES[cause.cause][1] is Effect.NOTHING_MOVES
     found = [
         finding
         for name, result in validation.judged.items()
         for finding in failed(result.findings)
-        if _moves(known, _feature(name, finding, cause.channel), _side(result, finding))
+        if _moves(known, feature := _feature(name, finding, cause.channel), _side(result, finding))
+        or (still and feature.startswith("own/"))
     ]
     end = validation.end
     if end.finding is not None and (f"ended/{end.error_name}" in known or (end.way is Way.GATE and found)):

@@ -94,4 +94,6 @@ class Validation:
     @property
     def hand_seconds(self) -> float:
         """Hand time of all recordings, s."""
+        if not self.results and self.whole_run is not None:
+            return self.whole_run.recording.header.duration_s
         return sum(float(result.recording["codes"].times[-1]) for result in self.results.values())

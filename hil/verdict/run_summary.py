@@ -66,6 +66,7 @@ def summary_of(validation: Validation) -> Summary:
 def header_of(validation: Validation) -> Header | None:
     """Return the header of the first recording of a run, None when nothing was recorded."""
     recordings = [*(result.recording for result in validation.results.values()), *validation.end.cut]
+    recordings += [validation.whole_run.recording] if validation.whole_run else []
     return recordings[0].header if recordings else None
 
 

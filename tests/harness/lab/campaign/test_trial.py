@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.lab.campaign.plan import faulty_hands, healthy_hands
-from hil.lab.campaign.trial import Trial, perform
+from hil.lab.campaign.trial import STOPPED_EARLY, Trial, perform
 from model.units.conditions import KINDS
 
 TRIAL = Trial("plausible:5", seed=5, experiments=("presence", "audit"))
@@ -58,3 +58,18 @@ def test_half_of_the_healthy_hands_are_found_under_conditions_and_no_faulty_one(
     assert all(hand.conditions in {(), KINDS} for hand in hands)
     assert {hand.conditions for hand in healthy_hands(first, 8, conditions=("gravity",))} == {("gravity",)}
     assert {hand.conditions for hand in faulty_hands(["motor_dead"], first, 16)} == {()}
+
+
+def test_stopping_early_keeps_the_verdict_and_leaves_out_the_rest():
+    """A hand fails when any check does, so that the first failure decides; a healthy one runs to its end."""
+    early = replace(TRIAL, experiments=("presence", "audit", "coupling"), stop_early=True)
+    healthy = perform(early)
+    assert not healthy.stopped
+    assert "coupling" in healthy.numbers
+    faulty = perform(replace(early, faults=("motor_dead:ring",)))
+    whole = perform(replace(early, faults=("motor_dead:ring",), stop_early=False))
+    assert set(faulty.numbers) == {"presence", "audit"}
+    assert faulty.stopped == STOPPED_EARLY
+    assert faulty.failed
+    assert set(faulty.failed) == set(whole.failed)
+    assert early.key != replace(early, stop_early=False).key
