@@ -33,10 +33,9 @@ from hil.lab.policies.byte_evaluation import (
     over_long,
     run_trials,
 )
-from hil.lab.policies.cube_picture import cube_picture
 from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.mismatches import lost, mismatch_picture, over_mismatches
-from hil.lab.policies.strata import strata, strata_picture
+from hil.lab.policies.strata import cube_picture, strata, strata_picture
 from hil.lab.policies.survival import survival_picture
 from hil.lab.policies.transmission_gap import ChannelGap
 from hil.recordings.output import prepared_folder

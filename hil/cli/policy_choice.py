@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FINALISTS = 2
 """Candidates that are compared through the bytes."""
 CHOICE_SEED = 61_000_000
-"""Of the first hand on which they are; final figures take others."""
+"""Seed of the first hand that they are compared on; final figures take others."""
 SECONDS = 15.0
 CHOICE = "choice.json"
 

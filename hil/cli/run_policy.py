@@ -23,8 +23,7 @@ from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.cli.viewing import telling, viewing, with_view
-from hil.lab.policies.cube_film import write_film
-from hil.lab.policies.cube_watch import CubeWatch
+from hil.lab.policies.cube_watch import CubeWatch, write_film
 from hil.lab.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder

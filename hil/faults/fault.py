@@ -75,7 +75,7 @@ class Kind:
     ids: tuple[str, ...]
     """Rows of the list of faults in docs/faults.md that it stands for, such as `D7`."""
     unit: str
-    """Of the severity; empty for a fault that is there or not."""
+    """Unit of the severity; empty for a fault that is there or not."""
     severities: tuple[float, float, float]
     """Mild (near what a harness might just see), medium, severe (plainly harmful)."""
     meaning: str

@@ -120,7 +120,7 @@ class Request:
     unit: Unit
     seed: int
     thresholds: Thresholds | None = None
-    """Of the guard; None without one."""
+    """Thresholds of the guard; None without one."""
     hand_id: str = ""
     program: Path | None = None
     """Firmware program on the board of an emulated hand."""
@@ -131,7 +131,7 @@ class Request:
     cube: Cube | None = None
     """For an emulated hand in this process."""
     conditions: Conditions = field(default_factory=Conditions)
-    """Of an emulated hand in this process; its unit has been changed for them."""
+    """Conditions of an emulated hand in this process; its unit has been changed for them."""
 
     def granted(self, hand: Hand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""

@@ -40,7 +40,7 @@ class TableRow(NamedTuple):
     temperature: str
     cable: str
     colour: str
-    """Of the cable; empty where there is none."""
+    """Colour of the cable; empty where there is none."""
 
 
 def title(channel: Channel) -> str:

@@ -51,9 +51,9 @@ def _rounded_box(half: Floats) -> trimesh.Trimesh:
 CABLE_M = 3.0 * CABLE_WIDTH
 """Drawn diameter of a cable, half as much again as in pictures of the model."""
 GHOST_OPACITY, PAD_OPACITY = 0.45, 0.22
-"""Of the commanded bones, and of pads, through which the cables have to be seen."""
+"""Opacity of the commanded bones, and of pads, through which the cables have to be seen."""
 GHOST_THICKNESS = 0.8
-"""Of a commanded bone, which so vanishes in the bone that is where it should be."""
+"""Thickness of a commanded bone, which so vanishes in the bone that is where it should be."""
 STILL = 1e-6
 """Motion (m, quaternion) that is not worth sending."""
 CAMERA = {"position": (0.05, -0.24, 0.40), "look_at": (0.088, -0.018, 0.0), "up": (1.0, 0.0, 0.0)}

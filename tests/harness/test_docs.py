@@ -20,7 +20,7 @@ MEASURED = {"staircase": {"rise_model_ms"}, "excursion": {"stop_current", "fist_
 def test_every_check_that_is_named_exists(name):
     text = (ROOT / "docs" / name).read_text()
     limits = {(limit.experiment, limit.metric) for firmware in ("pre", "0.2.0") for limit in _limits(firmware)}
-    named = re.findall(rf"`({'|'.join(EXPERIMENTS)})\.(\w+)`", text)
+    named = re.findall(rf"`({'|'.join(EXPERIMENTS)})\.(?!mcap)(\w+)`", text)
     assert len(named) > 8
     for experiment, metric in named:
         assert (experiment, metric) in limits or metric in MEASURED.get(experiment, ()), f"{experiment}.{metric}"

@@ -23,7 +23,7 @@ from hil.recordings.recording import Recording, Series
 Floats = NDArray[np.float64]
 
 CURRENT_A = 6.5e-3
-"""Of a unit of the current register, nominal (maker's memory table of the HLS3606M)."""
+"""Current of one register unit, nominal (maker's memory table of the HLS3606M)."""
 SAME_TIME_S = 1e-6
 """Times of one instant differ by less in a file, which keeps nanoseconds."""
 _SERVO_OF_CHANNEL = np.argsort(SHAFT_OF_SERVO)

@@ -113,7 +113,7 @@ class Published:
     says: str = ""
     """As published, with unit; the metric's number of the paper when empty."""
     subject: str = ""
-    """Of ours; every subject that has a number of the paper when empty."""
+    """Subject of ours; every subject that has a number of the paper when empty."""
     model: str = ""
     """Metric of the same check with the simulator's value; empty when the simulator has none."""
     note: str = ""

@@ -25,7 +25,7 @@ EXAMINATIONS: tuple[Callable[[], Iterable[Examined]], ...] = (
     lambda: [check_drawing()],
     lambda: [check_jitter(lateness_s(WallClock()))],
 )
-"""Of this machine."""
+"""Examinations of this machine."""
 EXAMINATIONS_OF_A_PORT: tuple[Callable[[str], Iterable[Examined]], ...] = (
     _ports,
     lambda named: check_hand(named, holders(named)) if named else (),

@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 TURNS_RAD_S = 0.1
 """Rate from which a trial counts as one that turns the cube."""
 BOOTSTRAP_SEED = 0
-"""Of the intervals, so that the same trials say the same."""
+"""Seed of the bootstrapped intervals, so that the same trials give the same ones."""
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ class CubeTrial:
     firmware: str
     """What its board ran."""
     seed: int
-    """Of the hand's noise and of where the cube was put."""
+    """Seed of the hand's noise and of where the cube was put."""
     kept: bool
     """Whether the cube was still in the hand when the time was over, and nothing ended the run before."""
     alive_s: float

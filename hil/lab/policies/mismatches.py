@@ -107,7 +107,7 @@ class Lost:
     lost_rad_s: float
     """Rate without any mismatch less this one's, mean over the trials, which have the same starts."""
     interval: Interval
-    """Of that mean, bootstrapped; NaN for no mismatch, and with fewer than `prediction.LEAST` trials."""
+    """Bootstrapped interval of that mean; NaN for no mismatch, and with fewer than `prediction.LEAST` trials."""
 
 
 def lost(rows: Mapping[str, Sequence[CubeTrial]]) -> list[Lost]:

@@ -27,7 +27,7 @@ class StillHeld:
     after_s: float
     share: float
     interval: Interval
-    """Of the share, Wilson's."""
+    """Wilson's interval of the share."""
 
 
 def still_held(trials: Sequence[CubeTrial], moments_s: Sequence[float] = MOMENTS_S) -> list[StillHeld]:

@@ -27,12 +27,19 @@ from hil.lab.system_identification.search import (
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import ReplayedTrace, replay
 from hil.lab.system_identification.uncertainty import Intervals, covariance, intervals
-from hil.lab.system_identification.unit_parameters import FREE, KEPT, UnitModel, excited, numbers, told_by
+from hil.lab.system_identification.unit_parameters import (
+    FREE,
+    KEPT,
+    UnitModel,
+    excited,
+    identifiable_parameters,
+    numbers,
+)
 from hil.lab.workers import leave_interrupts_to_the_parent
 from model.units import Unit
 
 TYPICAL_ITERATIONS = 4
-"""Of a search, for the time that is left."""
+"""Iterations that a search usually takes, for the time that is left."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +119,7 @@ def calibrate(
     compared: list[Residuals] = []
     hidden: list[Floats] = []
     with _processes(jobs) as pool:
-        model = UnitModel(start, kept, firmware, pool, told_by(free, moved), replayed=replayed)
+        model = UnitModel(start, kept, firmware, pool, identifiable_parameters(free, moved), replayed=replayed)
         about = _replays(model)
         found = search(model, iterations=iterations, report=report)
         fitted = replace(model, start=model.unit(found.x), free=KEPT)

@@ -42,7 +42,7 @@ def closing_current_sign(side: HandSide) -> NDArray[np.float64]:
 
 CHANNELS = len(Channel)
 LARGEST_BYTES = 128 * 2**20
-"""Of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
+"""Largest size of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
 
 
 @dataclass(frozen=True)
