@@ -49,6 +49,11 @@ class Limit:
     healthy: tuple[float, float] | None = None
     """Least and greatest reading of the healthy hands that it was computed from; None for a bound that is given."""
 
+    def holds_for(self, firmware: str, *, guarded: bool) -> bool:
+        """Return whether it is one for hands with a version of the firmware, or one like it, guarded or not."""
+        alike = next((versions for versions in ALIKE if firmware in versions), ())
+        return (not self.firmware or not set(alike).isdisjoint(self.firmware)) and self.guarded in (None, guarded)
+
     def excess(self, value: float) -> float:
         """Return how far a reading lies beyond the healthy ones: 0 among them, 1 at the limit, negative below them.
 
@@ -123,10 +128,11 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
         ValueError: there is no such kind, or its file has a mistake; the message says which.
     """
     extends, limits = read_limits(kind)
-    own = tuple(limit for limit in limits if _holds_for(limit, firmware) and limit.guarded in (None, guarded))
+    own = tuple(limit for limit in limits if limit.holds_for(firmware, guarded=guarded))
     if extends:
         return own + without(load_limits(extends, firmware, guarded=guarded), own)
-    return own + without(tuple(limit for limit in given_limits() if _holds_for(limit, firmware)), own)
+    given = tuple(limit for limit in given_limits() if limit.holds_for(firmware, guarded=guarded))
+    return own + without(given, own)
 
 
 @cache
@@ -147,11 +153,6 @@ def given_limits() -> tuple[Limit, ...]:
     )
 
 
-def _holds_for(limit: Limit, firmware: str) -> bool:
-    alike = next((versions for versions in ALIKE if firmware in versions), ())
-    return not limit.firmware or not set(alike).isdisjoint(limit.firmware)
-
-
 def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
     """Return the kind that a kind of hand extends, empty for none, and its own limits for all versions.
 
@@ -165,7 +166,7 @@ def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
 
 
 def read_provenance(kind: str) -> Mapping[str, Any]:
-    """Return what made the limits of a kind of hand; tables within say what made an experiment's anew.
+    """Return what made the limits of a kind of hand; tables within say what made an experiment's anew, or widened all.
 
     Raises:
         ValueError: there is no such kind.
