@@ -105,6 +105,6 @@ def missed(validation: Validation, cause: Explanation, experiments: Sequence[str
     told = {name: value for name, value in expected.items() if abs(value) >= EXPECTED}
     numbers = {name: validation.results[name].measured for name in experiments}
     limits = limits_of(validation.results[experiments[0]].recording.header)
-    seen = signature(places(numbers, limits), "", cause.channel)
+    seen = signature(places(numbers, limits), cause.channel)
     shown = sum(max(0.0, seen.get(name, 0.0) / value) for name, value in told.items())
     return len(told) >= TOLD and shown < FAINT * len(told)
