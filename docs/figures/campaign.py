@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from figures.cells import Cell
 from figures.sources import Row
-from figures.stored import Result, stored
+from figures.stored import Result, plain, stored
 from hil.lab.campaign.summary import Share
 
 
@@ -55,6 +55,7 @@ def unknown(result: Result) -> list[Row]:
 
 TABLES = {
     "alarms": stored("alarms", alarms),
+    "conditions": stored("conditions", plain),
     "diagnosis": stored("diagnosis", diagnosis),
     "unknown": stored("unknown_faults", unknown),
 }
