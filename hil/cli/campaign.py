@@ -27,7 +27,7 @@ from hil.lab.campaign.store import NAME, missing, opened
 from hil.lab.campaign.trial import Outcome
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import command_line
-from hil.verdict.dictionary import load_dictionary
+from hil.verdict.reference import load_reference
 from model.units.conditions import KINDS
 
 MOST = 1_000_000
@@ -118,7 +118,7 @@ def campaign(
         conduct(left, executor, keep, at_once=AHEAD * count)
         outcomes = list(store.outcomes())
     page = folder / "campaign.html"
-    write_whole(page, render_campaign(outcomes, load_dictionary()))
+    write_whole(page, render_campaign(outcomes, load_reference()))
     for name, some in (
         ("healthy", [outcome for outcome in outcomes if not outcome.trial.faults]),
         ("faulty", [outcome for outcome in outcomes if outcome.trial.faults]),

@@ -12,7 +12,8 @@ from aero.channels import Channel
 from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.verdict.signature import Signature
 
-FILE = "dictionary.json"
+FILE, DRAWN = "dictionary.json", "drawn.json"
+"""Every fault of the catalogue in three severities on one channel; and faults drawn at random."""
 LEAST = 0.3
 """Feature below which it is left out of the file; at twice that, causes begin to be confused."""
 
@@ -32,10 +33,14 @@ class Entry:
         return CATALOGUE[self.fault.name].subjects or (None,)
 
 
-def load_dictionary() -> tuple[Entry, ...]:
-    """Return the dictionary that ships."""
-    text = (resources.files("hil") / "data" / FILE).read_text(encoding="utf-8")
-    return tuple(_entry(table) for table in json.loads(text)["entries"])
+def load_dictionary(*files: str) -> tuple[Entry, ...]:
+    """Return what ships: the entries of some of its files, of both when none is given."""
+    data = resources.files("hil") / "data"
+    return tuple(
+        _entry(table)
+        for file in files or (FILE, DRAWN)
+        for table in json.loads((data / file).read_text(encoding="utf-8"))["entries"]
+    )
 
 
 def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int | list[str]]) -> str:
@@ -47,6 +52,11 @@ def dictionary_text(entries: Iterable[Entry], provenance: Mapping[str, str | int
 
 def _entry(table: dict[str, Any]) -> Entry:
     return Entry(table.pop("cause"), parse_fault(table.pop("fault")), table)
+
+
+def rounded(entry: Entry) -> Entry:
+    """Return an entry as its file keeps it."""
+    return Entry(entry.cause, entry.fault, _rounded(entry.features))
 
 
 def _rounded(features: Signature) -> dict[str, float]:

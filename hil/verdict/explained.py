@@ -95,7 +95,8 @@ def missed(validation: Validation, cause: Explanation, experiments: Sequence[str
     """Return whether a cause would have been seen in experiments in which nothing is off, had it been there."""
     if cause.fault is None:
         return False
-    alike = [entry.features for entry in load_dictionary() if entry.fault.name == cause.fault.name]
+    named = [entry for entry in load_dictionary() if entry.fault.name == cause.fault.name]
+    alike = [entry.features for entry in named if not entry.fault.at_s]
     expected: dict[str, float] = defaultdict(float)
     for features in alike:
         for name, value in features.items():
@@ -104,6 +105,6 @@ def missed(validation: Validation, cause: Explanation, experiments: Sequence[str
     told = {name: value for name, value in expected.items() if abs(value) >= EXPECTED}
     numbers = {name: validation.results[name].measured for name in experiments}
     limits = limits_of(validation.results[experiments[0]].recording.header)
-    seen = signature(places(numbers, limits), "", cause.channel)
+    seen = signature(places(numbers, limits), cause.channel)
     shown = sum(max(0.0, seen.get(name, 0.0) / value) for name, value in told.items())
     return len(told) >= TOLD and shown < FAINT * len(told)

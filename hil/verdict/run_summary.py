@@ -58,7 +58,9 @@ def summary_of(validation: Validation) -> Summary:
     likeliest = causes[0] if causes else None
     explained = explained_findings(validation, likeliest) if likeliest else ()
     rest = tuple(finding for finding in failures if finding not in explained)
-    where = _where(diagnosis.where[0], failures) if diagnosis.where else _subjects(failures)
+    # That a person or the end of a file ended it says nothing about a place.
+    placed = tuple(f for f in failures if validation.end.way not in REPEATED or f != validation.end.finding)
+    where = _where(diagnosis.where[0], failures) if diagnosis.where else _subjects(placed)
     step = _step(validation, likeliest, rest or failures, header) if failures and header else None
     return Summary(where, likeliest, causes, diagnosis.unlike_anything_known, step, explained, rest)
 

@@ -18,6 +18,7 @@ from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.baseline import load, regressions
 from hil.verdict.diagnose import diagnose
+from hil.verdict.ending import Ending
 from hil.verdict.explanation import HEALTHY, Diagnosis
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
@@ -105,7 +106,7 @@ def validate(
         so_far(end), session=whole, whole_run=_link_judged(whole, limits), driver=_driver_judged(results, limits)
     )
     if not done.passed:
-        done = replace(done, diagnosis=_diagnosed(done, names, limits))
+        done = replace(done, diagnosis=_diagnosed(done, limits))
     return done
 
 
@@ -139,7 +140,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
         return done
     limits = limits_of(next(iter(results.values())).recording.header)
     done = replace(done, driver=_driver_judged(results, limits))
-    return done if done.passed else replace(done, diagnosis=_diagnosed(done, tuple(results), limits))
+    return done if done.passed else replace(done, diagnosis=_diagnosed(done, limits))
 
 
 def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
@@ -185,7 +186,7 @@ def _limits_of_unit(unit: str) -> str:
     return unit_named(unit).limits
 
 
-def _diagnosed(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> Diagnosis:
+def _diagnosed(done: Validation, limits: tuple[Limit, ...]) -> Diagnosis:
     """Return where a run's failures come from, and what caused them.
 
     Nothing is known where a person or the guard ended it, or where a person sees what no reading shows.
@@ -198,8 +199,7 @@ def _diagnosed(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]
         failed(result.findings) for name, result in done.judged.items() if name not in asking
     ):
         return HEALTHY
-    left_over = [name for name in names if name not in numbers and name not in asking]
-    return diagnose(numbers, limits, done.end.error_name, left_over)
+    return diagnose(numbers, limits, Ending.of(done.end))
 
 
 def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:

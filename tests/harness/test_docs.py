@@ -85,3 +85,10 @@ def test_every_link_of_the_readme_leads_to_a_file():
     named = re.findall(r"\]\(([^)#:]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
     assert len(named) > 15
     assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.name != "recipes.md"], ids=lambda path: path.name)
+def test_lines_outside_tables_and_blocks_fit_into_120_columns(page):
+    """The page of the recipes is written anew with each training."""
+    prose = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    assert [line for line in prose.splitlines() if len(line) > 120 and not line.startswith("|")] == []

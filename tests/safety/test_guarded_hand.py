@@ -8,10 +8,11 @@ from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, 
 
 from aero import Channel
 from aero.channels import WIRE_ORDER
+from aero.driver import AeroHand
 from aero.errors import LinkTimeoutError
 from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
-from aero.safety import LinkLostError, SafetyStopError, Thresholds
+from aero.safety import GuardedHand, LinkLostError, SafetyStopError, Thresholds
 from firmware_emulator.firmware.profiles import PROFILES
 from hil import GroundTruth, open_target
 from hil.cli.exits import ending
@@ -374,3 +375,43 @@ def test_the_first_goal_is_approached_as_slowly_as_the_hand_opens():
     codes = np.array([int.from_bytes(record.data[index : index + 2], "little") for record in sent])
     assert codes[-1] == round(0.9 * MAX_CODE)
     assert np.diff(codes).max() <= 1.02 * MAX_CODE * 0.02 / Thresholds().opening_s
+
+
+CALLS = {
+    "command_codes": ([0] * 7,),
+    "command_codes_blindly": ([0] * 7,),
+    "command_torques": ([0] * 7,),
+    "read_codes": (),
+    "read_currents": (),
+    "read_temperatures": (),
+    "read_speeds": (),
+    "set_speed": (Channel.INDEX, 1000),
+    "set_torque": (Channel.INDEX, 300),
+    "knows_limits": (),
+    "knows_calibrate_mid": (),
+    "trim": (Channel.INDEX, 0),
+    "calibrate_mid": (Channel.INDEX,),
+    "home": (),
+    "set_id": (1, 500),
+    "resynchronise": (),
+}
+"""Every exchange of a driver, with arguments that it takes."""
+NOT_FOR_PROGRAMS = {"open_unguarded", "disturbances", "silent_from"}
+"""What a guarded hand does not offer: a way past the guard, and what only the guard asks for."""
+
+
+def test_a_guarded_hand_offers_every_exchange_and_refuses_each_after_a_stop():
+    bare = {name for name in vars(AeroHand) if not name.startswith("_")}
+    assert bare - set(dir(GuardedHand)) == NOT_FOR_PROGRAMS
+    exchanges = {name for name in bare if callable(getattr(AeroHand, name))} - {"open_unguarded", "close"}
+    assert exchanges == CALLS.keys()
+    with guarded() as target:
+        close(target, Channel.INDEX, share=0.5)
+        target.hand._guard._lookout.watch.temperatures = lambda _celsius: "it is hot"
+        with pytest.raises(SafetyStopError, match="it is hot"):
+            wait(target, 2.0)
+        mark = target.wire.mark()
+        for name, arguments in CALLS.items():
+            with pytest.raises(SafetyStopError, match="it is hot"):
+                getattr(target.hand, name)(*arguments)
+        assert target.wire.mark() == mark

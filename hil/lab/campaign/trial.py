@@ -122,7 +122,7 @@ def perform(trial: Trial) -> Outcome:
     try:
         with opening as target:
             done = validate(target, trial.experiments, on_result=_raise_when_decided if trial.stop_early else _go_on)
-            stopped = "" if done.end.finding is None else done.end.finding.sentence
+            stopped = "" if done.end.finding is None else f"{done.end.finding.sentence}. {done.end.reason}".strip()
             ended = done.end.error_name
     except _DecidedError as decided:
         done, stopped = decided.so_far, STOPPED_EARLY

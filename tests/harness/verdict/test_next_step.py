@@ -1,9 +1,7 @@
 """Each cause has one thing to do, for the finger that it sits on and the hand that was measured."""
 
-import json
 import shlex
 from dataclasses import replace
-from importlib import resources
 
 import pytest
 from click.testing import CliRunner
@@ -21,15 +19,9 @@ EMULATED = Header(
 ON_A_PORT = Header("audit", "/dev/my hand", "right", "0.2.0", "paper", "homed", "physical", 0)
 
 
-def causes_of_the_dictionary():
-    text = (resources.files("hil") / "data" / "dictionary.json").read_text(encoding="utf-8")
-    return {entry["cause"] for entry in json.loads(text)["entries"]}
-
-
-def test_every_learned_cause_has_a_name_and_one_thing_to_do():
-    assert causes_of_the_dictionary() <= advised().keys()
+def test_every_cause_has_a_name_and_one_thing_to_do():
     known = {kind.cause for kind in CATALOGUE.values()} | {"driver_or_map"}
-    assert advised().keys() <= known
+    assert advised().keys() == known
     for cause, row in advised().items():
         assert row.name, cause
         assert row.do.endswith("."), cause

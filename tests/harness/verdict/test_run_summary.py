@@ -83,6 +83,7 @@ def test_the_place_is_told_in_words(place, words):
 
 def test_what_a_person_broke_off_is_run_again():
     found = summary_of(run(GOOD, end=RunEnd(Way.PERSON, "audit")))
+    assert found.where == ""
     assert found.step.do == "Run it again: it was not finished."
     assert found.step.command.startswith("aero-hil validate")
 

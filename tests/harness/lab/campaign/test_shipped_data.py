@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hil.checks import CHECKS
-from hil.lab.campaign.kept_readings import parse_kept
+from hil.lab.campaign.kept_readings import DICTIONARY, DRAWN, parse_kept
 from hil.lab.campaign.trial import perform
 from hil.verdict.dictionary import LEAST, load_dictionary
 from hil.verdict.limits import kinds, load_limits
@@ -22,7 +22,11 @@ LIMITS = {
     for kind in kinds()
     for place, hand in enumerate(parse_kept((DATA / "limits" / "hands" / f"{kind}.json").read_text(encoding="utf-8")))
 }
-FAULTY = parse_kept((DATA / "hands" / "dictionary.json").read_text(encoding="utf-8"))
+FAULTY = tuple(
+    hand
+    for part in (DICTIONARY, DRAWN)
+    for hand in parse_kept((DATA / "hands" / f"{part}.json").read_text(encoding="utf-8"))
+)
 
 
 TAKEN_WITH = {"aero_hand_open": "4.0.", "dictionary": "3.17."}
