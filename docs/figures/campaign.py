@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from figures.cells import Cell
 from figures.sources import Row
-from figures.stored import Result, stored
+from figures.stored import Result, plain, stored
 from hil.lab.campaign.summary import Share
 
 
@@ -41,5 +41,6 @@ def causes(result: Result) -> list[Row]:
 
 TABLES = {
     "alarms": stored("alarms", alarms),
+    "conditions": stored("conditions", plain),
     "causes": stored("judged_causes", causes),
 }

@@ -225,9 +225,11 @@ def widened(checks: Sequence[Check], limits: Sequence[Limit], groups: Sequence[H
 
 
 def _held(limit: Limit, values: Floats, floor: float) -> Limit:
-    """Return a limit that holds some readings as well, which are healthy ones from now on."""
+    """Return a limit that holds some readings as well.
+
+    What it calls healthy stays: the places among healthy readings, by which faults are known, do not move.
+    """
     low, high = float(values.min()), float(values.max())
-    known = limit.healthy or (low, high)
     at_least = limit.at_least if low - floor >= limit.at_least else _outward(low - floor, -1)
     at_most = limit.at_most if high + floor <= limit.at_most else _outward(high + floor, 1)
     moved = (at_least, at_most) != (limit.at_least, limit.at_most)
@@ -235,7 +237,6 @@ def _held(limit: Limit, values: Floats, floor: float) -> Limit:
     return replace(
         limit,
         source=limit.source + more,
-        healthy=(min(known[0], float(f"{low:.6g}")), max(known[1], float(f"{high:.6g}"))),
         at_least=at_least,
         at_most=at_most,
     )

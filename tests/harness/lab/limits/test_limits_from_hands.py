@@ -171,8 +171,7 @@ def test_a_widened_limit_holds_the_readings_before_and_the_new_ones(before, new)
     (wider,) = widened([CHECK], [limit], [healthy(new)])
     assert wider.at_least <= min(limit.at_least, min(new) - 0.1 + 1e-9)
     assert wider.at_most >= max(limit.at_most, max(new) + 0.1 - 1e-9)
-    assert wider.healthy[0] <= min(*before, *new) + 1e-3
-    assert wider.healthy[1] >= max(*before, *new) - 1e-3
+    assert wider.healthy == limit.healthy
     held = min(new) - 0.1 >= limit.at_least and max(new) + 0.1 <= limit.at_most
     assert (("widened" in wider.source) is False) == held
     if held:
