@@ -1,14 +1,34 @@
 """What runs against an Aero Hand Open, real or emulated: channels, actuation map, guarded driver.
 
-NumPy and pyserial only. `open_hand` is the way to a hand that moves.
+NumPy and pyserial only. `open_hand` is the way to a hand that moves. The public names are imported when they are first
+asked for: the command line reads `aero.firmware` for its options, and should not load NumPy to print its help.
 """
 
-from aero.actuation import UNSHIFTED, ActuationMap, CommandWindow
-from aero.channels import CABLES, FINGERS, JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
-from aero.clock import Clock, Deadline, WallClock
-from aero.driver import AeroHand
-from aero.guarded_port import open_hand
-from aero.transport import Transport
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aero.actuation import UNSHIFTED, ActuationMap, CommandWindow
+    from aero.channels import CABLES, FINGERS, JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
+    from aero.clock import Clock, Deadline, WallClock
+    from aero.driver import AeroHand
+    from aero.guarded_port import open_hand
+    from aero.hand import Hand
+    from aero.transport import Transport
+
+_NAMES = {
+    "aero.actuation": ("UNSHIFTED", "ActuationMap", "CommandWindow"),
+    "aero.channels": ("CABLES", "FINGERS", "JOINT_BOX_RAD", "OBSERVATION_ORDER", "Channel", "Joint"),
+    "aero.clock": ("Clock", "Deadline", "WallClock"),
+    "aero.driver": ("AeroHand",),
+    "aero.guarded_port": ("open_hand",),
+    "aero.hand": ("Hand",),
+    "aero.transport": ("Transport",),
+}
+"""Module to the public names that it defines."""
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "CABLES",
@@ -22,8 +42,21 @@ __all__ = [
     "Clock",
     "CommandWindow",
     "Deadline",
+    "Hand",
     "Joint",
     "Transport",
     "WallClock",
     "open_hand",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name from its home."""
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'aero' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """List the public names, imported or not."""
+    return sorted({*globals(), *_HOMES})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Self
 
@@ -64,6 +65,8 @@ class AeroHand:
         self._patience_s = patience_s
         self._read_from = clock.now()
         self._telemetry_seen_at_restart: int | None = None
+        self._settings: dict[tuple[Opcode, Channel], int] = {}
+        self._settings_at_restart = 0
 
     @classmethod
     def open_unguarded(cls, port_or_url: str, clock: Clock | None = None) -> Self:
@@ -99,6 +102,16 @@ class AeroHand:
         return self._link.restarts
 
     @property
+    def disturbances(self) -> int:
+        """Exchanges that did not go as they should, and starts of the board."""
+        return self._link.disturbances
+
+    @property
+    def silent_from(self) -> float | None:
+        """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
+        return self._link.silent_from
+
+    @property
     def boot_text(self) -> str:
         """What the board has printed at starts seen by this driver; non-empty means that it restarted meanwhile."""
         return self._link.boot_text
@@ -123,7 +136,6 @@ class AeroHand:
             DesyncError: the board may be out of step; nothing is sent until `resynchronise` succeeds.
         """
         frame = protocol.make_positions(codes)
-        self._permit()
         self._link.send(frame)
 
     def command_codes_blindly(self, codes: ArrayLike) -> None:
@@ -141,7 +153,6 @@ class AeroHand:
             DesyncError: an earlier frame may have gone out incomplete; nothing is sent.
         """
         frame = protocol.make_harmless_positions(codes)
-        self._permit()
         self._link.send(frame, Content.HARMLESS_FRAME)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
@@ -157,7 +168,6 @@ class AeroHand:
             ConnectionError, DesyncError: as `command_codes`.
         """
         frame = protocol.make_torques(magnitudes)
-        self._permit()
         self._link.send(frame)
 
     def read_codes(self) -> NDArray[np.uint16]:
@@ -200,11 +210,19 @@ class AeroHand:
             ValueError: out of range; nothing is sent.
             RefusedError: the board stored something else.
         """
-        self._set(protocol.make_set_speed(channel, register_units), channel, register_units)
+        self._set(Opcode.SET_SPE, channel, register_units, protocol.make_set_speed(channel, register_units))
 
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """Limit one channel's torque (0..1023 register units) from the next position command on; as `set_speed`."""
-        self._set(protocol.make_set_torque(channel, register_units), channel, register_units)
+        self._set(Opcode.SET_TOR, channel, register_units, protocol.make_set_torque(channel, register_units))
+
+    @property
+    def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
+        """Speed and torque limits that this driver has set and the board still has, by opcode and channel.
+
+        No board tells its limits: what another program has set before is not known.
+        """
+        return dict(self._settings) if self._settings_at_restart == self._link.restarts else {}
 
     def knows_limits(self) -> bool:
         """Return whether the board has speed and torque limits, which firmware `pre` has not; this changes nothing.
@@ -259,7 +277,6 @@ class AeroHand:
         Raises:
             LinkTimeoutError: no acknowledgement within `timeout_s`.
         """
-        self._permit()
         self._link.ask(protocol.make_query(Opcode.HOMING), timeout_s)
         self._wait(2 * _TELEMETRY_PERIOD_S)
 
@@ -274,7 +291,6 @@ class AeroHand:
             RefusedError: no servo, more than one, or the servo did not keep the setting.
         """
         frame = protocol.make_set_id(new_id, current_limit)
-        self._permit()
         reply = self._link.ask(frame, _SET_ID_TIMEOUT_S).reply
         old_id, stored_id, stored_limit = reply.words[:3]
         if old_id > protocol.MAX_SERVO_ID:
@@ -302,14 +318,9 @@ class AeroHand:
         Raises:
             LinkTimeoutError: the board stays silent; call it again.
         """
-        self._permit()
         return self._link.resynchronise(self._reply_timeout_s, self._patience_s)
 
-    def _permit(self) -> None:
-        """Be asked before every exchange that a program wants; a guarded hand looks here, or refuses."""
-
     def _read(self, opcode: Opcode) -> Reply:
-        self._permit()
         reply = self._query(opcode)
         for _ in range(_FIRST_TELEMETRY_TRIES):
             known_alive = self._telemetry_seen_at_restart == self._link.restarts
@@ -331,7 +342,6 @@ class AeroHand:
 
     def _knows(self, request: bytes) -> bool:
         """Return whether the board answers a request that it refuses, if it knows it."""
-        self._permit()
         try:
             self._link.ask(request, self._reply_timeout_s, self._patience_s)
         except LinkTimeoutError:
@@ -339,13 +349,14 @@ class AeroHand:
             return False
         return True
 
-    def _set(self, request: bytes, channel: Channel, value: int) -> None:
+    def _set(self, opcode: Opcode, channel: Channel, value: int, request: bytes) -> None:
         stored = self._acknowledged(request, channel, self._patience_s).words[1]
         if stored != value:
             raise RefusedError(f"{self.name}: asked {channel.label} for {value}, the board stored {stored}.")
+        self._settings = {**self.settings_sent, (opcode, channel): value}
+        self._settings_at_restart = self._link.restarts
 
     def _acknowledged(self, request: bytes, channel: Channel, patience_s: float | None = None) -> Reply:
-        self._permit()
         timeout_s = _TRIM_TIMEOUT_S if patience_s is None else self._reply_timeout_s
         reply = self._link.ask(request, timeout_s, patience_s).reply
         number = protocol.wire_index(channel)

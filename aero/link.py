@@ -129,6 +129,7 @@ class HostLink:
                 self.disturbances += 1
                 if patience_s is None or deadline.expired:
                     break
+                _LOG.info("%s: no usable reply to %s, asked again", self.name, opcode.name)
             raise self._no_reply(opcode, timeout_s if patience_s is None else patience_s)
 
     def resynchronise(self, reply_timeout_s: float, patience_s: float) -> int:
@@ -174,7 +175,9 @@ class HostLink:
                     if self._take(patience_s) is not None:
                         self._overdue.forget()
                         self._state = AFTER[self._state, Event.SEARCH_SUCCEEDS]
-                        return -padding % FRAME_SIZE
+                        stray = -padding % FRAME_SIZE
+                        _LOG.info("%s: back in step; the board held %d stray bytes", self.name, stray)
+                        return stray
             self._pad(-padding % FRAME_SIZE)  # whole frames in all: a board that was in step and mute stays in step
             raise LinkTimeoutError(
                 f"{self.name}: the board answers at none of the {FRAME_SIZE} possible frame starts. It may be homing "

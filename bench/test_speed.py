@@ -1,7 +1,8 @@
 """How fast the emulated hand is, as ratios to what it cannot do without; `tox -e bench`, `docs/speed.md`.
 
 Every round measures the bare work and the whole one after the other, in processor time, and the ratio is that of the
-two medians, so that a busy machine slows both. Ratios are checked against `baseline.json`.
+two medians, so that a busy machine slows both. Ratios are checked against `baseline.json`. Round trips and starts of a
+program are taken by the wall clock, because another process or the disk has its part in them.
 """
 
 from __future__ import annotations
@@ -16,10 +17,12 @@ from statistics import median
 
 import numpy as np
 import pytest
+import serial
 from bare import BareSteps
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import hil
+from aero.protocol import FRAME_SIZE
 from hil.checks.staircase.run import Staircase, run_staircase
 from hil.recordings.recorder import Recorder
 from hil.report.results import write_results
@@ -31,6 +34,9 @@ HERE = Path(__file__).parent
 BASELINE = json.loads((HERE / "baseline.json").read_text())
 SECONDS = 10
 """Hand time of idling and streaming, s."""
+
+ROUND_TRIPS = 200
+"""On a pseudo-terminal, in each of three rounds."""
 
 Work = Callable[[Target], None]
 
@@ -47,7 +53,7 @@ def compare(benchmark: BenchmarkFixture, name: str, bare: Callable[[], float], w
     benchmark.pedantic(one_round, rounds=3)
     ratio = median(wholes) / median(bares)
     benchmark.extra_info.update(bare_s=median(bares), whole_s=median(wholes), ratio=ratio)
-    print(f"\n{name}: {median(wholes):.3f} s over {median(bares):.3f} s is {ratio:.2f}, baseline {BASELINE.get(name)}")
+    print(f"\n{name}: {median(wholes):.3g} s over {median(bares):.3g} s is {ratio:.2f}, baseline {BASELINE.get(name)}")
     if name in BASELINE:
         assert ratio <= BASELINE[name]["ratio"] * (1.0 + BASELINE[name]["band"])
 
@@ -105,6 +111,39 @@ def test_idle(benchmark: BenchmarkFixture) -> None:
 @pytest.mark.parametrize("hertz", [20, 100])
 def test_stream(benchmark: BenchmarkFixture, hertz: int) -> None:
     compare(benchmark, f"stream at {hertz} Hz", *on_a_hand(stream(hertz)))
+
+
+def test_campaign(benchmark: BenchmarkFixture) -> None:
+    compare(benchmark, "one validation of a campaign", *on_a_hand(validate))
+
+
+def test_get_pos_on_a_pseudo_terminal(benchmark: BenchmarkFixture) -> None:
+    def seconds(work: Callable[[], object], now: Callable[[], float]) -> float:
+        taken = []
+        for _ in range(ROUND_TRIPS):
+            start = now()
+            work()
+            taken.append(now() - start)
+        return median(taken)
+
+    with hil.open_target("emulated") as target:
+        modelled = seconds(target.hand.read_codes, target.clock.now)
+    echoing = subprocess.Popen([sys.executable, HERE / "echo.py"], stdout=subprocess.PIPE, text=True)
+    with echoing, hil.open_target("pty") as target:
+        assert echoing.stdout is not None
+        with serial.Serial(echoing.stdout.readline().strip(), timeout=1.0) as port:
+
+            def echo() -> None:
+                port.write(bytes(FRAME_SIZE))
+                assert len(port.read(FRAME_SIZE)) == FRAME_SIZE
+
+            compare(
+                benchmark,
+                "GET_POS on a pseudo-terminal",
+                lambda: modelled + seconds(echo, time.perf_counter),
+                lambda: seconds(target.hand.read_codes, time.perf_counter),
+            )
+        echoing.terminate()
 
 
 def test_validate_with_files_and_report(benchmark: BenchmarkFixture, tmp_path: Path) -> None:

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hil.targets.opening import open_target
-    from hil.targets.target import MissingCapabilityError, NoHandError, Target
+    from hil.targets.target import GroundTruth, MissingCapabilityError, NoHandError, Target
 
 _HOMES = {
+    "GroundTruth": "hil.targets.target",
     "MissingCapabilityError": "hil.targets.target",
     "NoHandError": "hil.targets.target",
     "Target": "hil.targets.target",
@@ -21,7 +22,7 @@ _HOMES = {
 }
 """Public name to the module that defines it."""
 
-__all__ = ["MissingCapabilityError", "NoHandError", "Target", "open_target"]
+__all__ = ["GroundTruth", "MissingCapabilityError", "NoHandError", "Target", "open_target"]
 
 
 def __getattr__(name: str) -> object:

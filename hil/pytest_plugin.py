@@ -16,7 +16,7 @@ import pytest
 from aero.firmware import DEFAULT_FIRMWARE
 
 if TYPE_CHECKING:
-    from aero import AeroHand
+    from aero.hand import Hand
     from hil.faults.fault import Fault
     from hil.targets.target import Target
 
@@ -34,7 +34,7 @@ MARKERS = (
     "moves: moves the hand; skipped with --hil-still",
     "homes: drives the hand into its stops; on a hand in real time only with --hil-homing",
     "takes_long: takes more than a few seconds of hand time; in real time only with --hil-long",
-    "needs(capability): needs what only some targets can do, such as ground_truth",
+    "needs_ground_truth: compares with what an emulated hand really does, hil.GroundTruth",
     "fault(text, ...): gets an emulated hand of its own with these faults, NAME[:CHANNEL][=SEVERITY][@SECONDS]",
 )
 
@@ -174,7 +174,7 @@ def aero_target(request: pytest.FixtureRequest) -> Iterator[Target]:
 
 
 @pytest.fixture
-def aero_hand(aero_target: Target) -> AeroHand:
+def aero_hand(aero_target: Target) -> Hand:
     """The driver of the target's hand, commanded open and at rest."""
     hand, clock = aero_target.hand, aero_target.clock
     hand.command_codes([0] * 7)
@@ -200,10 +200,11 @@ def _reason_to_skip(item: pytest.Item, target: Target) -> str | None:
         return "drives the hand into its stops; run with --hil-homing"
     if item.get_closest_marker("takes_long") and target.real_time and not option("--hil-long"):
         return "takes long in real time; run with --hil-long"
-    for marker in item.iter_markers("needs"):
-        for name in marker.args:
-            if name not in target.capabilities:
-                return f"{target.name} has no {name}; run with --hil=emulated"
+    if item.get_closest_marker("needs_ground_truth"):
+        from hil.targets.target import GroundTruth  # noqa: PLC0415 - loads a physics engine
+
+        if target.find(GroundTruth) is None:
+            return f"{target.name} has no ground truth; run with --hil=emulated"
     return None
 
 

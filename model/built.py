@@ -72,7 +72,7 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
     spec.modelname = f"aero_built_{side}"
     spec.option.timestep = unit.timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.gravity = (0.0, 0.0, -unit.gravity)
+    spec.option.gravity = unit.gravity * np.array(unit.down)
     if not unit.contacts:
         for geom in spec.geoms:
             geom.contype = geom.conaffinity = 0

@@ -85,7 +85,7 @@ class CompiledHand:
         model.jnt_actfrcrange[self._shaft_joints[shaft]] = -bound, bound
 
     def rub(self, tensions: Floats | float) -> None:
-        """Let sheaths and spools rub as they do at these tensions of the cables, (6,), N, in the order of `CABLES`."""
+        """Update the friction of sheaths and spools from the cable tensions, (6,), N, in the order of `CABLES`."""
         self._friction[self._spools] = self._spool_friction + self._sheath_radius * tensions
 
     def tensions(self, data: mujoco.MjData) -> Floats:

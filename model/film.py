@@ -19,7 +19,7 @@ WIDTH, HEIGHT = 480, 360
 LOOKED_AT = (0.115, 0.008, 0.0)
 """World frame, m."""
 DISTANCE, AZIMUTH, ELEVATION = 0.25, 155.0, -36.0
-"""Of the camera: m and degrees, as MuJoCo counts them, for a right hand; a left one is seen in the mirror."""
+"""Place of the camera: m and degrees, as MuJoCo counts them, for a right hand; a left one is seen in the mirror."""
 SHADOW_SIZE, SAMPLES = 2048, 4
 """Quality of a frame; a portrait's takes three times as long to draw."""
 STICKERS: dict[tuple[int, int, int], Rgba] = {
@@ -32,7 +32,7 @@ STICKERS: dict[tuple[int, int, int], Rgba] = {
 }
 """Colour on each face, by its outward direction: a turn and its direction can be seen, as on the puzzle."""
 BLACK: Rgba = (0.12, 0.12, 0.13, 1.0)
-"""Of the cube between its stickers."""
+"""Colour of the cube between its stickers."""
 STICKER_SHARE, STICKER_THICKNESS = 0.8, 0.2e-3
 """Share of a face's width; m."""
 

@@ -70,22 +70,31 @@ class BuiltHandParameters:
     stop_compliance: float = 0.005
     """Give of a joint's end stops, rad/(N m); printed parts, assumed."""
     gravity: float = 9.81
-    """m/s², along the back of the hand as it lies palm up."""
+    """m/s²."""
+    down: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    """Direction of gravity in the hand's frame, of length 1; unless told otherwise the hand lies on its back."""
     contacts: bool = True
     """Whether digits touch each other and the palm; the metacarpal meets the palm in any case."""
     timestep: float = 0.002
     """Longest step of the physics, s."""
 
     def __post_init__(self) -> None:
-        lengths = {"Channels": len(Channel), "Joints": len(Joint), "tuple[float, float]": 2}
+        lengths = {
+            "Channels": len(Channel),
+            "Joints": len(Joint),
+            "tuple[float, float]": 2,
+            "tuple[float, float, float]": 3,
+        }
         for field in fields(self):
             values = np.atleast_1d(np.asarray(getattr(self, field.name), dtype=float))
             expected = lengths.get(str(field.type), 1)
             if values.shape != (expected,):
                 raise ValueError(f"{field.name} has {expected} values, not shape {values.shape}")
-            signed = field.name in {"cable_take_up", "spring_open", "spring_closed"}
+            signed = field.name in {"cable_take_up", "spring_open", "spring_closed", "down"}
             if not np.all(np.isfinite(values)) or (np.any(values < 0) and not signed):
                 raise ValueError(f"{field.name} must be finite and not negative, not {getattr(self, field.name)}")
+        if abs(np.linalg.norm(self.down) - 1.0) > 1e-6:
+            raise ValueError(f"down must have length 1, not {np.linalg.norm(self.down):g}")
         for name in ("rotor_inertia", "joint_inertia", "closed_stop", "winding_scale", "timestep", "supply_ratio"):
             if np.any(np.asarray(getattr(self, name)) == 0):
                 raise ValueError(f"{name} must be positive; a hand without it has no equations of motion")

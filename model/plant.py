@@ -26,7 +26,7 @@ TIME_RESOLUTION = 1e-9
 
 
 class Glimpse(NamedTuple):
-    """What a looker-on sees of the hand: the truth as the physics engine last computed it."""
+    """Ground-truth snapshot of the hand, as the physics engine last computed it."""
 
     time: float
     """Simulated time, s."""
@@ -128,7 +128,7 @@ class BuiltHandPlant:
         self._drives[0, shaft] = self._setpoints[shaft] = setpoint
 
     def become(self, parameters: BuiltHandParameters) -> None:
-        """Go on as another hand from the present state: something broke, slipped or was mended.
+        """Replace the parameters and keep the state: something broke, slipped or was mended.
 
         Args:
             parameters: of the same parts; contacts and the thenar stop stay as they are.

@@ -36,9 +36,9 @@ PALM: Rgba = (0.26, 0.30, 0.37, 1.0)
 PIN: Rgba = (0.55, 0.58, 0.62, 1.0)
 GROUND: Rgba = (0.90, 0.92, 0.95, 1.0)
 GROUND_DEPTH = 0.075
-"""Of the ground that takes the shadow, below the hand's base, m."""
+"""Depth of the ground that takes the shadow, below the hand's base, m."""
 BOTTOM, TOP = (0.80, 0.84, 0.89), (0.99, 0.99, 1.0)
-"""Of the sky."""
+"""Colours of the sky."""
 
 
 def dress_up(spec: mujoco.MjSpec, side: Side) -> None:

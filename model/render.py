@@ -28,7 +28,7 @@ LEGEND: tuple[tuple[str, Rgba], ...] = (
 LOOKED_AT = (0.100, 0.004, -0.005)
 """World frame, m."""
 DISTANCE, AZIMUTH, ELEVATION = 0.235, -20.0, -55.0
-"""Of the camera: m and degrees, as MuJoCo counts them, for a right hand; a left one is seen in the mirror."""
+"""Place of the camera: m and degrees, as MuJoCo counts them, for a right hand; a left one is seen in the mirror."""
 CURL = (0.10, 0.16, 0.24, 0.32)
 """Angle of every joint of the fingers in a picture, rad, from index to pinky."""
 THUMB_POSE = {Joint.THUMB_ABDUCTION: 1.1, Joint.THUMB_CMC: 0.3, Joint.THUMB_MCP: 0.25, Joint.THUMB_IP: 0.25}

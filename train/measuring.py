@@ -33,7 +33,7 @@ def hands_to_measure(
 
 
 def draw_routed(
-    stage: Stage, settings: PolicySettings, rng: np.random.Generator, count: int, rows: tuple[randomise.Row, ...]
+    stage: Stage, settings: PolicySettings, rng: np.random.Generator, count: int, rows: tuple[randomise.RandomRow, ...]
 ) -> randomise.Draws:
     """Draw what is randomised of a stage's routed hands, their cubes included."""
     limit, cubes = settings.torque_limit, None

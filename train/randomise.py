@@ -27,7 +27,7 @@ Draws = dict[str, NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
-class Row:
+class RandomRow:
     """One line of the table, for one model."""
 
     name: str
@@ -48,8 +48,8 @@ _MOTORS = np.arange(len(Channel))
 _GAINS: tuple[tuple[str, Index], ...] = (("actuator_gainprm", (_MOTORS, 0)), ("actuator_biasprm", (_MOTORS, 1)))
 _FORCES: tuple[tuple[str, Index], ...] = (("actuator_forcerange", (_MOTORS, 0)), ("actuator_forcerange", (_MOTORS, 1)))
 SERVO_ROWS = (
-    Row("servo stiffness", "scale", 2.0, 4.0, _GAINS, shared=True),
-    Row("force behind the sheaths", "scale", 0.65, 1.0, _FORCES),
+    RandomRow("servo stiffness", "scale", 2.0, 4.0, _GAINS, shared=True),
+    RandomRow("force behind the sheaths", "scale", 0.65, 1.0, _FORCES),
 )
 """What is drawn besides for a routed hand behind servos.
 
@@ -61,7 +61,7 @@ recorded hand takes a force down to 1/1.54 of the servo's (unit `reference`).
 PAPER_TIP_FRICTION = (0.5, 1.0)
 
 
-def table(model: mujoco.MjModel, tip_friction: tuple[float, float] = PAPER_TIP_FRICTION) -> tuple[Row, ...]:
+def table(model: mujoco.MjModel, tip_friction: tuple[float, float] = PAPER_TIP_FRICTION) -> tuple[RandomRow, ...]:
     """Return the paper's table with the elements of `model`, a compiled `train.scene`.
 
     Args:
@@ -72,15 +72,15 @@ def table(model: mujoco.MjModel, tip_friction: tuple[float, float] = PAPER_TIP_F
     joints = np.arange(len(Joint))
     links = np.array([body for body in range(model.nbody) if _is_link(model, body)])
     return (
-        Row("fingertip friction", "set", *tip_friction, (("geom_friction", (tip_geoms(model), 0)),), shared=True),
-        Row("cube inertia", "scale", 0.8, 1.2, (("body_inertia", (cube,)),), shared=True),
-        Row("cube centre of mass", "shift", -0.005, 0.005, (("body_ipos", (cube,)),)),
-        Row("joint zero offsets", "shift", -0.05, 0.05, (("qpos0", (joints,)),)),
-        Row("joint dry friction", "scale", 0.5, 2.0, (("dof_frictionloss", (joints,)),)),
-        Row("joint armature", "scale", 1.0, 1.05, (("dof_armature", (joints,)),)),
-        Row("link masses", "scale", 0.9, 1.1, (("body_mass", (links,)),)),
-        Row("actuator position gain", "scale", 0.8, 1.2, _GAINS),
-        Row("joint damping", "scale", 0.8, 1.2, (("dof_damping", (joints,)),)),
+        RandomRow("fingertip friction", "set", *tip_friction, (("geom_friction", (tip_geoms(model), 0)),), shared=True),
+        RandomRow("cube inertia", "scale", 0.8, 1.2, (("body_inertia", (cube,)),), shared=True),
+        RandomRow("cube centre of mass", "shift", -0.005, 0.005, (("body_ipos", (cube,)),)),
+        RandomRow("joint zero offsets", "shift", -0.05, 0.05, (("qpos0", (joints,)),)),
+        RandomRow("joint dry friction", "scale", 0.5, 2.0, (("dof_frictionloss", (joints,)),)),
+        RandomRow("joint armature", "scale", 1.0, 1.05, (("dof_armature", (joints,)),)),
+        RandomRow("link masses", "scale", 0.9, 1.1, (("body_mass", (links,)),)),
+        RandomRow("actuator position gain", "scale", 0.8, 1.2, _GAINS),
+        RandomRow("joint damping", "scale", 0.8, 1.2, (("dof_damping", (joints,)),)),
     )
 
 
@@ -100,7 +100,7 @@ def draw(
     model: mujoco.MjModel,
     rng: np.random.Generator,
     environments: int,
-    rows: tuple[Row, ...],
+    rows: tuple[RandomRow, ...],
     cubes: Draws | None = None,
 ) -> Draws:
     """Draw the fields that `rows` randomise for every environment, beginning with its own of `cubes`, if any."""

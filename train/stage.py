@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from train.actuation import IDEAL, ActuationRanges
 from train.drop_price import DropPrice
 from train.hands import HANDS, HandRanges
-from train.randomise import Row
+from train.randomise import RandomRow
 from train.task.grasp import PAPER_RESET, ResetRanges
 from train.task.reward import PAPER_REWARD, RewardSettings, TurningWeight
 
@@ -62,7 +62,7 @@ class Stage:
     """How the price of a drop follows the drops; None leaves it at the reward's."""
     actuation: ActuationRanges = IDEAL
     """What the hand does to commands and readings."""
-    rows: tuple[Row, ...] = ()
+    rows: tuple[RandomRow, ...] = ()
     """What is randomised besides the paper's table, on routed hands."""
     built: bool = False
     """Whether the hands are built ones; else they are routed."""

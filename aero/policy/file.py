@@ -19,7 +19,7 @@ from aero.whole_file import whole
 FORMAT = "aero-hil policy"
 VERSION = 1
 LARGEST_BYTES = 64 * 2**20
-"""Of a policy, unpacked; the shipped ones have half a million."""
+"""Largest size of a policy, unpacked; the shipped ones have half a million."""
 FIXED: dict[str, Any] = {
     "format": FORMAT,
     "version": VERSION,

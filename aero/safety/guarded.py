@@ -3,43 +3,33 @@
 from __future__ import annotations
 
 import logging
-import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from types import TracebackType
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero import protocol
-from aero.acknowledgement import Centred
-from aero.channels import THUMB, Channel
+from aero.acknowledgement import Centred, Trimmed
+from aero.channels import Channel
 from aero.clock import Clock
-from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
-from aero.errors import AeroError
+from aero.driver import AeroHand
 from aero.firmware import ServoSettings
-from aero.protocol import MAX_CODE
-from aero.safety.interrupts import uninterrupted
-from aero.safety.lateness import Lateness
-from aero.safety.opening import OPEN, SWITCH_OFF, move_slowly, open_and_relax
-from aero.safety.reading import Reading
+from aero.protocol import Opcode
+from aero.safety.guard import Guard
 from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
-from aero.safety.stop import LinkLostError, SafetyStopError
 from aero.safety.thresholds import Thresholds
-from aero.safety.watch import Watch
-from aero.safety.watched_clock import WatchedClock
 from aero.transport import Transport
 
 _LOG = logging.getLogger(__name__)
-PROGRAM_ENDED, LINK_LOST = "The program ended", "The link was lost"
-"""Why a hand is opened when nothing else was wrong."""
 STALL_TORQUE = 1000
 """Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
 
 
-class GuardedHand(AeroHand):
-    """An `AeroHand` that starts gently, stops itself, and ends open and weak.
+class GuardedHand:
+    """A hand that starts gently, stops itself, and ends open and weak.
 
     Before the first motion it looks at currents and temperatures, then opens slowly at limited speed and torque. Only
     a hand whose encoders all arrive goes on, slowly to its first goal, and then gets its usual limits back. From then
@@ -73,28 +63,63 @@ class GuardedHand(AeroHand):
             thresholds: when to stop; the defaults when None.
             standby: the process that opens the hand should this one be killed; None for a hand in software.
         """
-        super().__init__(transport, clock)
-        self.thresholds = thresholds or Thresholds()
-        self.phase = Phase.RESTING
-        self.clock: Clock = WatchedClock(clock, self._permit, self.thresholds.look_s)
+        self._hand = AeroHand(transport, clock)
+        self._guard = Guard(
+            self._hand,
+            clock,
+            spans_counts=spans_counts,
+            usual=usual,
+            thresholds=thresholds or Thresholds(),
+            standby=standby,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def thresholds(self) -> Thresholds:
+        """When it is stopped."""
+        return self._guard.thresholds
+
+    @property
+    def phase(self) -> Phase:
+        """What it is doing."""
+        return self._guard.phase
+
+    @property
+    def clock(self) -> Clock:
         """Wait on this one, so that the hand is watched meanwhile."""
-        self._bare_clock = clock
-        self._usual = usual
-        self._standby = standby
-        self._owner = os.getpid()
-        self._acting = False
-        self._limits: dict[Channel, ServoSettings] = {}
-        self._disturbances = 0
-        self._restarts = 0
-        telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
-        self._watch = Watch(self.thresholds, spans_counts, telemetry_s)
-        self._lateness = Lateness(self.thresholds.follow_s, self.thresholds.look_s)
-        self._look_due = self._temperatures_due = self._looked_at = clock.now()
-        self._last_codes: NDArray[np.integer] = np.array(OPEN)
-        self._closed = False
-        self._in_torque_mode = False
-        self._is_open = True
-        self._stop = ""
+        return self._guard.clock
+
+    @property
+    def name(self) -> str:
+        """As `AeroHand.name`."""
+        return self._hand.name
+
+    @property
+    def restarts(self) -> int:
+        """How often the board has been seen to start; its limits are sent again then."""
+        return self._hand.restarts
+
+    @property
+    def boot_text(self) -> str:
+        """As `AeroHand.boot_text`."""
+        return self._hand.boot_text
+
+    @property
+    def reading_age_s(self) -> float:
+        """As `AeroHand.reading_age_s`; the guard's looks are readings too."""
+        return self._hand.reading_age_s
+
+    @property
+    def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
+        """As `AeroHand.settings_sent`; the guard's own are among them."""
+        return self._hand.settings_sent
 
     def check(self) -> Health:
         """Read positions, currents and temperatures; moves nothing.
@@ -103,19 +128,7 @@ class GuardedHand(AeroHand):
             SafetyStopError: a temperature or a current is over its limit before anything moves.
             AeroError, ConnectionError: as `read_codes`.
         """
-        self._permit()
-        with self._itself():
-            health = Health(self.read_codes(), self.read_currents(), self.read_temperatures())
-        objection = self._watch.temperatures(health.temperatures_c)
-        most = int(np.argmax(np.abs(health.currents_a)))
-        if objection is None and abs(health.currents_a[most]) > self.thresholds.current_a:
-            objection = (
-                f"{Channel(most).label} draws {abs(health.currents_a[most]):.1f} A at rest (limit "
-                f"{self.thresholds.current_a:g} A): it holds against something; take it out, or open the hand by hand"
-            )
-        if objection is not None:
-            raise SafetyStopError(f"{self.name}: not moved. {objection}.")
-        return health
+        return self._guard.check()
 
     def begin(self) -> None:
         """Check the hand and open it gently now, if nothing has moved yet, and not in the middle of the first command.
@@ -125,8 +138,7 @@ class GuardedHand(AeroHand):
         Raises:
             SafetyStopError: as `check`; or the hand did not open.
         """
-        if self.phase is Phase.RESTING:
-            self._start(np.array(OPEN))
+        self._guard.start()
 
     def expect_stops(self, channels: Iterable[Channel]) -> None:
         """Weaken channels that are about to be driven into their stops, which is no reason to stop the hand then.
@@ -138,13 +150,7 @@ class GuardedHand(AeroHand):
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
         self.begin()
-        self._permit()
-        if self._usual is not None:
-            weak = {*THUMB, *channels}
-            for channel in Channel:
-                torque = min(self._usual.torque, self.thresholds.stop_torque) if channel in weak else self._usual.torque
-                self._limits[channel] = ServoSettings(self._usual.speed, torque)
-            self._send_limits()
+        self._guard.expect_stops(tuple(channels))
 
     def limit_torques(self, share: float) -> None:
         """Let no channel use more than a share (0..1) of its stall torque; `expect_stops` ends it.
@@ -156,49 +162,66 @@ class GuardedHand(AeroHand):
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
         self.expect_stops(())
-        if self._usual is not None:
-            for channel in Channel:
-                most = self.thresholds.stop_torque if channel in THUMB else self._usual.torque
-                self.set_torque(channel, min(most, round(STALL_TORQUE * share)))
+        for channel in Channel:
+            if (usual := self._guard.limits.of(channel)) is not None:
+                self.set_torque(channel, min(usual.torque, round(STALL_TORQUE * share)))
 
     def command_codes(self, codes: ArrayLike) -> None:
         """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""
-        codes = np.asarray(codes)
         if self.phase is Phase.RESTING:
             protocol.make_positions(codes)
-            self._start(codes)
-        super().command_codes(codes)
-        if self.phase is not Phase.ENDING:
-            self._last_codes = codes
-            self._in_torque_mode = False
-            self._closed = bool((codes > self.thresholds.arrival * MAX_CODE).any())
-            self._watch.encoders.commanded(self._bare_clock.now(), self._last_codes / MAX_CODE)
+            self._guard.start(codes)
+        self._guard.command(codes)
 
     def command_codes_blindly(self, codes: ArrayLike) -> None:
-        """As `command_codes`, guarded; only the last opening is sent to a board that may be out of step."""
-        if self.phase is Phase.ENDING:
-            super().command_codes_blindly(codes)
-        else:
-            self.command_codes(codes)
+        """As `command_codes`: a program commands nothing blindly; only the guard's last opening does."""
+        self.command_codes(codes)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
-        magnitudes = np.asarray(magnitudes)
         protocol.make_torques(magnitudes)
-        if self.phase is not Phase.ENDING:
-            self.begin()
-            self._permit()
-            self._watch.encoders.forget()
-            self._closed = self._in_torque_mode = True
-        super().command_torques(magnitudes)
+        self.begin()
+        self._guard.command_torques(magnitudes)
+
+    def read_codes(self) -> NDArray[np.uint16]:
+        """As `AeroHand.read_codes`."""
+        return self._guard.permit().read_codes()
+
+    def read_currents(self) -> NDArray[np.float64]:
+        """As `AeroHand.read_currents`."""
+        return self._guard.permit().read_currents()
+
+    def read_temperatures(self) -> NDArray[np.float64]:
+        """As `AeroHand.read_temperatures`."""
+        return self._guard.permit().read_temperatures()
+
+    def read_speeds(self) -> NDArray[np.float64]:
+        """As `AeroHand.read_speeds`."""
+        return self._guard.permit().read_speeds()
 
     def set_speed(self, channel: Channel, register_units: int) -> None:
         """As `AeroHand.set_speed`, and sent again after a restart; opens the hand first if nothing has moved yet."""
-        self._set_limit(channel, "speed", register_units)
+        self.begin()
+        self._guard.permit().set_speed(channel, register_units)
+        self._guard.limits.note(channel, speed=register_units)
 
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """As `AeroHand.set_torque`, and sent again after a restart; opens the hand first if nothing has moved yet."""
-        self._set_limit(channel, "torque", register_units)
+        self.begin()
+        self._guard.permit().set_torque(channel, register_units)
+        self._guard.limits.note(channel, torque=register_units)
+
+    def knows_limits(self) -> bool:
+        """As `AeroHand.knows_limits`."""
+        return self._guard.permit().knows_limits()
+
+    def knows_calibrate_mid(self) -> bool:
+        """As `AeroHand.knows_calibrate_mid`."""
+        return self._guard.permit().knows_calibrate_mid()
+
+    def trim(self, channel: Channel, degrees: int) -> Trimmed:
+        """As `AeroHand.trim`."""
+        return self._guard.permit().trim(channel, degrees)
 
     def calibrate_mid(self, channel: Channel) -> Centred:
         """As `AeroHand.calibrate_mid`, at low speed and torque, from a hand that holds still.
@@ -209,18 +232,19 @@ class GuardedHand(AeroHand):
         Raises:
             SafetyStopError, AeroError: as `begin` and `AeroHand.calibrate_mid`; the limits are given back.
         """
+        guard = self._guard
         self.begin()
-        if channel not in self._limits:
-            return super().calibrate_mid(channel)
-        before = self._limits[channel]
-        self.set_speed(channel, self.thresholds.gentle_speed)
-        self.set_torque(channel, self.thresholds.gentle_torque)
+        before = guard.limits.of(channel)
+        if before is None:
+            return guard.permit().calibrate_mid(channel)
+        self.set_speed(channel, guard.thresholds.gentle_speed)
+        self.set_torque(channel, guard.thresholds.gentle_torque)
         try:
             # The command ends torque mode, and the servo takes the limits with it.
-            self.command_codes(self.read_codes() if self._in_torque_mode else self._last_codes)
-            result = super().calibrate_mid(channel)
-            self._watch.pause()
-            codes = self._last_codes.copy()
+            self.command_codes(self.read_codes() if guard.in_torque_mode else guard.last_codes)
+            result = guard.permit().calibrate_mid(channel)
+            guard.forget_commands()
+            codes = guard.last_codes.copy()
             codes[channel] = result.code
             self.command_codes(codes)
         finally:
@@ -239,13 +263,18 @@ class GuardedHand(AeroHand):
         Closed fingers are opened slowly first: a thumb that lies against them would find its stop there, and all its
         angles would be wrong from then on.
         """
-        if self.phase is Phase.MOVING:
-            move_slowly(self, self.clock, self.read_codes(), OPEN, self.thresholds.opening_s)
-            self.clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
+        self._guard.open_slowly()
         self.begin()
-        super().home(timeout_s)
-        self._watch.pause()
-        self._look_due = self._looked_at = self._bare_clock.now()
+        self._guard.permit().home(timeout_s)
+        self._guard.homed()
+
+    def set_id(self, new_id: int, current_limit: int) -> int:
+        """As `AeroHand.set_id`."""
+        return self._guard.permit().set_id(new_id, current_limit)
+
+    def resynchronise(self) -> int:
+        """As `AeroHand.resynchronise`."""
+        return self._guard.permit().resynchronise()
 
     def close(self) -> None:
         """Open the hand slowly and leave it weak, if this program has moved it, and give the port back.
@@ -256,167 +285,4 @@ class GuardedHand(AeroHand):
             SafetyStopError: the hand may not be open; the message says what to do.
             LinkLostError: the same, because the link was lost.
         """
-        if os.getpid() != self._owner:
-            return
-        standby, self._standby = self._standby, None
-        try:
-            if self.phase in {Phase.OPENING, Phase.MOVING}:
-                self._open(PROGRAM_ENDED)
-        finally:
-            super().close()
-            if standby is not None:
-                (standby.stand_down if self._is_open else standby.take_over)()
-
-    def _start(self, goal: NDArray[np.integer]) -> None:
-        """Check the hand, open it gently, see that it has opened, and go gently to the first goal."""
-        health = self.check()
-        if self._standby is not None:
-            self._standby.start()
-        self.phase, self._is_open = Phase.OPENING, False
-        self._disturbances, self._restarts = self._link.disturbances, self._link.restarts
-        if self._usual is not None:
-            self._limits = dict.fromkeys(
-                Channel, ServoSettings(self.thresholds.gentle_speed, self.thresholds.gentle_torque)
-            )
-            self._send_limits()
-        move_slowly(self, self.clock, health.codes, OPEN, self.thresholds.opening_s)
-        self.clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
-        self._expect_open()
-        move_slowly(self, self.clock, OPEN, goal, self.thresholds.opening_s)
-        self.phase = Phase.MOVING
-        self.expect_stops(())
-
-    def _expect_open(self) -> None:
-        with self._itself():
-            shares = self.read_codes() / MAX_CODE
-        worst = int(np.argmax(shares))
-        if shares[worst] > self.thresholds.arrival:
-            self._abort(
-                f"{Channel(worst).label} is still {shares[worst]:.0%} closed after the hand was opened slowly: it is "
-                "blocked, its servo has no torque, or its zero is lost; home the hand"
-            )
-        self._watch.encoders.found(self._bare_clock.now(), shares)
-
-    def _set_limit(self, channel: Channel, what: str, register_units: int) -> None:
-        if self.phase is not Phase.ENDING:
-            self.begin()
-        (super().set_speed if what == "speed" else super().set_torque)(channel, register_units)
-        if self._usual is not None and self.phase is not Phase.ENDING:
-            self._limits[channel] = replace(self._limits[channel], **{what: register_units})
-
-    def _send_limits(self) -> None:
-        """Send all limits that the guard holds, whatever the board has."""
-        with self._itself():
-            for channel, settings in self._limits.items():
-                super().set_speed(channel, settings.speed)
-                super().set_torque(channel, settings.torque)
-
-    @contextmanager
-    def _itself(self) -> Iterator[None]:
-        """Let exchanges pass that are the guard's own."""
-        before, self._acting = self._acting, True
-        try:
-            yield
-        finally:
-            self._acting = before
-
-    def _permit(self) -> None:
-        """Look at the hand if it is time; nothing happens before the first motion."""
-        if os.getpid() != self._owner:
-            raise SafetyStopError(f"{self.name}: this process was forked; the hand belongs to the one that opened it.")
-        if self._acting:
-            return
-        if self.phase is Phase.STOPPED:
-            raise SafetyStopError(self._stop)
-        now = self._bare_clock.now()
-        if self.phase not in {Phase.OPENING, Phase.MOVING} or now < self._look_due:
-            return
-        silent = False
-        if self._link.silent_from is None:  # else the program has waited for the board
-            # What the look before took makes this one not late.
-            self._lateness.began(now, now - max(self._look_due, self._looked_at + self.thresholds.look_s))
-        try:
-            with self._itself():
-                objection = self._unwatched(now) or self._look()
-                self._lateness.answered(self._bare_clock.now(), self._bare_clock.now() - now)
-                self._restore()
-        except AeroError:
-            # What the program itself has asked in vain counts too.
-            asked = now if self._link.silent_from is None else min(now, self._link.silent_from)
-            objection = self._watch.unanswered(asked, self._bare_clock.now())
-            silent = True
-        self._looked_at = self._bare_clock.now()
-        self._look_due = now + self.thresholds.look_s
-        if objection is not None:
-            self._abort(objection, silent=silent)
-
-    def _unwatched(self, now: float) -> str | None:
-        """Return why to stop when nobody has looked at a hand that is not open for too long."""
-        unwatched_s = now - self._looked_at
-        if not self._closed or unwatched_s <= self.thresholds.unwatched_s:
-            return None
-        return (
-            f"nobody has looked at the hand for {unwatched_s:.0f} s (limit {self.thresholds.unwatched_s:g} s): this "
-            "machine was suspended, or the program was stopped or did not call; wait on the hand's clock"
-        )
-
-    def _look(self) -> str | None:
-        asked, codes = self._bare_clock.now(), self.read_codes()
-        reading = Reading(asked, self._bare_clock.now(), codes / MAX_CODE)
-        objection = self._watch.look(reading, self.read_currents())
-        if objection is None and reading.replied >= self._temperatures_due:
-            self._temperatures_due = reading.replied + self.thresholds.temperature_look_s
-            objection = self._watch.temperatures(self.read_temperatures())
-        return objection
-
-    def _restore(self) -> None:
-        """Send the limits again when the board may have lost them, and what makes it apply them when it has."""
-        disturbances, restarts = self._link.disturbances, self._link.restarts
-        if disturbances == self._disturbances:
-            return
-        self._send_limits()
-        if restarts != self._restarts:
-            super().command_codes(self._last_codes)
-        self._disturbances, self._restarts = disturbances, restarts
-
-    def _abort(self, objection: str, *, silent: bool = False) -> None:
-        self._open(objection + self._lateness.remark(), silent=silent)
-        raise SafetyStopError(self._stop)
-
-    def _open(self, reason: str, *, silent: bool = False) -> None:
-        """Open slowly and leave weak; the hand takes no more commands of the program.
-
-        A board that was just found `silent` is not asked first where its hand stands.
-
-        A signal that comes meanwhile is carried out afterwards, but for a hand that may be closed.
-
-        Raises:
-            SafetyStopError: the hand may not be open; this has to be said, whatever the signal was.
-            LinkLostError: the same, because the link was lost, and nothing else was wrong.
-        """
-        self.phase = Phase.ENDING
-        kind: type[SafetyStopError] = SafetyStopError
-        with uninterrupted():
-            try:
-                with self._itself():
-                    settable = self._usual is not None
-                    doubt = open_and_relax(
-                        self,
-                        self._bare_clock,
-                        self.thresholds,
-                        settable=settable,
-                        last_codes=self._last_codes,
-                        silent=silent,
-                    )
-            except ConnectionError as error:
-                doubt = str(error)
-                if reason == PROGRAM_ENDED:
-                    reason, kind = LINK_LOST, LinkLostError
-            finally:
-                self.phase = Phase.STOPPED
-            self._is_open = not doubt
-            done = "stopped and opened slowly" if self._is_open else "stopped"
-            self._stop = f"{self.name}: {done}. {reason}."
-            if doubt:
-                self._stop += f" {SWITCH_OFF}, because {doubt}"
-                raise kind(self._stop)
+        self._guard.end()

@@ -23,9 +23,11 @@ class Lateness:
         self._looks: deque[tuple[float, float]] = deque()
         self._replies: deque[tuple[float, float]] = deque()
 
-    def began(self, t: float, late_s: float) -> None:
-        """Take a look that began at `t`, `late_s` after it was due (s)."""
-        self._note(self._looks, t, late_s if late_s > self._piece_s + WORTH_SAYING_S else 0.0)
+    def began(self, t: float, late_s: float) -> bool:
+        """Take a look that began at `t`, `late_s` after it was due (s); return whether that is worth saying."""
+        late = late_s > self._piece_s + WORTH_SAYING_S
+        self._note(self._looks, t, late_s if late else 0.0)
+        return late
 
     def answered(self, t: float, after_s: float) -> None:
         """Take a look that was answered at `t`, `after_s` after it began (s)."""

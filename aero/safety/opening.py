@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
@@ -32,30 +33,22 @@ SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"
 
 
 def move_slowly(
-    hand: AeroHand,
-    clock: Clock,
-    start_codes: ArrayLike,
-    goal_codes: ArrayLike,
-    seconds: float,
-    *,
-    blindly: bool = False,
+    command: Callable[[ArrayLike], None], clock: Clock, start_codes: ArrayLike, goal_codes: ArrayLike, seconds: float
 ) -> None:
     """Ramp all channels from where they stand to a goal.
 
     Args:
-        hand: what moves.
+        command: sends every channel to a position, as `AeroHand.command_codes` and `command_codes_blindly` do.
         clock: of the hand.
         start_codes: (7,) in 0..65535, where it stands.
         goal_codes: (7,) in 0..65535.
         seconds: time for the whole window; half the window takes half of it.
-        blindly: whether the board may be out of step, where it takes any byte for an opcode.
 
     Raises:
         ConnectionError: the link is gone.
     """
     start, goal = np.asarray(start_codes, np.float64), np.asarray(goal_codes, np.float64)
     steps = max(1, round(seconds / STEP_S * float(np.abs(goal - start).max()) / MAX_CODE))
-    command = hand.command_codes_blindly if blindly else hand.command_codes
     begin = clock.now()
     for step in range(1, steps + 1):
         command(np.rint(start + (goal - start) * step / steps).astype(np.int64))
@@ -97,7 +90,7 @@ def open_and_relax(
     doubt = "the board does not answer" if silent else attempt.run()
     if attempt.silent:
         with suppress(AeroError):  # a frame that went out incomplete forbids it until the board is back in step
-            move_slowly(hand, clock, last_codes, OPEN, thresholds.opening_s, blindly=True)
+            move_slowly(hand.command_codes_blindly, clock, last_codes, OPEN, thresholds.opening_s)
     while doubt and not deadline.expired:
         with suppress(AeroError):  # the next attempt says what is still wrong
             if attempt.silent:
@@ -137,7 +130,7 @@ class _Attempt:
             where, restarts = self._hand.read_codes(), self._hand.restarts
             self.silent = False
             self._limit(limits.gentle_torque)
-            move_slowly(self._hand, self._clock, where, OPEN, limits.opening_s)
+            move_slowly(self._hand.command_codes, self._clock, where, OPEN, limits.opening_s)
             self._come_to_rest()
             self._limit(limits.limp_torque)
             self._hold_open()

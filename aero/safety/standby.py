@@ -10,6 +10,7 @@ The process runs `aero.safety.__main__`.
 from __future__ import annotations
 
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -21,6 +22,7 @@ from pathlib import Path
 from aero.safety.stop import SafetyStopError
 from aero.safety.thresholds import Thresholds
 
+_LOG = logging.getLogger(__name__)
 ALL_WELL = b"."
 """What the guarded program sends when it has opened the hand itself, and seen that it is open."""
 READY = b"ready"
@@ -66,6 +68,7 @@ class Standby:
         late.start()
         said = self._process.stdout.readline().strip()
         late.cancel()
+        _LOG.info("process %d opens the hand should this one be killed", self._process.pid)
         if said != READY:
             self._process.kill()
             self._process.communicate()
@@ -81,6 +84,7 @@ class Standby:
 
     def take_over(self) -> None:
         """Let it try to open the hand, whose port is free now."""
+        _LOG.warning("the second process is left to open the hand")
         self._leave(b"")
 
     def _leave(self, message: bytes) -> None:

@@ -16,7 +16,7 @@ from figures.cells import Cell
 from figures.emulated import EXACT, SEEDED
 from figures.sources import Row, Source
 from hil.lab.map_identification.identify import Identification, identify
-from hil.lab.map_identification.radii import flexor_radius, two_pose_radii
+from hil.lab.map_identification.regression import flexor_radius, two_pose_radii
 from model import RoutedHand
 from model.geometry.winding import WINDING
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from figures.cells import Cell
 from figures.sources import Row
-from figures.stored import Result, stored
+from figures.stored import Result, plain, stored
 from hil.lab.campaign.summary import Share
 
 
@@ -20,41 +20,27 @@ def alarms(result: Result) -> list[Row]:
     return [header, *rows]
 
 
-def diagnosis(result: Result) -> list[Row]:
-    """How good the named cause is, on hands that the dictionary has not seen."""
-    header = ("batch", "faults above the stated severity that were found", "right cause first", "among the first three")
+def causes(result: Result) -> list[Row]:
+    """How good place and cause are, on hands and kinds of fault that nothing was learned from."""
+    header = (
+        "faults",
+        "found",
+        "where is right",
+        "first cause right",
+        "in the first three",
+        "right one in the shown set",
+        "shown set empty",
+        "causes shown",
+    )
+    names = ("where", "first", "three", "shown", "empty", "size")
     return [
         header,
-        *(
-            (
-                ", ".join(str(part) for part in (row["batch"], row["note"]) if part),
-                Cell.of(f"{row['found']} of {row['above']} ({{:.1f}} %)", 100.0 * row["found"] / row["above"]),
-                f"{row['first_percent']} % of {row['named']}",
-                f"{row['among_three_percent']} %",
-            )
-            for row in result.rows
-        ),
-    ]
-
-
-def unknown(result: Result) -> list[Row]:
-    """The same on faults that the dictionary does not know."""
-    return [
-        ("unknown faults", "found", "right cause first", "among the first three"),
-        *(
-            (
-                row["faults"],
-                f"{row['found']} of {row['of']}",
-                f"{row['first_percent']} % of {row['found']}",
-                f"{row['among_three_percent']} %",
-            )
-            for row in result.rows
-        ),
+        *((row["faults"], f"{row['found']} of {row['of']}", *(row[n] for n in names)) for row in result.rows),
     ]
 
 
 TABLES = {
     "alarms": stored("alarms", alarms),
-    "diagnosis": stored("diagnosis", diagnosis),
-    "unknown": stored("unknown_faults", unknown),
+    "conditions": stored("conditions", plain),
+    "causes": stored("judged_causes", causes),
 }

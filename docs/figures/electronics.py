@@ -17,7 +17,7 @@ from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.servo.electrical import static_current
 from firmware_emulator.servo.parameters import HLS3606M
-from hil.checks.shared.command_steps import CommandStep
+from hil.checks.shared.signals import CommandStep
 from hil.checks.staircase.rise_time import Response, respond
 
 RECORDED_MA = {5: "30", 10: "30", 20: "36-38", 30: "43", 40: "47.5", 46: "50", 52: "50"}

@@ -7,7 +7,7 @@ from figures.cells import Cell, Tolerance
 from figures.sources import Cost, Row, Source
 from figures.stored import plain, stored
 from hil.lab.policies.byte_evaluation import run_trials
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.deployment import load_deployments
 from hil.lab.policies.prediction import Prediction, of_trials
 
@@ -31,7 +31,7 @@ def predictions() -> list[Row]:
 
 def predict(policy_name: str, deployment_name: str) -> Prediction:
     """Run the trials through the bytes that `aero-hil predict POLICY --as DEPLOYMENT --seed 70000` runs."""
-    policy, made = find_policy(policy_name), dict[str, list[Trial]]()
+    policy, made = find_policy(policy_name), dict[str, list[CubeTrial]]()
     cases = load_deployments()[deployment_name].cases(policy, TRIALS, seconds=SECONDS, seed=SEED)
     run_trials(policy, cases, made, lambda _done, _name: None)
     return of_trials(deployment_name, [trial for trials in made.values() for trial in trials], SEED)

@@ -42,7 +42,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Comparison:
     """A session on two boards."""
 
     session: Session
@@ -55,12 +55,12 @@ class Outcome:
     hand_seconds: float
 
 
-def compare(session: Session, first: Contender, second: Contender | Trace) -> Outcome:
+def compare(session: Session, first: Contender, second: Contender | Trace) -> Comparison:
     """Run a session on both, or on the first where the second was recorded, and look for the first difference."""
     a = Stage(first, session).run()
     b = second if isinstance(second, Trace) else Stage(second, session).run()
     replies = sum(len(data) for _, data in a.events["host"])
-    return Outcome(session, _difference(a, b), b, a.packets, replies, len(a.angles) * SAMPLE_S)
+    return Comparison(session, _difference(a, b), b, a.packets, replies, len(a.angles) * SAMPLE_S)
 
 
 def _difference(a: Trace, b: Trace) -> Difference | None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import random
-import struct
 from collections.abc import Callable
 
 from firmware_emulator.compare.steps import Await, Damage, Heat, Reset, Send, Servos, Session, Step, Wait
 from firmware_emulator.firmware.boot import ResetCause
-from firmware_emulator.firmware.frames import Opcode
+from firmware_emulator.firmware.frames import FRAME, Opcode
 
 EDGES = (0, 1, 4, 5, 6, 7, 8, 199, 200, 253, 254, 255, 256, 1000, 1001, 1023, 1024, 32766, 32767, 32768, 40000, 65535)
 """Words at which the firmware changes its mind, and their neighbours."""
@@ -24,7 +23,7 @@ BOOTED = Await(2000, 6.0)
 
 def frame(code: int, *words: int) -> bytes:
     """Return a host frame."""
-    return struct.pack("<BB7H", code, 0, *words, *[0] * (7 - len(words)))
+    return FRAME.pack(code, 0, *words, *[0] * (7 - len(words)))
 
 
 def _pause(rng: random.Random) -> Wait:

@@ -11,7 +11,8 @@ from struct import Struct
 
 FRAME_SIZE = 16
 CHANNELS = 7
-_WORDS = Struct("<BB7H")
+FRAME = Struct("<BB7H")
+"""Opcode, filler and words of a frame."""
 
 
 class Opcode(IntEnum):
@@ -33,10 +34,10 @@ class Opcode(IntEnum):
 
 def words_of(frame: bytes) -> tuple[int, ...]:
     """Return the seven payload words of a frame, unsigned."""
-    return _WORDS.unpack(frame)[2:]
+    return FRAME.unpack(frame)[2:]
 
 
 def reply(opcode: int, words: Sequence[int]) -> bytes:
     """Return a frame from up to seven words (unsigned, or signed 16-bit); missing ones are zero."""
     payload = [word & 0xFFFF for word in words]
-    return _WORDS.pack(opcode, 0, *payload, *(0,) * (CHANNELS - len(payload)))
+    return FRAME.pack(opcode, 0, *payload, *(0,) * (CHANNELS - len(payload)))

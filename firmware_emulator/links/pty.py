@@ -13,7 +13,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol
+from typing import Literal, Protocol
 
 from firmware_emulator.firmware.boot import ResetCause
 from firmware_emulator.hand import EmulatedHand
@@ -80,6 +80,8 @@ class PtyServer:
             serial.SerialException: the port cannot be opened.
         """
         self.log: list[WireEntry] | None = None
+        self.listeners: list[Callable[[WireEntry], None]] = []
+        """Called with the bytes of the board's terminal as they cross it."""
         self._hand = emulated_hand
         self._takers: dict[_End, Callable[[bytes], object]] = {}
         with ExitStack() as opened:
@@ -183,13 +185,19 @@ class PtyServer:
         if end not in self._takers:
             return
         data = end.read()
-        if end is self._host and self.log is not None:
-            self.log.append((self._hand.kernel.now, ">", data))
+        if end is self._host:
+            self._note(">", data)
         self._takers[end](data)
 
-    def _transmit(self, data: bytes) -> None:
+    def _note(self, direction: Literal[">", "<"], data: bytes) -> None:
+        entry = (self._hand.kernel.now, direction, data)
         if self.log is not None:
-            self.log.append((self._hand.kernel.now, "<", data))
+            self.log.append(entry)
+        for listener in self.listeners:
+            listener(entry)
+
+    def _transmit(self, data: bytes) -> None:
+        self._note("<", data)
         self._host.write(data)
         if self._network is not None:
             self._network.write(data)

@@ -40,6 +40,27 @@ def current_curve(servo: ServoParameters) -> Callable[[float], float]:
     return current
 
 
+def turning_current(servo: ServoParameters) -> Callable[[float, float], float]:
+    """Return the current (register units, unsigned) of a winding's effort (N m) and a speed (counts/s), signs ignored.
+
+    At rest it is `static_current`. A motor that turns draws more for the same effort, a fast one no more than the floor
+    of the static curve: that is what a recorded hand shows, and no theory.
+    """
+    at_rest = current_curve(servo)
+    if not servo.current_turning_ma and math.isinf(servo.current_fading_counts):
+        return lambda effort, _speed: at_rest(effort)
+    floor = servo.current_floor_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
+    turning = servo.current_turning_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
+    begins, fades = servo.current_turning_counts**2, servo.current_fading_counts**2
+
+    def current(effort: float, speed: float) -> float:
+        effort, square = abs(effort), speed * speed
+        above = at_rest(effort) - floor * effort + turning * effort * square / (square + begins)
+        return floor * effort + above / (1.0 + square / fades)
+
+    return current
+
+
 @lru_cache(maxsize=512)
 def effort_limit(current_units: int, servo: ServoParameters) -> float:
     """Return the effort (N m) at which the static current is `current_units`, at most the stall torque.
@@ -59,9 +80,11 @@ def effort_limit(current_units: int, servo: ServoParameters) -> float:
     return high
 
 
-def temperature_after(temperature_c: float, mean_square_a2: float, seconds: float, servo: ServoParameters) -> float:
-    """Return the temperature (°C) after `seconds` with a mean square current (A²)."""
+def temperature_after(
+    temperature_c: float, mean_square_a2: float, seconds: float, servo: ServoParameters, *, speed_counts: float = 0.0
+) -> float:
+    """Return the temperature (°C) after `seconds` with a mean square current (A²) and a mean speed (counts/s)."""
     heating = servo.heating_c_per_s * mean_square_a2 / (mean_square_a2 + servo.heating_knee_a**2)
-    heating += servo.heating_c_per_s_per_a2 * mean_square_a2
+    heating += servo.heating_c_per_count * abs(speed_counts)
     final = servo.rest_temperature_c + heating * servo.cooling_s
     return final + (temperature_c - final) * math.exp(-seconds / servo.cooling_s)

@@ -10,7 +10,7 @@ from random import Random
 from struct import Struct
 
 from firmware_emulator.servo.control import OFF, PWM, LoopSettings
-from firmware_emulator.servo.electrical import current_curve
+from firmware_emulator.servo.electrical import turning_current
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, SPEED_UNIT_COUNTS, ServoParameters
@@ -39,13 +39,14 @@ class FeedbackBlock:
         self._memory = memory.bytes
         self._frame = frame
         self._shaft = mounting.shaft
-        self._static_current = current_curve(parameters)
+        self._turning_current = turning_current(parameters)
         self._filter_s = parameters.current_filter_s
         self._noise = noise.gauss
         self._noise_units = parameters.current_noise_units
         # The sign of load and current is that of a goal torque: positive toward lower counts.
         self._sign = -mounting.direction
         self._speed_units = frame.counts_per_rad / SPEED_UNIT_COUNTS
+        self._counts_per_rad = frame.counts_per_rad
         self._load_units = 1000.0 / parameters.stall_torque
         self._back_emf = self._sign * parameters.back_emf
         self.volts = parameters.voltage
@@ -77,7 +78,9 @@ class FeedbackBlock:
         speed = round(self._speed_units * shaft_speed)
         effort = self._sign * efforts[shaft]
         load = round(self._load_units * effort)
-        self.current_units = current = self._current(effort - self._back_emf * shaft_speed, now, settings)
+        self.current_units = current = self._current(
+            effort - self._back_emf * shaft_speed, self._counts_per_rad * shaft_speed, now, settings
+        )
         target = round(setpoint_counts)
         BLOCK.pack_into(
             memory,
@@ -94,8 +97,8 @@ class FeedbackBlock:
             current if current >= 0 else -current | 0x8000,
         )
 
-    def _current(self, winding: float, now: float, settings: LoopSettings) -> int:
-        """Reading (register units) for what drives the winding, N m."""
+    def _current(self, winding: float, speed: float, now: float, settings: LoopSettings) -> int:
+        """Reading (register units) for what drives the winding, N m, at a speed, counts/s."""
         if settings is not self._settings:
             self._settings = settings
             self._limit = MAX_UNITS if settings.mode == PWM else settings.current
@@ -103,7 +106,7 @@ class FeedbackBlock:
         limit = self._limit
         units = 0.0
         if settings.enable != OFF:
-            units = min(self._static_current(winding), limit)
+            units = min(self._turning_current(winding, speed), limit)
             if winding < 0.0:
                 units = -units
         share = exp((self._measured_at - now) / self._filter_s)

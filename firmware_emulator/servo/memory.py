@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from firmware_emulator.servo.encoding import decode_signed, encode_signed
 from firmware_emulator.servo.models import HLS3606M, ServoModel
 from firmware_emulator.servo.registers import EEPROM_END, MEMORY_SIZE, POWER_UP_COPIES, REGISTER_AT, REGISTERS, Register
@@ -15,6 +17,15 @@ class RegisterFile:
     def __init__(self, servo: int, model: ServoModel = HLS3606M) -> None:
         """Hold a model's factory values for the servo with this ID."""
         self._sign_bits = {"offset": model.offset_sign_bit}
+        # Name to address, size and bit of the sign, 0 for none: a goal reads a dozen registers of each servo.
+        self._places = {
+            register.name: (
+                register.address,
+                register.size,
+                self._sign_bits.get(register.name, 15) if register.signed else 0,
+            )
+            for register in REGISTERS.values()
+        }
         self._factory = {register.name: register.default for register in REGISTERS.values()} | dict(model.factory)
         self._eeprom = bytearray(MEMORY_SIZE)
         self._put_factory_values()
@@ -37,9 +48,11 @@ class RegisterFile:
 
     def get(self, name: str) -> int:
         """Return a register's value, signed where the register is."""
-        register = REGISTERS[name]
-        word = int.from_bytes(self.bytes[register.address : register.address + register.size], "little")
-        return decode_signed(word, self._sign_bits.get(name, 15)) if register.signed else word
+        address, size, sign_bit = self._places[name]
+        word = self.bytes[address]
+        if size == 2:
+            word |= self.bytes[address + 1] << 8
+        return decode_signed(word, sign_bit) if sign_bit else word
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the servo, whether or not a bus write may."""
@@ -59,16 +72,10 @@ class RegisterFile:
 
     def write(self, address: int, data: bytes) -> None:
         """Apply a bus write: read-only bytes are left, values out of a register's range are brought to its edge."""
-        end = min(address + len(data), MEMORY_SIZE)
-        touched = []
-        for at in range(address, end):
-            register = REGISTER_AT.get(at) or REGISTER_AT.get(at - 1)
-            if register is None or not register.writable or at >= register.address + register.size:
-                continue
+        places, registers = _writable(address, len(data))
+        for at in places:
             self.bytes[at] = data[at - address]
-            if register not in touched:
-                touched.append(register)
-        for register in touched:
+        for register in registers:
             self._store(self.bytes, register, self._bounded(register))
             if register.address < EEPROM_END:
                 self.keep(register.name)
@@ -85,3 +92,14 @@ class RegisterFile:
     def _store(self, memory: bytearray, register: Register, value: int) -> None:
         word = encode_signed(value, self._sign_bits.get(register.name, 15)) if register.signed else value
         memory[register.address : register.address + register.size] = word.to_bytes(register.size, "little")
+
+
+@lru_cache(maxsize=256)
+def _writable(address: int, count: int) -> tuple[tuple[int, ...], tuple[Register, ...]]:
+    """Return what a bus write of `count` bytes from `address` changes: addresses and registers."""
+    found = {}
+    for at in range(address, min(address + count, MEMORY_SIZE)):
+        register = REGISTER_AT.get(at) or REGISTER_AT.get(at - 1)
+        if register is not None and register.writable and at < register.address + register.size:
+            found[at] = register
+    return tuple(found), tuple(dict.fromkeys(found.values()))

@@ -24,6 +24,8 @@ class ServoModel:
     """Whether register 7 is a second ID that takes writes; elsewhere it is a delay of answers, which has no effect."""
     overload: bool
     """Whether registers 34 to 36 are holding torque, protection time and overload torque."""
+    middle_by_torque: bool
+    """Whether 128 in the torque register makes the present position 2048, as CALIBRATE does."""
     factory: Mapping[str, int] = field(default_factory=dict)
     """Factory values that differ from those of the register map, by name."""
 
@@ -34,6 +36,7 @@ HLS3606M = ServoModel(
     offset_sign_bit=15,
     secondary_id=True,
     overload=False,
+    middle_by_torque=False,
 )
 """The hand's servo: model number 2570, firmware 3.43."""
 STS3215 = ServoModel(
@@ -42,6 +45,7 @@ STS3215 = ServoModel(
     offset_sign_bit=11,
     secondary_id=False,
     overload=True,
+    middle_by_torque=True,
     factory={
         "firmware_minor": 10,
         # Model number 777, low byte first.

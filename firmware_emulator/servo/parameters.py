@@ -53,6 +53,12 @@ class ServoParameters:
     """What the static current per count gains towards large errors, mA."""
     current_knee_counts: float = 32.0
     """Error at which half of `current_rise_ma` is gained, counts."""
+    current_turning_ma: float = 0.0
+    """What the current per count gains as soon as the motor turns, mA."""
+    current_turning_counts: float = 150.0
+    """Speed at which half of `current_turning_ma` is gained, counts/s."""
+    current_fading_counts: float = math.inf
+    """Speed at which all but `current_floor_ma` has halved, counts/s; infinite when the speed does not matter."""
     full_duty_units: float = 1030.0
     """Current reading of a motor held at full duty, register units; homing waits for 950 (assumption)."""
     current_filter_s: float = 0.01
@@ -71,8 +77,8 @@ class ServoParameters:
     """Heating rate at large currents, °C/s."""
     heating_knee_a: float = 0.4
     """Current at which half of `heating_c_per_s` is reached, A."""
-    heating_c_per_s_per_a2: float = 0.0
-    """Heating rate by the square of the current beside that, °C/s a square ampere: what short large currents add."""
+    heating_c_per_count: float = 0.0
+    """What motion heats beside that, °C a count of travel: gears, brushes, and peaks of current at every start."""
     reboot_s: float = 0.8
     """Time a servo does not answer after REBOOT, s (transcribed HLS documentation)."""
     clamp_goal: bool = False
@@ -83,6 +89,11 @@ class ServoParameters:
             raise ValueError(
                 f"stall torque and no-load speed must be positive, got {self.stall_torque:g} N m and "
                 f"{self.no_load_speed_counts:g} counts/s"
+            )
+        if min(self.current_turning_counts, self.current_fading_counts) <= 0.0:
+            raise ValueError(
+                "the speeds of the current's law must be positive, got "
+                f"{self.current_turning_counts:g} and {self.current_fading_counts:g} counts/s"
             )
         model_of(self.model)
         if not 0.0 < self.duty_per_count < 1.0 / RECORDED_COUNTS:

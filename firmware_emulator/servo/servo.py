@@ -32,6 +32,9 @@ GOAL_BLOCK = REGISTERS["acceleration"].address
 CONTROL = span("dead_zone_cw", "kd")
 """Addresses that `LoopSettings` is read from lie in here."""
 OFFSET = span("offset")
+TORQUE = REGISTERS["torque_enable"].address
+MIDDLE = 128
+"""What an STS servo's torque register takes for an order to calibrate, and does not keep."""
 MID_COUNTS = 2048
 MAX_GOAL = 32767
 
@@ -90,6 +93,10 @@ class Servo:
         if write == self._last_goal:
             return
         self._last_goal = write if address == GOAL_BLOCK else None
+        at = TORQUE - address
+        if self.model.middle_by_torque and 0 <= at < len(data) and data[at] == MIDDLE:
+            self.calibrate(None)
+            data = data[:at] + bytes((self.memory.get("torque_enable"),)) + data[at + 1 :]
         self.memory.write(address, data)
         written = range(address, address + len(data))
         if _meet(written, GOAL):
@@ -115,7 +122,10 @@ class Servo:
         feedback, memory = self.feedback, self.memory
         feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
         current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
-        feedback.temperature_c = temperature_after(feedback.temperature_c, current_a**2, seconds, self.parameters)
+        speed = self.frame.counts_per_rad * self._shafts.sample().speeds[self._mounting.shaft]
+        feedback.temperature_c = temperature_after(
+            feedback.temperature_c, current_a**2, seconds, self.parameters, speed_counts=speed
+        )
         feedback.status = int(self._protection.status(memory, seconds))
         memory.set("status", feedback.status)
         unload = memory.get("unload_conditions")

@@ -2,7 +2,7 @@
 
 `run.py` moves a hand and leaves a recording, `measure.py` turns the recording into numbers, `checks.toml` says what
 each number means (`shared/declaration.py` explains the file). A new check is a new folder; nothing else has to know it.
-`session` has no `run.py`: it is measured on the recording of the whole run.
+`session` and `driver` have no `run.py`: they are measured on what the whole run left.
 """
 
 import tomllib
@@ -40,10 +40,14 @@ EXPERIMENTS: dict[str, Experiment] = {
 """By name, in the order in which a hand goes through them."""
 DEFAULT = tuple(name for name, experiment in EXPERIMENTS.items() if experiment.by_default)
 """Run unless others are asked for."""
-JUDGED: dict[str, Measuring] = EXPERIMENTS | {found.name: found for found in _FOUND if found.name not in EXPERIMENTS}
+_WHOLE = {found.name: found for found in _FOUND if not isinstance(found, Experiment)}
+WHOLE_RUN = _WHOLE["session"]
+"""Measured on every byte since the hand was opened."""
+DRIVER = _WHOLE["driver"]
+"""Measured on the recording of each experiment, of which the worst counts."""
+JUDGED: dict[str, Measuring] = {**EXPERIMENTS, WHOLE_RUN.name: WHOLE_RUN, DRIVER.name: DRIVER}
 """Everything that limits can be set on: the experiments, and the run as a whole."""
-WHOLE_RUN = JUDGED["session"]
 CHECKS = tuple(check for found in JUDGED.values() for metric in found.metrics for check in metric.checks)
 """Every bound, in the order of the limits."""
 
-__all__ = ["CHECKS", "DEFAULT", "EXPERIMENTS", "JUDGED", "WHOLE_RUN", "Experiment", "Measured", "Measuring"]
+__all__ = ["CHECKS", "DEFAULT", "DRIVER", "EXPERIMENTS", "JUDGED", "WHOLE_RUN", "Experiment", "Measured", "Measuring"]

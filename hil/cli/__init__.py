@@ -9,9 +9,10 @@ import click
 
 from hil.cli.drawing_library import name_it
 from hil.cli.exits import OURS, Ended, Exit, interrupted, run
+from hil.cli.logs import log_nowhere, with_log
 
 
-class Row(NamedTuple):
+class Command(NamedTuple):
     """One command; its module is imported only when it is used."""
 
     place: str
@@ -22,35 +23,37 @@ class Row(NamedTuple):
     """Extra that its imports come with."""
 
 
-COMMANDS: dict[str, Row] = {
-    "doctor": Row("hil.cli.doctor:doctor", "Look at this machine and a hand at rest, and say what to do."),
-    "validate": Row("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
-    "report": Row("hil.cli.report:report", "Judge recordings again and write the report."),
-    "view": Row("hil.cli.view:view", "Play a recording in a web page.", "view"),
-    "export": Row("hil.cli.export:export_command", "Write a recording for Foxglove.", "foxglove"),
-    "replay": Row("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
-    "diff": Row("hil.cli.diff:diff", "Compare two recordings of one experiment."),
-    "baseline": Row("hil.cli.baseline:baseline", "Keep a hand's figures, to be compared with later."),
-    "campaign": Row("hil.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
-    "limits": Row("hil.cli.limits:limits", "Compute the limits from the healthy hands of a campaign.", "campaign"),
-    "learn": Row("hil.cli.learn:learn", "Learn what faults do to the readings, for the diagnosis.", "campaign"),
-    "endurance": Row("hil.cli.endurance:endurance", "Open and close the hand many times."),
-    "emulate": Row("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
-    "faults": Row("hil.cli.faults:faults", "List the faults that can be put into a hand or a link.", "emulate"),
-    "proxy": Row("hil.cli.proxy:proxy", "Put faults between a program and a port.", "emulate"),
-    "firmware": Row("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
-    "map": Row("hil.cli.map:map_command", "Convert a posture between representations."),
-    "identify": Row("hil.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
-    "servos": Row("hil.cli.servos:servos", "Set up servos on a bus adapter, before assembly.", "servo"),
-    "centre": Row("hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."),
-    "calibrate": Row("hil.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
-    "score": Row("hil.cli.score:score_command", "Score a unit against recordings of a hand."),
-    "record": Row("hil.cli.record:record_command", "Excite a hand and record what calibration needs."),
-    "train": Row("hil.cli.train:train", "Train a policy."),
-    "evaluate": Row("hil.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
-    "predict": Row("hil.cli.predict:predict", "Predict how a policy does on a physical hand."),
-    "run-policy": Row("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
-    "convert-policy": Row("hil.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
+COMMANDS: dict[str, Command] = {
+    "doctor": Command("hil.cli.doctor:doctor", "Look at this machine and a hand at rest, and say what to do."),
+    "validate": Command("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
+    "report": Command("hil.cli.report:report", "Judge recordings again and write the report."),
+    "view": Command("hil.cli.view:view", "Play a recording in a web page.", "view"),
+    "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove.", "foxglove"),
+    "replay": Command("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
+    "diff": Command("hil.cli.diff:diff", "Compare two recordings of one experiment."),
+    "baseline": Command("hil.cli.baseline:baseline", "Keep a hand's figures, to be compared with later."),
+    "campaign": Command("hil.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
+    "limits": Command("hil.cli.limits:limits", "Compute the limits from the healthy hands of a campaign.", "campaign"),
+    "learn": Command("hil.cli.learn:learn", "Learn what faults do to the readings, for the diagnosis.", "campaign"),
+    "endurance": Command("hil.cli.endurance:endurance", "Open and close the hand many times."),
+    "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
+    "faults": Command("hil.cli.faults:faults", "List the faults that can be put into a hand or a link.", "emulate"),
+    "proxy": Command("hil.cli.proxy:proxy", "Put faults between a program and a port.", "emulate"),
+    "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
+    "map": Command("hil.cli.map:map_command", "Convert a posture between representations."),
+    "identify": Command("hil.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
+    "servos": Command("hil.cli.servos:servos", "Set up servos on a bus adapter, before assembly.", "servo"),
+    "centre": Command(
+        "hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."
+    ),
+    "calibrate": Command("hil.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
+    "score": Command("hil.cli.score:score_command", "Score a unit against recordings of a hand."),
+    "record": Command("hil.cli.record:record_command", "Excite a hand and record what calibration needs."),
+    "train": Command("hil.cli.train:train", "Train a policy."),
+    "evaluate": Command("hil.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
+    "predict": Command("hil.cli.predict:predict", "Predict how a policy does on a physical hand."),
+    "run-policy": Command("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
+    "convert-policy": Command("hil.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
 }
 
 
@@ -80,7 +83,7 @@ class LazyGroup(click.Group):
             extra = COMMANDS[cmd_name].extra
             needs = f"`aero-hil {cmd_name}` needs the extra `{extra}`; from a checkout: pip install -e '.[{extra}]'"
             raise Ended(f"{needs} ({error})", Exit.USAGE) from error
-        return command
+        return with_log(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands from the table, so that help imports none of them."""
@@ -90,6 +93,7 @@ class LazyGroup(click.Group):
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
         name_it()
+        log_nowhere()
         run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
 
 

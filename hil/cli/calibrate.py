@@ -15,13 +15,12 @@ from aero.channels import Channel
 from aero.firmware import FIRMWARE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
-from hil.cli.console import console as new_console
-from hil.cli.console import description
 from hil.cli.exits import given
 from hil.cli.options import NewFolder
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar, description
+from hil.cli.terminal import console as new_console
 from hil.lab.system_identification.calibration import Calibration, calibrate
-from hil.lab.system_identification.held_out import FEWEST, PARTS, held_out_rms
+from hil.lab.system_identification.replay_score import FEWEST, PARTS, held_out_rms
 from hil.lab.system_identification.search import pooled_rms
 from hil.lab.system_identification.trace import load_trace
 from hil.lab.system_identification.trace_plots import trace_svg

@@ -13,21 +13,22 @@ from aero.firmware import FIRMWARE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
-from hil.cli.console import console as new_console
-from hil.cli.console import description
 from hil.cli.exits import given
 from hil.cli.options import SEED
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar, description
+from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
 from hil.lab.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
+from hil.lab.campaign.drawn import drawn_hands
 from hil.lab.campaign.learning import accused
 from hil.lab.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
 from hil.lab.campaign.store import NAME, missing, opened
 from hil.lab.campaign.trial import Outcome
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import command_line
-from hil.verdict.dictionary import load_dictionary
+from hil.verdict.reference import load_reference
+from model.units.conditions import KINDS
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""
@@ -35,11 +36,19 @@ MOST = 1_000_000
 
 @click.command()
 @click.option("--healthy", type=click.IntRange(0, MOST), default=0, help="Healthy hands of the population.")
+@click.option(
+    "--condition", "conditions", multiple=True, type=click.Choice(KINDS),
+    help="Find all healthy hands under conditions of this kind, repeatable; without it half of them under every kind.",
+)  # fmt: skip
 @click.option("--shipped", is_flag=True, help="The shipped units, homed and in ideal zeros, on each kind of firmware.")
 @click.option(
     "--fault", "faults", multiple=True,
     help="A fault as `aero-hil faults` lists it, several for one hand with commas between, or `all` for each of the "
     "list in its three severities; repeatable.",
+)  # fmt: skip
+@click.option(
+    "--drawn", type=click.IntRange(0, MOST), default=0,
+    help="Hands with one fault each, drawn at random with its channel, severity and beginning.",
 )  # fmt: skip
 @click.option("--hands", type=click.IntRange(1, MOST), default=5, show_default=True, help="Hands for each fault.")
 @click.option("--first-seed", type=SEED, default=0, show_default=True, help="Seed of the first hand.")
@@ -49,6 +58,7 @@ MOST = 1_000_000
 @click.option(
     "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
 )
+@click.option("--stop-early", is_flag=True, help="End a hand's run with the first experiment that fails a check.")
 @click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers, for example tls://HOST:8786.")
 @click.option("--trust-network", is_flag=True, help="Allow a --scheduler on a network without TLS; docs/campaign.md.")
 @click.option(
@@ -58,13 +68,16 @@ MOST = 1_000_000
 def campaign(
     *,
     healthy: int,
+    conditions: tuple[str, ...],
     shipped: bool,
     faults: tuple[str, ...],
+    drawn: int,
     hands: int,
     first_seed: int,
     firmware: tuple[str, ...],
     names: tuple[str, ...],
     workers: int | None,
+    stop_early: bool,
     scheduler: str | None,
     trust_network: bool,
     out: Path | None,
@@ -76,11 +89,13 @@ def campaign(
     """
     console = new_console()
     with given():
-        trials = healthy_hands(first_seed, healthy, firmware) if healthy else []
+        trials = healthy_hands(first_seed, healthy, firmware, conditions or None) if healthy else []
         trials += shipped_hands() if shipped else []
+        trials += drawn_hands(first_seed, drawn, firmware) if drawn else []
         trials += faulty_hands(_written(faults), first_seed, hands, firmware)
         if names:
             trials = [replace(trial, experiments=names) for trial in trials]
+        trials = [replace(trial, stop_early=stop_early) for trial in trials]
         if not trials:
             raise ValueError("nothing to run; give --healthy, --shipped or --fault")
         if scheduler is not None:
@@ -103,7 +118,7 @@ def campaign(
         conduct(left, executor, keep, at_once=AHEAD * count)
         outcomes = list(store.outcomes())
     page = folder / "campaign.html"
-    write_whole(page, render_campaign(outcomes, load_dictionary()))
+    write_whole(page, render_campaign(outcomes, load_reference()))
     for name, some in (
         ("healthy", [outcome for outcome in outcomes if not outcome.trial.faults]),
         ("faulty", [outcome for outcome in outcomes if outcome.trial.faults]),

@@ -89,7 +89,7 @@ def _go(opened: Target, channel: Channel, code: int) -> None:
     codes = opened.hand.read_codes()
     goal = codes.copy()
     goal[channel] = code
-    move_slowly(opened.hand, opened.clock, codes, goal, WINDOW_S)
+    move_slowly(opened.hand.command_codes, opened.clock, codes, goal, WINDOW_S)
     opened.clock.sleep_until(opened.clock.now() + LOOK_S)
 
 

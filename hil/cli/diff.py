@@ -8,8 +8,8 @@ import click
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from hil.cli.console import console as new_console
 from hil.cli.reading import RECORDING, judging, read
+from hil.cli.terminal import console as new_console
 from hil.recordings.recording import Recording
 from hil.verdict.recording_diff import diff as difference
 

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import os
 import signal
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from aero.actuation import ActuationMap
+from aero.clock import WallClock
 from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
 from firmware_emulator.servo.models import MODELS
 from hil.cli.exits import given
-from hil.cli.options import FAULT_HELP, ChosenHand, HostAndPort, emulation
+from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation
 from hil.cli.viewing import viewing, with_view
 from hil.faults import Schedule, parse_fault
 from hil.faults.host import refuse_at_a_port
 from hil.targets.emulated_hand import build_emulated
+from hil.targets.wire_log import Direction
 from hil.view.sources import EmulatedSource
 from model.units.naming import unit_named
 
@@ -36,6 +38,7 @@ from model.units.naming import unit_named
 @click.option("--servo-model", type=click.Choice(list(MODELS)), help="Registers of another kind of servo.")
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
+@RECORD
 @with_view
 @click.option("--parent", type=int, hidden=True, help="Stop when this process is gone.")
 def emulate(
@@ -50,6 +53,7 @@ def emulate(
     servo_model: str | None,
     state: Path | None,
     faults: tuple[str, ...],
+    record: Path | None,
     view: bool,
     parent: int | None,
 ) -> None:
@@ -81,7 +85,19 @@ def emulate(
             server = PtyServer(
                 electronics, link=link, bus_link=bus_link, bus_port=bus_port, bus_echo=bus_echo, listen=listen
             )
-        with server, closing(electronics), viewing(view, hand, stay=False) as audience:
+        with ExitStack() as files, server, closing(electronics), viewing(view, hand, stay=False) as audience:
+            if record is not None:
+                with given():
+                    # An extra that a hand without a recording needs not.
+                    from hil.recordings.wire_file import WireFile  # noqa: PLC0415
+
+                    file = WireFile(
+                        record, WallClock(), target=server.name, unit=unit.name, firmware=hand.firmware, hand=hand.side,
+                        seed=hand.seed,
+                    )  # fmt: skip
+                files.enter_context(closing(file))
+                ways: dict[str, Direction] = {">": "to_hand", "<": "from_hand"}
+                server.listeners.append(lambda entry: file.add(ways[entry[1]], entry[2]))
             codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
             audience.follow(EmulatedSource(electronics, plant, codec))
             if server.url is not None:

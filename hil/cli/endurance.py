@@ -8,7 +8,7 @@ import click
 
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, target
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar
 from hil.lab.endurance import drift, read_cycles, run_endurance
 from hil.recordings.output import prepared_file
 

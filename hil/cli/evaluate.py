@@ -18,11 +18,11 @@ from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import CHANNELS
 from aero.safety import unwinding
 from aero.whole_file import write_whole
-from hil.cli.console import console as new_console
 from hil.cli.evaluation_tables import print_figures, print_gaps, print_lost, print_strata, print_survival
 from hil.cli.exits import given
 from hil.cli.options import SEED, NewFolder, Seconds
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
 from hil.lab.policies.any_cube import ANY_CUBE, over_any, over_corrections, over_disturbances
 from hil.lab.policies.byte_evaluation import (
     Case,
@@ -33,10 +33,9 @@ from hil.lab.policies.byte_evaluation import (
     over_long,
     run_trials,
 )
-from hil.lab.policies.cube_picture import cube_picture
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.mismatches import lost, mismatch_picture, over_mismatches
-from hil.lab.policies.strata import strata, strata_picture
+from hil.lab.policies.strata import cube_picture, strata, strata_picture
 from hil.lab.policies.survival import survival_picture
 from hil.lab.policies.transmission_gap import ChannelGap
 from hil.recordings.output import prepared_folder
@@ -141,7 +140,7 @@ def evaluate(
         "mismatches": lambda: over_mismatches(trials, seconds=seconds, seed=seed),
         "long": lambda: over_long(policy, trials, seed=seed),
     }
-    made: dict[str, dict[str, list[Trial]]] = {}
+    made: dict[str, dict[str, list[CubeTrial]]] = {}
     try:
         with unwinding(), ProgressBar(console=console, transient=True) as bar:
             task = bar.add_task("evaluating", total=1.0)
@@ -176,7 +175,7 @@ def evaluate(
         video(log(policy, task_of(policy), seconds, seed).positions, out / "policy.mp4")
 
 
-def _say(console: Console, made: dict[str, dict[str, list[Trial]]]) -> None:
+def _say(console: Console, made: dict[str, dict[str, list[CubeTrial]]]) -> None:
     """Print the tables of what was made that divide or compare its trials."""
     if made.get("any"):
         print_strata(console, strata(made["any"][ANY_CUBE]))
@@ -186,7 +185,9 @@ def _say(console: Console, made: dict[str, dict[str, list[Trial]]]) -> None:
         print_survival(console, made["long"])
 
 
-def _draw(results: dict[str, dict[str, dict[str, float]]], made: dict[str, dict[str, list[Trial]]], out: Path) -> None:
+def _draw(
+    results: dict[str, dict[str, dict[str, float]]], made: dict[str, dict[str, list[CubeTrial]]], out: Path
+) -> None:
     """Draw the pictures of what was made."""
     if made.get("cubes"):
         cube_picture(results[OTHER_CUBES], out / "cubes.png")

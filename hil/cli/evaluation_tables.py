@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.mismatches import Lost
 from hil.lab.policies.prediction import Interval
 from hil.lab.policies.strata import Stratum
@@ -48,7 +48,7 @@ def print_figures(console: Console, backend: str, rows: Mapping[str, Mapping[str
     console.print(table)
 
 
-def print_survival(console: Console, rows: Mapping[str, Sequence[Trial]]) -> None:
+def print_survival(console: Console, rows: Mapping[str, Sequence[CubeTrial]]) -> None:
     """Print which share of the trials of each row still holds the cube after a time, and how fast they turn it."""
     table = Table(title="Still held, every byte", title_justify="left")
     table.add_column("", no_wrap=True)

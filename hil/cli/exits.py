@@ -5,6 +5,7 @@ A broken tool must never look like a broken hand, so every ending has a code of 
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import traceback
@@ -14,6 +15,8 @@ from enum import IntEnum
 from typing import Any
 
 import click
+
+_LOG = logging.getLogger(__name__)
 
 
 class Exit(IntEnum):
@@ -90,7 +93,7 @@ def ending(error: BaseException) -> tuple[int, str]:
         said = f"{error.name} is not installed; an extra brings it, from a checkout: pip install -e '.[hil]'"
         return Exit.USAGE, f"{said}. `aero-hil doctor` lists the extras"
     if isinstance(error, KeyboardInterrupt):
-        return INTERRUPTED, "interrupted"
+        return INTERRUPTED, str(error) or "interrupted"
     for name, code in CODES:
         module, _, kind = name.rpartition(".")
         if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind, ())):
@@ -132,5 +135,6 @@ def run(command: Callable[[], Any]) -> None:
             traceback.print_exc()
     else:
         return
+    _LOG.info("ended with %d: %s", code, line)
     click.echo(f"Error: {line}", err=True)
     sys.exit(code)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from hil.faults.table import markdown
+from hil.faults.catalogue import markdown
 
 
 @click.command()

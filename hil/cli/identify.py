@@ -9,13 +9,13 @@ import click
 from rich.table import Table
 
 from aero.whole_file import write_whole
-from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import NewFolder
+from hil.cli.terminal import console as new_console
 from hil.lab.map_identification.figure import draw_thumb_figure
 from hil.lab.map_identification.files import coefficient_toml, report, table
 from hil.lab.map_identification.identify import identify
-from hil.lab.map_identification.radii import flexor_radius, two_pose_radii
+from hil.lab.map_identification.regression import flexor_radius, two_pose_radii
 from hil.recordings.output import prepared_folder
 from model import RoutedHand
 from model.geometry import Side

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -9,13 +10,17 @@ import click
 from aero.whole_file import write_whole
 from hil.cli.exits import given
 from hil.lab.campaign.detected_faults import by_fault, detected_text
-from hil.lab.campaign.kept_readings import DICTIONARY, write_kept
-from hil.lab.campaign.learning import accused, entries
+from hil.lab.campaign.kept_readings import DICTIONARY, DRAWN, write_kept
+from hil.lab.campaign.learning import entries, telling
 from hil.lab.campaign.store import opened
 from hil.lab.campaign.summary import detections, false_alarms, sights
+from hil.lab.campaign.trusting import learn as learn_from
 from hil.recordings.output import prepared_file
 from hil.recordings.provenance import command_line
-from hil.verdict import dictionary, sight
+from hil.verdict import dictionary, reference, sight
+from hil.verdict.dictionary import dictionary_text, load_dictionary, rounded
+from hil.verdict.likeness import Known
+from hil.verdict.reference import load_reference
 
 GENERATOR = "model/units/plausible.py, homed, both sides, with a fault of the catalogue each; healthy ones besides"
 
@@ -32,15 +37,20 @@ GENERATOR = "model/units/plausible.py, homed, both sides, with a fault of the ca
     "table of docs/detection.md.",
 )  # fmt: skip
 @click.option(
+    "--drawn", is_flag=True,
+    help="CAMPAIGN is of `--drawn` hands: write drawn.json, which adds to the dictionary, and places.json, which tells "
+    "where faults sit and how far both can be trusted. Nothing else is written.",
+)  # fmt: skip
+@click.option(
     "--hands-only", is_flag=True, help="Leave the dictionary as it is, and write only what three of the hands read."
 )
-def learn(*, campaign: Path, out: Path, detected: Path | None, hands_only: bool) -> None:
+def learn(*, campaign: Path, out: Path, detected: Path | None, drawn: bool, hands_only: bool) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
     with given(), opened(campaign, read_only=True) as store:
-        outcomes, commands = list(store.outcomes()), store.commands()
-        found, seen = entries(outcomes), sights(outcomes)
-        faulty = [outcome for outcome in outcomes if len(outcome.trial.faults) == 1 and accused(outcome)]
-        write_kept(out, DICTIONARY, faulty)
+        outcomes, commands = store.whole_outcomes(), store.commands()
+        faulty = telling(outcomes)
+        learned = learn_from(faulty, load_dictionary(dictionary.FILE)) if drawn else None
+        write_kept(out, DRAWN if drawn else DICTIONARY, [hand for hand in faulty if not hand.stopped])
         if detected is not None:
             prepared_file(detected)
     if hands_only:
@@ -54,10 +64,17 @@ def learn(*, campaign: Path, out: Path, detected: Path | None, hands_only: bool)
         "generator": GENERATOR,
         "commands": [*commands, command_line()],
     }
-    write_whole(out / dictionary.FILE, dictionary.dictionary_text(found, provenance))
+    found = [rounded(entry) for entry in entries(outcomes)]
+    write_whole(out / (dictionary.DRAWN if drawn else dictionary.FILE), dictionary_text(found, provenance))
+    if learned is not None:
+        write_whole(out / reference.FILE, reference.reference_text(learned.placing, learned.trust, provenance))
+        click.echo(f"{len(found)} entries in {out}")
+        return
+    seen = sights(outcomes)
     write_whole(out / sight.FILE, sight.sight_text(seen, provenance))
     if detected is not None:
         healthy = any(not outcome.trial.faults for outcome in outcomes)
         alarms = false_alarms(outcomes)[0] if healthy else None
-        write_whole(detected, detected_text(by_fault(detections(outcomes, found)), alarms, provenance))
+        now = replace(load_reference(), known=Known(found, load_reference().placing.usual))
+        write_whole(detected, detected_text(by_fault(detections(outcomes, now)), alarms, provenance))
     click.echo(f"{len(found)} entries, {len(seen)} checks in {out}")

@@ -8,19 +8,25 @@ from pathlib import Path
 import click
 
 from aero.whole_file import write_whole
-from hil.checks import CHECKS, DEFAULT, WHOLE_RUN
+from hil.checks import CHECKS, DEFAULT, DRIVER, WHOLE_RUN
 from hil.cli.exits import given
+from hil.lab.campaign.held_out import held_out
 from hil.lab.campaign.kept_readings import write_kept
-from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of
+from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of, require_enough
 from hil.lab.campaign.store import NAME, opened
 from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits
+from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits, widened
 from hil.lab.limits.writing import Provenance, limits_text
 from hil.recordings.provenance import command_line
-from hil.verdict.limits import read_limits, read_provenance
+from hil.verdict.limits import Limit, read_limits, read_provenance, without
 from model.units import DEFAULT_LIMITS
 
-POPULATION = "model/units/plausible.py, homed, both sides; and the shipped units of this kind"
+POPULATION = (
+    "model/units/plausible.py, homed, both sides, half of them under conditions of model/units/conditions.py; and the "
+    "shipped units of this kind"
+)
+WIDENED = "widened"
+"""What the tables of provenance begin with that say which hands widened a file."""
 SHIPPED = "the shipped units of this kind, homed and in ideal zeros, each group of firmware"
 
 
@@ -33,42 +39,49 @@ SHIPPED = "the shipped units of this kind, homed and in ideal zeros, each group 
 @click.option(
     "--hands-only", is_flag=True, help="Leave the limits as they are, and write only what three of the hands read."
 )
-def limits(*, campaign: Path, out: Path, hands_only: bool) -> None:
+@click.option(
+    "--widen", is_flag=True,
+    help="Keep the present limits, and move out those that do not hold a hand of CAMPAIGN; a few hands are enough.",
+)  # fmt: skip
+def limits(*, campaign: Path, out: Path, hands_only: bool, widen: bool) -> None:
     """Compute the limits from the healthy hands of CAMPAIGN, a folder that `aero-hil campaign --healthy` made.
 
     A campaign of shipped units alone (`--shipped`) makes those kinds of hand anew that depart from the population,
     beside the present limits of the population. One of some experiments alone (`--only`) makes their limits anew,
-    beside the present limits of the others.
+    beside the present limits of the others. A campaign with too few healthy hands for limits is refused. Of a larger
+    one it is said how many hands its limits accuse that they were not made from.
     """
     with given(), opened(campaign, read_only=True) as store:
         commands = store.commands()
-        outcomes = [outcome for outcome in store.outcomes() if not outcome.trial.faults]
+        outcomes = [outcome for outcome in store.whole_outcomes() if not outcome.trial.faults]
         made = kinds_of(outcomes)
         if not made:
             raise ValueError(f"no healthy hand in {campaign / NAME} makes limits; run `aero-hil campaign --healthy`")
+        if DEFAULT_LIMITS in made and not (widen or hands_only):
+            require_enough(outcomes)
         by_kind = {kind: [outcome for outcome in outcomes if kind_of(outcome.trial.unit) == kind] for kind in made}
         for kind, hands in by_kind.items():
             write_kept(out, kind, hands)
         if hands_only:
+            return
+        if widen:
+            for kind in made:
+                _widen(out, kind, by_kind[kind], [*commands, command_line()])
             return
         population = DEFAULT_LIMITS in made
         anew = _made_anew(outcomes)
         base = (
             computed_limits(CHECKS, healthy_hands_of(outcomes), anew) if population else read_limits(DEFAULT_LIMITS)[1]
         )
+    if population:
+        accused, judged = held_out(outcomes, anew)
+        click.echo(f"limits from four fifths of these hands accuse {accused} of the other {judged}")
     for kind in made:
         own = base if kind == DEFAULT_LIMITS else own_limits(CHECKS, base, healthy_hands_of(outcomes, kind))
         kept = tuple(limit for limit in read_limits(kind)[1] if limit.experiment not in anew)
         both = (*kept, *(limit for limit in own if limit.experiment in anew))
         hands = by_kind[kind]
-        provenance: dict[str, str | int | float | list[str]] = {
-            "hands": len(hands),
-            "seeds": f"{min(h.trial.seed for h in hands)} to {max(h.trial.seed for h in hands)}",
-            "false_alarms": FALSE_ALARMS,
-            "commit": ", ".join(sorted({hand.commit for hand in hands})),
-            "generator": POPULATION if kind == DEFAULT_LIMITS else SHIPPED,
-            "commands": [*commands, command_line()],
-        }
+        provenance = {**_origin(kind, hands, [*commands, command_line()]), "false_alarms": FALSE_ALARMS}
         extends = "" if kind == DEFAULT_LIMITS else DEFAULT_LIMITS
         path = out / f"{kind}.toml"
         of_file = _beside(read_provenance(kind), provenance, anew)
@@ -76,10 +89,41 @@ def limits(*, campaign: Path, out: Path, hands_only: bool) -> None:
         click.echo(f"{path}: {len(both) - len(kept)} limits from {len(hands)} healthy hands, {len(kept)} kept")
 
 
+def _origin(kind: str, hands: Sequence[Outcome], commands: Sequence[str]) -> dict[str, str | int | float | list[str]]:
+    """Return which hands are behind a file of limits."""
+    return {
+        "hands": len(hands),
+        "seeds": f"{min(h.trial.seed for h in hands)} to {max(h.trial.seed for h in hands)}",
+        "commit": ", ".join(sorted({hand.commit for hand in hands})),
+        "generator": POPULATION if kind == DEFAULT_LIMITS else SHIPPED,
+        "commands": [*commands],
+    }
+
+
+def _widen(out: Path, kind: str, hands: Sequence[Outcome], commands: Sequence[str]) -> None:
+    """Write the present limits of a kind, and those that it takes from another and that do not hold its hands."""
+    extends, own = read_limits(kind)
+    inherited = without(read_limits(extends)[1], own) if extends else ()
+    groups = healthy_hands_of(hands, kind)
+    wider, changed = widened(CHECKS, own, groups), widened(CHECKS, inherited, groups)
+    beyond = [new for old, new in zip(inherited, changed, strict=True) if _bounds(old) != _bounds(new)]
+    moved = len(beyond) + sum(_bounds(old) != _bounds(new) for old, new in zip(own, wider, strict=True))
+    present = read_provenance(kind)
+    name = f"{WIDENED}_{1 + sum(table.startswith(WIDENED) for table in present)}"
+    path = out / f"{kind}.toml"
+    made = {**present, name: _origin(kind, hands, commands)}
+    write_whole(path, limits_text((*wider, *beyond), made, extends=extends))
+    click.echo(f"{path}: {moved} limits widened for {len(hands)} healthy hands")
+
+
+def _bounds(limit: Limit) -> tuple[float, float]:
+    return limit.at_least, limit.at_most
+
+
 def _made_anew(outcomes: Sequence[Outcome]) -> set[str]:
     """Return the experiments that every hand went through; the run as a whole is judged after a whole one."""
     asked = set.intersection(*(set(outcome.trial.experiments) for outcome in outcomes))
-    return asked | {WHOLE_RUN.name} if asked.issuperset(DEFAULT) else asked
+    return asked | {WHOLE_RUN.name, DRIVER.name} if asked.issuperset(DEFAULT) else asked
 
 
 def _beside(present: Provenance, fresh: Provenance, anew: set[str]) -> Provenance:

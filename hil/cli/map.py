@@ -14,7 +14,7 @@ from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from hil.cli.exits import given
 
 MOST_CHARACTERS = 2**20
-"""Of a posture, which has some hundred."""
+"""Longest posture that is read; one has some hundred characters."""
 _SOURCES = [name for name, representation in REPRESENTATIONS.items() if representation.to_travel is not None]
 
 

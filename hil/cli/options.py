@@ -79,6 +79,12 @@ def _unwound(opening: AbstractContextManager[Target]) -> Iterator[Target]:
         yield opened
 
 
+RECORD = click.option(
+    "--record", type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the bytes of the program that uses the port to this MCAP file, for `aero-hil report`.",
+)  # fmt: skip
+"""Of commands that serve a port."""
+
 SEED = click.IntRange(0, 2**32 - 1)
 """What NumPy, JAX and the firmware sessions all take as a seed."""
 

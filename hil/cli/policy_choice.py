@@ -14,7 +14,7 @@ from aero.policy.file import load, save
 from aero.whole_file import write_whole
 from hil.lab.policies.any_cube import ANY_CUBE, over_any
 from hil.lab.policies.byte_evaluation import run_trials
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.strata import stratum
 from hil.recordings.provenance import source_commit
 from train.recipe import Recipe
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FINALISTS = 2
 """Candidates that are compared through the bytes."""
 CHOICE_SEED = 61_000_000
-"""Of the first hand on which they are; final figures take others."""
+"""Seed of the first hand that they are compared on; final figures take others."""
 SECONDS = 15.0
 CHOICE = "choice.json"
 
@@ -82,7 +82,7 @@ def choose(
 def _bound(recipe: Recipe, one: Candidate, units: int, say: Callable[[str], None]) -> float:
     from train import selection  # noqa: PLC0415 - JAX is only needed here
 
-    made: dict[str, list[Trial]] = {}
+    made: dict[str, list[CubeTrial]] = {}
     cases = over_any(one.policy, units, seconds=SECONDS, seed=CHOICE_SEED)
     run_trials(one.policy, cases, made, lambda _done, _name: None)
     trials = made[ANY_CUBE]

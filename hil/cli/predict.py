@@ -14,12 +14,12 @@ from rich.table import Table
 from aero.firmware import FIRMWARE
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
-from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import SEED, Seconds
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
 from hil.lab.policies.byte_evaluation import run_trials
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.deployment import ANY_HAND, Deployment, load_deployments
 from hil.lab.policies.prediction import Prediction, of_trials, predicted
 from train.evaluation.backends import beside_a_deployment
@@ -61,7 +61,7 @@ def predict(
         deployment = load_deployments()[deployment_name]
         deployment = replace(deployment, unit=unit or deployment.unit, firmware=firmware or deployment.firmware)
         cases = deployment.cases(policy, trials, seconds=seconds, seed=seed)
-    made: dict[str, list[Trial]] = {}
+    made: dict[str, list[CubeTrial]] = {}
     simulated: list[Prediction] = []
     try:
         with unwinding(), ProgressBar(console=new_console(stderr=True), transient=True) as bar:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import signal
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
+from typing import Literal
 
 import click
 
+from aero.clock import WallClock
+from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
 from hil.cli.exits import Ended, Exit, given
-from hil.cli.options import FAULT_HELP
+from hil.cli.options import FAULT_HELP, RECORD
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
 
@@ -21,7 +24,21 @@ from hil.faults.proxy import LinkProxy
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the faults.")
-def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], seed: int) -> None:
+@RECORD
+@click.option("--firmware", type=click.Choice(FIRMWARE), default=DEFAULT_FIRMWARE, show_default=True,
+    help="Version on the board, for --record.")  # fmt: skip
+@click.option("--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True,
+    help="Side, for --record.")  # fmt: skip
+def proxy(
+    *,
+    port: str,
+    link: Path | None,
+    faults: tuple[str, ...],
+    seed: int,
+    record: Path | None,
+    firmware: str,
+    side: Literal["right", "left"],
+) -> None:
     """Serve PORT (device path or pyserial URL) on a pseudo-terminal, with faults of the link in between.
 
     Prints one line `ready PATH` when a client may open PATH.
@@ -33,9 +50,17 @@ def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], seed: int) -
             transport = SerialTransport.open(port)
         except ConnectionError as error:
             raise Ended(str(error), Exit.NO_HAND) from error
-        with closing(transport):
+        with closing(transport), ExitStack() as files:
             with given():
                 between = LinkProxy(transport, schedule, link=link)
+                if record is not None:
+                    # An extra that a proxy without a recording needs not.
+                    from hil.recordings.wire_file import WireFile  # noqa: PLC0415
+                    from hil.targets.target import PHYSICAL  # noqa: PLC0415
+
+                    file = WireFile(record, WallClock(), target=port, unit=PHYSICAL, firmware=firmware, hand=side)
+                    between.heard = file.add
+                    files.enter_context(closing(file))
             with closing(between):
                 click.echo(f"ready {between.name}")
                 between.run(stop=lambda: bool(stopped))

@@ -8,12 +8,11 @@ import click
 
 from aero.channels import Channel
 from hil.cli.before_moving import before_moving
-from hil.cli.console import console as new_console
 from hil.cli.exits import given
 from hil.cli.options import ChosenHand, Finite, target
-from hil.cli.progress_bar import ProgressBar
-from hil.lab.system_identification.excitation import MOTIONS, REACH, excitation
-from hil.lab.system_identification.play_excitation import EXPERIMENT, play
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
+from hil.lab.system_identification.excitation import EXPERIMENT, MOTIONS, REACH, excitation, play
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 

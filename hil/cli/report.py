@@ -13,7 +13,7 @@ from hil.cli.exits import Ended, Exit, given
 from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
 from hil.report.guard_margins import margins_left, nearest
-from hil.report.page import render_report
+from hil.report.page import BYTES_ALONE, render_report
 from hil.verdict.validation import judge_recordings
 
 
@@ -37,6 +37,8 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
         }
         page = render_report(judged, files)
     write_whole(out, page)
+    if not judged.results and not judged.end.cut:
+        click.echo(BYTES_ALONE)
     if line := nearest(margins_left(made.values())):
         click.echo(line)
     cut = [str(path) for path, recording in made.items() if not recording.header.finished]

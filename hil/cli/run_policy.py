@@ -18,16 +18,16 @@ from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction
 from aero.safety import Thresholds
-from hil.cli.console import console as new_console
 from hil.cli.exits import Exit, given
 from hil.cli.options import ChosenHand, Finite, Seconds, target
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
 from hil.cli.viewing import telling, viewing, with_view
-from hil.lab.policies.cube_film import write_film
-from hil.lab.policies.cube_watch import CubeWatch
+from hil.lab.policies.cube_watch import CubeWatch, write_film
 from hil.lab.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
+from hil.targets.target import GroundTruth
 from hil.view.sources import source_of
 from model.cube_plant import CubePlant
 from model.film import check_drawing
@@ -125,7 +125,8 @@ def run_policy(
             audience.follow(source_of(opened))
             recorder = Recorder(opened, "policy", record)
             name = opened.describe()
-            plant = opened.capabilities.get("ground_truth")
+            truth = opened.find(GroundTruth)
+            plant = None if truth is None else truth.plant
             cube = CubeWatch(plant, hand.seed) if isinstance(plant, CubePlant) else None
             with ProgressBar(console=console, transient=True) as bar:
                 task = bar.add_task(name, total=1.0)

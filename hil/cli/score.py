@@ -11,9 +11,9 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from aero.channels import Channel
-from hil.cli.console import console as new_console
 from hil.cli.exits import given
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
 from hil.lab.system_identification.replay_score import ReplayScore, score
 from hil.lab.system_identification.trace import load_trace
 from model.units.naming import unit_named

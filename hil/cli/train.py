@@ -9,10 +9,10 @@ from typing import Literal
 import click
 
 from aero.policy.file import load
-from hil.cli.console import console as new_console
 from hil.cli.exits import Ended, Exit, given
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.cli.policy_choice import choose
+from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import source_commit, versions
 from train.evaluation.figures import check_video, video

@@ -30,7 +30,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     "names",
     multiple=True,
     type=ExperimentName(),
-    help="Run only this experiment; may be repeated. Without it, all but homing. A name that is none lists them.",
+    help="Run only this experiment; may be repeated. Without it, the usual ones. A name that is none lists them.",
 )
 @click.option(
     "--baseline",
@@ -42,6 +42,10 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     help="Encoder zeros of an emulated hand: as homing leaves them, as on every physical hand, or of the drawing.",
 )  # fmt: skip
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=f"Put into an emulated hand: {FAULT_HELP}")
+@click.option(
+    "--look", is_flag=True,
+    help="Move one channel at a time and ask what you see; alone, or after the experiments of --only.",
+)  # fmt: skip
 @with_view
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
 @click.option(
@@ -55,6 +59,7 @@ def validate(
     baseline: Path | None,
     zeros: str,
     faults: tuple[str, ...],
+    look: bool,
     view: bool,
     dry_run: bool,
     out: Path | None,
@@ -66,4 +71,6 @@ def validate(
     """
     from hil.cli.validation_run import run  # noqa: PLC0415 - help is quick
 
+    if look:
+        names = (*(names or ("presence",)), *(() if "look" in names else ("look",)))
     run(hand, names, baseline=baseline, homed=zeros == "homed", faults=faults, view=view, dry_run=dry_run, out=out)

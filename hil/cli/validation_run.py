@@ -19,16 +19,18 @@ from rich.text import Text
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.cli.before_moving import before_moving
-from hil.cli.console import console as new_console
-from hil.cli.console import description
 from hil.cli.exits import Ended, Exit, ending, given
+from hil.cli.look import ask_on_terminal
 from hil.cli.options import ChosenHand
-from hil.cli.progress_bar import ProgressBar
+from hil.cli.terminal import ProgressBar, description
+from hil.cli.terminal import console as new_console
+from hil.cli.told import told
 from hil.cli.viewing import Audience, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.beside_paper import compared, table
 from hil.report.results import write_figures, write_results
+from hil.targets.onlooker import Onlooker
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Result, Validation
@@ -36,9 +38,6 @@ from hil.verdict.run_end import FINISHED, RunEnd, Way
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
 
-SHOWN = 3
-"""Causes that are told."""
-BAD, PERHAPS = ("failed", "bold"), ("perhaps", "bold")
 SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
 """For a terminal of 80 columns."""
 
@@ -78,7 +77,12 @@ def run(
     result: Validation | None = None
     with viewing(view, hand) as audience:
         try:
-            with emptied(folder), opening as opened, ProgressBar(*columns, console=console, transient=True) as bar:
+            asking = any(EXPERIMENTS[name].asks for name in names)
+            # A bar that moves would draw over the questions.
+            bars = ProgressBar(*columns, console=console, transient=True, disable=asking)
+            with emptied(folder), opening as alone, bars as bar:
+                onlookers = (Onlooker(ask_on_terminal),) if asking else ()
+                opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
                 audience.follow(source_of(opened))
                 if dry_run or opened.guard is not None:
                     console.print(before_moving(opened, _furthest(names or DEFAULT)))
@@ -138,6 +142,7 @@ def _furthest(names: Sequence[str]) -> Sequence[float]:
 
 
 def _print(console: Console, result: Validation, out: Path) -> None:
+    """Print a run for a terminal, which shows its end: what is told first on the page comes last here."""
     if (beside := compared(result)) is not None:
         console.print(_table(beside))
     for name, ran in result.results.items():
@@ -145,10 +150,10 @@ def _print(console: Console, result: Validation, out: Path) -> None:
         verdict = (f"{bad} of {len(ran.findings)} failed", "bold") if bad else f"{len(ran.findings)} checks passed"
         console.print(Text.assemble(f"{name:10} {EXPERIMENTS[name].title}: ", verdict))
     failures = failed(result.findings)
-    for finding in failures:
-        console.print(Text.assemble(BAD, f" {finding.sentence}. {finding.meaning} {finding.remedy}"))
-    for explanation in result.explanations[:SHOWN]:
-        console.print(Text.assemble(PERHAPS, f" {explanation.sentence} {explanation.next_look}"))
+    for line in told(result):
+        console.print(line)
+    if result.remark:
+        console.print(result.remark)
     verdict = f"{len(failures)} of {len(result.findings)} checks failed" if failures else "within limits"
     console.print(
         f"{verdict}; {result.hand_seconds:.0f} s of hand time in {result.wall_seconds:.1f} s; {out / 'report.html'}"

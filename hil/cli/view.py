@@ -13,7 +13,7 @@ from hil.recordings.recording import Header
 from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings
 from hil.view.frame import Heading, Note, Verdicts
-from hil.view.playback import frames
+from hil.view.sources import frames
 from hil.view.web_page import Page, keep_up
 
 

@@ -49,7 +49,7 @@ class Audience(Protocol):
 
 
 class Nobody:
-    """An audience that is not there."""
+    """No-op view."""
 
     def follow(self, source: Source) -> None:
         """See nothing."""

@@ -27,7 +27,7 @@ class Answer:
     def __init__(self, data: bytes, address: int | None, now: float) -> None:
         self.servo, self.code, self.registers = data[2], data[4], data[5:-1]
         self.address = address
-        """Of the first register in it; None for an answer to no read."""
+        """Address of the first register in it; None for an answer to no read."""
         self.now = now
         self.data = data
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from aero.channels import Channel
+from aero.channels import CABLES, FINGERS, Channel
 from hil.faults import answers, board, encoder, host, link, mechanics, motor, servo, supply
-from hil.faults.fault import Fault, Kind
+from hil.faults.fault import ALL, Fault, Kind
 
 SEAMS = (mechanics, supply, motor, encoder, servo, answers, board, link, host)
 CATALOGUE: dict[str, Kind] = {kind.name: kind for seam in SEAMS for kind in seam.KINDS}
@@ -69,3 +69,21 @@ def _number(text: str, what: str) -> float:
         return float(text)
     except ValueError:
         raise ValueError(f"{text!r} is not {what}") from None
+
+
+HEADER = "| fault | what it is | severity: mild, medium, severe | where | list | layer | begins |"
+PLACES: dict[tuple[Channel, ...], str] = {(): "the hand", ALL: "a channel", CABLES: "a cable", FINGERS: "a finger"}
+
+
+def markdown() -> str:
+    """Return one row a fault."""
+    rows = [HEADER, "|---|---|---|---|---|---|---|", *map(_row, CATALOGUE.values())]
+    return "\n".join(rows)
+
+
+def _row(kind: Kind) -> str:
+    severity = "there or not" if kind.is_switch else f"{', '.join(f'{s:g}' for s in kind.severities)} {kind.unit}"
+    where = PLACES.get(kind.subjects) or ", ".join(channel.label for channel in kind.subjects)
+    begins = "built in" if not kind.later else f"@{kind.at_s:g}" if kind.at_s else "any time"
+    meaning = kind.meaning if kind.visible else f"{kind.meaning} (cannot be seen: {kind.reason})"
+    return f"| `{kind.name}` | {meaning} | {severity} | {where} | {' '.join(kind.ids)} | {kind.layer} | {begins} |"

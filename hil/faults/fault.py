@@ -20,7 +20,30 @@ HOMED = "homing starts at the closed stop and finds the zero anew: no reading ch
 RUBBING = "healthy gears differ by a factor of four, which hides what a mild one adds"
 """Reason why mild friction is not seen."""
 
-__all__ = ["ALL", "CABLES", "FINGERS", "HOMED", "ONCE", "RUBBING", "SHARE", "SWITCH", "Fault", "Kind", "Layer"]
+__all__ = [
+    "ALL",
+    "CABLES",
+    "FINGERS",
+    "HOMED",
+    "ONCE",
+    "RUBBING",
+    "SHARE",
+    "SWITCH",
+    "Fault",
+    "Kind",
+    "Layer",
+    "quantity",
+]
+
+
+def quantity(severity: float, unit: str) -> str:
+    """Return a severity for people: a share in per cent, a multiple of a step (`6.5 mA`) worked out."""
+    step, _, of_step = unit.partition(" ")
+    if step.replace(".", "").isdigit():
+        return f"{severity * float(step):g} {of_step}"
+    if step == "of" and severity <= 1.0:
+        return f"{100 * severity:g} % {unit}"
+    return f"a factor of {severity:g}" if unit == "factor" else f"{severity:g} {unit}"
 
 
 @dataclass(frozen=True)
@@ -52,7 +75,7 @@ class Kind:
     ids: tuple[str, ...]
     """Rows of the list of faults in docs/faults.md that it stands for, such as `D7`."""
     unit: str
-    """Of the severity; empty for a fault that is there or not."""
+    """Unit of the severity; empty for a fault that is there or not."""
     severities: tuple[float, float, float]
     """Mild (near what a harness might just see), medium, severe (plainly harmful)."""
     meaning: str

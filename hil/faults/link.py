@@ -23,7 +23,7 @@ APART_S = 0.02
 OVERTAKEN_S = 0.05
 """By how much a piece is late that the next ones overtake, s."""
 BITS = 10
-"""Of a byte on a serial line."""
+"""Bits that one byte takes on a serial line, start and stop included."""
 BOOT_TEXT = b"ESP-ROM:esp32s3-20210327\r\nBuild:Mar 27 2021\r\nrst:0x1 (POWERON),boot:0x8\r\n"
 """What an ESP32-S3 says before its firmware does."""
 MEASUREMENTS = range(0x22, 0x26)

@@ -29,7 +29,14 @@ LARGEST = 4096
 class LinkProxy:
     """Bytes between a client on a pseudo-terminal and a port."""
 
-    def __init__(self, port: Transport, schedule: Schedule, *, link: Path | None = None, clock: Clock | None = None):
+    def __init__(
+        self,
+        port: Transport,
+        schedule: Schedule,
+        *,
+        link: Path | None = None,
+        clock: Clock | None = None,
+    ) -> None:
         """Open the pseudo-terminal; nothing passes before `run`.
 
         Args:
@@ -53,6 +60,8 @@ class LinkProxy:
             schedule.faults, start_s=self._clock.now(), random=schedule.random, fired=schedule.fire
         )
         self._client = Terminal(link)
+        self.heard: Callable[[Direction, bytes], None] = lambda _direction, _data: None
+        """Called with what the client sends and gets, when it does."""
         self._arrived: SimpleQueue[bytes | ConnectionError] = SimpleQueue()
         self._awake, self._wake = os.pipe()
         self._due: list[tuple[float, int, Callable[[bytes], None], bytes]] = []
@@ -92,19 +101,25 @@ class LinkProxy:
         client = self._client.fileno()
         ready, _, _ = select.select([client, self._awake], [], [], max(0.0, due - now))
         if client in ready:
-            self._send("to_hand", self._client.read(), self._port.write)
+            data = self._client.read()
+            self.heard("to_hand", data)
+            self._send("to_hand", data, self._port.write)
         if self._awake in ready:
             os.read(self._awake, LARGEST)
         while not self._arrived.empty():
             arrived = self._arrived.get()
             if isinstance(arrived, ConnectionError):
                 raise arrived
-            self._send("from_hand", arrived, self._client.write)
+            self._send("from_hand", arrived, self._answer)
         if text := self._faults.inserted(self._clock.now()):
-            self._client.write(text)
+            self._answer(text)
         while self._due and self._due[0][0] <= self._clock.now():
             _, _, write, piece = heappop(self._due)
             write(piece)
+
+    def _answer(self, data: bytes) -> None:
+        self.heard("from_hand", data)
+        self._client.write(data)
 
     def _send(self, direction: Direction, data: bytes, write: Callable[[bytes], None]) -> None:
         for t, piece in self._faults.passed(direction, self._clock.now(), data):

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from aero.regular_file import open_regular
-from hil.checks.shared.closing_current import closing_current
 from hil.checks.shared.experiment import SAMPLE_S, Measured
+from hil.checks.shared.signals import closing_current
 from hil.recordings.recorder import Progress, silent
 from hil.targets.target import Target
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from hil.recordings.log_lines import LogLines
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
@@ -60,6 +61,7 @@ class Recorder:
         self._events: list[Event] = []
         self._failure: OSError | None = None
         self._wire_mark = 0
+        self._log_lines = LogLines(self._keep_event)
         self.start = 0.0
         """Time of the target's clock that is zero in the recording, s."""
 
@@ -84,6 +86,7 @@ class Recorder:
             for record in wire.since(self._wire_mark, self.start):
                 self._file.add_wire(record)
             wire.listeners.append(self._keep_wire)
+        self._log_lines.begin()
 
     def note_parameters(self, **parameters: float | str) -> None:
         """Add parameters that are known only after the beginning."""
@@ -105,9 +108,7 @@ class Recorder:
 
     def note(self, text: str, severity: Severity = "info") -> None:
         """Add an event that happens now."""
-        event = Event(self._target.clock.now() - self.start, severity, text)
-        self._events.append(event)
-        self._write(lambda file: file.add_event(event))
+        self._keep_event(text, severity)
         self._raise_failure()
 
     @property
@@ -121,6 +122,7 @@ class Recorder:
         Args:
             ended: whether the experiment ran to its end.
         """
+        self._log_lines.end()
         duration_s = self._target.clock.now() - self.start
         header = replace(self._header(), duration_s=duration_s, finished=ended)
         series = {
@@ -139,9 +141,16 @@ class Recorder:
         self._write(lambda file: file.add_sample(name, LABELS, SERIES_UNITS[name], t, np.asarray(row, float)))
         self._raise_failure()
 
+    def _keep_event(self, text: str, severity: Severity) -> None:
+        """Keep an event that happens now, silent when that fails: the guard's way out logs here."""
+        event = Event(self._target.clock.now() - self.start, severity, text)
+        self._events.append(event)
+        self._write(lambda file: file.add_event(event))
+
     def _keep_wire(self, record: WireRecord) -> None:
         """Write bytes that cross the link, silent when that fails: the guard's way out passes here."""
-        self._write(lambda file: file.add_wire(record._replace(t=record.t - self.start)))
+        moved = WireRecord(record.t - self.start, record.direction, record.data)
+        self._write(lambda file: file.add_wire(moved))
 
     def _write(self, action: Callable[[RecordingFile], None]) -> None:
         if self._file is None or self._failure is not None:

@@ -36,7 +36,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Row:
+class PaperRow:
     """One channel's line of the table."""
 
     title: str
@@ -45,7 +45,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Note:
+class Footnote:
     """One reason why figures differ from the paper's, and which."""
 
     number: int
@@ -54,7 +54,7 @@ class Note:
     reason: str
 
 
-def notes(rows: Iterable[Row]) -> list[Note]:
+def notes(rows: Iterable[PaperRow]) -> list[Footnote]:
     """Return each reason that stands in a table once, numbered in the order of the columns."""
     found: dict[tuple[str, str], list[str]] = {}
     for row in rows:
@@ -62,7 +62,7 @@ def notes(rows: Iterable[Row]) -> list[Note]:
             if cell.why:
                 found.setdefault((cell.name.removesuffix(", ms"), cell.why), []).append(row.title)
     return [
-        Note(number, figure, ", ".join(channels), why)
+        Footnote(number, figure, ", ".join(channels), why)
         for number, ((figure, why), channels) in enumerate(found.items(), start=1)
     ]
 
@@ -86,7 +86,7 @@ def compared(validation: Validation) -> Result | None:
     )
 
 
-def table(result: Result) -> tuple[Row, ...]:
+def table(result: Result) -> tuple[PaperRow, ...]:
     """Return the columns that an experiment declares, a row a channel: each number beside the paper's and its limit."""
     judged = {(finding.check, finding.subject): finding for finding in result.findings}
     measuring = EXPERIMENTS[result.recording.header.experiment]
@@ -97,7 +97,7 @@ def table(result: Result) -> tuple[Row, ...]:
             metric = measuring.metric(column.name, channel.label)
             value = float(result.measured[channel.label][metric.name])
             cells.append(_cell(metric, channel.label, value, judged.get((metric.name, channel.label))))
-        rows.append(Row(channel.title, length_unit(channel), tuple(cells)))
+        rows.append(PaperRow(channel.title, length_unit(channel), tuple(cells)))
     return tuple(rows)
 
 

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from hil.checks import JUDGED, Measuring
-from hil.checks.shared.command_steps import CommandStep, find_steps
 from hil.checks.shared.declaration import Metric
+from hil.checks.shared.signals import CommandStep, find_steps
 from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.recording import Recording
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result
 
-PANEL_OF_UNIT = {"A": "currents", "degC": "temperatures"}
+PANEL_OF_UNIT = {"A": "currents", "°C": "temperatures"}
 """Unit of a metric to the figure that shows it; `codes` for the others."""
 
 

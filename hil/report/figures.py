@@ -7,17 +7,16 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
-from matplotlib.axes import Axes
-
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS
 from hil.recordings.recording import Recording
 from hil.report import lanes
+from hil.report.chart import Chart
+from hil.report.chart_svg import INK, chart_svg
 from hil.report.evidence import figure_name
-from hil.report.lanes import Lanes, Mark, draw_lanes
-from hil.report.plots import COMMAND, HAND, MODEL, RESIDUAL, as_svg, draw_thumb, panels
+from hil.report.lanes import Lanes, Mark, lanes_chart
+from hil.report.plots import COMMAND, HAND, MODEL, RESIDUAL, panels, thumb_chart
 
-INK = "#000000"
 COLOURS = {
     INK: "ink",
     COMMAND: "command",
@@ -37,7 +36,7 @@ class Panel:
 
     title: str
     meaning: str
-    draw: Callable[[Axes], None]
+    draw: Callable[[], Chart]
     height_inches: float = 2.9
 
 
@@ -66,7 +65,7 @@ SWEEP = (
     "The channel's own climb and descent. Hand and simulator should lie on each other; dots are the settled residual."
 )
 STEP = "One step at full resolution, a mark a sample: delay, slope and overshoot of simulator and hand."
-THUMB = (
+ABDUCTION_NOTE = (
     "CMC flexion closed at none, half and full abduction. Without abduction the palm stops it half way; with "
     "abduction it passes the palm."
 )
@@ -87,7 +86,7 @@ def _sweeps(recording: Recording) -> dict[str, Panel]:
 
 
 def _thumb(recording: Recording) -> dict[str, Panel]:
-    return {"codes": Panel("Thumb", THUMB, partial(draw_thumb, recording=recording))}
+    return {"codes": Panel("Thumb", ABDUCTION_NOTE, partial(thumb_chart, recording))}
 
 
 PANELS: dict[str, Callable[[Recording], dict[str, Panel]]] = {"sweeps": _sweeps, "thumb": _thumb}
@@ -130,12 +129,12 @@ def themed(svg: str) -> str:
 
 
 def _lanes_panel(kind: Lanes, recording: Recording, marks: Iterable[Mark] = ()) -> Panel:
-    draw = partial(draw_lanes, recording=recording, lanes=kind, marks=tuple(marks))
+    draw = partial(lanes_chart, recording, kind, tuple(marks))
     return Panel(f"{kind.title}, all seven", MEANINGS[kind], draw, LANES_INCHES)
 
 
 def _drawn(experiment: str, name: str, panel: Panel) -> Drawn:
-    svg = themed(as_svg(panel.draw, height_inches=panel.height_inches))
+    svg = themed(chart_svg(panel.draw(), height_inches=panel.height_inches))
     return Drawn(figure_name(experiment, name), panel.title, panel.meaning, svg)
 
 

@@ -10,7 +10,6 @@ from typing import Literal
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from aero.channels import Channel, Joint
 from hil.verdict.findings import Finding
@@ -129,12 +128,32 @@ def outline(side: geometry.Side) -> Outline:
         width = max(digits[channel].width, across) if channel in digits else across
         digits[channel] = Digit((*before, ends[0]), width)
     palm = next(link for link in base.walk() if link.name == "palm")
-    corners = np.array([seen(palm, corner) for box in palm.boxes for corner in _corners(box.half, box.pos, box.quat)])
-    hull = corners[ConvexHull(corners).vertices]
+    corners = [seen(palm, corner) for box in palm.boxes for corner in _corners(box.half, box.pos, box.quat)]
     points = np.vstack([corners, *(np.array(digit.points) for digit in digits.values())])
     (left, top), (right, bottom) = points.min(axis=0), points.max(axis=0)
-    path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in hull) + "Z"
+    path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in convex_hull(corners)) + "Z"
     return Outline(path, digits, (left, top, right - left, bottom - top))
+
+
+def convex_hull(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the corners of the convex hull of at least three points, counter-clockwise; Andrew's monotone chain.
+
+    SciPy has one, and takes half a second to be imported.
+    """
+    ordered = sorted(set(points))
+
+    def chain(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+        found: list[tuple[float, float]] = []
+        for x, y in points:
+            while len(found) > 1:
+                (x0, y0), (x1, y1) = found[-2:]
+                if (x1 - x0) * (y - y0) > (y1 - y0) * (x - x0):
+                    break
+                found.pop()
+            found.append((x, y))
+        return found[:-1]
+
+    return chain(ordered) + chain(reversed(ordered))
 
 
 def thumb_heights(side: geometry.Side) -> dict[Channel, float]:

@@ -6,14 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.signals import display_unit
 from hil.recordings.recording import Recording
+from hil.report.chart import Box, Chart, ChartTrace, Scale, nice_ticks
 
 COMMAND, READING, SIMULATOR, FOUND = "#777777", "#1f4e9c", "#c0392b", "#e0a3a3"
 """Colours that the page replaces by its own, which follow the reader's light or dark style."""
@@ -54,36 +53,38 @@ TEMPERATURES = Lanes("temperatures", "Temperatures", "\u00b0C", 1.0, 4.0)
 SIDE_BY_SIDE = Lanes("hand", "Hand and simulator", "", 1.0, 0.0, (("command", COMMAND), ("model", SIMULATOR)), True)
 
 
-def draw_lanes(axes: Axes, recording: Recording, lanes: Lanes, marks: Iterable[Mark] = ()) -> None:
-    """Draw a series of seven columns; its least and greatest reading stand at the right of each lane."""
-    for mark in marks:
-        row = 0 if mark.channel is None else _row(mark.channel)
-        height = len(Channel) if mark.channel is None else 1
-        axes.add_patch(
-            Rectangle((mark.start, row - 0.1), max(mark.end - mark.start, 1e-3), height, color=FOUND, linewidth=0)
-        )
+def lanes_chart(recording: Recording, lanes: Lanes, marks: Iterable[Mark] = ()) -> Chart:
+    """Return a series of seven columns; its least and greatest reading stand at the right of each lane."""
     series = recording[lanes.series]
     least, span = _scales(recording, lanes)
     layers = (*((name, colour) for name, colour in lanes.behind if name in recording.series), (lanes.series, READING))
-    for name, colour in layers:
-        drawn = recording[name]
-        for channel in Channel:
-            height = HEIGHT * (lanes.scale * drawn.values[:, channel] - least[channel]) / span[channel]
-            steps = "default" if name in ("hand", "model") else "steps-post"
-            axes.plot(drawn.times, _row(channel) + height, color=colour, drawstyle=steps, linewidth=0.9)
-    ranges = [_range(recording, lanes, channel) for channel in Channel]
-    middles = [_row(channel) + HEIGHT / 2 for channel in Channel]
-    axes.set_yticks(middles, [channel.label.replace("_", " ") for channel in Channel])
-    axes.tick_params(axis="y", length=0)
-    right = axes.secondary_yaxis("right")
-    right.set_yticks(middles, ranges)
-    right.tick_params(axis="y", length=0)
-    for side in ("left", "right", "top"):
-        axes.spines[side].set_visible(False)
-    right.spines["right"].set_visible(False)
-    axes.set_ylim(-0.15, len(Channel))
-    axes.set_xlim(0.0, max(float(series.times[-1]), 1e-3))
-    axes.set_xlabel("time, s")
+    traces = [
+        ChartTrace(
+            recording[name].times,
+            _row(channel)
+            + HEIGHT * (lanes.scale * recording[name].values[:, channel] - least[channel]) / span[channel],
+            colour,
+            width=0.9,
+            steps=name not in ("hand", "model"),
+        )
+        for name, colour in layers
+        for channel in Channel
+    ]
+    end = max(float(series.times[-1]), 1e-3)
+    names = tuple((_row(channel) + HEIGHT / 2, channel.label.replace("_", " ")) for channel in Channel)
+    ranges = tuple((_row(channel) + HEIGHT / 2, _range(recording, lanes, channel)) for channel in Channel)
+    return Chart(
+        across=Scale(0.0, end, nice_ticks(0.0, end), "time, s"),
+        up=Scale(-0.15, len(Channel), names, line=False),
+        traces=tuple(traces),
+        right=Scale(-0.15, len(Channel), ranges, line=False),
+        boxes=tuple(_box(mark) for mark in marks),
+    )
+
+
+def _box(mark: Mark) -> Box:
+    row = 0 if mark.channel is None else _row(mark.channel)
+    return Box(mark.start, mark.end, row - 0.1, row - 0.1 + (len(Channel) if mark.channel is None else 1), FOUND)
 
 
 def _row(channel: Channel) -> int:

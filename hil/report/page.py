@@ -8,21 +8,31 @@ from typing import Any, Literal
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.experiment import Details
-from hil.checks.shared.subjects import CHANNELS, SUBJECTS
+from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
+from hil.recordings.wire_file import with_series
 from hil.report.beside_paper import compared, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding
 from hil.report.figures import Drawn, figures_of, traces_of
+from hil.report.first_seen import first_seen
 from hil.report.guard_margins import margins_left
 from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
 from hil.report.lanes import Mark
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.next_step import cause_words, on_hand
+from hil.verdict.run_summary import summary_of
 from hil.verdict.sight import load_sight
 
+BYTES_ALONE = (
+    "These are the bytes of a program and a hand, without an experiment: the link is judged. What was meant is not in "
+    "them, so the driver's order, scale and sign are not judged."
+)
+"""Of a recording that `emulate` or `proxy` made."""
 Verdict = Literal["pass", "fail", "broken"]
 
 
@@ -69,6 +79,9 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         ValueError: nothing was recorded, so there is nothing to report on.
     """
     recordings = [*(result.recording for result in validation.results.values()), *validation.end.cut]
+    bytes_alone = not recordings and validation.whole_run is not None
+    if bytes_alone and validation.whole_run is not None:
+        recordings = [validation.whole_run.recording]
     if not recordings:
         raise ValueError("no experiment began; there is nothing to report on")
     environment = Environment(
@@ -78,10 +91,12 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters |= {"marked": marked, "subject": subject_words, "cause": cause_words}
     seen = by_finding(validation.judged)
     sections = _sections(validation, seen)
     shown = _shown(validation, seen, sections)
     header = recordings[0].header
+    summary = summary_of(validation)
     finished = validation.end.finding is None
     return environment.get_template("report.html.j2").render(
         header=header,
@@ -95,15 +110,30 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         states=_states(validation, finished=finished),
         first_finding={item.finding.subject: item.anchor for item in reversed(shown)},
         shown=shown,
+        summary=summary,
+        since=first_seen(validation, summary.likeliest),
+        explained=[item for item in shown if item.finding in summary.explained],
+        unexplained=[item for item in shown if item.finding in summary.unexplained],
+        looks=[on_hand(cause.next_look, header) for cause in summary.causes],
         sections=sections,
         beside=_beside_paper(validation),
         text_rows=text_rows(validation),
+        bytes_alone=BYTES_ALONE if bytes_alone else "",
+        exchanged=traces_of(with_series(recordings[0])) if bytes_alone else [],
         broken_off=[(recording.header, traces_of(recording)) for recording in validation.end.cut],
         events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
         files={name: quote(path) for name, path in (files or {}).items()},
         margins=margins_left(result.recording for result in validation.results.values()),
         session=WHOLE_RUN.name,
         subjects=SUBJECTS,
+    )
+
+
+def marked(text: str) -> Markup:
+    """Return a text as HTML, with what stands between backticks as code."""
+    parts = text.split("`")
+    return Markup("").join(
+        Markup("<code>{}</code>").format(part) if i % 2 else escape(part) for i, part in enumerate(parts)
     )
 
 

@@ -6,158 +6,115 @@ the residual of settled samples, in per cent of the channel's range, stands on t
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from aero.channels import THUMB, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.command_steps import find_steps
-from hil.checks.shared.signals import display_unit
-from hil.checks.staircase.settled import residuals
+from hil.checks.shared.signals import display_unit, find_steps
+from hil.checks.staircase.tracking import residuals
 from hil.recordings.recording import Recording
+from hil.report.chart import Chart, ChartTrace, Scale, fitted
+from hil.report.chart_svg import sheet_svg
 
 MARGIN_S = 2.0
 """Time shown on either side of a channel's own sweep; the paper shows five."""
 COMMAND, MODEL, HAND, RESIDUAL = "#777777", "#c0392b", "#1f4e9c", "#2b2b2b"
+DASHED, DASH_DOTTED = (4.0, 1.8), (7.0, 1.8, 1.2, 1.8)
 RESOLVED = (Channel.INDEX, Channel.THUMB_CMC_FLEXION)
 """Channels of which one step is drawn resolved: a finger and a thumb channel."""
-THUMB_STYLES = ((MODEL, "-"), (HAND, "--"), (RESIDUAL, "-."))
+THUMB_STYLES = ((MODEL, ()), (HAND, DASHED), (RESIDUAL, DASH_DOTTED))
 """Colour and line of each."""
-STYLE: Any = {  # matplotlib types the keys as one literal each
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.linewidth": 0.8,
-    "lines.linewidth": 1.1,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "aero-hil",
-    "path.simplify_threshold": 0.5,
-}
 
-Draw = Callable[[Axes], None]
+Draw = Callable[[], Chart]
 
 
-def draw_sweep(axes: Axes, recording: Recording, channel: Channel) -> None:
-    """Draw one channel over its own sweep: command, simulator, hand, and the settled residual on the right."""
+def sweep_chart(recording: Recording, channel: Channel) -> Chart:
+    """Return one channel over its own sweep: command, simulator, hand, and the settled residual on the right."""
     command, hand, model = (recording[name] for name in ("command", "hand", "model"))
-    unit, scale = display_unit(command.units[channel])
     own = [step for step in find_steps(command.times, command.values) if step.channel == channel]
     start, end = own[0].start - MARGIN_S, own[-1].end + MARGIN_S
-
-    def window(times: NDArray[np.float64]) -> NDArray[np.bool_]:
-        return (times >= start) & (times <= end)
-
-    inside = window(command.times)
-    axes.plot(
-        command.times[inside], scale * command.values[inside, channel], "--", color=COMMAND, drawstyle="steps-post"
-    )
-    for series, style, colour in ((model, "-", MODEL), (hand, "-.", HAND)):
-        inside = window(series.times)
-        axes.plot(series.times[inside], scale * series.values[inside, channel], style, color=colour)
-    axes.set_title(channel.title, loc="left", fontsize=10)
-    axes.set_xlabel("time, s")
-    axes.set_ylabel(f"length, {unit}" if unit == "mm" else f"angle, {unit}")
-
+    unit, scale = display_unit(command.units[channel])
+    traces = []
+    for series, colour, dashes, label in (
+        (command, COMMAND, DASHED, "command"),
+        (model, MODEL, (), "simulator"),
+        (hand, HAND, DASH_DOTTED, "hand"),
+    ):
+        inside = (series.times >= start) & (series.times <= end)
+        values = scale * series.values[inside, channel]
+        traces.append(ChartTrace(series.times[inside], values, colour, dashes, steps=series is command, label=label))
+    up = fitted([trace.up for trace in traces], _length_label(unit))
     residual, settled = residuals(recording)
     percent = 100 * residual[:, channel] / np.ptp(command.values[:, channel])
-    inside = window(hand.times) & settled[:, channel]
-    right = axes.twinx()
-    right.plot(hand.times[inside], percent[inside], ".", color=RESIDUAL, markersize=1.5)
+    inside = (hand.times >= start) & (hand.times <= end) & settled[:, channel]
     bound = max(2.0, 1.1 * float(np.abs(percent[inside]).max(initial=0.0)))
-    right.set_ylim(-bound, 7 * bound)  # the residual keeps to the lowest quarter of the panel
-    right.set_yticks([-bound, 0.0, bound], [f"{-bound:.1f}", "0", f"{bound:.1f}"])
-    right.set_ylabel("residual, % of range")
-    right.spines["top"].set_visible(False)
+    ticks = ((-bound, f"{-bound:.1f}"), (0.0, "0"), (bound, f"{bound:.1f}"))
+    dots = ChartTrace(
+        hand.times[inside], percent[inside], RESIDUAL, width=0.0, dot=1.2, right=True, label="settled residual"
+    )
+    return Chart(
+        title=channel.title,
+        across=fitted([trace.across for trace in traces], "time, s"),
+        up=up,
+        traces=(*traces, dots),
+        right=Scale(-bound, 7 * bound, ticks, "residual, % of range"),  # the lowest quarter of the panel
+    )
 
 
-def draw_step(axes: Axes, recording: Recording, channel: Channel) -> None:
-    """Draw one resolved closing step from the middle of a channel's sweep."""
+def step_chart(recording: Recording, channel: Channel) -> Chart:
+    """Return one resolved closing step from the middle of a channel's sweep."""
     command, hand, model = (recording[name] for name in ("command", "hand", "model"))
     unit, scale = display_unit(command.units[channel])
     own = [step for step in find_steps(command.times, command.values) if step.channel == channel]
     step = own[len(own) // 4]
-    span = (step.start - 0.06, step.end)
-    for series, style, colour, marker in (
-        (command, "--", COMMAND, ""),
-        (model, "-", MODEL, "."),
-        (hand, "-.", HAND, "o"),
+    traces = []
+    for series, colour, dashes, dot in (
+        (command, COMMAND, DASHED, 0.0),
+        (model, MODEL, (), 2.0),
+        (hand, HAND, DASH_DOTTED, 4.0),
     ):
-        inside = (series.times >= span[0]) & (series.times < span[1])
-        axes.plot(
-            1e3 * (series.times[inside] - step.start),
-            scale * series.values[inside, channel],
-            style,
-            color=colour,
-            marker=marker,
-            markersize=4,
-            drawstyle="steps-post" if series is command else "default",
-        )
-    axes.set_title(f"One step, {channel.title[0].lower()}{channel.title[1:]}", loc="left", fontsize=10)
-    axes.set_xlabel("time since the command, ms")
-    axes.set_ylabel(f"length, {unit}" if unit == "mm" else f"angle, {unit}")
+        inside = (series.times >= step.start - 0.06) & (series.times < step.end)
+        times, values = 1e3 * (series.times[inside] - step.start), scale * series.values[inside, channel]
+        traces.append(ChartTrace(times, values, colour, dashes, dot=dot, steps=series is command))
+    return Chart(
+        title=f"One step, {channel.title[0].lower()}{channel.title[1:]}",
+        across=fitted([trace.across for trace in traces], "time since the command, ms"),
+        up=fitted([trace.up for trace in traces], _length_label(unit)),
+        traces=tuple(traces),
+    )
 
 
 def panels(recording: Recording) -> dict[str, Draw]:
     """Return the figure's panels by name, in order: seven sweeps, then the resolved steps."""
 
     def sweep(channel: Channel) -> Draw:
-        return lambda axes: draw_sweep(axes, recording, channel)
+        return lambda: sweep_chart(recording, channel)
 
     def step(channel: Channel) -> Draw:
-        return lambda axes: draw_step(axes, recording, channel)
+        return lambda: step_chart(recording, channel)
 
     found = {channel.label: sweep(channel) for channel in Channel}
     return found | {f"step_{channel.label}": step(channel) for channel in RESOLVED}
 
 
-def draw_thumb(axes: Axes, recording: Recording) -> None:
-    """Draw the thumb's three encoders over the coupling sweep."""
+def thumb_chart(recording: Recording) -> Chart:
+    """Return the thumb's three encoders over the coupling sweep."""
     codes = recording["codes"]
-    for channel, (colour, style) in zip(THUMB, THUMB_STYLES, strict=True):
-        axes.plot(codes.times, 100.0 * codes.values[:, channel] / MAX_CODE, style, color=colour)
-    axes.legend([channel.title for channel in THUMB], fontsize=7, framealpha=0.0)
-    axes.set_xlabel("time, s")
-    axes.set_ylabel("encoder, % of window")
+    traces = tuple(
+        ChartTrace(codes.times, 100.0 * codes.values[:, channel] / MAX_CODE, colour, dashes, label=channel.title)
+        for channel, (colour, dashes) in zip(THUMB, THUMB_STYLES, strict=True)
+    )
+    across, up = fitted([codes.times], "time, s"), fitted([trace.up for trace in traces], "encoder, % of window")
+    return Chart(across, up, traces)
 
 
-def as_svg(draw: Draw, *, width_inches: float = 4.6, height_inches: float = 2.9) -> str:
-    """Draw one panel and return it as an SVG element, text kept as text; the same input gives the same output."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(width_inches, height_inches), layout="constrained")
-        draw(figure.add_subplot())
-        return svg_of(figure)
+def validation_figure(recording: Recording) -> str:
+    """Return all panels in one figure, as the text of an SVG file."""
+    charts = [draw() for draw in panels(recording).values()]
+    return sheet_svg(charts, columns=3, width_inches=13.5, height_inches=9.0)
 
 
-def svg_of(figure: Figure) -> str:
-    """Return a figure as an SVG element; the same figure gives the same text."""
-    out = io.StringIO()
-    with mpl.rc_context(STYLE):
-        figure.savefig(out, format="svg", metadata={"Date": None})
-    text = out.getvalue()
-    return text[text.index("<svg") :]
-
-
-def validation_figure(recording: Recording) -> Figure:
-    """Return all panels in one figure, for saving as PNG, SVG or PDF."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(13.5, 9), layout="constrained")
-        for axes, draw in zip(figure.subplots(3, 3).flat, panels(recording).values(), strict=True):
-            draw(axes)
-        figure.legend(
-            handles=[
-                Line2D([], [], color=COMMAND, linestyle="--", label="command"),
-                Line2D([], [], color=MODEL, label="simulator"),
-                Line2D([], [], color=HAND, linestyle="-.", label="hand"),
-                Line2D([], [], color=RESIDUAL, linestyle="", marker=".", label="settled residual"),
-            ],
-            loc="outside lower center",
-            ncols=4,
-        )
-    return figure
+def _length_label(unit: str) -> str:
+    return f"length, {unit}" if unit == "mm" else f"angle, {unit}"

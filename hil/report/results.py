@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 
 from aero.channels import Channel
-from aero.whole_file import whole, write_whole
+from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric
 from hil.recordings.seal import sealed
@@ -39,8 +39,7 @@ def write_results(validation: Validation, out: Path) -> None:
     write_figures(validation, out)
     for name, result in validation.results.items():
         if "sweeps" in EXPERIMENTS[name].drawn and result.measured:
-            with whole(out / "validation.svg") as draft:
-                validation_figure(result.recording).savefig(draft)
+            write_whole(out / "validation.svg", validation_figure(result.recording))
     names = [*validation.judged, *(cut.header.experiment for cut in validation.end.cut)]
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
@@ -79,6 +78,7 @@ def checks_json(validation: Validation) -> dict[str, object]:
     """Return the content of `checks.json`: what every experiment measured, and every finding."""
     return {
         "passed": validation.passed,
+        "not_run": list(validation.left_out),
         "measured": {
             name: {
                 subject: {metric: _jsonable(value) for metric, value in row.items()}

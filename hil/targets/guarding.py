@@ -9,6 +9,7 @@ from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock
 from aero.firmware import firmware_of
+from aero.hand import Hand
 from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.transport import Transport
 
@@ -21,7 +22,7 @@ def drive(
     *,
     thresholds: Thresholds | None,
     standby: Standby | None = None,
-) -> AeroHand:
+) -> Hand:
     """Return a driver on an open transport, guarded when there are thresholds."""
     if thresholds is None:
         return AeroHand(transport, clock)

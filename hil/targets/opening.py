@@ -11,11 +11,11 @@ from typing import Any
 
 from serial.tools.list_ports import comports
 
-from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
-from aero.firmware import DEFAULT_FIRMWARE
+from aero.firmware import DEFAULT_FIRMWARE, firmware_of
+from aero.hand import Hand
 from aero.safety import GuardedHand, Thresholds
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
@@ -24,14 +24,16 @@ from hil.faults.fault import Fault
 from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
 from hil.targets.emulated_hand import build_emulated, host_link
+from hil.targets.found_as import found_as
 from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
-from hil.targets.target import PHYSICAL, NoHandError, Target
+from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
 from model.geometry import Side
 from model.scene import Cube
 from model.units import DEFAULT_LIMITS, Unit
+from model.units.conditions import Conditions
 from model.units.naming import unit_named
 
 
@@ -49,6 +51,7 @@ def open_target(
     homed: bool = False,
     faults: Iterable[Fault] = (),
     cube: Cube | None = None,
+    conditions: Conditions | None = None,
 ) -> AbstractContextManager[Target]:
     """Open a hand; use it in a `with` statement.
 
@@ -72,10 +75,12 @@ def open_target(
             are ideal when not.
         faults: what is wrong with an `emulated` or `pty` hand, see `hil.faults`; their chances come from `seed`.
         cube: lies ready beside an `emulated` hand; its ground truth is then a `model.cube_plant.CubePlant`.
+        conditions: how an `emulated` hand is found, none of which is a fault; as its unit says when None.
 
     Raises:
         ValueError: an unknown firmware, side or unit; a firmware program or faults for a physical hand; faults that
-            cannot be combined; a cube for another hand than an `emulated` one without faults.
+            cannot be combined; a cube for another hand than an `emulated` one without faults; conditions for another
+            than an `emulated` one.
         FaultNeverFiredError: one of the faults had no effect, on leaving the context without another error.
         FirmwareProgramError: the firmware program does not run, on entering the context.
         NoHandError: nothing answers at the port, on entering the context.
@@ -93,12 +98,14 @@ def open_target(
         )
     if cube is not None and target != "emulated":
         raise ValueError(f"a cube is put into a hand in this process, `emulated`, not into {target!r}")
+    if conditions is not None and target != "emulated":
+        raise ValueError(f"conditions are those of a hand in this process, `emulated`, not of {target!r}")
     if target == "pty":
         refuse_at_a_port(schedule.faults)
     program = Path(firmware_program) if firmware_program is not None else None
-    request = Request(
-        target, codec, version, hand, unit_named(unit), seed, guard, hand_id, program, homed, schedule, cube
-    )
+    found = conditions or Conditions()
+    built = found.applied(unit_named(unit)) if conditions else unit_named(unit)
+    request = Request(target, codec, version, hand, built, seed, guard, hand_id, program, homed, schedule, cube, found)
     return kinds.get(target, _physical)(request)
 
 
@@ -113,7 +120,7 @@ class Request:
     unit: Unit
     seed: int
     thresholds: Thresholds | None = None
-    """Of the guard; None without one."""
+    """Thresholds of the guard; None without one."""
     hand_id: str = ""
     program: Path | None = None
     """Firmware program on the board of an emulated hand."""
@@ -123,11 +130,13 @@ class Request:
     """Faults of an emulated hand."""
     cube: Cube | None = None
     """For an emulated hand in this process."""
+    conditions: Conditions = field(default_factory=Conditions)
+    """Conditions of an emulated hand in this process; its unit has been changed for them."""
 
-    def granted(self, hand: AeroHand, clock: Clock, wire: WireLog, **more: Any) -> Target:
+    def granted(self, hand: Hand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
-        asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id, "capabilities": {}} | more
+        asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id} | more
         asked["faults"] = self.schedule.faults
         return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
@@ -156,11 +165,13 @@ def _emulated(request: Request) -> Iterator[Target]:
 def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlant, link: Transport) -> Iterator[Target]:
     """Make a target of an emulated hand in this process and the link to it."""
     clock = electronics.clock
-    wire = WireLog(link, clock)
+    settable = firmware_of(request.firmware).settings is not None
+    found = found_as(request.conditions, link, clock, settable=settable, seed=request.seed)
+    wire = WireLog(found, clock)
     with drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
         if request.homed:
             hand.home()
-        yield request.granted(hand, clock, wire, capabilities={"ground_truth": plant, "electronics": electronics})
+        yield request.granted(hand, clock, wire, capabilities=(GroundTruth(plant, electronics),))
 
 
 @contextmanager
@@ -193,7 +204,7 @@ def serial_number(port: str) -> str:
 
 
 @contextmanager
-def _serial(request: Request, port: str) -> Iterator[tuple[AeroHand, Clock, WireLog]]:
+def _serial(request: Request, port: str) -> Iterator[tuple[Hand, Clock, WireLog]]:
     try:
         transport = SerialTransport.open(port)
     except (ConnectionError, ValueError) as error:

@@ -1,24 +1,28 @@
 """A target: one hand, real or emulated, as a test or an experiment sees it.
 
-An experiment sees a `Target` and never asks which kind it is. What only an emulated hand can do is a capability that
-is asked for by name.
+An experiment sees a `Target` and never asks which kind it is. What only some targets have is a capability, a class that
+`Target.get` is asked for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
-from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.firmware import firmware_of
+from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
+from firmware_emulator.hand import EmulatedHand
 from hil.faults.fault import Fault
 from hil.targets.wire_log import WireLog
+from model import BuiltHandPlant
 from model.geometry import Side
+
+Capability = TypeVar("Capability")
 
 PHYSICAL = "physical"
 """Unit name of a hand that is none of ours."""
@@ -32,13 +36,23 @@ class MissingCapabilityError(Exception):
     """The target cannot do what was asked for; the message says which could."""
 
 
+@dataclass(frozen=True)
+class GroundTruth:
+    """Capability of an emulated hand in this process: what it really does, whatever it reports."""
+
+    plant: BuiltHandPlant
+    """The mechanics: joint angles, cable tensions, slack."""
+    electronics: EmulatedHand
+    """Board, bus and servos."""
+
+
 @dataclass(frozen=True, repr=False)
 class Target:
     """One hand, ready to be commanded, and everything an experiment may know about it."""
 
     name: str
     """What `--hil` was."""
-    hand: AeroHand
+    hand: Hand
     clock: Clock
     map: ActuationMap
     firmware: str
@@ -52,8 +66,8 @@ class Target:
     """Name or serial number of the individual hand, empty when it is not known."""
     wire: WireLog
     """Everything that crossed the link since it was opened."""
-    capabilities: Mapping[str, Any]
-    """`ground_truth`: the plant (joint angles, cable tensions, slack); `electronics`: the emulated hand."""
+    capabilities: tuple[object, ...] = ()
+    """What `get` finds."""
     faults: tuple[Fault, ...] = ()
     """What was made wrong with an emulated hand."""
 
@@ -88,15 +102,20 @@ class Target:
         if self.guard is not None:
             self.guard.expect_stops(stops)
 
-    def capability(self, name: str) -> Any:
-        """Return what stands behind a capability.
+    def find(self, capability: type[Capability]) -> Capability | None:
+        """Return a capability, None when this target does not have it."""
+        return next((found for found in self.capabilities if isinstance(found, capability)), None)
+
+    def get(self, capability: type[Capability]) -> Capability:
+        """Return a capability, such as `GroundTruth`.
 
         Raises:
             MissingCapabilityError: this target does not have it.
         """
-        if name not in self.capabilities:
-            raise MissingCapabilityError(f"{self.name} has no {name}; run with --hil=emulated for it")
-        return self.capabilities[name]
+        found = self.find(capability)
+        if found is None:
+            raise MissingCapabilityError(f"{self.name} has no {capability.__name__}; run with --hil=emulated for it")
+        return found
 
     def describe(self) -> str:
         """Say in one line what this is."""

@@ -29,8 +29,9 @@ class WireRecord(NamedTuple):
 class WireLog:
     """Pass everything on to a transport and log each write and each read that brought bytes, with its time.
 
-    The same log for every kind of target: bytes are logged where the driver hands them over or gets them, at the
-    time of the driver's clock. Bytes that the driver discards unread are not seen.
+    The same log for every kind of target: bytes are logged when the system has taken them over or the driver gets them,
+    at the time of the driver's clock. A host that was late to write is thereby late in the log as well.
+    Bytes that the driver discards unread are not seen.
     """
 
     def __init__(self, transport: Transport, clock: Clock) -> None:
@@ -54,8 +55,10 @@ class WireLog:
 
     def write(self, data: bytes) -> None:
         """Log and send all of `data`."""
-        self.sent_at = self._log("to_hand", bytes(data))
-        self._transport.write(data)
+        try:
+            self._transport.write(data)
+        finally:  # what could not be sent was meant to be
+            self.sent_at = self._log("to_hand", bytes(data))
 
     def read(self, size: int, timeout: float) -> bytes:
         """Read as the transport does, and log what came."""

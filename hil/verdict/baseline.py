@@ -16,7 +16,7 @@ from hil.verdict.findings import Finding
 
 LARGEST_BYTES = 16 * 2**20
 """Of the figures of a run, which have some ten thousand."""
-FIELDS = {"passed", "measured", "findings", "sight", "explanations", KEY}
+FIELDS = {"passed", "not_run", "measured", "findings", "sight", "explanations", KEY}
 """Of `checks.json`."""
 
 
@@ -97,4 +97,5 @@ def _judge(metric: Metric, worse: Worse, subject: str, values: tuple[float, floa
         source=f"baseline {Path(recording).parent}",
         meaning=worse.meaning,
         remedy=f"Compare the recordings of both: `aero-hil diff {recording}` with this run's.",
+        words=f"{metric.words} against the baseline",
     )

@@ -1,68 +1,79 @@
-"""The causes that explain a judged run, in words."""
+"""Where something is wrong in a run that failed, and the causes that explain it, in words."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cache
 
 from hil.checks import Measured
-from hil.faults import CATALOGUE
-from hil.verdict.dictionary import Entry, load_dictionary
-from hil.verdict.explain import explain, telling
-from hil.verdict.explanation import Explanation
+from hil.faults import CATALOGUE, Fault
+from hil.verdict.ending import Ending
+from hil.verdict.explanation import Diagnosis, Explanation
 from hil.verdict.limits import Limit
-from hil.verdict.signature import Signature, places, signature
+from hil.verdict.locate import MISTAKEN, channels_off, driver_mistaken
+from hil.verdict.next_step import cause_words, metric_words, only
+from hil.verdict.reference import load_reference
+from hil.verdict.signature import Places, Signature, excesses, places, signature
 
 KEPT = 5
 """Causes that are kept, the likeliest."""
 
 
-def diagnose(
-    numbers: Mapping[str, Measured], limits: Sequence[Limit], ended: str, not_run: Sequence[str]
-) -> tuple[Explanation, ...]:
-    """Return the likeliest causes of a run that failed, each with what would tell it from the next.
+def diagnose(numbers: Mapping[str, Measured], limits: Sequence[Limit], ending: Ending) -> Diagnosis:
+    """Return where something is wrong in a run that failed, what kind of effect it has, and which causes fit.
 
     Args:
         numbers: what was measured, by experiment.
         limits: of the hand.
-        ended: name of the error that ended the run, empty when there was none.
-        not_run: experiments that were to run and did not come to their end.
+        ending: how the run ended.
     """
-    found = places(numbers, limits)
-    ranked = explain(found, ended, not_run, _dictionary())[:KEPT]
-    entries = {(entry.cause, entry.fault): entry for entry in _dictionary()}
+    beyond = excesses(numbers, limits)
+    if driver_mistaken(beyond):
+        return replace(MISTAKEN, off=channels_off(beyond))
+    found = {**places(numbers, limits), **ending.places}
+    told = load_reference().diagnosed(found, beyond)
+    return replace(told, causes=_told(told.causes[:KEPT], found), off=channels_off(beyond))
+
+
+def _told(ranked: Sequence[Explanation], found: Places) -> tuple[Explanation, ...]:
+    """Return causes with what they mean, and what would tell each from the next."""
     told = []
     for i, explanation in enumerate(ranked):
-        view = signature(found, ended, explanation.channel)
-        after = ranked[i + 1] if i + 1 < len(ranked) else None
+        assert explanation.fault is not None
         look = ""
-        if after is not None:
-            look = _next_look(
-                entries[explanation.cause, explanation.fault].features,
-                entries[after.cause, after.fault].features,
-                view,
-                after.cause,
-            )
-        kind = CATALOGUE[explanation.fault.partition(":")[0].partition("=")[0]]
-        told.append(replace(explanation, meaning=f"{kind.meaning}.", next_look=look))
+        if i + 1 < len(ranked):
+            after = ranked[i + 1]
+            assert after.fault is not None
+            view = signature(found, explanation.channel)
+            look = _next_look(_features(explanation.fault), _features(after.fault), view, after.cause)
+        told.append(replace(explanation, meaning=f"{CATALOGUE[explanation.fault.name].meaning}.", next_look=look))
     return tuple(told)
+
+
+def _features(fault: Fault) -> Signature:
+    """Return what is known of a fault of the reference."""
+    return next(entry.features for entry in load_reference().known.entries if entry.fault == fault)
+
+
+def telling(first: Signature, second: Signature, seen: Mapping[str, float]) -> str | None:
+    """Return the feature that differs most between two causes and was not seen in this run, None when there is none."""
+    # In the order of their names, so that equal gaps give the same answer in every run.
+    unseen = sorted(name for name in first.keys() | second.keys() if name not in seen)
+    gaps = {name: abs(first.get(name, 0.0) - second.get(name, 0.0)) for name in unseen}
+    return max(gaps, key=lambda name: gaps[name], default=None)
 
 
 def _next_look(first: Signature, second: Signature, view: Signature, other: str) -> str:
     feature = telling(first, second, view)
     if feature is None:
-        return f"No further reading tells it from {other}; look at the hand."
+        return f"No further reading tells it from {cause_words(other)}; look at the hand."
     role, _, check = feature.partition("/")
-    if role == "ended":
-        return f"To tell it from {other}, validate again and see whether {check} comes to its end."
+    if check.startswith("ended/"):
+        return f"To tell it from {cause_words(other)}, validate again and see whether the run ends in the same way."
+    experiment, _, metric = check.partition("/")
     where = {"own": "of this channel", "others": "of the other channels", "hand": "of the hand"}[role]
     more = abs(first.get(feature, 0.0)) > abs(second.get(feature, 0.0))
     return (
-        f"To tell it from {other}, measure {check} {where} again: this cause {'moves' if more else 'does not move'} it."
+        f"To tell it from {cause_words(other)}, run `{only(experiment)}`: this cause "
+        f"{'changes' if more else 'does not change'} the {metric_words(experiment, metric)} {where}."
     )
-
-
-@cache
-def _dictionary() -> tuple[Entry, ...]:
-    return load_dictionary()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from hil.checks.shared.subjects import subject_words
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -25,11 +27,19 @@ class Finding:
     """What it usually means when this fails."""
     remedy: str
     """What to do then."""
+    words: str = ""
+    """What was checked, for people; the check's name with blanks when empty."""
+
+    @property
+    def name(self) -> str:
+        """What was checked, for people."""
+        return self.words or self.check.replace("_", " ")
 
     @property
     def sentence(self) -> str:
         """The finding in one sentence."""
-        return f"{self.subject}: {self.check} is {self.measured}, should be {self.expected}"
+        where = subject_words(self.subject)
+        return f"{where[0].upper()}{where[1:]}: {self.name} is {self.measured}, should be {self.expected}"
 
 
 def failed(findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hil.checks import WHOLE_RUN, Measured
+from hil.checks import DRIVER, WHOLE_RUN, Measured
 from hil.recordings.recording import Recording
-from hil.verdict.explanation import Explanation
+from hil.verdict.explanation import HEALTHY, Diagnosis, Explanation
 from hil.verdict.findings import Finding, failed
 from hil.verdict.run_end import RunEnd
 
@@ -36,18 +36,29 @@ class Validation:
     """Every byte since the hand was opened, for an exact replay; None when judged from files."""
     whole_run: Result | None = None
     """What the bytes of the session say about the link; None when judged without them."""
-    explanations: tuple[Explanation, ...] = ()
-    """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+    driver: Result | None = None
+    """What the bytes of the experiments say about driver and map; None where no experiment ended."""
+    diagnosis: Diagnosis = HEALTHY
+    """Where something is wrong, and what; empty for a run without failures."""
+
+    left_out: tuple[str, ...] = ()
+    """Experiments that the guard permits no hand with this firmware; the verdict is on the others."""
+
+    @property
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Causes that may explain what failed, the likeliest first; none for a run without failures."""
+        return self.diagnosis.causes
 
     @property
     def numbers(self) -> Mapping[str, Measured]:
-        """What was measured: by experiment that could be measured, and `session` for the whole run."""
+        """What was measured: by experiment that could be measured, and `session` and `driver`."""
         return {name: result.measured for name, result in self.judged.items() if result.measured}
 
     @property
     def judged(self) -> Mapping[str, Result]:
-        """Every experiment that ended, and `session`, the whole run."""
-        return dict(self.results) | ({} if self.whole_run is None else {WHOLE_RUN.name: self.whole_run})
+        """Every experiment that ended; `session`, the whole run; `driver`, the bytes of all experiments."""
+        whole = {WHOLE_RUN.name: self.whole_run, DRIVER.name: self.driver}
+        return {**self.results, **{name: result for name, result in whole.items() if result is not None}}
 
     def measured(self, name: str) -> Result | None:
         """Return an experiment's result, None when it did not run or could not be measured."""
@@ -59,6 +70,16 @@ class Validation:
         """Every finding, and the reason for stopping if there is one."""
         found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
         return found if self.end.finding is None else (self.end.finding, *found)
+
+    @property
+    def remark(self) -> str:
+        """What was left out and why, one sentence; empty when nothing was."""
+        if not self.left_out:
+            return ""
+        return (
+            f"Not run, and not judged: {', '.join(self.left_out)}. They push at stops, and this firmware has no torque "
+            "limit, so the guard would stop the hand for its current."
+        )
 
     @property
     def passed(self) -> bool:
@@ -73,4 +94,6 @@ class Validation:
     @property
     def hand_seconds(self) -> float:
         """Hand time of all recordings, s."""
+        if not self.results and self.whole_run is not None:
+            return self.whole_run.recording.header.duration_s
         return sum(float(result.recording["codes"].times[-1]) for result in self.results.values())

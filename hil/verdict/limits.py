@@ -16,7 +16,7 @@ from importlib import resources
 from typing import Any
 
 from aero.firmware import ALIKE
-from hil.checks import Measured, Measuring
+from hil.checks import CHECKS, Measured, Measuring
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.subjects import SUBJECTS
 from hil.verdict.findings import Finding
@@ -48,6 +48,11 @@ class Limit:
     """Whether it holds for a hand that is guarded, and weaker at its stops, or for one that is not; None for both."""
     healthy: tuple[float, float] | None = None
     """Least and greatest reading of the healthy hands that it was computed from; None for a bound that is given."""
+
+    def holds_for(self, firmware: str, *, guarded: bool) -> bool:
+        """Return whether it is one for hands with a version of the firmware, or one like it, guarded or not."""
+        alike = next((versions for versions in ALIKE if firmware in versions), ())
+        return (not self.firmware or not set(alike).isdisjoint(self.firmware)) and self.guarded in (None, guarded)
 
     def excess(self, value: float) -> float:
         """Return how far a reading lies beyond the healthy ones: 0 among them, 1 at the limit, negative below them.
@@ -91,20 +96,18 @@ class Limit:
         A value that could not be measured (NaN) fails, and so does one at the end of its scale.
         """
         at_the_end = value >= metric.end_of_scale
-        if math.isnan(value):
-            measured = "not measurable"
-        else:
-            measured = f"{value:.4g} {metric.unit}" + (", at the end of the window" if at_the_end else "")
+        measured = metric.text(value) + (", at the end of the window" if at_the_end else "")
         advice = metric.advice(value, self.at_least, self.at_most)
         return Finding(
             check=self.metric,
             subject=subject,
             passed=self.at_least <= value <= self.at_most and not at_the_end,
             measured=measured,
-            expected=self.text(metric.unit),
+            expected=metric.text(self.at_most) if metric.says else self.text(metric.unit),
             source=self.source,
             meaning=advice.meaning,
             remedy=advice.remedy,
+            words=metric.words,
         )
 
 
@@ -119,18 +122,35 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
     """Return the limits for one kind of hand and one firmware, guarded or not.
 
     A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject.
+    A bound that a check gives itself holds for every kind whose file says nothing else.
 
     Raises:
         ValueError: there is no such kind, or its file has a mistake; the message says which.
     """
     extends, limits = read_limits(kind)
-    alike = next((versions for versions in ALIKE if firmware in versions), ())
-    own = tuple(
-        limit
-        for limit in limits
-        if (not limit.firmware or not set(alike).isdisjoint(limit.firmware)) and limit.guarded in (None, guarded)
+    own = tuple(limit for limit in limits if limit.holds_for(firmware, guarded=guarded))
+    if extends:
+        return own + without(load_limits(extends, firmware, guarded=guarded), own)
+    given = tuple(limit for limit in given_limits() if limit.holds_for(firmware, guarded=guarded))
+    return own + without(given, own)
+
+
+@cache
+def given_limits() -> tuple[Limit, ...]:
+    """Return the bounds that the checks give themselves, which hold for every kind of hand."""
+    return tuple(
+        Limit(
+            check.experiment,
+            check.metric,
+            check.subjects,
+            check.source,
+            check.at_least,
+            check.at_most,
+            firmware=check.firmware,
+        )
+        for check in CHECKS
+        if check.given
     )
-    return own + without(load_limits(extends, firmware, guarded=guarded), own) if extends else own
 
 
 def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
@@ -146,7 +166,7 @@ def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
 
 
 def read_provenance(kind: str) -> Mapping[str, Any]:
-    """Return what made the limits of a kind of hand; tables within say what made an experiment's anew.
+    """Return what made the limits of a kind of hand; tables within say what made an experiment's anew, or widened all.
 
     Raises:
         ValueError: there is no such kind.
@@ -175,14 +195,15 @@ def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, .
 def compare(measuring: Measuring, measured: Measured, limits: tuple[Limit, ...]) -> tuple[Finding, ...]:
     """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
 
-    Raises:
-        KeyError: a limit is set on something that was not measured.
+    A number that was withheld, because the host was too late to tell, is not there and not judged. One that the hand
+    did not let be measured is NaN, and fails.
     """
     return tuple(
         limit.judge(measuring.metric(limit.metric, subject), subject, float(measured[subject][limit.metric]))
         for limit in limits
         if limit.experiment == measuring.name
         for subject in limit.subjects
+        if limit.metric in measured[subject]
     )
 
 

@@ -32,9 +32,9 @@ class Way(Enum):
         "run",
         "the guard",
         "{reason}",
-        "Validate with firmware 0.1.0 or later; everything else was run.",
+        "Validate with firmware 0.1.0 or later, or run the other experiments.",
     )
-    """The guard permits some experiments no hand with this firmware."""
+    """The guard permits none of the experiments that were asked for."""
     DRIVER = (
         "{at}",
         "broken off",

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import resources
 
+from hil.faults.fault import quantity
+
 FILE = "sight.json"
 LISTED = 6
 """Faults that a sentence names."""
@@ -44,7 +46,7 @@ class Sight:
         if not self.sees:
             return f"{alarms} It found no fault of the catalogue on every hand."
         faults = ", ".join(
-            f"{seen.fault.replace('_', ' ')}" + (f" from {seen.severity:g} {seen.unit} on" if seen.unit else "")
+            seen.fault.replace("_", " ") + (f" from {quantity(seen.severity, seen.unit)} on" if seen.unit else "")
             for seen in self.sees[:LISTED]
         )
         more = f" and {len(self.sees) - LISTED} more" if len(self.sees) > LISTED else ""

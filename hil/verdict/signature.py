@@ -27,6 +27,11 @@ MOST = 1000.0
 """Place from which on a reading counts as no further off."""
 
 
+def out_of_limits(excess: float) -> bool:
+    """Return whether a reading with this excess (`Limit.excess`) is beyond its limit."""
+    return abs(excess) > 1.0
+
+
 def excesses(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[Key, float]:
     """Return the excess of every judged reading of a run (`Limit.excess`); what was not measured is left out."""
     return {key: limit.excess(value) for key, limit, value in _judged(numbers, limits)}
@@ -37,15 +42,14 @@ def places(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[Key
     return {key: limit.place(value) for key, limit, value in _judged(numbers, limits)}
 
 
-def signature(found: Places, ended: str, channel: Channel | None) -> dict[str, float]:
+def signature(found: Places, channel: Channel | None) -> dict[str, float]:
     """Return a run's signature as seen from a channel, or from the whole hand when None.
 
     Args:
-        found: places of the run's readings.
-        ended: name of the error that ended it, empty when there was none.
+        found: places of the run's readings, and of its ending where it has one (`Ending.places`).
         channel: the suspect.
     """
-    features = {f"ended/{ended}": compressed(MOST)} if ended else {}
+    features: dict[str, float] = {}
     for (experiment, metric, subject), place in found.items():
         value = compressed(place)
         if subject == "hand":

@@ -11,17 +11,19 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
-from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN, Experiment
+from hil.checks import DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN, Experiment, Measured
 from hil.checks.shared.experiment import map_of
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.baseline import load, regressions
 from hil.verdict.diagnose import diagnose
-from hil.verdict.explanation import Explanation
+from hil.verdict.ending import Ending
+from hil.verdict.explanation import HEALTHY, Diagnosis
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
+from hil.verdict.own_limits import OwnLimits
 from hil.verdict.run_end import FINISHED, RunEnd, Way, broken_off
 from model.units import DEFAULT_LIMITS, shipped_units
 from model.units.naming import PLAUSIBLE, unit_named
@@ -45,6 +47,8 @@ def validate(
 
     Ctrl-C and a signal that `aero.safety.unwinding` turns into an exit end the run and are noted in what is returned.
 
+    The firmware's own speed and torque limits hold meanwhile; those that this program had set are given back.
+
     Args:
         target: the hand; most experiments move it through its whole range.
         names: experiments to run, keys of `EXPERIMENTS`.
@@ -54,7 +58,8 @@ def validate(
         on_result: called with everything so far after each experiment.
 
     Returns:
-        Results up to the first experiment that could not end, or to a failed gate.
+        Results up to the first experiment that could not end, or to a failed gate. What the guard permits no hand with
+        this firmware is left out, and the verdict is on the rest.
 
     Raises:
         OSError: a recording cannot be begun.
@@ -69,12 +74,13 @@ def validate(
 
     def so_far(end: RunEnd = FINISHED) -> Validation:
         measured = {name: result.measured for name, result in results.items()}
-        return Validation(dict(results), end, time.perf_counter() - start, regressions(before, measured, str(baseline)))
+        worse = regressions(before, measured, str(baseline))
+        return Validation(dict(results), end, time.perf_counter() - start, worse, left_out=tuple(left_out))
 
     def recorder(name: str) -> Recorder:
         return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")
 
-    session, end = recorder(WHOLE_RUN.name), FINISHED
+    session, end, limits_on_board = recorder(WHOLE_RUN.name), FINISHED, OwnLimits(target)
     session.begin(from_opening=True)
     for name in names:
         experiment, record = EXPERIMENTS[name], recorder(name)
@@ -84,6 +90,7 @@ def validate(
             break
         try:
             if any(experiment.furthest):
+                limits_on_board.set()
                 target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
             experiment.run(target, record, progress)
         except STOPPING as error:
@@ -91,11 +98,16 @@ def validate(
             break
         results[name] = _judged(experiment, record.finish(), limits)
         on_result(so_far())
+    if left_out and not names:
+        end = _nothing_run(left_out, target.firmware)
+    limits_on_board.give_back()
     whole = session.finish(ended=end.error is None)
-    done = replace(so_far(end), session=whole, whole_run=_link_judged(whole, limits))
+    done = replace(
+        so_far(end), session=whole, whole_run=_link_judged(whole, limits), driver=_driver_judged(results, limits)
+    )
     if not done.passed:
-        done = replace(done, explanations=_explained(done, names, limits))
-    return replace(done, end=_without(left_out, target.firmware)) if left_out and end is FINISHED else done
+        done = replace(done, diagnosis=_diagnosed(done, limits))
+    return done
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
@@ -114,20 +126,21 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
         header = recording.header
         map_of(header)  # an unknown firmware or window is the file's fault, and no finding about the hand
         if header.experiment == WHOLE_RUN.name:
-            session = _link_judged(recording, _limits_of(header)) if header.finished else None
+            session = _link_judged(recording, limits_of(header)) if header.finished else None
             continue
         if header.experiment not in EXPERIMENTS:
             raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
         if not header.finished:
             continue
-        limits = _limits_of(header)
+        limits = limits_of(header)
         results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
     end = RunEnd(Way.CUT, cut[0].header.experiment, cut=cut) if cut else FINISHED
     done = Validation(results, end, time.perf_counter() - start, whole_run=session)
-    if done.passed or not results:
+    if not results:
         return done
-    header = next(iter(results.values())).recording.header
-    return replace(done, explanations=_explained(done, tuple(results), _limits_of(header)))
+    limits = limits_of(next(iter(results.values())).recording.header)
+    done = replace(done, driver=_driver_judged(results, limits))
+    return done if done.passed else replace(done, diagnosis=_diagnosed(done, limits))
 
 
 def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
@@ -135,7 +148,28 @@ def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
     return Result(session, measured, compare(WHOLE_RUN, measured, limits))
 
 
-def _limits_of(header: Header) -> tuple[Limit, ...]:
+def _driver_judged(results: Mapping[str, Result], limits: tuple[Limit, ...]) -> Result | None:
+    """Return what the bytes of all experiments say about driver and map, None where no experiment ended."""
+    if not results:
+        return None
+    recordings = [result.recording for result in results.values()]
+    measured = _worst([DRIVER.measure(recording) for recording in recordings])
+    return Result(recordings[-1], measured, compare(DRIVER, measured, limits))
+
+
+def _worst(measured: Sequence[Measured]) -> Measured:
+    return {
+        subject: {name: max(one[subject][name] for one in measured) for name in metrics}
+        for subject, metrics in measured[0].items()
+    }
+
+
+def limits_of(header: Header) -> tuple[Limit, ...]:
+    """Return the limits that a recording is judged by.
+
+    Raises:
+        ValueError: the header does not name them, and its unit is none that ships.
+    """
     return load_limits(header.limits or _limits_of_unit(header.unit), header.firmware, guarded=bool(header.safety))
 
 
@@ -152,22 +186,28 @@ def _limits_of_unit(unit: str) -> str:
     return unit_named(unit).limits
 
 
-def _explained(done: Validation, names: Sequence[str], limits: tuple[Limit, ...]) -> tuple[Explanation, ...]:
-    """Return what may have caused a run's failures; nothing for one that a person broke off."""
-    if done.end.way is Way.PERSON:
-        return ()
-    numbers = done.numbers
-    return diagnose(numbers, limits, done.end.error_name, [name for name in names if name not in numbers])
+def _diagnosed(done: Validation, limits: tuple[Limit, ...]) -> Diagnosis:
+    """Return where a run's failures come from, and what caused them.
+
+    Nothing is known where a person or the guard ended it, or where a person sees what no reading shows.
+    """
+    if done.end.way in {Way.PERSON, Way.GUARD}:
+        return HEALTHY
+    asking = {name for name, experiment in EXPERIMENTS.items() if experiment.asks}
+    numbers = {name: measured for name, measured in done.numbers.items() if name not in asking}
+    if done.end.error is None and not any(
+        failed(result.findings) for name, result in done.judged.items() if name not in asking
+    ):
+        return HEALTHY
+    return diagnose(numbers, limits, Ending.of(done.end))
 
 
-def _without(left_out: Sequence[str], firmware: str) -> RunEnd:
-    """Return the end of a run that the guard kept from experiments which push at stops."""
-    at, reason = (
-        ", ".join(left_out),
-        (
-            f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, "
-            "and the guard would stop the hand for its current."
-        ),
+def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:
+    """Return the end of a run of nothing but experiments that the guard permits no hand with this firmware."""
+    at = ", ".join(left_out)
+    reason = (
+        f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, and the guard "
+        "would stop the hand for its current."
     )
     return RunEnd(Way.GUARD, at, reason, SafetyStopError(f"{at} not run. {reason}"))
 

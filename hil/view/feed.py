@@ -19,7 +19,7 @@ from hil.view.frame import End, Heading, Message, Note, Severity, Verdicts
 from hil.view.sources import Source
 
 LOOKS_PER_S = 30.0
-"""Of real time, whatever the hand's own clock does."""
+"""Looks a second of real time, whatever the hand's own clock does."""
 
 
 class Feed:

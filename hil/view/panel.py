@@ -18,7 +18,7 @@ from model.appearance import PULLEY_RGBA
 TEMPLATES = Environment(
     loader=PackageLoader("hil.view"), autoescape=True, trim_blocks=True, lstrip_blocks=True, auto_reload=False
 )
-THUMB = {Channel.THUMB_ABDUCTION: "abduction", Channel.THUMB_CMC_FLEXION: "CMC", Channel.THUMB_FLEXOR: "flexor"}
+THUMB_NAMES = {Channel.THUMB_ABDUCTION: "abduction", Channel.THUMB_CMC_FLEXION: "CMC", Channel.THUMB_FLEXOR: "flexor"}
 EXCURSION_RAD = ActuationMap().excursion_rad
 """Ends of the bars, (7, 2) rad: the shaft angles that the joint box allows."""
 PULLEY: Rgb = (round(255 * PULLEY_RGBA[0]), round(255 * PULLEY_RGBA[1]), round(255 * PULLEY_RGBA[2]))
@@ -26,7 +26,7 @@ LAST_NOTES = 8
 """Events that are shown, the newest last."""
 
 
-class Row(NamedTuple):
+class TableRow(NamedTuple):
     """One channel as it is shown."""
 
     title: str
@@ -40,12 +40,12 @@ class Row(NamedTuple):
     temperature: str
     cable: str
     colour: str
-    """Of the cable; empty where there is none."""
+    """Colour of the cable; empty where there is none."""
 
 
 def title(channel: Channel) -> str:
     """Return a channel's short name."""
-    return f"Thumb {THUMB[channel]}" if channel in THUMB else channel.label.capitalize()
+    return f"Thumb {THUMB_NAMES[channel]}" if channel in THUMB_NAMES else channel.label.capitalize()
 
 
 def numbers(heading: Heading, frame: Frame, state: str) -> str:
@@ -69,13 +69,13 @@ def found(verdicts: Verdicts | None, notes: Sequence[Note]) -> str:
     return TEMPLATES.get_template("found.html").render(verdicts=verdicts, notes=notes[-LAST_NOTES:])
 
 
-def _row(frame: Frame, channel: Channel) -> Row:
+def _row(frame: Frame, channel: Channel) -> TableRow:
     loose, tension = float(frame.loose[channel]), float(frame.tensions[channel])
     cable, colour = "", ""
     if not math.isnan(loose):
         colour = _css(cable_colour(loose))
         cable = f"{1e3 * loose:.1f} mm" if cable_colour(loose) == SLACK else f"{tension:.1f} N"
-    return Row(
+    return TableRow(
         title(channel),
         _number(np.rad2deg(frame.commanded[channel]), "{:.1f}°"),
         _number(np.rad2deg(frame.measured[channel]), "{:.1f}°"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import mujoco
 import numpy as np
 import trimesh
@@ -10,17 +12,48 @@ import viser
 from aero.channels import CABLES, Joint
 from hil.view.frame import Floats
 from hil.view.posed_hand import COMMANDED, UNSEEN, PosedHand, Rgb, cable_colour
-from hil.view.shapes import mesh_of
 from model.appearance import CABLE_WIDTH
 from model.geometry import Side
 from model.skeleton import COLLISION_GROUP, GUIDE_GROUP
 
+ROUNDING_M = 0.0025
+"""Radius of the edges of a drawn box."""
+
+
+def mesh_of(model: mujoco.MjModel, geom: int, *, thickness: float) -> trimesh.Trimesh:
+    """Return one geom as triangles in its body's frame; `thickness` scales the radius of a capsule."""
+    size, kind = model.geom_size[geom], model.geom_type[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        mesh = _rounded_box(size)
+    elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        mesh = trimesh.creation.capsule(height=2.0 * size[1], radius=thickness * size[0], count=(12, 12))
+    elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        mesh = trimesh.creation.cylinder(radius=size[0], height=2.0 * size[1], sections=24)
+    else:
+        raise ValueError(f"the hand's model has a geom of a kind that the page does not draw: {mujoco.mjtGeom(kind)}")
+    turn = np.eye(4)
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, model.geom_quat[geom])
+    turn[:3, :3], turn[:3, 3] = matrix.reshape(3, 3), model.geom_pos[geom]
+    mesh.apply_transform(turn)
+    return mesh
+
+
+def _rounded_box(half: Floats) -> trimesh.Trimesh:
+    """Return a box with round edges: the hull of a small ball at each of its corners."""
+    radius = min(ROUNDING_M, 0.45 * float(min(half)))
+    ball = trimesh.creation.uv_sphere(radius=radius, count=(12, 12)).vertices
+    corners = (half - radius) * np.array(list(product((-1.0, 1.0), repeat=3)))
+    hull: trimesh.Trimesh = trimesh.convex.convex_hull((corners[:, None] + ball).reshape(-1, 3))
+    return hull
+
+
 CABLE_M = 3.0 * CABLE_WIDTH
 """Drawn diameter of a cable, half as much again as in pictures of the model."""
 GHOST_OPACITY, PAD_OPACITY = 0.45, 0.22
-"""Of the commanded bones, and of pads, through which the cables have to be seen."""
+"""Opacity of the commanded bones, and of pads, through which the cables have to be seen."""
 GHOST_THICKNESS = 0.8
-"""Of a commanded bone, which so vanishes in the bone that is where it should be."""
+"""Thickness of a commanded bone, which so vanishes in the bone that is where it should be."""
 STILL = 1e-6
 """Motion (m, quaternion) that is not worth sending."""
 CAMERA = {"position": (0.05, -0.24, 0.40), "look_at": (0.088, -0.018, 0.0), "up": (1.0, 0.0, 0.0)}

@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from aero.actuation import ActuationMap
+from aero.actuation.coefficients import SHIPPED
 from aero.channels import JOINT_BOX_RAD, Channel, Joint
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
@@ -18,7 +19,8 @@ from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo import control
 from firmware_emulator.servo.parameters import CURRENT_UNIT_MA
-from hil.targets.target import Target
+from hil.recordings.recording import Recording
+from hil.targets.target import GroundTruth, Target
 from hil.targets.wire_log import WireRecord
 from hil.view.frame import Floats, Frame, unknown
 from model import BuiltHandPlant
@@ -116,8 +118,8 @@ class WireSource:
 
 def source_of(target: Target) -> Source:
     """Return what can be seen of a target; of one behind a port, from now on."""
-    if {"electronics", "ground_truth"} <= target.capabilities.keys():
-        return EmulatedSource(target.capability("electronics"), target.capability("ground_truth"), target.map)
+    if (truth := target.find(GroundTruth)) is not None:
+        return EmulatedSource(truth.electronics, truth.plant, target.map)
     source = WireSource(target.map)
     target.wire.listeners.append(source.take)
     return source
@@ -142,3 +144,29 @@ def _words(record: WireRecord | None, *, signed: bool) -> Floats:
     reply = parse_reply(record.data)
     words: Floats = np.abs((signed_values if signed else unsigned_values)(reply).astype(float))
     return words
+
+
+FRAMES_PER_S = 30.0
+
+
+def frames(recording: Recording) -> list[Frame]:
+    """Return the frames of a recording, in the order of their time, at most `FRAMES_PER_S`.
+
+    Raises:
+        ValueError: no position was read while it was made, or its coefficients are not shipped.
+    """
+    header = recording.header
+    if header.map not in SHIPPED:  # a file that a recording names is not opened
+        raise ValueError(f"it was made with the coefficients {header.map!r}; shipped are {', '.join(SHIPPED)}")
+    codec = ActuationMap.for_firmware(header.firmware, header.window, hand=header.hand, coefficients=header.map)
+    source = WireSource(codec)
+    found: list[Frame] = []
+    due = 0.0
+    for record in recording.wire:
+        source.take(record)
+        if record.direction == "from_hand" and record.t >= due and (frame := source.frame()) is not None:
+            found.append(frame)
+            due = record.t + 1.0 / FRAMES_PER_S
+    if not found:
+        raise ValueError(f"this recording of {header.experiment!r} holds no position of the hand, so nothing to show")
+    return found

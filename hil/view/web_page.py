@@ -31,9 +31,9 @@ PLOTTED_S, PLOTTED = 10.0, 300
 """Time and points of a plot."""
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "20")
 ANGLE_COLOURS = ("#8c3cc8", "#333355")
-"""Of commanded and measured angles."""
+"""Colours of commanded and measured angles."""
 CURRENT_COLOURS = ("#2266aa", "#cc3333", "#339933", "#bb6600", "#883388", "#008888", "#555555")
-"""Of the channels."""
+"""Colours of the channels."""
 PANEL_PX, PLOT_PX = 500, 180
 
 Mode = Literal["live", "playing", "paused"]

@@ -21,7 +21,7 @@ def hand(side: Side = "right") -> Hand:
     """
     if side not in ("right", "left"):
         raise ValueError(f"a hand is 'right' or 'left', not {side!r}")
-    digits = (*map(finger.finger, finger.PLACEMENTS), thumb.THUMB)
+    digits = (*map(finger.finger, finger.PLACEMENTS), thumb.DIGIT)
     right = Hand(
         base=mount(digits, anchors=tuple(map(finger.anchor, finger.PLACEMENTS))),
         cables=(*(cable for place in finger.PLACEMENTS for cable in finger.cables(place)), *thumb.CABLES),

@@ -77,7 +77,7 @@ _METACARPAL = Link(
     ),
     links=(_PROXIMAL,),
 )
-THUMB = Link(
+DIGIT = Link(
     name="thumb_base",
     pos=(0.026317, -0.0175, 0.02956),
     quat=(0.579233, -0.40557, 0.405572, -0.579235),

@@ -21,11 +21,11 @@ PATIENCE_S = 5.0
 
 
 @contextlib.contextmanager
-def served(folder, *, firmware="0.2.0", start="homed", ids="0123456"):
+def served(folder, *, firmware="0.2.0", start="homed", ids="0123456", model="HLS3606M"):
     """A hand in its own process; yields the links of its board and its bus."""
     link, bus_link = folder / "hand", folder / "bus"
     process = subprocess.Popen(
-        [sys.executable, str(HERE / "serve_bench.py"), str(link), str(bus_link), firmware, start, ids],
+        [sys.executable, str(HERE / "serve_bench.py"), str(link), str(bus_link), firmware, start, ids, model],
         stdout=subprocess.PIPE,
         text=True,
     )
@@ -178,6 +178,18 @@ def test_feetech_servo_sdk_on_the_bus(tmp_path, patient_feetech):
         port.closePort()
 
 
+def run_client(program, bus_link, folder):
+    """Run a client in a process of its own, with its package in front of those of the same name."""
+    client = subprocess.run(
+        [sys.executable, str(HERE / program), str(bus_link)],
+        env={**os.environ, "PYTHONPATH": folder},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (client.returncode, client.stdout.splitlines()[-1:]) == (0, ["done"]), client.stderr
+
+
 def test_ftservo_python_sdk_on_the_bus(tmp_path):
     """In a process of its own: it and feetech-servo-sdk install into the same package name."""
     folder = os.environ.get("FTSERVO_SDK")
@@ -186,11 +198,15 @@ def test_ftservo_python_sdk_on_the_bus(tmp_path):
             "needs FTSERVO_SDK, the folder of `pip install --no-deps --target FOLDER ftservo-python-sdk==2.0.1`"
         )
     with served(tmp_path, ids="012345") as (_, bus_link):
-        client = subprocess.run(
-            [sys.executable, str(HERE / "ftservo_client.py"), str(bus_link)],
-            env={**os.environ, "PYTHONPATH": folder},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-    assert (client.returncode, client.stdout) == (0, "done\n"), client.stderr
+        run_client("ftservo_client.py", bus_link, folder)
+
+
+@pytest.mark.slow
+def test_lerobot_finds_the_servos_at_one_baud_rate_and_shakes_hands_with_an_sts3215(tmp_path):
+    """Eleven baud rates, each with an answer to wait for: 16 s."""
+    folder = os.environ.get("LEROBOT")
+    if folder is None:
+        packages = "lerobot==0.4.4 'deepdiff<9' orderly-set tqdm"
+        pytest.skip(f"needs LEROBOT, the folder of `pip install --no-deps --target FOLDER {packages}`")
+    with served(tmp_path, ids="012345", model="STS3215") as (_, bus_link):
+        run_client("lerobot_client.py", bus_link, folder)

@@ -82,6 +82,41 @@ def test_goals_stay_within_angle_limits_that_someone_has_set():
         assert bus.position() == pytest.approx(reached, abs=2)
 
 
+def test_128_in_the_torque_register_makes_the_present_position_of_an_sts_servo_the_middle():
+    """Transcribed tables: STS and SMS only; an HLS servo has the instruction CALIBRATE (0x0B) instead."""
+    bus = Bus(servos=STS)
+    bus.write(40, 0)
+    bus.write(40, 128)
+    bus.wait(0.1)
+    assert bus.position() == 2048
+    assert bus.read(40, 1) == 0
+    bus.write(31, 0, 0)
+    bus.wait(0.1)
+    assert bus.position() == OPEN
+
+
+def test_an_sts_servo_whose_torque_is_on_keeps_it_on_and_goes_to_its_goal_in_the_new_counts():
+    """As after CALIBRATE: the goal register still holds the old counts."""
+    bus = Bus(servos=STS)
+    bus.write(40, 1)
+    bus.wait(0.1)
+    bus.write(40, 128)
+    bus.wait(1.0)
+    assert bus.read(40, 1) == 1
+    assert bus.position() == pytest.approx(OPEN, abs=1)
+    assert bus.servo.memory.get("offset") != 0
+
+
+def test_128_in_the_torque_register_calibrates_no_hls_servo_and_nothing_elsewhere():
+    bus = Bus()
+    bus.write(40, 128)
+    assert bus.position() == OPEN
+    bus = Bus(servos=STS)
+    bus.write(41, 128)
+    bus.write(39, 128)
+    assert bus.position() == OPEN
+
+
 def blocked(servos, seconds, *, unload=0x2C):
     """A servo that pushes at full torque against a stop it cannot pass."""
     plant = Bench(BenchShaft(friction=0.0, stop_low=0.0, stop_high=0.0, stop_stiffness=2000.0))

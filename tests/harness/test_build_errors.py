@@ -14,7 +14,7 @@ from model import RoutedHand
 FOUND_BY = {
     "two cables swapped": ("excursion", "closed_percent", "thumb_flexor", "two cables are swapped"),
     "cable wound backwards": ("staircase", "spring", "ring", "wound backwards"),
-    "cable slack by 20 mm": ("staircase", "take_up", "middle", "Slack cable"),
+    "cable slack by 20 mm": ("staircase", "take_up", "middle", "The cable is slack"),
     "stiff joint": ("staircase", "friction", "index", "stiff joint"),
     "trimmed servo": ("audit", "quantum_fits", "middle", "trimmed"),
     "servo of the wrong ID": ("presence", "distinct_readings", "hand", "wrong ID"),

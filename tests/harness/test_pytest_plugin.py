@@ -95,7 +95,7 @@ def test_homes(aero_target):
 def test_takes_long(aero_target):
     pass
 
-@pytest.mark.needs("ground_truth")
+@pytest.mark.needs_ground_truth
 def test_needs(aero_target):
     pass
 

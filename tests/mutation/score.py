@@ -32,7 +32,6 @@ JUDGING = ("hil/checks", "hil/verdict", "hil/lab/limits")
 NOT_JUDGING = {
     # What a hand and the simulator are told.
     "hil/checks/shared/side_by_side.py",
-    "hil/checks/shared/simulated_hand.py",
     "hil/checks/staircase/reachable_range.py",
     "hil/checks/staircase/run.py",
 }

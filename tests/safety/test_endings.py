@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from aero import serial_transport
-from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, guarded, standby
+from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, guard, standby
 from aero.safety.interrupts import uninterrupted, unwinding
 from aero.serial_transport import SerialTransport
 from firmware_emulator.bench import Bench
@@ -150,11 +150,11 @@ def test_a_second_process_whose_program_was_killed_at_its_start_says_nothing():
 def test_a_forked_process_may_not_use_the_hand():
     electronics = EmulatedHand(Bench())
     hand = GuardedHand(InProcessLink(electronics), electronics.clock, spans_counts=[3278] * 7, usual=None)
-    hand._owner += 1  # as in a child, where the process has another number
+    hand._guard._owner += 1  # as in a child, where the process has another number
     with pytest.raises(SafetyStopError, match="forked"):
         hand.read_codes()
     hand.close()
-    hand._owner -= 1
+    hand._guard._owner -= 1
     hand.read_codes()
 
 
@@ -195,10 +195,10 @@ def test_ctrl_c_during_the_last_opening_hides_no_hand_that_may_be_closed(monkeyp
     electronics = EmulatedHand(Bench())
     hand = GuardedHand(InProcessLink(electronics), electronics.clock, spans_counts=[3278] * 7, usual=None)
     hand.command_codes([0] * 7)
-    hand._standby = SimpleNamespace(
+    hand._guard._standby = SimpleNamespace(
         stand_down=lambda: asked.append("stand_down"), take_over=lambda: asked.append("take_over")
     )
-    monkeypatch.setattr(guarded, "open_and_relax", opening)
+    monkeypatch.setattr(guard, "open_and_relax", opening)
     with pytest.raises(ending, match="SWITCH THE HAND'S SUPPLY OFF" if doubt else None):
         hand.close()
     assert asked == [after]

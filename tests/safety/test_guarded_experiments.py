@@ -11,6 +11,7 @@ from hil import open_target
 from hil.checks.staircase.run import FULL, Staircase, run_staircase
 from hil.lab.system_identification.excitation import REACH
 from hil.recordings.recorder import Recorder
+from hil.verdict.run_end import FINISHED
 from hil.verdict.validation import validate
 from model import RoutedHand
 
@@ -51,9 +52,19 @@ def test_a_hand_that_cannot_be_weakened_is_not_pushed_into_its_stops():
         close(target)
         wait(target, 0.5)
     assert list(result.results) == ["audit", "response"]
-    assert result.end.finding.sentence.startswith("hand: excursion is not run")
-    assert isinstance(result.end.error, SafetyStopError)
+    assert result.end is FINISHED
+    assert result.passed
+    assert result.left_out == ("excursion",)
+    assert "Not run, and not judged: excursion." in result.remark
     assert result.session.header.finished
+
+
+def test_a_hand_of_which_nothing_may_be_run_does_not_pass():
+    with guarded(firmware="pre") as target:
+        result = validate(target, ["excursion"])
+    assert result.end.finding.sentence.startswith("Hand: excursion is not run")
+    assert isinstance(result.end.error, SafetyStopError)
+    assert not result.passed
     assert result.explanations == ()
 
 

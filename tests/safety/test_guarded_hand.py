@@ -8,12 +8,13 @@ from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, 
 
 from aero import Channel
 from aero.channels import WIRE_ORDER
+from aero.driver import AeroHand
 from aero.errors import LinkTimeoutError
 from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
-from aero.safety import LinkLostError, SafetyStopError, Thresholds
+from aero.safety import GuardedHand, LinkLostError, SafetyStopError, Thresholds
 from firmware_emulator.firmware.profiles import PROFILES
-from hil import open_target
+from hil import GroundTruth, open_target
 from hil.cli.exits import ending
 
 LIMP = Thresholds().limp_torque
@@ -21,10 +22,10 @@ LIMP = Thresholds().limp_torque
 
 def assert_open_and_limp(target):
     """The hand is open, its servos are weak, and it takes no more commands."""
-    electronics = target.capability("electronics")
+    electronics = target.get(GroundTruth).electronics
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
-    assert np.abs(np.rad2deg(target.capability("ground_truth").joint_angles())).max() < 15.0
+    assert np.abs(np.rad2deg(target.get(GroundTruth).plant.joint_angles())).max() < 15.0
     assert torque_limits(target) == [LIMP] * 7
     with pytest.raises(SafetyStopError, match="stopped"):
         target.hand.command_codes([0] * 7)
@@ -89,7 +90,7 @@ def test_a_firmware_without_torque_settings_takes_no_limit():
 def test_a_closed_hand_is_opened_no_faster_than_the_gentle_speed():
     """An earlier program left it closed."""
     with guarded() as target:
-        electronics, plant = target.capability("electronics"), target.capability("ground_truth")
+        electronics, plant = target.get(GroundTruth).electronics, target.get(GroundTruth).plant
         electronics.receive(bytes([Opcode.CTRL_POS, 0]) + b"\xff\xc0" * 7)
         electronics.clock.sleep_until(electronics.clock.now() + 1.5)
         speeds = []
@@ -168,7 +169,7 @@ def test_a_hot_hand_is_not_moved():
 
 def test_a_hand_that_holds_against_something_is_not_moved():
     with guarded(thresholds=Thresholds(stop_torque=700)) as target:
-        electronics = target.capability("electronics")
+        electronics = target.get(GroundTruth).electronics
         electronics.receive(bytes([Opcode.CTRL_POS, 0, 0, 0, 0xFF, 0xFF]) + bytes(10))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
         with pytest.raises(SafetyStopError, match=r"not moved. thumb_cmc_flexion draws 4\.\d A at rest"):
@@ -189,7 +190,7 @@ def test_a_servo_that_falls_off_the_bus_stops_the_hand():
     with guarded() as target:
         close(target, Channel.INDEX, share=0.5)
         wait(target, 1.0)
-        servos = target.capability("electronics").bus.servos
+        servos = target.get(GroundTruth).electronics.bus.servos
         servos.pop()
         with pytest.raises(SafetyStopError, match=r"repeated to the last digit.*SUPPLY OFF.*readings stand still"):
             wait(target, 1.0)
@@ -203,10 +204,10 @@ def test_a_board_that_goes_silent_stops_the_hand_and_is_opened_blindly():
         target.wire._transport.silent = True
         with pytest.raises(SafetyStopError, match="not answered"):
             wait(target, 2.0)
-    electronics = target.capability("electronics")
+    electronics = target.get(GroundTruth).electronics
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
-    assert np.abs(np.rad2deg(target.capability("ground_truth").joint_angles())).max() < 15.0
+    assert np.abs(np.rad2deg(target.get(GroundTruth).plant.joint_angles())).max() < 15.0
 
 
 def test_a_hand_that_is_unplugged_is_reported_with_what_to_do():
@@ -227,7 +228,7 @@ def test_a_hand_that_is_unplugged_while_it_is_stopped_was_stopped_by_the_guard()
             target.wire._transport.unplugged = True
             return "it is hot"
 
-        target.hand._watch.temperatures = hot
+        target.hand._guard._lookout.watch.temperatures = hot
         with pytest.raises(SafetyStopError, match=r"it is hot.*SUPPLY OFF") as stop:
             wait(target, 2.0)
     assert ending(stop.value)[0] == 4
@@ -253,7 +254,7 @@ def test_a_board_that_hangs_is_not_blamed_on_an_idle_machine():
     with guarded() as target:
         close(target, Channel.INDEX, share=0.5)
         wait(target, 1.0)
-        target.capability("electronics").board.stop()
+        target.get(GroundTruth).electronics.board.stop()
         with pytest.raises(SafetyStopError, match="has not answered") as stop:
             wait(target, 5.0)
     for word in ("busy", " late", "came up to"):
@@ -285,7 +286,7 @@ def test_a_channel_that_does_not_open_is_not_given_its_usual_torque():
         return dataclasses.replace(drive, setpoint=2.0)
 
     with guarded(rewire=lambda plant: Tampered(plant, Channel.INDEX, stays)) as target:
-        electronics = target.capability("electronics")
+        electronics = target.get(GroundTruth).electronics
         electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
         with pytest.raises(SafetyStopError, match=r"index is still \d+% closed after"):
@@ -348,7 +349,7 @@ def test_an_encoder_whose_zero_shifts_stops_the_hand():
     with guarded() as target:
         close(target, Channel.MIDDLE, share=0.3)
         wait(target, 3.0)
-        servo = target.capability("electronics").servos[WIRE_ORDER.index(Channel.MIDDLE)]
+        servo = target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(Channel.MIDDLE)]
         servo.frame.set_offset(900)
         servo.feedback.invalidate()
         with pytest.raises(SafetyStopError, match="middle's encoder jumped"):
@@ -359,7 +360,7 @@ def test_another_program_that_moves_the_hand_stops_it():
     with guarded() as target:
         close(target, Channel.INDEX, share=0.4)
         wait(target, 3.0)
-        target.capability("electronics").receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
+        target.get(GroundTruth).electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
         with pytest.raises(SafetyStopError, match=r"index moved by -\d+% of its window without a command"):
             wait(target, 1.0)
         assert_open_and_limp(target)
@@ -374,3 +375,43 @@ def test_the_first_goal_is_approached_as_slowly_as_the_hand_opens():
     codes = np.array([int.from_bytes(record.data[index : index + 2], "little") for record in sent])
     assert codes[-1] == round(0.9 * MAX_CODE)
     assert np.diff(codes).max() <= 1.02 * MAX_CODE * 0.02 / Thresholds().opening_s
+
+
+CALLS = {
+    "command_codes": ([0] * 7,),
+    "command_codes_blindly": ([0] * 7,),
+    "command_torques": ([0] * 7,),
+    "read_codes": (),
+    "read_currents": (),
+    "read_temperatures": (),
+    "read_speeds": (),
+    "set_speed": (Channel.INDEX, 1000),
+    "set_torque": (Channel.INDEX, 300),
+    "knows_limits": (),
+    "knows_calibrate_mid": (),
+    "trim": (Channel.INDEX, 0),
+    "calibrate_mid": (Channel.INDEX,),
+    "home": (),
+    "set_id": (1, 500),
+    "resynchronise": (),
+}
+"""Every exchange of a driver, with arguments that it takes."""
+NOT_FOR_PROGRAMS = {"open_unguarded", "disturbances", "silent_from"}
+"""What a guarded hand does not offer: a way past the guard, and what only the guard asks for."""
+
+
+def test_a_guarded_hand_offers_every_exchange_and_refuses_each_after_a_stop():
+    bare = {name for name in vars(AeroHand) if not name.startswith("_")}
+    assert bare - set(dir(GuardedHand)) == NOT_FOR_PROGRAMS
+    exchanges = {name for name in bare if callable(getattr(AeroHand, name))} - {"open_unguarded", "close"}
+    assert exchanges == CALLS.keys()
+    with guarded() as target:
+        close(target, Channel.INDEX, share=0.5)
+        target.hand._guard._lookout.watch.temperatures = lambda _celsius: "it is hot"
+        with pytest.raises(SafetyStopError, match="it is hot"):
+            wait(target, 2.0)
+        mark = target.wire.mark()
+        for name, arguments in CALLS.items():
+            with pytest.raises(SafetyStopError, match="it is hot"):
+                getattr(target.hand, name)(*arguments)
+        assert target.wire.mark() == mark

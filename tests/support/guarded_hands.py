@@ -9,6 +9,7 @@ from aero.actuation import ActuationMap
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from firmware_emulator.links.in_process import InProcessLink
+from hil import GroundTruth
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.opening import Request, in_process
 from model.units import load_unit
@@ -71,7 +72,7 @@ def close(target, *channels, share=1.0):
 
 def torque_limits(target):
     """What the servos may pull with, register units, in wire order."""
-    return [servo.memory.get("goal_torque") for servo in target.capability("electronics").servos]
+    return [servo.memory.get("goal_torque") for servo in target.get(GroundTruth).electronics.servos]
 
 
 class BusyHost(InProcessLink):

@@ -84,7 +84,8 @@ class GuardedProgram:
         self.hand = guard(
             self.link, self.clock, ActuationMap.for_firmware(firmware), firmware, self._thresholds, standby=None
         )
-        self._ask, self.hand._link.ask = self.hand._link.ask, self._asked
+        link = self.hand._hand._link
+        self._ask, link.ask = link.ask, self._asked
         self.built = faults
         self.over = self.ended = self._restarted_since = self._sent = False
         self.excused = self.said = ""
@@ -160,7 +161,7 @@ class GuardedProgram:
     @step
     def use_in_forked_process(self):
         """Let another process, which has a copy of the hand, command it and close it."""
-        self.hand._owner += 1
+        self.hand._guard._owner += 1
         written = self.exchanges
         try:
             for call in (self.hand.read_codes, lambda: self.hand.command_codes([MAX_CODE] * 7)):
@@ -168,7 +169,7 @@ class GuardedProgram:
                     call()
             self.hand.close()
         finally:
-            self.hand._owner -= 1
+            self.hand._guard._owner -= 1
         assert self.exchanges == written
 
     @step

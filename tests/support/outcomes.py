@@ -28,7 +28,7 @@ def outcome(trial, **more):
     return replace(Outcome(trial, numbers(), (), "", "", 10.0, 9.0, 192.0, commit="abc"), **more)
 
 
-def healthy_campaign(count=6, seed=0):
+def healthy_campaign(count=24, seed=0):
     """Return healthy outcomes of every group of firmware and the shipped units, normally spread."""
     draw = np.random.default_rng(seed)
     trials = [*shipped_hands(), *(t for group in ALIKE for t in healthy_hands(50, count, group[-1:]))]

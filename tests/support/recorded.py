@@ -2,7 +2,7 @@
 
 from hil.checks.staircase.run import run_staircase
 from hil.lab.policies.policy_run import record_policy
-from hil.lab.system_identification.play_excitation import EXPERIMENT, play
+from hil.lab.system_identification.excitation import EXPERIMENT, play
 from hil.recordings.recorder import Recorder, silent
 from model import RoutedHand
 

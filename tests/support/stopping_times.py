@@ -14,6 +14,7 @@ from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.plant import Drive
+from hil import GroundTruth
 from hil.targets.target import Target
 
 LATE = {"idle": 0.0, "late": 0.05}
@@ -43,8 +44,9 @@ class Stopping:
 
 def _time_to_opening(target: Any, fault: Callable[[Target], None], wait_s: float = 6.0) -> float:
     began, openings = target.clock.now(), []
-    opening = target.hand._open
-    target.hand._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))
+    guard = target.hand._guard
+    opening = guard._open
+    guard._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))
     fault(target)
     with pytest.raises(SafetyStopError):
         wait(target, wait_s)
@@ -52,7 +54,7 @@ def _time_to_opening(target: Any, fault: Callable[[Target], None], wait_s: float
 
 
 def _jump(target: Target) -> None:
-    servo = target.capability("electronics").servos[WIRE_ORDER.index(Channel.MIDDLE)]
+    servo = target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(Channel.MIDDLE)]
     servo.frame.set_offset(900)
     servo.feedback.invalidate()
 

@@ -16,7 +16,7 @@ from train import actuation
 from train.actuation import SPEED_LIMIT
 from train.scene import build_scene
 from train.simulator import Batch, Floats, Simulator, positions, velocities
-from train.task.episode import SETTLING_S, Episode, Outcome, Task, begin, command, finish, observed
+from train.task.episode import SETTLING_S, Episode, EpisodeOutcome, Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
 from train.task.signals import unpack
 
@@ -104,7 +104,7 @@ def run(
     """
     tally = _Tally(task, len(batch))
 
-    def add(episode: Episode, states: Floats, sensors: Floats, outcome: Outcome) -> None:
+    def add(episode: Episode, states: Floats, sensors: Floats, outcome: EpisodeOutcome) -> None:
         tally.add(episode, states, sensors, outcome)
         check()
 
@@ -119,7 +119,7 @@ def _run(
     seconds: float,
     *,
     rng: np.random.Generator,
-    on_period: Callable[[Episode, Floats, Floats, Outcome], None],
+    on_period: Callable[[Episode, Floats, Floats, EpisodeOutcome], None],
 ) -> None:
     """Run episodes and tell `on_period` the episode, states, sensors and outcome after each control period."""
     count = len(batch)
@@ -140,7 +140,7 @@ def _run(
         on_period(episode, states, sensors, outcome)
 
 
-def _row(episode: Episode, states: Floats, _sensors: Floats, _outcome: Outcome) -> tuple[Floats, Floats, Floats]:
+def _row(episode: Episode, states: Floats, _sensors: Floats, _outcome: EpisodeOutcome) -> tuple[Floats, Floats, Floats]:
     return positions(states)[0], episode.memory.last[0], episode.lengths[0]
 
 
@@ -154,7 +154,7 @@ class _Tally:
         self._airborne, self._observed = np.zeros((2, count))
         self._travel = np.zeros((count, CHANNELS))
 
-    def add(self, episode: Episode, _states: Floats, sensors: Floats, outcome: Outcome) -> None:
+    def add(self, episode: Episode, _states: Floats, sensors: Floats, outcome: EpisodeOutcome) -> None:
         action, before = episode.memory.last, episode.memory.before_last
         period_s, alive = self._task.settings.period_s, self._alive
         nominal, scale = np.array(self._task.settings.nominal), np.array(self._task.settings.scale)

@@ -68,7 +68,7 @@ class Episode(NamedTuple):
     """Control periods that have passed, (...)."""
 
 
-class Outcome(NamedTuple):
+class EpisodeOutcome(NamedTuple):
     """What a control period gave; leading axes as in the episode."""
 
     observation: Array
@@ -124,7 +124,7 @@ def observed(task: Task, episode: Episode, noise: Array) -> Array:
 
 def finish(
     task: Task, episode: Episode, sensors: Array, *, positions: Array, velocities: Array, noise: Array
-) -> tuple[Episode, Outcome]:
+) -> tuple[Episode, EpisodeOutcome]:
     """Close a control period.
 
     Args:
@@ -151,7 +151,7 @@ def finish(
     )
     episode = episode._replace(lengths=last.lengths, periods=episode.periods + 1)
     observation = observed(task, episode, noise)
-    return episode, Outcome(
+    return episode, EpisodeOutcome(
         observation=observation,
         critic=critic_state(observation, positions, velocities, last),
         reward=reward(values, task.rewarded, period_s),

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.checks.shared.experiment import Driver, one_closed
+from hil.checks.shared.experiment import Sampler, one_closed
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 
@@ -23,7 +23,7 @@ FURTHEST = (NUDGE,) * 7
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Nudge each channel closed and open again."""
     recorder.begin({"nudge": NUDGE, "half_s": HALF_S})
-    driver = Driver(target, recorder, progress, HALF_S * (1 + 2 * len(Channel)))
+    driver = Sampler(target, recorder, progress, HALF_S * (1 + 2 * len(Channel)))
     driver.hold(np.zeros(len(Channel)), HALF_S, "open hand")
     for channel in Channel:
         driver.hold(one_closed(channel, NUDGE), HALF_S, channel.label)

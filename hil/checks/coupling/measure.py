@@ -6,8 +6,8 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Measured, last_before
+from hil.checks.shared.signals import find_steps
 from hil.recordings.recording import Recording
 
 

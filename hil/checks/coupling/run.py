@@ -9,7 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Driver
+from hil.checks.shared.experiment import Sampler
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 
@@ -22,7 +22,7 @@ FURTHEST = (0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close CMC flexion fully at three abductions."""
     recorder.begin({"hold_s": HOLD_S})
-    driver = Driver(target, recorder, progress, HOLD_S * (2 + 2 * len(ABDUCTIONS)))
+    driver = Sampler(target, recorder, progress, HOLD_S * (2 + 2 * len(ABDUCTIONS)))
     opened = np.zeros(len(Channel))
     driver.hold(opened, HOLD_S, "open hand")
     for abduction in ABDUCTIONS:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.checks.excursion.simulated_fist import FIST
-from hil.checks.shared.experiment import Driver, one_closed
+from hil.checks.excursion.measure import FIST
+from hil.checks.shared.experiment import Sampler, one_closed
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 
@@ -24,7 +24,7 @@ FURTHEST = (1.0,) * 7
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close and open each channel alone, then close all to a fist."""
     recorder.begin({"hold_s": HOLD_S})
-    driver = Driver(target, recorder, progress, HOLD_S * (2 + len(FIST) + 2 * len(Channel)))
+    driver = Sampler(target, recorder, progress, HOLD_S * (2 + len(FIST) + 2 * len(Channel)))
     opened = np.zeros(len(Channel))
     driver.hold(opened, HOLD_S, "open hand")
     for channel in Channel:

@@ -7,8 +7,8 @@ import numpy as np
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.holding.run import HOLD_S, OPEN_S
-from hil.checks.shared.closing_current import closing_current
 from hil.checks.shared.experiment import Measured
+from hil.checks.shared.signals import closing_current
 from hil.recordings.recording import Recording
 
 

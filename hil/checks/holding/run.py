@@ -9,8 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Driver
-from hil.checks.shared.loose_grasp import LOOSE_GRASP
+from hil.checks.shared.experiment import LOOSE_GRASP, Sampler
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 
@@ -22,7 +21,7 @@ FURTHEST = LOOSE_GRASP
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Hold the open hand, a loose grasp, and the open hand again."""
     recorder.begin({"open_s": OPEN_S, "hold_s": HOLD_S})
-    driver = Driver(target, recorder, progress, 2 * OPEN_S + HOLD_S)
+    driver = Sampler(target, recorder, progress, 2 * OPEN_S + HOLD_S)
     opened = np.zeros(len(Channel))
     driver.hold(opened, OPEN_S, "open hand")
     driver.hold(MAX_CODE * np.array(LOOSE_GRASP), HOLD_S, "holding")

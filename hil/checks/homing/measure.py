@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import CABLES
-from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Measured, last_before, map_of
+from hil.checks.shared.signals import find_steps
 from hil.recordings.recording import Recording
 
 

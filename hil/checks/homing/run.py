@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import CABLES, Channel
-from hil.checks.shared.experiment import Driver, one_closed
+from hil.checks.shared.experiment import Sampler, one_closed
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 
@@ -22,7 +22,7 @@ FURTHEST = (1.0,) * 7
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Home a few times and close each cable channel after each homing."""
     recorder.begin({"homings": HOMINGS})
-    driver = Driver(target, recorder, progress, HOMINGS * HOLD_S * 2 * len(CABLES))
+    driver = Sampler(target, recorder, progress, HOMINGS * HOLD_S * 2 * len(CABLES))
     opened = np.zeros(len(Channel))
     seconds: list[float] = []
     for i in range(HOMINGS):

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Measured, last_before, map_of
-from hil.checks.shared.signals import display_unit
+from hil.checks.shared.signals import display_unit, find_steps
 from hil.recordings.recorder import LENGTH_UNITS
 from hil.recordings.recording import Recording
 

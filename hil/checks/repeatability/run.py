@@ -9,8 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Driver
-from hil.checks.shared.loose_grasp import LOOSE_GRASP
+from hil.checks.shared.experiment import LOOSE_GRASP, Sampler
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 
@@ -24,7 +23,7 @@ FURTHEST = LOOSE_GRASP
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close the open hand to the loose grasp again and again."""
     recorder.begin({"closures": CLOSURES, "hold_s": HOLD_S})
-    driver = Driver(target, recorder, progress, HOLD_S * (1 + 2 * CLOSURES))
+    driver = Sampler(target, recorder, progress, HOLD_S * (1 + 2 * CLOSURES))
     opened = np.zeros(len(Channel))
     driver.hold(opened, HOLD_S, "open hand")
     for i in range(CLOSURES):

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from aero.channels import FINGERS
 from aero.protocol import MAX_CODE, Opcode
-from hil.checks.response.run import CHANNEL, CYCLES
-from hil.checks.shared.command_steps import find_steps
+from hil.checks.response.run import CHANNEL, CYCLES, NOT_ARRIVED
 from hil.checks.shared.exchanges import round_trips
 from hil.checks.shared.experiment import Measured
+from hil.checks.shared.signals import CommandStep, find_steps
 from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
 
@@ -27,19 +27,14 @@ def measure(recording: Recording) -> Measured:
     codes, commands = recording["codes"], recording["command_codes"]
     cycles = float(recording.header.parameters["cycles_from_s"])
     steps = [step for step in find_steps(commands.times, commands.values) if step.start < cycles]
-    trace = codes.values[:, CHANNEL]
-    delays = []
-    for step in steps:
-        after = np.flatnonzero(codes.times > step.start)
-        # Only motion the way it was told counts: the finger may still creep out of the step before.
-        moved = after[np.sign(step.after - step.before) * (trace[after] - trace[after[0]]) > MOVED_CODES]
-        delays.append(codes.times[moved[0]] - step.start if moved.size else np.nan)
+    requests = asked_at(codes.times, recording.wire)
+    delays = [motion_after(step, requests, codes.values[:, CHANNEL]) for step in steps]
     changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
     fast = _after(codes, cycles)
     goals = goal_at(commands, fast.times)
-    asked = asked_at(fast.times, recording.wire)
+    asked = requests[codes.times >= cycles]
     _, trips = round_trips(recording.wire)
-    arrived = not any(event.severity == "warning" for event in recording.events)
+    arrived = not any(event.text == NOT_ARRIVED for event in recording.events)
     rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
     return {
         "hand": {
@@ -51,6 +46,23 @@ def measure(recording: Recording) -> Measured:
             "open_close_rate": float(rate),
         }
     }
+
+
+def motion_after(step: CommandStep, asked: Floats, codes: Floats) -> float:
+    """Return the time from a command to the motion that it causes, s; NaN without any.
+
+    Motion began to show between the request that did not show it and the one that did; the middle stands for it, so
+    that a host which asks late, or seldom, reads the same as one that does not.
+
+    Args:
+        step: the command.
+        asked: (n,) float, when each reading was asked for, s.
+        codes: (n,) float, readings of the channel.
+    """
+    after = np.flatnonzero(asked > step.start)
+    # Only motion the way it was told counts: the finger may still creep out of the step before.
+    moved = after[np.sign(step.after - step.before) * (codes[after] - codes[after[:1]]) > MOVED_CODES]
+    return float(asked[moved[0] - 1 : moved[0] + 1].mean()) - step.start if moved.size else np.nan
 
 
 def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:

@@ -29,6 +29,8 @@ CHANNEL = Channel.RING
 """The finger that is watched: any would do."""
 FURTHEST = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 """How far each channel is sent at most, part of its window, command order."""
+NOT_ARRIVED = "the fingers did not arrive"
+"""Event of a cycle that took too long."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -47,7 +49,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
         until = target.clock.now() + CYCLE_LIMIT_S
         while not _arrived(_read(target, recorder), closing=i % 2 == 0):
             if target.clock.now() > until:
-                recorder.note("the fingers did not arrive", "warning")
+                recorder.note(NOT_ARRIVED, "warning")
                 break
         progress((NUDGES + i + 1) / total, "open and close")
 
@@ -57,8 +59,8 @@ def _command(target: Target, recorder: Recorder, fraction: float, fingers: range
     codes[list(fingers)] = round(fraction * MAX_CODE)
     if not recorder.has("command_codes"):
         recorder.add("command_codes", target.clock.now(), np.zeros(len(Channel), np.uint16))
-    recorder.add("command_codes", target.clock.now(), codes)
     target.hand.command_codes(codes)
+    recorder.add("command_codes", target.wire.sent_at, codes)
 
 
 def _read(target: Target, recorder: Recorder) -> np.ndarray[tuple[int], np.dtype[np.uint16]]:

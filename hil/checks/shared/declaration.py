@@ -5,9 +5,12 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 
 | key | what it says |
 |---|---|
+| `words` | its name for people; the name with blanks when left out |
 | `unit` | as people read it; `length` stands for mm, and mrad on the abduction |
 | `meaning`, `remedy` | what it usually means when the number is off, or what it is when it has no limit; what to do |
 | `too_low`, `too_high`, each also with `_remedy` | the same where the two sides differ |
+| `missing`, also with `_remedy` | the same where it could not be measured; the texts of both sides when left out |
+| `says` | of a person's answer: the words for 0, 1, 2 and so on |
 | `end_of_scale` | reading at which the board clamps: what is really there may be anything beyond |
 | `side` | which side of the healthy readings is a fault: `above`, `below` or `both` |
 | `floor` | least distance of the limit from any healthy reading: what emulated hands do not vary, such as a busy host |
@@ -35,7 +38,7 @@ from typing import Any, Literal
 from aero.channels import Channel
 from hil.checks.shared.subjects import GROUPS
 
-Side = Literal["above", "below", "both"]
+LimitSide = Literal["above", "below", "both"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class Check:
     subjects: tuple[str, ...]
     firmware: tuple[str, ...] = ()
     """Versions it holds for; empty for all."""
-    side: Side | None = None
+    side: LimitSide | None = None
     """None when the bound is given."""
     floor: float = 0.0
     recorded: tuple[float, float] | None = None
@@ -110,7 +113,7 @@ class Published:
     says: str = ""
     """As published, with unit; the metric's number of the paper when empty."""
     subject: str = ""
-    """Of ours; every subject that has a number of the paper when empty."""
+    """Subject of ours; every subject that has a number of the paper when empty."""
     model: str = ""
     """Metric of the same check with the simulator's value; empty when the simulator has none."""
     note: str = ""
@@ -123,11 +126,17 @@ class Metric:
 
     name: str
     """Name in `checks.json` and in the limits."""
+    words: str
+    """Name for people."""
     unit: str
     subjects: tuple[str, ...]
     low: Advice
     high: Advice
+    missing: Advice
+    """Where it could not be measured."""
     end_of_scale: float = math.inf
+    says: tuple[str, ...] = ()
+    """Words for its values, when it is a person's answer; empty for a number."""
     checks: tuple[Check, ...] = ()
     """Its bounds; none for a number that is measured and not judged."""
     worse: Worse | None = None
@@ -143,24 +152,30 @@ class Metric:
     @property
     def meaning(self) -> str:
         """What it means on either side."""
-        return _either(self.low.meaning, self.high.meaning)
+        return _either(self.low, self.high).meaning
 
     @property
     def remedy(self) -> str:
         """What to do on either side."""
-        return _either(self.low.remedy, self.high.remedy)
+        return _either(self.low, self.high).remedy
+
+    def text(self, value: float) -> str:
+        """Return a value as people read it, with its unit."""
+        if math.isnan(value):
+            return "not measurable"
+        return self.says[round(value)] if self.says else f"{value:.4g} {self.unit}"
 
     def advice(self, value: float, at_least: float, at_most: float) -> Advice:
-        """Return what a reading means on its side of the middle of its bounds; of one that is not there, both sides."""
+        """Return what a reading means on its side of the middle of its bounds, or that it is not there."""
         if math.isnan(value):
-            return Advice(self.meaning, self.remedy)
+            return self.missing
         return self.low if value < (at_least + at_most) / 2 else self.high
 
 
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
-TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy"}
+TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
 SEEN = {"end_of_scale", "differs", "shown_in", "seconds", "worst_at"}
-KNOWN = {"name", "unit", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
+KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
@@ -204,6 +219,9 @@ def _metric(
         meaning, remedy = table.get("meaning", ""), table.get("remedy", "")
         return Advice(table.get(side, meaning), table.get(f"{side}_remedy", remedy))
 
+    low, high = advice("too_low"), advice("too_high")
+    both = _either(low, high)
+    missing = Advice(table.get("missing", both.meaning), table.get("missing_remedy", both.remedy))
     paper = table.get("paper", {})
     by_group = paper if isinstance(paper, dict) else dict.fromkeys(subjects, paper)
     numbers = {subject: by_group[group] for group in by_group for subject in GROUPS[group] if subject in subjects}
@@ -220,10 +238,13 @@ def _metric(
     ]
     return Metric(
         table["name"],
+        table.get("words", table["name"].replace("_", " ")),
         table["unit"],
         subjects,
-        advice("too_low"),
-        advice("too_high"),
+        low,
+        high,
+        missing,
+        says=tuple(table.get("says", ())),
         checks=parse_checks(experiment, subjects, table),
         worse=Worse(**table["worse"]) if "worse" in table else None,
         column=Column(**table["column"]) if "column" in table else None,
@@ -233,5 +254,7 @@ def _metric(
     )
 
 
-def _either(low: str, high: str) -> str:
-    return low if low == high else f"{low} {high}"
+def _either(low: Advice, high: Advice) -> Advice:
+    """Return the texts of both sides, one for both where they are the same."""
+    meaning = low.meaning if low.meaning == high.meaning else f"{low.meaning} {high.meaning}"
+    return Advice(meaning, low.remedy if low.remedy == high.remedy else f"{low.remedy} {high.remedy}")

@@ -93,6 +93,8 @@ class Experiment(Measuring):
     """Whether it holds the thumb at a stop, which a guard permits at limited torque only."""
     by_default: bool = True
     """Whether it runs without being asked for by name."""
+    asks: bool = False
+    """Whether a person answers; no known fault is told from answers."""
 
 
 def record(
@@ -104,7 +106,7 @@ def record(
     return recorder.finish()
 
 
-class Driver:
+class Sampler:
     """Moves a target at the encoders' sample rate and records everything it reads."""
 
     def __init__(self, target: Target, recorder: Recorder, progress: Progress, seconds: float) -> None:
@@ -121,13 +123,18 @@ class Driver:
         self._next = self._target.clock.now()
 
     def hold(self, codes: ArrayLike, seconds: float, doing: str) -> None:
-        """Command codes (7,) at every sample for `seconds`, reading before each command as a policy does."""
-        target, recorder = self._target, self.recorder
+        """Command codes (7,) at every sample for `seconds`, reading before each command as a policy does.
+
+        A host that is late by whole samples leaves them out, so that what follows begins when it was planned.
+        """
+        target, recorder, clock = self._target, self.recorder, self._target.clock
         goal = np.asarray(codes, np.uint16)
-        for _ in range(round(seconds / SAMPLE_S)):
-            clock = target.clock
+        left = round(seconds / SAMPLE_S)
+        while left > 0:
             clock.sleep_until(self._next)
-            self._next += SAMPLE_S
+            missed = min(left - 1, int((clock.now() - self._next) / SAMPLE_S))
+            left -= 1 + missed
+            self._next += (1 + missed) * SAMPLE_S
             codes_read = target.hand.read_codes()
             recorder.add("codes", target.wire.sent_at, codes_read)
             target.hand.command_codes(goal)
@@ -163,3 +170,7 @@ def last_before(times: Floats, values: Floats, t: float) -> Floats:
         raise ValueError(f"no sample before {t:.2f} s; was the recording cut short?")
     sample: Floats = values[row]
     return sample
+
+
+LOOSE_GRASP = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
+"""Parts of each channel's window: half closed, and no digit meets another."""

@@ -1,9 +1,14 @@
-"""Small operations on sampled signals that several experiments share."""
+"""Small operations on sampled signals, and the steps of commands, that several experiments share."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
+
+from aero.channels import Channel
 
 Floats = NDArray[np.float64]
 
@@ -21,3 +26,57 @@ def display_unit(unit: str) -> tuple[str, float]:
 def rms(values: Floats) -> float:
     """Return the root mean square; NaN of nothing."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else np.nan
+
+
+@dataclass(frozen=True)
+class CommandStep:
+    """One change of one channel's command, and the time until any command changes again."""
+
+    channel: int
+    start: float
+    """Time of the change, s."""
+    end: float
+    """Time of the next change of any channel, or of the last sample, s."""
+    before: float
+    after: float
+
+
+def find_steps(times: Floats, command: Floats) -> list[CommandStep]:
+    """Find every step of a command stream.
+
+    Args:
+        times: (n,) float, s.
+        command: (n, 7) float; a row holds from its time to the next.
+
+    Returns:
+        The steps in order of time; two channels that change at once give two steps.
+    """
+    rows, channels = np.nonzero(np.diff(command, axis=0))
+    changes = np.append(np.unique(times[rows + 1]), times[-1])
+    return [
+        CommandStep(
+            channel=int(channel),
+            start=float(times[row + 1]),
+            end=float(changes[np.searchsorted(changes, times[row + 1], side="right").clip(max=len(changes) - 1)]),
+            before=float(command[row, channel]),
+            after=float(command[row + 1, channel]),
+        )
+        for row, channel in zip(rows, channels, strict=True)
+    ]
+
+
+# What the mechanism alone says about signs; no map, no window and no measurement goes in here.
+#
+# Every servo of a right hand but the flexor's closes its channel by turning towards lower counts, and a left hand is
+# mirrored. A positive current pulls towards lower counts. Source: mounting of the servos (`aero-open-firmware` d7bd82e)
+# and the public logs of June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e).
+def closing_current(currents: Floats, side: Literal["right", "left"]) -> Floats:
+    """Return currents with the sign of what they do to the hand: positive pulls the channel closed.
+
+    Args:
+        currents: (..., 7) as read, A.
+        side: `right` or `left`.
+    """
+    signs = np.ones(len(Channel))
+    signs[Channel.THUMB_FLEXOR] = -1.0
+    return currents * (signs if side == "right" else -signs)

@@ -16,3 +16,10 @@ GROUPS: dict[str, tuple[str, ...]] = {
     **{subject: (subject,) for subject in SUBJECTS},
 }
 """Name in `checks.toml` to subjects."""
+
+
+def subject_words(subject: str) -> str:
+    """Return a subject as people say it inside a sentence: `ring finger`, `thumb CMC flexion`, `hand`."""
+    if subject in FINGERS:
+        return f"{subject} finger"
+    return subject.replace("_", " ").replace("cmc", "CMC")

@@ -6,22 +6,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.checks.shared.command_steps import find_steps
 from hil.checks.shared.experiment import Measured
-from hil.checks.shared.signals import display_unit, rms
-from hil.checks.short_staircase.run import STEPS
+from hil.checks.shared.signals import display_unit, find_steps, rms
+from hil.checks.short_staircase.run import SAMPLE_PERIOD_S, STEPS
 from hil.checks.staircase.rise_time import respond
-from hil.checks.staircase.settled import residuals
+from hil.checks.staircase.tracking import residuals
 from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]
 
 LEAST_PART = 0.5
 """Part of a step that has to be made for its rise to count: friction swallows some of those that turn back."""
+IN_TIME_S = 1.25 * SAMPLE_PERIOD_S
+"""Longest time between two samples, s, across which a rise is told; beyond it the host was late. A staircase has forty
+steps to choose from, and this one four."""
 
 
 def measure(recording: Recording) -> Measured:
     """Return, by channel, rise (ms; % of the others'), settled residual in its sweep (mm, mrad), share of a step (%).
+
+    The rise of a channel is withheld where the host was late in all of its steps.
 
     Raises:
         ValueError: it is too short to evaluate.
@@ -30,23 +34,28 @@ def measure(recording: Recording) -> Measured:
     residual, settled = residuals(recording)
     steps = find_steps(command.times, command.values)
     found: dict[str, dict[str, float]] = {}
+    rises, told = np.full(len(Channel), np.nan), list[Channel]()
     for channel in Channel:
         own = [step for step in steps if step.channel == channel]
         if len(own) != len(STEPS) + 1:
             raise ValueError(f"{channel.label} has {len(own)} of {len(STEPS) + 1} steps; was the recording cut short?")
         answers = [(step, respond(step, hand.times, hand.values[:, channel])) for step in own[1:-1]]
         parts = [answer.change / (step.after - step.before) for step, answer in answers]
-        rises = [answer.rise for (_, answer), part in zip(answers, parts, strict=True) if part >= LEAST_PART]
+        made = [answer for (_, answer), part in zip(answers, parts, strict=True) if part >= LEAST_PART]
         _, scale = display_unit(command.units[channel])
         mine = settled[:, channel] & (hand.times > own[0].start) & (hand.times < own[-1].start)
+        in_time = [answer.rise for answer in made if answer.gap <= IN_TIME_S]
+        rises[channel] = 1e3 * float(np.median(in_time)) if in_time else np.nan
         found[channel.label] = {
-            "rise_hand_ms": 1e3 * float(np.median(rises)) if rises else np.nan,
             "tracking_rms": rms(scale * residual[mine, channel]) if mine.any() else np.nan,
             "step_percent": 100.0 * float(np.median(parts)),
         }
-    rises_ms = np.array([found[channel.label]["rise_hand_ms"] for channel in Channel])
-    for channel in Channel:
-        found[channel.label]["rise_percent"] = beside_the_others(rises_ms, channel)
+        if in_time or not made:
+            told.append(channel)
+    for channel in told:
+        found[channel.label]["rise_hand_ms"] = float(rises[channel])
+        if len(told) == len(Channel) or np.isfinite(np.delete(rises, channel)).any():
+            found[channel.label]["rise_percent"] = beside_the_others(rises, channel)
     return found
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.checks.shared.loose_grasp import LOOSE_GRASP
+from hil.checks.shared.experiment import LOOSE_GRASP
 from hil.checks.shared.side_by_side import follow
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.recordings.recorder import Progress, Recorder

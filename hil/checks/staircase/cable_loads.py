@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES, Channel
-from hil.checks.shared.closing_current import closing_current
-from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.signals import closing_current, find_steps
 from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]
 
-TAUT_A = 0.08
-"""Spring load from which a cable counts as taut: a quarter of the least a good cable showed."""
+TAUT_A = 0.04
+"""Spring load from which a cable counts as taut. Slack cables of emulated hands read up to 0.01 A; a taut one of weak
+springs reads 0.07 A with the palm down, where the finger's weight closes it."""
 MIDDLE = slice(0.3, 0.8)
 """Part of the sweep whose median stands for the channel: clear of take-up and of end stops."""
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aero.channels import Channel
-from hil.checks.shared.command_steps import find_steps
-from hil.checks.shared.signals import display_unit, rms
-from hil.checks.staircase.settled import residuals
+from hil.checks.shared.signals import display_unit, find_steps, rms
+from hil.checks.staircase.tracking import residuals
 from hil.recordings.recording import Recording
 
 SHARE_WORTH_NAMING = 0.1

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.checks.shared.command_steps import CommandStep
+from hil.checks.shared.signals import CommandStep
 
 Floats = NDArray[np.float64]
 
+BEST_SAMPLED = 0.25
+"""Part of the steps, those with the shortest gaps, that count for the rise when the host was late in the others."""
+LATER_S = 1e-3
+"""Gaps that differ by no more than this count as the same, s."""
 MATCHED_FRACTION = 0.8
 """A step counts as answered when the trace covers at least this part of it, in its direction."""
 
@@ -27,6 +32,8 @@ class Response:
     """The same from the first sample at or above 10 % to the first at or above 90 %, s: a whole number of samples."""
     overshoot: float
     """Greatest excess over the last sample, as a part of the change, not negative; NaN when it did not move."""
+    gap: float = 0.0
+    """Longest time between the two samples on either side of 10 %, or of 90 %, s."""
 
     def answers(self, step: CommandStep) -> bool:
         """Whether the trace followed the step by at least `MATCHED_FRACTION` of it."""
@@ -56,7 +63,21 @@ def respond(step: CommandStep, times: Floats, values: Floats) -> Response:
     progress = (v - v[0]) / change
     low, high = int(np.argmax(progress >= 0.1)), int(np.argmax(progress >= 0.9))
     rise = _crossing(t, progress, high, 0.9) - _crossing(t, progress, low, 0.1)
-    return Response(change, rise, float(t[high] - t[low]), max(0.0, float(progress.max()) - 1.0))
+    gap = max(float(t[i] - t[i - 1]) for i in (low, high))
+    return Response(change, rise, float(t[high] - t[low]), max(0.0, float(progress.max()) - 1.0), gap)
+
+
+def median_rise(answers: Sequence[Response]) -> float:
+    """Return the median rise of some answers, s; NaN without any.
+
+    Between samples that lie far apart a rise reads too long. So of a host that is late in some steps the others count,
+    and of one that is late in all the best sampled.
+    """
+    if not answers:
+        return np.nan
+    gaps = np.array([answer.gap for answer in answers])
+    counted = gaps <= np.quantile(gaps, BEST_SAMPLED) + LATER_S
+    return float(np.median([answer.rise for answer, counts in zip(answers, counted, strict=True) if counts]))
 
 
 def _crossing(t: Floats, progress: Floats, i: int, level: float) -> float:

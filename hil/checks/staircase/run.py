@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.checks.shared.side_by_side import follow
-from hil.checks.shared.simulated_hand import MODEL_STEP_S, Simulator
+from hil.checks.shared.side_by_side import MODEL_STEP_S, SimulatedHand, follow
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
@@ -79,7 +78,7 @@ class Staircase:
 def run_staircase(
     target: Target,
     recorder: Recorder,
-    simulator: Simulator,
+    simulator: SimulatedHand,
     plan: Staircase,
     *,
     reach: Mapping[Channel, float] = FULL,

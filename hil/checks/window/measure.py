@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES, FINGERS, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.closing_current import closing_current
 from hil.checks.shared.experiment import Measured, map_of
+from hil.checks.shared.signals import closing_current
 from hil.checks.window.run import WOUND
 from hil.recordings.recording import Recording
 

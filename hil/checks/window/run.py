@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import CABLES, FINGERS, Channel
-from hil.checks.shared.experiment import SAMPLE_S, Driver, one_closed
+from hil.checks.shared.experiment import SAMPLE_S, Sampler, one_closed
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.target import Target
 
@@ -25,7 +25,7 @@ FURTHEST = tuple(1.0 if channel in FINGERS else WOUND for channel in Channel)
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Wind each cable slowly, close each finger, and ask the board about each window."""
     recorder.begin({"wind_s": WIND_S, "hold_s": HOLD_S})
-    driver = Driver(target, recorder, progress, HOLD_S + len(CABLES) * (WIND_S + 2 * HOLD_S))
+    driver = Sampler(target, recorder, progress, HOLD_S + len(CABLES) * (WIND_S + 2 * HOLD_S))
     opened = np.zeros(len(Channel))
     driver.hold(opened, HOLD_S, "open hand")
     steps = round(WIND_S / SAMPLE_S)

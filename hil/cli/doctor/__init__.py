@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from hil.cli.doctor.examinations import examine
-from hil.cli.doctor.finding import Finding, Subject, Verdict, worst
+from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
 from hil.cli.exits import Exit
 
 FORMAT = 1
@@ -36,7 +36,7 @@ def doctor(port: str | None, as_json: bool) -> None:
     sys.exit(exit_code(findings))
 
 
-def exit_code(findings: Iterable[Finding]) -> Exit:
+def exit_code(findings: Iterable[Examined]) -> Exit:
     """Return 3 where no hand answers, 1 where something else is wrong, 0 where all works."""
     findings = tuple(findings)
     if worst(findings, Subject.LINK) is Verdict.WRONG:
@@ -44,11 +44,11 @@ def exit_code(findings: Iterable[Finding]) -> Exit:
     return Exit.OUT_OF_LIMITS if worst(findings) is Verdict.WRONG else Exit.WITHIN_LIMITS
 
 
-def _document(findings: list[Finding]) -> dict[str, Any]:
+def _document(findings: list[Examined]) -> dict[str, Any]:
     return {"format": FORMAT, "verdict": worst(findings), "findings": [finding.as_dict() for finding in findings]}
 
 
-def _show(finding: Finding) -> None:
+def _show(finding: Examined) -> None:
     colour = None if "NO_COLOR" in os.environ else COLOURS[finding.verdict]
     click.echo(f"{click.style(f'{finding.verdict:5}', fg=colour)} {finding.check}: {finding.finding}")
     if finding.remedy:

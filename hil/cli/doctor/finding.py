@@ -28,7 +28,7 @@ class Subject(StrEnum):
 
 
 @dataclass(frozen=True)
-class Finding:
+class Examined:
     """One line of the table."""
 
     check: str
@@ -49,7 +49,7 @@ class Finding:
         return asdict(self)
 
 
-def worst(findings: Iterable[Finding], *subjects: Subject) -> Verdict:
+def worst(findings: Iterable[Examined], *subjects: Subject) -> Verdict:
     """Return the worst verdict, of findings about some subjects or, without any, of all."""
     order = list(Verdict)
     verdicts = [finding.verdict for finding in findings if not subjects or finding.subject in subjects]

@@ -10,7 +10,7 @@ from aero.actuation.fingerprint import fits_span
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.protocol import MAX_CODE
-from hil.cli.doctor.finding import Finding, Subject, Verdict
+from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.targets.boot_text import identify
 
 SPANS = UNSHIFTED.spans_counts()
@@ -45,19 +45,19 @@ def ask(port: str) -> Answers:
         return Answers(codes, temperatures, hand.knows_limits(), hand.knows_calibrate_mid(), hand.boot_text)
 
 
-def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Finding]:
+def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Examined]:
     """Ask a hand, and judge its answers; one that another program holds is left alone."""
     if held_by:
         found, remedy = f"not asked: {port} is open in {', '.join(held_by)}", "end that program first"
-        yield Finding("answer", Verdict.WRONG, found, remedy, subject=Subject.LINK, data={"answers": None})
+        yield Examined("answer", Verdict.WRONG, found, remedy, subject=Subject.LINK, data={"answers": None})
         return
     try:
         answers = ask(port)
     except (AeroError, ConnectionError, ValueError) as error:
         remedy = "look at the lines about the port above; then supply, cable, and whether this is the hand's port"
-        yield Finding("answer", Verdict.WRONG, str(error), remedy, subject=Subject.LINK, data={"answers": False})
+        yield Examined("answer", Verdict.WRONG, str(error), remedy, subject=Subject.LINK, data={"answers": False})
         return
-    yield Finding("answer", Verdict.OK, f"a hand answers at {port}", subject=Subject.LINK, data={"answers": True})
+    yield Examined("answer", Verdict.OK, f"a hand answers at {port}", subject=Subject.LINK, data={"answers": True})
     yield check_firmware(answers)
     yield check_calibration(answers.codes)
 
@@ -76,7 +76,7 @@ def candidates(answers: Answers) -> tuple[str, ...]:
     return possible
 
 
-def check_firmware(answers: Answers) -> Finding:
+def check_firmware(answers: Answers) -> Examined:
     """Name the versions that the board behaves like; those that answer alike at rest stand together."""
     versions = candidates(answers)
     data = {"versions": list(versions), "knows_limits": answers.knows_limits}
@@ -84,12 +84,12 @@ def check_firmware(answers: Answers) -> Finding:
     if not versions:
         found = "it behaves like none of the known versions"
         remedy = "flash a published version, and home the hand"
-        return Finding("firmware", Verdict.LOOK, found, remedy, subject=Subject.HAND, data=data)
+        return Examined("firmware", Verdict.LOOK, found, remedy, subject=Subject.HAND, data=data)
     found = f"behaves like {' or '.join(versions)}"
     remedy = "give the flashed one as --firmware; these answer alike, and no board reports its own" * (
         len(versions) > 1
     )
-    return Finding("firmware", Verdict.OK, found, remedy, subject=Subject.HAND, data=data)
+    return Examined("firmware", Verdict.OK, found, remedy, subject=Subject.HAND, data=data)
 
 
 def restarted(codes: Sequence[int]) -> bool:
@@ -99,7 +99,7 @@ def restarted(codes: Sequence[int]) -> bool:
     return bool((here & ~homed)[changed].all())
 
 
-def check_calibration(codes: Sequence[int]) -> Finding:
+def check_calibration(codes: Sequence[int]) -> Examined:
     """Judge from one reading whether the command windows are those that homing leaves.
 
     A window of another width shows in nearly every reading; one that is merely moved does not show at all.
@@ -111,10 +111,10 @@ def check_calibration(codes: Sequence[int]) -> Finding:
         why = "firmware 0.2.0 restarted without homing" if restarted(codes) else "trimmed, or not homed"
         found = f"windows that homing does not leave ({why}): {', '.join(odd)}"
         remedy = "home the hand: free it, then switch its supply off and on, or call home()"
-        return Finding("calibration", Verdict.LOOK, found, remedy, subject=Subject.HAND, data=data)
+        return Examined("calibration", Verdict.LOOK, found, remedy, subject=Subject.HAND, data=data)
     seen = len(codes) - len(at_end)
     found = f"{seen} of {len(codes)} channels read as after homing"
     if at_end:
         found += f"; at an end, where it does not show: {', '.join(at_end)}"
     remedy = "for this hand's own figures: aero-hil record, then aero-hil calibrate"
-    return Finding("calibration", Verdict.OK, found, remedy, subject=Subject.HAND, data=data)
+    return Examined("calibration", Verdict.OK, found, remedy, subject=Subject.HAND, data=data)

@@ -12,7 +12,7 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
-from hil.cli.doctor.finding import Finding, Verdict
+from hil.cli.doctor.finding import Examined, Verdict
 from hil.recordings.provenance import source_commit
 
 PROJECT = "aero-hil"
@@ -100,7 +100,7 @@ def declared(name: str) -> Sequence[str]:
         return ()
 
 
-def check_python() -> Finding:
+def check_python() -> Examined:
     """Look at Python and the platform."""
     found = f"{platform.python_version()} on {platform.system()} {platform.release()}, {platform.machine()}"
     data = {"version": platform.python_version(), "system": platform.system(), "machine": platform.machine()}
@@ -109,35 +109,35 @@ def check_python() -> Finding:
     except PackageNotFoundError:
         wanted = ""
     if SpecifierSet(wanted).contains(platform.python_version(), prereleases=True):
-        return Finding("python", Verdict.OK, found, data=data)
+        return Examined("python", Verdict.OK, found, data=data)
     remedy = f"{PROJECT} wants Python {wanted}; make a virtual environment with one"
-    return Finding("python", Verdict.WRONG, found, remedy, data=data)
+    return Examined("python", Verdict.WRONG, found, remedy, data=data)
 
 
-def check_version() -> Finding:
+def check_version() -> Examined:
     """Look at this project: its version and its commit."""
     installed, commit = installed_version(PROJECT), source_commit()
     data = {"version": installed, "commit": commit}
     if installed is None:
         remedy = "from its folder: pip install -e . in a virtual environment"
-        return Finding(PROJECT, Verdict.WRONG, "it runs, but is not installed", remedy, data=data)
-    return Finding(PROJECT, Verdict.OK, f"{installed}, commit {commit or 'not known'}", data=data)
+        return Examined(PROJECT, Verdict.WRONG, "it runs, but is not installed", remedy, data=data)
+    return Examined(PROJECT, Verdict.OK, f"{installed}, commit {commit or 'not known'}", data=data)
 
 
-def check_packages(base: Needs) -> Finding:
+def check_packages(base: Needs) -> Examined:
     """Look at the packages that everything needs."""
     data = {need.name: need.installed for need in base.packages}
     if base.usable:
         found = ", ".join(f"{need.name} {need.installed}" for need in base.packages)
-        return Finding("packages", Verdict.OK, found or "nothing is declared", data=data)
+        return Examined("packages", Verdict.OK, found or "nothing is declared", data=data)
     found = "; ".join(map(str, (*base.lacking, *base.unfit)))
     remedy = f"install it again, in a virtual environment of its own: pip install --upgrade {PROJECT}"
-    return Finding(
+    return Examined(
         "packages", Verdict.WRONG, f"missing or in a version that was not tested: {found}", remedy, data=data
     )
 
 
-def check_extras(extras: dict[str, Needs]) -> Iterator[Finding]:
+def check_extras(extras: dict[str, Needs]) -> Iterator[Examined]:
     """Look at the extras: those that are usable, and one line for each that is there but not as it was tested.
 
     An extra of which something is missing was not asked for, and is no fault.
@@ -152,14 +152,14 @@ def check_extras(extras: dict[str, Needs]) -> Iterator[Finding]:
         for name, extra in extras.items()
     }
     remedy = f"for one of the others: {INSTALL.format(project=PROJECT, extra='NAME')}" if lacking else ""
-    yield Finding("extras", Verdict.OK, found, remedy, data=data)
+    yield Examined("extras", Verdict.OK, found, remedy, data=data)
     for name, extra in extras.items():
         if extra.unfit and not extra.lacking:
             unfit = "; ".join(map(str, extra.unfit))
-            yield Finding(f"extra {name}", Verdict.LOOK, unfit, INSTALL.format(project=PROJECT, extra=name))
+            yield Examined(f"extra {name}", Verdict.LOOK, unfit, INSTALL.format(project=PROJECT, extra=name))
 
 
-def check_installation() -> Iterator[Finding]:
+def check_installation() -> Iterator[Examined]:
     """Look at all of this."""
     yield check_python()
     yield check_version()

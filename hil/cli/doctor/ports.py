@@ -9,7 +9,7 @@ from pathlib import Path
 
 from serial.tools.list_ports import comports
 
-from hil.cli.doctor.finding import Finding, Subject, Verdict
+from hil.cli.doctor.finding import Examined, Subject, Verdict
 
 HAND_USB = (0x303A, 0x1001)
 """USB vendor and product of the hand's board, an ESP32-S3 with its own USB port."""
@@ -98,7 +98,7 @@ def _latency_ms(device: str) -> int | None:
         return None
 
 
-def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Finding]:
+def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Examined]:
     """Judge the ports of this machine.
 
     Args:
@@ -118,32 +118,32 @@ def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Finding]:
         why = f"{named} is no port of this machine" if named else "none looks like a hand"
         found = f"{why}; serial ports here: {', '.join(port.device for port in ports) or 'none'}"
         remedy = "plug the hand in, with a cable that carries data; without a hand: aero-hil emulate"
-    yield Finding("ports", Verdict.OK, found, remedy, data=data)
+    yield Examined("ports", Verdict.OK, found, remedy, data=data)
     for port in hands:
         yield from check_port(port)
 
 
-def check_port(port: Port) -> Iterator[Finding]:
+def check_port(port: Port) -> Iterator[Examined]:
     """Judge one port: rights, holders, latency timer."""
     data = {"device": port.device, "group": port.group, "permitted": port.permitted}
     if port.permitted:
-        yield Finding("rights", Verdict.OK, f"{port.device} can be read and written", data=data)
+        yield Examined("rights", Verdict.OK, f"{port.device} can be read and written", data=data)
     else:
         found = f"{port.device} belongs to the group `{port.group}`, and this user may not use it"
         remedy = f"sudo usermod -aG {port.group or 'dialout'} $USER and log in again; or copy this rule"
-        yield Finding("rights", Verdict.WRONG, found, remedy, UDEV_COPY, data=data)
+        yield Examined("rights", Verdict.WRONG, found, remedy, UDEV_COPY, data=data)
     by = {"device": port.device, "holders": list(port.holders)}
     if port.holders:
         found = f"{port.device} is open in {', '.join(port.holders)}"
-        yield Finding("holder", Verdict.LOOK, found, "end it: a hand has one master", subject=Subject.LINK, data=by)
+        yield Examined("holder", Verdict.LOOK, found, "end it: a hand has one master", subject=Subject.LINK, data=by)
     else:
-        yield Finding("holder", Verdict.OK, f"nothing seen that holds {port.device}", subject=Subject.LINK, data=by)
+        yield Examined("holder", Verdict.OK, f"nothing seen that holds {port.device}", subject=Subject.LINK, data=by)
     timer = {"device": port.device, "latency_ms": port.latency_ms}
     if port.latency_ms is None:
-        yield Finding("latency", Verdict.OK, f"{port.device} has no latency timer", data=timer)
+        yield Examined("latency", Verdict.OK, f"{port.device} has no latency timer", data=timer)
         return
     slow = port.latency_ms > MOST_LATENCY_MS
     file = f"/sys/class/tty/{Path(os.path.realpath(port.device)).name}/device/latency_timer"
     found = f"{port.device} holds bytes back for up to {port.latency_ms} ms"
     remedy, copy = ("shorten it, until it is unplugged", (f"echo 1 | sudo tee {file}",)) if slow else ("", ())
-    yield Finding("latency", Verdict.LOOK if slow else Verdict.OK, found, remedy, copy, data=timer)
+    yield Examined("latency", Verdict.LOOK if slow else Verdict.OK, found, remedy, copy, data=timer)

@@ -12,20 +12,20 @@ from matplotlib.figure import Figure
 from hil.lab.campaign.learning import judged
 from hil.lab.campaign.summary import Detection, confusion, detections, false_alarms
 from hil.lab.campaign.trial import Outcome
-from hil.report.plots import svg_of
-from hil.verdict.dictionary import Entry
+from hil.lab.matplotlib_svg import svg_of
+from hil.verdict.reference import Reference
 
 LISTED = 10
 """Rows of the slowest and the strangest."""
 CURVES_A_ROW = 7
 
 
-def render_campaign(outcomes: Sequence[Outcome], dictionary: Sequence[Entry]) -> str:
+def render_campaign(outcomes: Sequence[Outcome], reference: Reference) -> str:
     """Return the page about a campaign; it loads nothing from anywhere."""
     healthy = [outcome for outcome in outcomes if not outcome.trial.faults]
     alarms, by_check = false_alarms(outcomes) if healthy else (None, {})
-    rows = detections(outcomes, dictionary)
-    confused = {pair: count for pair, count in confusion(outcomes, dictionary).items() if pair[0] != pair[1]}
+    rows = detections(outcomes, reference)
+    confused = {pair: count for pair, count in confusion(outcomes, reference).items() if pair[0] != pair[1]}
     found, named = sum(row.found.count for row in rows), sum(row.first for row in rows)
     wall, hand = sum(o.wall_s for o in outcomes), sum(o.hand_s for o in outcomes)
     facts = f"{hand / 3600:.1f} hours of hand time in {wall / 3600:.2f} hours of work."

@@ -24,8 +24,8 @@ from hil.verdict.limits import load_limits
 from hil.verdict.signature import Signature, places, signature
 
 FOLDER = "hands"
-"""Beside the data; one file for each kind of hand, and one for the dictionary."""
-DICTIONARY = "dictionary"
+"""Beside the data; one file for each kind of hand, and one for each part of the dictionary."""
+DICTIONARY, DRAWN = "dictionary", "drawn"
 CONFUSED = 2 * LEAST
 """Distance among the readings of healthy hands from which on causes begin to be confused."""
 ROUNDED = 1.001
@@ -62,7 +62,7 @@ class Kept:
     def features(self, numbers: Numbers) -> Signature:
         """Return where readings of a hand with this one's fault lie among those of healthy hands."""
         limits = load_limits(kind_of(self.trial.unit), self.trial.firmware, guarded=self.trial.guarded)
-        return signature(places(numbers, limits), "", parse_fault(self.trial.faults[0]).channel)
+        return signature(places(numbers, limits), parse_fault(self.trial.faults[0]).channel)
 
     def moved_features(self, outcome: Outcome) -> Iterator[str]:
         """Yield a line for each reading that moved so far, among those of healthy hands, that causes get confused."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.lab.campaign.trial import Outcome
 from hil.verdict.dictionary import Entry
-from hil.verdict.explain import explain
-from hil.verdict.explanation import Explanation
+from hil.verdict.ending import GATE, Ending
+from hil.verdict.explanation import Diagnosis
 from hil.verdict.limits import Limit, load_limits
-from hil.verdict.signature import Key, excesses, places, signature
+from hil.verdict.reference import Reference
+from hil.verdict.signature import Key, Places, excesses, out_of_limits, places, signature
 from model.units.naming import unit_named
 
 
@@ -21,7 +22,7 @@ def cause_of(fault: Fault) -> str:
 
 def accused(outcome: Outcome) -> bool:
     """Return whether the present limits accuse the hand of a trial."""
-    return bool(outcome.stopped) or any(abs(excess) > 1.0 for excess in judged(outcome).values())
+    return bool(outcome.stopped) or any(out_of_limits(excess) for excess in judged(outcome).values())
 
 
 def judged(outcome: Outcome) -> dict[Key, float]:
@@ -29,25 +30,32 @@ def judged(outcome: Outcome) -> dict[Key, float]:
     return excesses(outcome.numbers, _limits(outcome))
 
 
-def explained(outcome: Outcome, dictionary: Sequence[Entry]) -> tuple[Explanation, ...]:
-    """Return what a dictionary makes of a trial, the likeliest cause first."""
-    return explain(places(outcome.numbers, _limits(outcome)), outcome.ended, not_run(outcome), dictionary)
+def seen(outcome: Outcome) -> Places:
+    """Return where the readings of a trial lie among those of healthy hands, and how it ended."""
+    error = outcome.ended or (GATE if outcome.stopped else "")
+    return {**places(outcome.numbers, _limits(outcome)), **Ending(error, outcome.stopped).places}
 
 
-def not_run(outcome: Outcome) -> list[str]:
-    """Return the experiments that did not come to their end or could not be measured."""
-    return [name for name in outcome.trial.experiments if not outcome.numbers.get(name)]
+def diagnosed(outcome: Outcome, reference: Reference) -> Diagnosis:
+    """Return what a reference makes of a trial."""
+    return reference.diagnosed(seen(outcome), judged(outcome))
+
+
+def telling(outcomes: Iterable[Outcome]) -> list[Outcome]:
+    """Return the trials of a single fault that its hand is accused for: those that something is learned from."""
+    return [
+        outcome
+        for outcome in outcomes
+        if len(outcome.trial.faults) == 1 and outcome.ended != "FaultNeverFiredError" and accused(outcome)
+    ]
 
 
 def entries(outcomes: Iterable[Outcome]) -> list[Entry]:
     """Return an entry for each trial of a single fault that its hand is accused for."""
     found = []
-    for outcome in outcomes:
-        if len(outcome.trial.faults) != 1 or outcome.ended == "FaultNeverFiredError" or not accused(outcome):
-            continue
+    for outcome in telling(outcomes):
         fault = parse_fault(outcome.trial.faults[0])
-        features = signature(places(outcome.numbers, _limits(outcome)), outcome.ended, fault.channel)
-        found.append(Entry(cause_of(fault), str(fault), features))
+        found.append(Entry(cause_of(fault), fault, signature(seen(outcome), fault.channel)))
     return found
 
 

@@ -15,6 +15,7 @@ from hil.faults.board import RUNS
 from hil.lab.campaign.trial import Trial
 from model.geometry import Side
 from model.units import shipped_units
+from model.units.conditions import KINDS
 from model.units.naming import PLAUSIBLE
 
 SIDES: tuple[Side, ...] = get_args(Side)
@@ -22,12 +23,22 @@ USUAL_FIRMWARE = (DEFAULT_FIRMWARE, "0.1.5")
 """What is found on hands: the newest, and the newest without its shifted windows."""
 
 
-def healthy_hands(first: int, count: int, firmware: Sequence[str] = USUAL_FIRMWARE) -> list[Trial]:
-    """Return trials of healthy hands with seeds from `first` on, homed: sides, firmware and guard in turn."""
-    kinds = islice(cycle(product((False, True), firmware, SIDES)), count)
+def healthy_hands(
+    first: int, count: int, firmware: Sequence[str] = USUAL_FIRMWARE, conditions: Sequence[str] | None = None
+) -> list[Trial]:
+    """Return trials of healthy hands with seeds from `first` on, homed: sides, firmware and guard in turn.
+
+    Args:
+        first: the first seed.
+        count: how many hands.
+        firmware: versions that take turns.
+        conditions: kinds of condition that all are found under; when None every kind, for half of the hands.
+    """
+    under = ((), KINDS) if conditions is None else (tuple(conditions),)
+    kinds = islice(cycle(product(under, (False, True), firmware, SIDES)), count)
     return [
-        Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i, guarded=guarded)
-        for i, (guarded, version, side) in enumerate(kinds)
+        Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i, guarded=guarded, conditions=found)
+        for i, (found, guarded, version, side) in enumerate(kinds)
     ]
 
 
@@ -48,9 +59,9 @@ def faulty_hands(
 
     A text that holds several faults, with commas between, puts all of them into one hand.
 
-    They are not guarded: a guard ends a run that would tell more.
+    They are not guarded: a guard ends a run that would tell more. Nor are they under any condition.
     """
-    every = healthy_hands(first, hands * len(faults), firmware)
+    every = healthy_hands(first, hands * len(faults), firmware, ())
     return [
         replace(hand, faults=tuple(fault.split(",")), guarded=False, firmware=_other(hand.firmware, fault, firmware))
         for fault, hand in zip(np.repeat(faults, hands).tolist(), every, strict=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from aero.firmware import ALIKE
 from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.compute import Healthy, Readings
+from hil.lab.limits.compute import LEAST_HANDS, Healthy, Readings
 from model.units import DEFAULT_LIMITS, load_unit
 from model.units.naming import PLAUSIBLE
 
@@ -38,6 +39,23 @@ def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) ->
         )
         for guarded, group in sorted({*population, *shipped})
     )
+
+
+def require_enough(outcomes: Iterable[Outcome]) -> None:
+    """See that the population is large enough for limits.
+
+    Raises:
+        ValueError: it is not; the message says how many hands are needed.
+    """
+    enough = 8 * math.ceil(2 * LEAST_HANDS / 8)  # both guards and both kinds of condition take turns in eights
+    kinds = [trial.guarded for outcome in outcomes if (trial := outcome.trial).unit.startswith(PLAUSIBLE)]
+    free, guarded = kinds.count(False), kinds.count(True)
+    if min(free, guarded) < LEAST_HANDS:
+        raise ValueError(
+            f"{free} healthy hands without a guard and {guarded} with one are too few for limits: {LEAST_HANDS} of "
+            f"each are needed, so that the tail of a reading can be fitted; `aero-hil campaign --healthy {enough}` has "
+            "them"
+        )
 
 
 def kind_of(unit: str) -> str:

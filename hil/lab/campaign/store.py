@@ -102,6 +102,17 @@ class Store:
         with _read(self._path):
             yield from self._outcomes()
 
+    def whole_outcomes(self) -> list[Outcome]:
+        """Return everything, for what is computed from all readings of a hand.
+
+        Raises:
+            StoreError: hands were not read to the end.
+        """
+        found = list(self.outcomes())
+        if any(outcome.trial.stop_early for outcome in found):
+            raise StoreError(f"{self._path} was made with --stop-early, so readings are missing; run it without")
+        return found
+
     def _outcomes(self) -> Iterator[Outcome]:
         numbers: dict[str, dict[str, dict[str, dict[str, float]]]] = {}
         for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from scipy.stats import binomtest
 
 from hil.faults import CATALOGUE, parse_fault
-from hil.lab.campaign.learning import accused, cause_of, explained, judged
+from hil.lab.campaign.learning import accused, cause_of, diagnosed, judged
 from hil.lab.campaign.trial import Outcome
-from hil.verdict.dictionary import Entry
+from hil.verdict.reference import Reference
 from hil.verdict.sight import Seen, Sight
+from hil.verdict.signature import out_of_limits
 
 CONFIDENCE = 0.95
 NOT_FIRED = "FaultNeverFiredError"
@@ -58,7 +59,7 @@ class Detection:
     """Of the hands that were not found, the largest part of the way from healthy readings to a limit, 0 to 1."""
 
 
-def detections(outcomes: Iterable[Outcome], dictionary: Sequence[Entry]) -> tuple[Detection, ...]:
+def detections(outcomes: Iterable[Outcome], reference: Reference) -> tuple[Detection, ...]:
     """Return a row for each fault and severity, in the order of the catalogue."""
     groups: dict[tuple[str, float], list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
@@ -67,12 +68,12 @@ def detections(outcomes: Iterable[Outcome], dictionary: Sequence[Entry]) -> tupl
             groups[fault.name, fault.severity].append(outcome)
     order = list(CATALOGUE)
     return tuple(
-        _detection(name, severity, groups[name, severity], dictionary)
+        _detection(name, severity, groups[name, severity], reference)
         for name, severity in sorted(groups, key=lambda key: (order.index(key[0]), _rank(*key)))
     )
 
 
-def _detection(name: str, severity: float, group: Sequence[Outcome], dictionary: Sequence[Entry]) -> Detection:
+def _detection(name: str, severity: float, group: Sequence[Outcome], reference: Reference) -> Detection:
     failed: dict[str, int] = defaultdict(int)
     found = first = among_three = 0
     furthest = 0.0
@@ -81,11 +82,11 @@ def _detection(name: str, severity: float, group: Sequence[Outcome], dictionary:
             furthest = max(furthest, *map(abs, judged(outcome).values()), 0.0)
             continue
         found += 1
-        for check in {f"{key[0]}/{key[1]}" for key, excess in judged(outcome).items() if abs(excess) > 1.0}:
+        for check in {f"{key[0]}/{key[1]}" for key, excess in judged(outcome).items() if out_of_limits(excess)}:
             failed[check] += 1
         if outcome.stopped:
             failed[f"stopped: {outcome.ended or 'gate'}"] += 1
-        causes = [e.cause for e in explained(outcome, dictionary)[:3]]
+        causes = [cause.cause for cause in diagnosed(outcome, reference).causes[:3]]
         wanted = cause_of(parse_fault(outcome.trial.faults[0]))
         first += causes[:1] == [wanted]
         among_three += wanted in causes
@@ -101,17 +102,17 @@ def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
     by_check: dict[str, int] = defaultdict(int)
     for outcome in healthy:
         for key, excess in judged(outcome).items():
-            if abs(excess) > 1.0:
+            if out_of_limits(excess):
                 by_check["/".join(key)] += 1
     return Share(sum(map(accused, healthy)), len(healthy)), dict(by_check)
 
 
-def confusion(outcomes: Iterable[Outcome], dictionary: Sequence[Entry]) -> dict[tuple[str, str], int]:
+def confusion(outcomes: Iterable[Outcome], reference: Reference) -> dict[tuple[str, str], int]:
     """Return how often a cause (first) was named as another (second)."""
     counts: dict[tuple[str, str], int] = defaultdict(int)
     for outcome in outcomes:
         if len(outcome.trial.faults) == 1 and outcome.ended != NOT_FIRED and accused(outcome):
-            named = explained(outcome, dictionary)
+            named = diagnosed(outcome, reference).causes
             if named:
                 counts[cause_of(parse_fault(outcome.trial.faults[0])), named[0].cause] += 1
     return dict(counts)
@@ -131,7 +132,7 @@ def sights(outcomes: Sequence[Outcome]) -> dict[str, Sight]:
     found: dict[tuple[str, float], dict[str, int]] = defaultdict(lambda: defaultdict(int))
     for outcome in outcomes:
         excesses = judged(outcome)
-        failing = {f"{key[0]}/{key[1]}" for key, excess in excesses.items() if abs(excess) > 1.0}
+        failing = {f"{key[0]}/{key[1]}" for key, excess in excesses.items() if out_of_limits(excess)}
         if not outcome.trial.faults:
             for check in {f"{key[0]}/{key[1]}" for key in excesses}:
                 judged_hands[check] += 1

@@ -19,6 +19,7 @@ from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import FINISHED
 from hil.verdict.validation import validate
 from model.geometry import Side
+from model.units.conditions import drawn
 
 
 @dataclass(frozen=True, order=True)
@@ -38,18 +39,45 @@ class Trial:
     faults: tuple[str, ...] = ()
     """As `hil.faults` writes them; none for a healthy hand."""
     experiments: tuple[str, ...] = DEFAULT
+    conditions: tuple[str, ...] = ()
+    """Kinds of condition, none of them a fault, that it is found under, drawn from `seed`."""
+    stop_early: bool = False
+    """Whether it ends with the first experiment that fails a check, for then the hand is out of limits for certain."""
 
     @classmethod
     def of(cls, table: Mapping[str, Any]) -> Self:
         """Return the trial that `dataclasses.asdict` and JSON made a table of."""
-        return cls(**{**table, "faults": tuple(table["faults"]), "experiments": tuple(table["experiments"])})
+        lists = {name: tuple(value) for name, value in table.items() if isinstance(value, list)}
+        return cls(**{**table, **lists})
 
     @property
     def key(self) -> str:
         """Name the trial; two trials with one key are the same."""
         zeros = ("homed" if self.homed else "ideal") + (", guarded" if self.guarded else "")
-        parts = (self.unit, self.side, self.firmware, f"seed {self.seed}", zeros)
+        found = [f"under {' + '.join(self.conditions)}"] if self.conditions else []
+        found += ["stops early"] if self.stop_early else []
+        parts = (self.unit, self.side, self.firmware, f"seed {self.seed}", zeros, *found)
         return " | ".join((*parts, " + ".join(self.faults) or "healthy", ",".join(self.experiments)))
+
+
+STOPPED_EARLY = "A check failed, which decides the verdict; the other experiments were not run."
+
+
+class _DecidedError(Exception):
+    """A hand is out of limits, whatever the other experiments would say."""
+
+    def __init__(self, so_far: Validation) -> None:
+        super().__init__(STOPPED_EARLY)
+        self.so_far = so_far
+
+
+def _raise_when_decided(so_far: Validation) -> None:
+    if failed(so_far.findings):
+        raise _DecidedError(so_far)
+
+
+def _go_on(_so_far: Validation) -> None:
+    """Run all experiments."""
 
 
 @dataclass(frozen=True)
@@ -89,12 +117,15 @@ def perform(trial: Trial) -> Outcome:
         homed=trial.homed,
         guarded=trial.guarded,
         faults=[parse_fault(text) for text in trial.faults],
+        conditions=drawn(trial.seed, trial.conditions) if trial.conditions else None,
     )
     try:
         with opening as target:
-            done = validate(target, trial.experiments)
-            stopped = "" if done.end.finding is None else done.end.finding.sentence
+            done = validate(target, trial.experiments, on_result=_raise_when_decided if trial.stop_early else _go_on)
+            stopped = "" if done.end.finding is None else f"{done.end.finding.sentence}. {done.end.reason}".strip()
             ended = done.end.error_name
+    except _DecidedError as decided:
+        done, stopped = decided.so_far, STOPPED_EARLY
     except (FaultNeverFiredError, SafetyStopError) as error:
         stopped, ended = stopped or str(error), ended or type(error).__name__
     except (AeroError, OSError, ArithmeticError) as error:

@@ -29,6 +29,8 @@ FURTHEST = 0.5
 """How far a limit goes beyond the extreme readings at most, as a part of their range."""
 LEAST_EXCESSES = 8
 """Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
+LEAST_HANDS = math.ceil(LEAST_EXCESSES / TAIL)
+"""Healthy hands without a guard, and with one, from which on the tail of a reading of the whole hand is fitted."""
 SHAPES = (-0.5, 0.1)
 """Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential."""
 
@@ -197,6 +199,47 @@ def own_limits(checks: Sequence[Check], base: Sequence[Limit], groups: Sequence[
                 if same and firmware[0] in limit.firmware:
                     found += _widened(limit, values, check.floor)
     return tuple(found)
+
+
+def widened(checks: Sequence[Check], limits: Sequence[Limit], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
+    """Return limits in their order, moved out where they do not hold a reading with the floor of its check.
+
+    Args:
+        checks: all checks.
+        limits: what is widened.
+        groups: healthy hands, those of the population and shipped ones alike.
+    """
+    known = {(check.experiment, check.metric, check.subjects): check for check in checks if not check.given}
+    found = []
+    for limit in limits:
+        check = known.get((limit.experiment, limit.metric, limit.subjects))
+        parts = [
+            _pooled(readings, check)
+            for group in groups
+            for readings in (group.population, group.shipped)
+            if check is not None and limit.holds_for(group.firmware[-1], guarded=group.guarded)
+        ]
+        values = np.concatenate([np.empty(0), *parts])
+        found.append(limit if check is None or not values.size else _held(limit, values, check.floor))
+    return tuple(found)
+
+
+def _held(limit: Limit, values: Floats, floor: float) -> Limit:
+    """Return a limit that holds some readings as well.
+
+    What it calls healthy stays: the places among healthy readings, by which faults are known, do not move.
+    """
+    low, high = float(values.min()), float(values.max())
+    at_least = limit.at_least if low - floor >= limit.at_least else _outward(low - floor, -1)
+    at_most = limit.at_most if high + floor <= limit.at_most else _outward(high + floor, 1)
+    moved = (at_least, at_most) != (limit.at_least, limit.at_most)
+    more = f"; widened for one of {values.size} more, {_short(low)} to {_short(high)}" if moved else ""
+    return replace(
+        limit,
+        source=limit.source + more,
+        at_least=at_least,
+        at_most=at_most,
+    )
 
 
 def _widened(limit: Limit, values: Floats, floor: float) -> list[Limit]:

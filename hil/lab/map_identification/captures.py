@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import THUMB, Channel
-from hil.checks.shared.simulated_hand import Simulator
+from hil.checks.shared.side_by_side import SimulatedHand
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ GRID_HOLD_S = 0.6
 """From one grid node to rest at the next."""
 
 
-class JointedSimulator(Simulator, Protocol):
+class JointedSimulator(SimulatedHand, Protocol):
     """A simulator that also tells its joint angles."""
 
     def joint_angles(self) -> Floats:

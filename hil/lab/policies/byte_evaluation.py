@@ -16,7 +16,7 @@ from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.running import RunSettings, Step
 from firmware_emulator.firmware.profiles import PROFILES
-from hil.lab.policies.cube_trial import AS_MEASURED, Surroundings, Trial, run_trial
+from hil.lab.policies.cube_trial import AS_MEASURED, CubeTrial, Surroundings, run_trial
 from hil.lab.policies.prediction import of_trials
 from hil.lab.policies.survival import LONG_S
 from hil.lab.policies.transmission_gap import ChannelGap, channel_gaps
@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 TURNS_RAD_S = 0.1
 """Rate from which a trial counts as one that turns the cube."""
 BOOTSTRAP_SEED = 0
-"""Of the intervals, so that the same trials say the same."""
+"""Seed of the bootstrapped intervals, so that the same trials give the same ones."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def over_long(policy: Policy, trials: int, *, seed: int) -> list[Case]:
     ]
 
 
-def run_trials(policy: Policy, made: list[Case], trials: dict[str, list[Trial]], progress: Progress) -> None:
+def run_trials(policy: Policy, made: list[Case], trials: dict[str, list[CubeTrial]], progress: Progress) -> None:
     """Run the trials on all cores; each is in `trials`, by the name of its case, as soon as it has ended.
 
     However this is left, no worker is.
@@ -127,7 +127,7 @@ def run_trials(policy: Policy, made: list[Case], trials: dict[str, list[Trial]],
             progress(done / len(made), case.name)
 
 
-def figures(trials: Mapping[str, list[Trial]]) -> dict[str, dict[str, float]]:
+def figures(trials: Mapping[str, list[CubeTrial]]) -> dict[str, dict[str, float]]:
     """Return the figures of each row of trials, SI units."""
     return {name: _summary(one) for name, one in trials.items()}
 
@@ -160,7 +160,7 @@ def open_loop_gaps(
     return channel_gaps(lengths[: len(after)], after, trial(None))
 
 
-def _trial(policy: Policy, case: Case) -> Trial:
+def _trial(policy: Policy, case: Case) -> CubeTrial:
     return run_trial(
         policy,
         case.unit,
@@ -171,7 +171,7 @@ def _trial(policy: Policy, case: Case) -> Trial:
     )
 
 
-def _summary(trials: list[Trial]) -> dict[str, float]:
+def _summary(trials: list[CubeTrial]) -> dict[str, float]:
     said = of_trials("", trials, BOOTSTRAP_SEED)
     return {
         "episodes": float(len(trials)),

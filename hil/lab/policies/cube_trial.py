@@ -17,9 +17,8 @@ from aero.policy.running import Run, RunSettings, Step
 from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
-from hil.lab.policies.coarse_hand import CoarseHand, step_codes
 from hil.lab.policies.cube_watch import CubeWatch
-from hil.lab.policies.disturbance import NONE, Disturbance, Disturber
+from hil.lab.policies.disturbance import NONE, CoarseHand, Disturbance, Disturber, step_codes
 from hil.targets.guarding import guard
 from model.cube_plant import CubePlant
 from model.geometry import Side
@@ -48,7 +47,7 @@ AS_MEASURED = Surroundings()
 
 
 @dataclass(frozen=True)
-class Trial:
+class CubeTrial:
     """What one trial came to."""
 
     unit: str
@@ -56,7 +55,7 @@ class Trial:
     firmware: str
     """What its board ran."""
     seed: int
-    """Of the hand's noise and of where the cube was put."""
+    """Seed of the hand's noise and of where the cube was put."""
     kept: bool
     """Whether the cube was still in the hand when the time was over, and nothing ended the run before."""
     alive_s: float
@@ -93,7 +92,7 @@ def run_trial(
     thresholds: Thresholds | None = None,
     script: NDArray[np.float64] | None = None,
     on_step: Callable[[Step], None] = lambda _: None,
-) -> Trial:
+) -> CubeTrial:
     """Run `policy` once from the nominal grasp with the cube put into the hand.
 
     Args:
@@ -143,7 +142,7 @@ def run_trial(
         )
     held_s = len(targets) * (settings.settings or policy.settings).period_s
     travel = np.abs(np.diff(targets, axis=0)).sum(axis=0) / held_s if targets else np.zeros(7)
-    return Trial(
+    return CubeTrial(
         unit=unit.name,
         firmware=firmware,
         seed=seed,

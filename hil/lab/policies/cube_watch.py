@@ -1,13 +1,18 @@
-"""A cube in an emulated hand while a policy runs: where it is put, how far it turns, when it is lost."""
+"""A cube in an emulated hand while a policy runs: where it is put, how far it turns, when it is lost; a film of it."""
 
 from __future__ import annotations
 
 from math import nan
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
+from aero.whole_file import whole
 from model.cube_plant import CubePlant
+from model.film import frames
+from model.geometry import Side
 from model.scene import CUBE_START
 
 LOST_HEIGHT = -0.05
@@ -38,7 +43,7 @@ class CubeWatch:
         """Whether it has fallen."""
         self._looks = self._untouched = self._let_go = 0
         self.postures: list[NDArray[np.float64]] = []
-        """Of hand and cube at the end of each control period, for `model.film.frames`."""
+        """Posture of hand and cube at the end of each control period, for `model.film.frames`."""
 
     def place(self) -> None:
         """Put the cube at rest into the hand; its time begins."""
@@ -72,3 +77,26 @@ class CubeWatch:
     def rate_rad_s(self) -> float:
         """Mean angular velocity, rad/s; zero before the first control period."""
         return self.rotation_rad / self.alive_s if self.alive_s else 0.0
+
+
+FRAMES_PER_S = 10.0
+"""Half the control periods, which is enough to follow and half the file."""
+COLOURS = 64
+"""Colours of the palette that all frames share, so that what stands still does not flicker."""
+
+
+def write_film(watch: CubeWatch, side: Side, path: Path, period_s: float) -> None:
+    """Draw what was watched, in the time it took, to a GIF file.
+
+    Args:
+        watch: of a trial with at least one control period.
+        side: of the hand.
+        path: of the file.
+        period_s: between two of the watched postures.
+    """
+    every = max(1, round(1.0 / (FRAMES_PER_S * period_s)))
+    drawn = [Image.fromarray(picture) for picture in frames(np.array(watch.postures)[::every], side)]
+    palette = drawn[len(drawn) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
+    first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn)
+    with whole(path) as draft:
+        first.save(draft, save_all=True, append_images=others, duration=round(1e3 * every * period_s), loop=0)

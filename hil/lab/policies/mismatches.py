@@ -20,7 +20,7 @@ from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.running import RunSettings
 from aero.whole_file import whole
 from hil.lab.policies.byte_evaluation import BOOTSTRAP_SEED, Case
-from hil.lab.policies.cube_trial import Surroundings, Trial
+from hil.lab.policies.cube_trial import CubeTrial, Surroundings
 from hil.lab.policies.prediction import CONFIDENCE, LEAST, Interval
 from model.parameters import BuiltHandParameters
 from model.units import Unit, load_unit
@@ -107,10 +107,10 @@ class Lost:
     lost_rad_s: float
     """Rate without any mismatch less this one's, mean over the trials, which have the same starts."""
     interval: Interval
-    """Of that mean, bootstrapped; NaN for no mismatch, and with fewer than `prediction.LEAST` trials."""
+    """Bootstrapped interval of that mean; NaN for no mismatch, and with fewer than `prediction.LEAST` trials."""
 
 
-def lost(rows: Mapping[str, Sequence[Trial]]) -> list[Lost]:
+def lost(rows: Mapping[str, Sequence[CubeTrial]]) -> list[Lost]:
     """Return what each mismatch costs, as far as its trials were made."""
     without = np.array([one.rate_rad_s for one in rows[NO_MISMATCH]])
     found = []

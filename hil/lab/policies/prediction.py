@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binomtest, bootstrap
 
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 
 CONFIDENCE = 0.95
 RESAMPLES = 9999
@@ -28,11 +28,11 @@ class Prediction:
     kept: int
     """Trials at whose end the cube was still in the hand."""
     kept_interval: Interval
-    """Of the share that is kept, Wilson's."""
+    """Wilson's interval of the share that is kept."""
     rate_rad_s: float
     """Mean over the trials of the angular velocity about the vertical while the cube was held, rad/s."""
     rate_interval: Interval
-    """Of the mean, bootstrapped; NaN with fewer than `LEAST` trials."""
+    """Bootstrapped interval of the mean; NaN with fewer than `LEAST` trials."""
     turned_rad: float
     """Median rotation until the end or the loss, rad."""
 
@@ -67,7 +67,7 @@ def predicted(
     )
 
 
-def of_trials(name: str, trials: Sequence[Trial], seed: int) -> Prediction:
+def of_trials(name: str, trials: Sequence[CubeTrial], seed: int) -> Prediction:
     """Return what trials through the bytes say."""
     return predicted(
         name,

@@ -1,8 +1,8 @@
-"""Where a policy works and where it stops working: its trials by friction, mass and side of the cube, and by hand."""
+"""Where a policy works and where it stops working: by friction, mass and side of the cube, and by hand."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,8 +12,10 @@ from scipy.stats import binomtest
 
 from aero.whole_file import whole
 from hil.lab.policies.byte_evaluation import TURNS_RAD_S
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.prediction import CONFIDENCE, Interval
+from model.cubes import PROPERTIES, Property
+from model.scene import CUBE
 
 
 @dataclass(frozen=True)
@@ -23,8 +25,8 @@ class Division:
     name: str
     """For people, with the unit of the edges."""
     edges: tuple[float, ...]
-    """Of the strata, lowest first, in that unit."""
-    value: Callable[[Trial], float]
+    """Edges of the strata, lowest first, in that unit."""
+    value: Callable[[CubeTrial], float]
     """Gives a trial's, in that unit."""
 
     def label(self, stratum: int) -> str:
@@ -63,7 +65,7 @@ def share(flags: Sequence[bool]) -> tuple[float, Interval]:
     return sum(flags) / len(flags), (float(found.low), float(found.high))
 
 
-def stratum(label: str, trials: Sequence[Trial]) -> Stratum:
+def stratum(label: str, trials: Sequence[CubeTrial]) -> Stratum:
     """Return what these trials came to."""
     kept, kept_interval = share([one.kept for one in trials])
     turned, turned_interval = share([one.rate_rad_s > TURNS_RAD_S for one in trials])
@@ -71,7 +73,7 @@ def stratum(label: str, trials: Sequence[Trial]) -> Stratum:
     return Stratum(label, len(trials), kept, kept_interval, rate, turned, turned_interval)
 
 
-def strata(trials: Sequence[Trial]) -> list[Stratum]:
+def strata(trials: Sequence[CubeTrial]) -> list[Stratum]:
     """Return all trials, then those of each stratum of each division, then those of each hand."""
     found = [stratum("all", trials)]
     for division in DIVISIONS:
@@ -84,7 +86,7 @@ def strata(trials: Sequence[Trial]) -> list[Stratum]:
     return found
 
 
-def strata_picture(trials: Sequence[Trial], path: Path) -> None:
+def strata_picture(trials: Sequence[CubeTrial], path: Path) -> None:
     """Draw rate and share kept of each stratum, with the single trials behind."""
     figure = Figure(figsize=(11, 6), layout="constrained")
     grid = figure.subplots(2, len(DIVISIONS), sharex="col", sharey="row")
@@ -110,3 +112,34 @@ def strata_picture(trials: Sequence[Trial], path: Path) -> None:
     figure.suptitle("Any cube on any hand through every byte; lines: means, bands: 95 % intervals", fontsize="medium")
     with whole(path) as draft:
         figure.savefig(draft, dpi=120)
+
+
+Figures = Mapping[str, Mapping[str, float]]
+
+
+def cube_picture(rows: Figures, path: Path) -> None:
+    """Draw the figures of `byte_evaluation.over_cubes`, as far as they were made, to `path`."""
+    figure = Figure(figsize=(11, 5), layout="constrained")
+    grid = figure.subplots(2, len(PROPERTIES), sharex="col", sharey="row")
+    for (rate, kept), one in zip(grid.T, PROPERTIES, strict=True):
+        made = [value for value in one.values if one.label(value) in rows]
+        shown = [rows[one.label(value)] for value in made]
+        x = np.array(made) * one.scale
+        for axes, key in ((rate, "rate_rad_s"), (kept, "survival")):
+            y = np.array([row[key] for row in shown])
+            ends = np.array([[row[f"{key}_low"], row[f"{key}_high"]] for row in shown]).reshape(-1, 2)
+            axes.errorbar(x, y, yerr=np.abs(ends.T - y), marker="o", capsize=3)
+            axes.axvline(_of_the_paper(one), color="grey", linestyle=":", linewidth=0.8)
+            axes.grid(alpha=0.3)
+        kept.set_xlabel(f"{one.name}{', ' if one.unit else ''}{one.unit}")
+    grid[0, 0].set_ylabel("rate, rad/s")
+    grid[1, 0].set_ylabel("share that keeps the cube")
+    grid[1, 0].set_ylim(-0.02, 1.02)
+    figure.suptitle("Other cubes, one property at a time; 95 % intervals; dotted: the paper's cube", fontsize="medium")
+    with whole(path) as draft:
+        figure.savefig(draft, dpi=120)
+
+
+def _of_the_paper(one: Property) -> float:
+    """Return the value that the paper's cube has, as shown."""
+    return next(value for value in one.values if one.change(CUBE, value) == CUBE) * one.scale

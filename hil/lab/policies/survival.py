@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
 from aero.whole_file import whole
-from hil.lab.policies.cube_trial import Trial
+from hil.lab.policies.cube_trial import CubeTrial
 from hil.lab.policies.prediction import CONFIDENCE, Interval
 
 LONG_S = 600.0
@@ -27,10 +27,10 @@ class StillHeld:
     after_s: float
     share: float
     interval: Interval
-    """Of the share, Wilson's."""
+    """Wilson's interval of the share."""
 
 
-def still_held(trials: Sequence[Trial], moments_s: Sequence[float] = MOMENTS_S) -> list[StillHeld]:
+def still_held(trials: Sequence[CubeTrial], moments_s: Sequence[float] = MOMENTS_S) -> list[StillHeld]:
     """Return how many of the trials, all of one length, hold the cube after each time up to it."""
     found = []
     for after_s in moments_s:
@@ -40,7 +40,7 @@ def still_held(trials: Sequence[Trial], moments_s: Sequence[float] = MOMENTS_S) 
     return found
 
 
-def survival_picture(rows: Mapping[str, Sequence[Trial]], path: Path) -> None:
+def survival_picture(rows: Mapping[str, Sequence[CubeTrial]], path: Path) -> None:
     """Draw the share of trials of each row that still hold the cube against the time."""
     figure = Figure(figsize=(8, 4), layout="constrained")
     axes = figure.subplots()

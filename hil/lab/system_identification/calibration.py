@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aero.firmware import DEFAULT_FIRMWARE
-from hil.lab.system_identification.held_out import held_out
 from hil.lab.system_identification.p_damping import PDampingModel
+from hil.lab.system_identification.replay_score import held_out
 from hil.lab.system_identification.search import (
     Floats,
     Found,
@@ -25,14 +25,21 @@ from hil.lab.system_identification.search import (
     spreads,
 )
 from hil.lab.system_identification.trace import Trace
-from hil.lab.system_identification.trace_replay import Prediction, replay
+from hil.lab.system_identification.trace_replay import ReplayedTrace, replay
 from hil.lab.system_identification.uncertainty import Intervals, covariance, intervals
-from hil.lab.system_identification.unit_parameters import FREE, KEPT, UnitModel, excited, numbers, told_by
+from hil.lab.system_identification.unit_parameters import (
+    FREE,
+    KEPT,
+    UnitModel,
+    excited,
+    identifiable_parameters,
+    numbers,
+)
 from hil.lab.workers import leave_interrupts_to_the_parent
 from model.units import Unit
 
 TYPICAL_ITERATIONS = 4
-"""Of a search, for the time that is left."""
+"""Iterations that a search usually takes, for the time that is left."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +63,7 @@ class Calibration:
         """Return the fit's error by trace and channel, (traces, 7) counts rms, readings on their best phase."""
         return np.array([np.sqrt(np.mean(r**2, axis=0)) for r in self.found.residuals])
 
-    def predictions(self) -> tuple[Prediction, ...]:
+    def predictions(self) -> tuple[ReplayedTrace, ...]:
         """Return each trace as the fitted unit predicts it."""
         return tuple(
             replay(trace, self.unit, firmware=self.firmware, phase_s=phase)
@@ -112,7 +119,7 @@ def calibrate(
     compared: list[Residuals] = []
     hidden: list[Floats] = []
     with _processes(jobs) as pool:
-        model = UnitModel(start, kept, firmware, pool, told_by(free, moved), replayed=replayed)
+        model = UnitModel(start, kept, firmware, pool, identifiable_parameters(free, moved), replayed=replayed)
         about = _replays(model)
         found = search(model, iterations=iterations, report=report)
         fitted = replace(model, start=model.unit(found.x), free=KEPT)

@@ -13,14 +13,36 @@ from numpy.typing import NDArray
 from aero.channels import WIRE_ORDER, Channel
 from aero.npz import read_npz
 from aero.protocol import MAX_CODE
-from firmware_emulator.firmware.hands import HandSide
-from hil.lab.system_identification.servo_windows import closing_current_sign, window_counts
+from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO, HandSide
 from hil.recordings.mcap_file import UnusableFileError, read_recording
 from hil.recordings.recording import Recording
 
+
+def _by_channel(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    ordered = np.empty(len(SHAFT_OF_SERVO))
+    ordered[list(SHAFT_OF_SERVO)] = values
+    return ordered
+
+
+def window_counts(side: HandSide) -> NDArray[np.float64]:
+    """Return the width of each channel's command window, (7,) servo counts."""
+    hand = HANDS[side]
+    return _by_channel(np.abs(np.subtract(hand.grasp, hand.extend, dtype=float)))
+
+
+def closing_current_sign(side: HandSide) -> NDArray[np.float64]:
+    """Return the sign, (7,) +1 or -1, that a current register shows while its channel pulls closed.
+
+    Registers are positive toward lower counts (one physical hand, public logs June-July 2026,
+    TTdragoAlex/tetherIA-aero-hand-open 58b518e).
+    """
+    hand = HANDS[side]
+    return _by_channel(np.sign(np.subtract(hand.extend, hand.grasp, dtype=float)))
+
+
 CHANNELS = len(Channel)
 LARGEST_BYTES = 128 * 2**20
-"""Of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
+"""Largest size of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
 
 
 @dataclass(frozen=True)

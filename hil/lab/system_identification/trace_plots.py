@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
+from hil.lab.matplotlib_svg import STYLE
 from hil.lab.system_identification.trace import Trace
-from hil.lab.system_identification.trace_replay import Prediction
-from hil.report.plots import COMMAND, HAND, MODEL, STYLE
+from hil.lab.system_identification.trace_replay import ReplayedTrace
+from hil.report.plots import COMMAND, HAND, MODEL
 
 
-def trace_figure(trace: Trace, prediction: Prediction) -> Figure:
+def trace_figure(trace: Trace, prediction: ReplayedTrace) -> Figure:
     """Draw seven channels: command grey and dashed, recorded hand blue with dots, prediction red; currents below."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.0, 15.0), layout="constrained")
@@ -38,7 +39,7 @@ def trace_figure(trace: Trace, prediction: Prediction) -> Figure:
     return figure
 
 
-def trace_svg(trace: Trace, prediction: Prediction) -> str:
+def trace_svg(trace: Trace, prediction: ReplayedTrace) -> str:
     """Return `trace_figure` as SVG text."""
     with mpl.rc_context(STYLE):
         text = io.StringIO()

@@ -10,19 +10,21 @@ from numpy.typing import NDArray
 from aero import AeroHand
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
-from firmware_emulator.firmware.hands import HandSide
+from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, HandSide
 from firmware_emulator.links.in_process import InProcessLink
-from hil.lab.system_identification.servo_windows import closing_current_sign
-from hil.lab.system_identification.trace import Trace
+from hil.lab.system_identification.trace import Trace, closing_current_sign
 from hil.targets.emulated_hand import build_emulated
 from model.units import Unit
 
 SETTLE_S = 0.5
 """How long the first command is held before the clock of the recording starts; a recording starts at rest, s."""
 
+HALF_A_DEGREE = 0.5
+"""What a reading in whole degrees leaves out on average, degC."""
+
 
 @dataclass(frozen=True)
-class Prediction:
+class ReplayedTrace:
     """What the emulated hand read where the recorded hand was read. Arrays as in `Trace`."""
 
     counts: NDArray[np.float64]
@@ -42,8 +44,8 @@ def replay(
     seed: int = 0,
     phase_s: float = 0.0,
     currents: bool = True,
-) -> Prediction:
-    """Send a trace's commands at their times and read at its read times.
+) -> ReplayedTrace:
+    """Send a trace's commands at their times and read at its read times; servos start as warm as the recorded ones.
 
     Args:
         trace: the recorded run.
@@ -55,6 +57,10 @@ def replay(
         currents: whether currents and temperatures are read too, after each position.
     """
     electronics, _ = build_emulated(unit, firmware=firmware, hand=side, seed=seed)
+    for servo, shaft in zip(electronics.servos, SHAFT_OF_SERVO, strict=True):
+        read = trace.temperatures[np.isfinite(trace.temperatures[:, shaft]), shaft]
+        if len(read):
+            servo.heat_to(read[0] + HALF_A_DEGREE)
     clock = electronics.clock
     n, m = len(trace.t_command), len(trace.t_read)
     times = np.concatenate([trace.t_command, trace.t_read])
@@ -76,4 +82,4 @@ def replay(
             if currents:
                 amperes[row] = hand.read_currents() * sign
                 degrees[row] = hand.read_temperatures()
-    return Prediction(counts, amperes, degrees)
+    return ReplayedTrace(counts, amperes, degrees)

@@ -78,7 +78,7 @@ def excited(traces: Sequence[Trace]) -> frozenset[Channel]:
     return frozenset(channel for channel in Channel if swept[channel] > MOVED * MAX_CODE)
 
 
-def told_by(free: Sequence[Free], moved: Set[Channel]) -> tuple[Free, ...]:
+def identifiable_parameters(free: Sequence[Free], moved: Set[Channel]) -> tuple[Free, ...]:
     """Return what recordings that move some channels tell.
 
     A number of which each entry belongs to one channel is told for those channels. What channels share is told when all

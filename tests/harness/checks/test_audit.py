@@ -51,3 +51,17 @@ def test_readings_on_the_grid_of_the_window_fit_and_others_do_not():
     for label in LABELS:
         expected = {"ring": 75.0, "thumb_flexor": 0.0}.get(label, 100.0)
         assert found[label]["quantum_fits"] == pytest.approx(expected), label
+
+
+def test_a_current_that_was_read_after_the_command_to_open_is_not_the_nudge():
+    """Currents are read ten times a second; the first one under each command shows the servo's answer to it."""
+    currents = np.full((15, 7), 0.05)
+    currents[1::2] += 0.1 * np.eye(7)
+    currents = np.repeat(currents * [1, 1, 1, 1, 1, 1, -1], 60, axis=0)
+    recording = recorded(currents=currents)
+    sampled = recording["currents"]
+    values = sampled.values.copy()
+    opened = np.flatnonzero(np.diff(values[:, 0])) + 1
+    values[opened] = -3.0
+    found = audit.measure(replaced(recording, "currents", values))
+    assert found["index"]["pull"] == pytest.approx(0.1)

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
+from hil import open_target
 from hil.checks import DEFAULT, EXPERIMENTS, JUDGED
-from hil.checks.shared.closing_current import closing_current
-from hil.checks.shared.experiment import last_before, map_of, one_closed
-from hil.checks.shared.signals import at_times, display_unit, rms
+from hil.checks.shared.experiment import last_before, map_of, one_closed, record
+from hil.checks.shared.signals import at_times, closing_current, display_unit, find_steps, rms
+from model.units.conditions import Conditions
 from tests.support.synthetic import HEADER
 
 
@@ -17,7 +18,7 @@ def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
     asked_for = {"short_staircase", "repeatability", "window", "homing"}
     assert list(EXPERIMENTS) == order.split()
     assert list(DEFAULT) == [name for name in order.split() if name not in asked_for]
-    assert list(JUDGED) == [*order.split(), "session"]
+    assert list(JUDGED) == [*order.split(), "session", "driver"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
     pushing = [name for name, experiment in EXPERIMENTS.items() if experiment.pushes_at_stops]
@@ -105,3 +106,13 @@ def test_signals_are_interpolated_scaled_and_squared():
     assert display_unit("rad") == ("mrad", 1000.0)
     assert rms(np.array([3.0, -4.0])) == pytest.approx(np.sqrt(12.5))
     assert np.isnan(rms(np.array([])))
+
+
+def test_a_late_host_leaves_out_samples_and_keeps_to_the_plan():
+    """Each write is 6 to 12 ms late, so that a sample with its currents takes more than its 20 ms."""
+    with open_target(conditions=Conditions(late_s=0.012)) as target:
+        recording = record(EXPERIMENTS["audit"], target)
+    starts = [step.start for step in find_steps(recording["command_codes"].times, recording["command_codes"].values)]
+    np.testing.assert_allclose(np.diff(starts), 0.6, atol=0.045)
+    assert recording["codes"].times[-1] == pytest.approx(9.0, abs=0.06)
+    assert len(recording["codes"].times) < 450

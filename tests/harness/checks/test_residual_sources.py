@@ -8,7 +8,7 @@ from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
 from hil.checks.staircase.residual_sources import Attribution, residual_sources
-from hil.checks.staircase.settled import residuals
+from hil.checks.staircase.tracking import residuals
 
 RING = Channel.RING
 

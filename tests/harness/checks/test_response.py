@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aero.protocol import MAX_CODE, Opcode
 from hil.checks.response import measure as response
 from hil.checks.response import run
+from hil.checks.shared.signals import CommandStep
 from hil.recordings.recording import Event, Recording, Series
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS
@@ -39,16 +42,18 @@ def recorded(*, events=()):
         for start, trip in ((0.0, 0.002), (0.1, 0.003), (0.2, 0.009))
         for record in (WireRecord(start, "to_hand", bytes(16)), WireRecord(start + trip, "from_hand", bytes(16)))
     ]
-    wire = (*answered, *(WireRecord(came - ON_ITS_WAY_S, "to_hand", ASKED) for came in t[t >= CYCLES_S]))
+    wire = (*answered, *(WireRecord(came - ON_ITS_WAY_S, "to_hand", ASKED) for came in t[1:]))
     return Recording(
         replace(HEADER, experiment="response", parameters={"cycles_from_s": CYCLES_S}), series, wire, events
     )
 
 
 def test_delays_and_rate_are_the_recorded_ones():
-    """40 ms to motion, 10 ms a reading, three cycles in 1.5 s, a median round trip of 3 ms."""
+    """39 ms to motion, which the reading of 40 ms shows and the one before does not, both asked for 0.5 ms before;
+
+    10 ms a reading, three cycles in 1.5 s, a median round trip of 3 ms."""
     found = response.measure(recorded())["hand"]
-    assert found["command_to_motion"] == pytest.approx(40.0)
+    assert found["command_to_motion"] == pytest.approx(39.0)
     assert found["telemetry_period"] == pytest.approx(10.0)
     assert found["open_close_rate"] == pytest.approx(2.0)
     assert found["round_trip"] == pytest.approx(3.0)
@@ -157,3 +162,18 @@ def test_fingers_arrive_at_90_and_at_6_per_cent(percent, closed, opened):
     assert run._arrived(codes, closing=False) is opened
     assert run._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=True) is False
     assert run._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=False) is False
+
+
+@given(st.floats(0.001, 0.02), st.floats(0.0, 1.0), st.floats(2.0, 20.0))
+def test_a_host_that_asks_seldom_reads_the_same_delay_to_within_half_its_period(period, phase, periods):
+    delay = periods * period
+    asked = (phase + np.arange(100)) * period
+    step = CommandStep(channel=2, start=1.5 * period, end=1.0, before=0.0, after=0.15)
+    codes = np.where(asked >= step.start + delay, 1000.0, 0.0)
+    assert response.motion_after(step, asked, codes) == pytest.approx(delay, abs=period / 2 + 1e-9)
+
+
+def test_motion_the_other_way_is_none():
+    asked = 0.01 * np.arange(10)
+    step = CommandStep(channel=2, start=0.0, end=1.0, before=0.0, after=0.15)
+    assert np.isnan(response.motion_after(step, asked, -100.0 * np.arange(10)))

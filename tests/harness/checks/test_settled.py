@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hil.checks.staircase.settled import residuals
+from hil.checks.staircase.tracking import residuals
 from tests.support.synthetic import RANGES, replaced, staircase
 
 

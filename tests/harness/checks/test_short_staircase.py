@@ -95,3 +95,28 @@ def test_each_channel_climbs_two_twentieths_above_a_loose_grasp_and_opens():
         np.testing.assert_allclose(held[channel, :, channel] - foot, [0, 0.05, 0.1, 0.05, 0, -foot], atol=1e-9)
         np.testing.assert_allclose(np.delete(held[channel], channel, axis=1), 0.0, atol=1e-9)
     assert len(STREAM) * 0.02 == pytest.approx(25.8)
+
+
+def sampled(times):
+    """The hand of one lag as a host sees it that reads at `times`."""
+    stream = recording(lagging(0.05))
+    fine = stream["hand"]
+    values = np.stack([np.interp(times, fine.times, column) for column in fine.values.T], axis=1)
+    return Recording(HEADER, {**stream.series, "hand": Series.of(LABELS, UNITS, times, values)})
+
+
+def test_the_rise_of_a_host_that_was_late_in_all_steps_is_withheld():
+    """Read every 40 ms, no rise is told; every 24 ms, which is within 25, all are."""
+    late = short_staircase.measure(sampled(np.arange(0.0, T[-1], 0.04)))
+    assert all({"rise_hand_ms", "rise_percent"}.isdisjoint(late[label]) for label in LABELS)
+    assert all(np.isfinite(late[label]["tracking_rms"]) for label in LABELS)
+    in_time = short_staircase.measure(sampled(np.arange(0.0, T[-1], 0.024)))
+    assert all(in_time[label]["rise_percent"] == pytest.approx(100.0, abs=10.0) for label in LABELS)
+
+
+def test_of_a_host_that_was_late_for_a_while_the_other_channels_are_told():
+    """Late in the first sweep, the index's."""
+    times = np.concatenate([np.arange(0.0, 4.2, 0.04), np.arange(4.2, T[-1], 0.02)])
+    found = short_staircase.measure(sampled(times))
+    assert "rise_hand_ms" not in found["index"]
+    assert found["pinky"]["rise_percent"] == pytest.approx(100.0, abs=2.0)

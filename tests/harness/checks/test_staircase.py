@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.run import Staircase
 
 OPEN = np.array([0.1075, 0.1082, 0.1075, 0.1093, 0.0, 0.0379, 0.11])

@@ -9,11 +9,9 @@ from hypothesis import strategies as st
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
-from hil.checks.shared.command_steps import CommandStep, find_steps
-from hil.checks.shared.signals import at_times
-from hil.checks.staircase.rise_time import Response, respond
-from hil.checks.staircase.settled import quiet_command, quiet_trace, residuals
-from hil.checks.staircase.tracking import staircase_metrics
+from hil.checks.shared.signals import CommandStep, at_times, find_steps
+from hil.checks.staircase.rise_time import Response, median_rise, respond
+from hil.checks.staircase.tracking import quiet_command, quiet_trace, residuals, staircase_metrics
 
 
 @given(st.floats(0.02, 0.08), st.floats(1e-4, 1.0), st.booleans(), st.floats(0.0, 0.02))
@@ -207,3 +205,18 @@ def test_before_the_first_command_nothing_is_quiet():
 def test_samples_exactly_at_a_tenth_and_at_nine_tenths_are_the_crossings():
     response = answer([0, 1, 2, 3], [0, 1, 9, 10], after=10.0)
     assert (response.rise, response.rise_on_grid) == pytest.approx((1.0, 1.0))
+
+
+def test_of_a_host_that_is_late_now_and_then_the_steps_in_time_count():
+    """A rise reads 0.05 s in steps that were sampled every 20 ms, and longer in those that were not."""
+    in_time, late = Response(1.0, 0.05, 0.06, 0.0, gap=0.0203), Response(1.0, 0.08, 0.06, 0.0, gap=0.035)
+    assert median_rise([in_time, *[late] * 3]) == 0.05
+    assert median_rise([late] * 3) == 0.08
+    assert median_rise([Response(1.0, rise, 0.06, 0.0, gap=0.02) for rise in (0.04, 0.05, 0.09)]) == 0.05
+    assert math.isnan(median_rise([]))
+
+
+def test_the_gap_is_the_coarser_of_both_crossings():
+    step = CommandStep(channel=0, start=0.0, end=1.0, before=0.0, after=1.0)
+    times, values = np.array([0.0, 0.02, 0.05, 0.07, 0.9]), np.array([0.0, 0.0, 0.5, 0.95, 1.0])
+    assert respond(step, times, values).gap == pytest.approx(0.03)

@@ -12,11 +12,10 @@ import pytest
 
 from aero.firmware import FIRMWARE
 from hil.cli.doctor import exit_code
-from hil.cli.doctor.drawing import Attempt, check_drawing
-from hil.cli.doctor.finding import Finding, Subject, Verdict
+from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.cli.doctor.hand import SPANS, Answers, ask, candidates, check_calibration, check_hand
-from hil.cli.doctor.host_jitter import check_jitter
 from hil.cli.doctor.installation import needs
+from hil.cli.doctor.machine import Attempt, check_drawing, check_jitter
 from hil.cli.doctor.ports import HAND_USB, UDEV_COPY, Port, check_ports, holders
 from hil.cli.exits import Exit, ending
 from hil.targets.pty_process import serve_in_process
@@ -149,7 +148,7 @@ def test_an_extra_without_its_packages_is_not_usable() -> None:
     ],
 )
 def test_exit_codes(subject: Subject, verdict: Verdict, code: int) -> None:
-    assert exit_code([Finding("x", verdict, "found", subject=subject)]) == code
+    assert exit_code([Examined("x", verdict, "found", subject=subject)]) == code
 
 
 def test_the_command_prints_json_and_says_that_no_hand_answers() -> None:

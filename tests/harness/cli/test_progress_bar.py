@@ -4,7 +4,7 @@ import io
 
 from rich.console import Console
 
-from hil.cli.progress_bar import LINE_S, ProgressBar
+from hil.cli.terminal import LINE_S, ProgressBar
 
 
 def watched(*, terminal):

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from hil.cli.faults import faults
 from hil.faults import CATALOGUE
-from hil.faults.table import markdown
+from hil.faults.catalogue import markdown
 
 PAGE = (Path(__file__).parents[3] / "docs" / "faults.md").read_text()
 ALL_ROWS = [

@@ -12,7 +12,7 @@ import pytest
 from aero import Channel
 from aero.channels import FINGERS
 from aero.errors import AeroError
-from hil import open_target
+from hil import GroundTruth, open_target
 from hil.faults import CATALOGUE
 from hil.faults.mechanics import JOINTS
 
@@ -82,7 +82,7 @@ def session(*faults, firmware=None):
     felt = {"joints": [], "codes": [], "currents": [], "temperatures": []}
     failures = 0
     with open_target(faults=faults, seed=3, firmware=firmware) as target:
-        hand, plant, clock = target.hand, target.capability("ground_truth"), target.clock
+        hand, plant, clock = target.hand, target.get(GroundTruth).plant, target.clock
         calls = {"codes": hand.read_codes, "currents": hand.read_currents, "temperatures": hand.read_temperatures}
         for step in range(STEPS):
             if failures < FAILURES:

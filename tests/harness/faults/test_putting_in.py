@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hil import open_target
+from hil import GroundTruth, open_target
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.recorder import Recorder
 
@@ -26,7 +26,7 @@ def test_the_same_seed_gives_the_same_bytes():
 
 def test_without_a_fault_the_bytes_are_those_of_a_hand_without_a_schedule():
     with open_target(seed=3, faults=()) as target:
-        assert type(target.capability("electronics")).__name__ == "EmulatedHand"
+        assert type(target.get(GroundTruth).electronics).__name__ == "EmulatedHand"
 
 
 @pytest.mark.parametrize("text", ["motor_dead:index", "cable_snapped:ring", "encoder_slip:index=200", "servo_missing"])
@@ -104,7 +104,7 @@ def test_every_pair_of_versions_can_be_declared_wrongly():
                 continue
             with open_target(firmware=declared, faults=[parse_fault(f"board_runs_{runs}")]) as target:
                 assert target.firmware == declared
-                assert target.capability("electronics").board.profile.version == runs
+                assert target.get(GroundTruth).electronics.board.profile.version == runs
 
 
 def test_a_program_on_the_board_takes_no_faults_of_the_firmware(tmp_path):

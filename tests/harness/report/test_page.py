@@ -4,18 +4,22 @@ import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from xml.etree import ElementTree
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from synthetic import held, staircase
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS
-from hil.checks.shared.command_steps import find_steps
+from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import table
-from hil.report.hand_picture import outline
+from hil.report.chart_svg import TITLE, chart_svg
+from hil.report.hand_picture import convex_hull, outline
 from hil.report.page import render_report
-from hil.report.plots import as_svg, panels, validation_figure
+from hil.report.plots import panels, validation_figure
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import FINISHED, RunEnd, Way
@@ -65,7 +69,9 @@ class Elements(HTMLParser):
 
 def test_the_verdict_comes_first_and_failures_say_what_to_do(spoiled_page):
     body = spoiled_page[spoiled_page.index("<body>") :]
-    assert body.index("Out of limits") < body.index("A loose cable.") < body.index("Tighten it.") < body.index("<table")
+    order = ["Out of limits", "<dt>Where</dt><dd>index finger", "Do this", "Look at the index finger. Tighten it."]
+    places = [body.index(text) for text in (*order, "1 of 2 checks failed", "A loose cable.", "<table")]
+    assert places == sorted(places)
     assert "1 of 2 checks failed" in body
     assert "slow &lt;servo&gt;" not in body[: body.index('id="experiments"')]
 
@@ -82,6 +88,21 @@ def test_the_thumb_is_drawn_on_the_side_of_the_hand(side):
     assert list(digits) == list(Channel)
     thumb, pinky = digits[Channel.THUMB_FLEXOR].points[-1][0], digits[Channel.PINKY].points[-1][0]
     assert (thumb > pinky) == (side == "right")
+
+
+def turn(a, b, c):
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+PLACES = st.tuples(st.integers(-9, 9), st.integers(-9, 9))
+
+
+@given(st.lists(PLACES, min_size=3, max_size=30).filter(lambda points: any(turn(*points[:2], p) for p in points)))
+def test_a_hull_turns_left_at_every_corner_and_holds_every_point(points):
+    hull = convex_hull(points)
+    for a, b, c in zip(hull, hull[1:] + hull[:1], hull[2:] + hull[:2], strict=True):
+        assert turn(a, b, c) > 0
+        assert all(turn(a, b, point) >= 0 for point in points)
 
 
 def test_every_link_leads_somewhere(spoiled_page):
@@ -174,12 +195,12 @@ def test_each_channel_stands_beside_the_paper(recording, spoiled_page):
 
 def test_the_same_recording_draws_the_same_picture(recording):
     draw = panels(recording)["index"]
-    assert as_svg(draw) == as_svg(draw)
+    assert chart_svg(draw()) == chart_svg(draw())
 
 
 def test_the_figure_has_the_papers_nine_panels(recording):
-    figure = validation_figure(recording)
-    titles = [axes.get_title("left") for axes in figure.axes if axes.get_title("left")]
+    texts = ElementTree.fromstring(validation_figure(recording)).iter("{http://www.w3.org/2000/svg}text")
+    titles = [text.text for text in texts if text.get("font-size") == str(TITLE)]
     assert titles[:7] == ["Index", "Middle", "Ring", "Pinky", "Thumb abduction", "Thumb CMC flexion", "Thumb flexor"]
     assert titles[7:] == ["One step, index", "One step, thumb CMC flexion"]
 

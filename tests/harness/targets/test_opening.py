@@ -2,9 +2,13 @@
 
 import pytest
 
-from hil import MissingCapabilityError, NoHandError, open_target
+from hil import GroundTruth, MissingCapabilityError, NoHandError, open_target
 from hil.faults import parse_fault
 from model.scene import CUBE
+
+
+class Thermometer:
+    """What no target has."""
 
 
 def wire_log(seed, unit="reference"):
@@ -33,9 +37,9 @@ def test_an_emulated_hand_is_opened_as_asked():
         assert target.map.window.hand == "left"
         assert not target.real_time
         assert target.describe() == "left hand on emulated, firmware pre, unit reference, seed 5"
-        assert target.capability("ground_truth").joint_angles().shape == (16,)
-        with pytest.raises(MissingCapabilityError, match="emulated has no telepathy"):
-            target.capability("telepathy")
+        assert target.get(GroundTruth).plant.joint_angles().shape == (16,)
+        with pytest.raises(MissingCapabilityError, match="emulated has no Thermometer"):
+            target.get(Thermometer)
 
 
 def test_a_missing_port_is_named_with_what_to_try():
@@ -66,4 +70,4 @@ def test_a_hand_on_a_pseudo_terminal_answers_and_has_no_ground_truth():
         assert target.real_time
         assert target.hand.read_codes().shape == (7,)
         with pytest.raises(MissingCapabilityError, match="--hil=emulated"):
-            target.capability("ground_truth")
+            target.get(GroundTruth)

@@ -40,3 +40,33 @@ def test_what_came_after_a_mark_is_there_as_far_as_it_is_kept(before, after):
         log.write(bytes([100 + i]))
     assert [record.data[0] for record in log.since(mark, 0.0)] == [100 + i for i in range(after)][-5:]
     assert len(log.since(0, 0.0)) == min(5, before + after)
+
+
+class Held:
+    """Takes bytes late, or not at all."""
+
+    name = "held"
+
+    def __init__(self, clock, *, breaks=False):
+        self.clock, self.breaks = clock, breaks
+
+    def write(self, data):
+        self.clock.t += 10.0
+        if self.breaks:
+            raise OSError("gone")
+
+
+def test_bytes_are_logged_when_they_went_out_and_not_when_they_were_meant_to():
+    clock = Clock()
+    log = WireLog(Held(clock), clock)
+    log.write(b"x")
+    assert log.sent_at == 12.0
+    assert [record.t for record in log.since(0, 0.0)] == [12.0]
+
+
+def test_bytes_that_could_not_be_sent_are_in_the_log():
+    clock = Clock()
+    log = WireLog(Held(clock, breaks=True), clock)
+    with pytest.raises(OSError, match="gone"):
+        log.write(b"x")
+    assert [record.data for record in log.since(0, 0.0)] == [b"x"]

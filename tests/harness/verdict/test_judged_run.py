@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
+from hil.faults import Fault
 from hil.recordings.recording import Recording, Series
 from hil.verdict.explanation import Explanation
 from hil.verdict.findings import Finding, failed
@@ -56,7 +57,7 @@ def test_hand_time_is_that_of_all_experiments():
 
 
 def test_a_finding_and_an_explanation_are_sentences():
-    assert BAD.sentence == "ring: friction is 0.4 A, should be at most 0.3 A"
-    cause = Explanation("slack", Channel.RING, 0.756, "cable_slack=4", "A cable is slack.")
+    assert BAD.sentence == "Ring finger: friction is 0.4 A, should be at most 0.3 A"
+    cause = Explanation("slack", Channel.RING, 0.756, Fault("cable_slack", 4.0), "A cable is slack.")
     assert cause.sentence == "76% slack (ring): A cable is slack."
     assert replace(cause, channel=None).sentence == "76% slack (the hand): A cable is slack."

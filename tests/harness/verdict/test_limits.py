@@ -34,7 +34,7 @@ def test_a_value_passes_exactly_within_the_bound(low, width, value):
 def test_a_value_that_could_not_be_measured_fails():
     finding = parse_limit(TABLE).judge(TRACKING, "index", math.nan)
     assert not finding.passed
-    assert finding.sentence == "index: tracking_rms is not measurable, should be at most 0.9 mm"
+    assert finding.sentence == "Index finger: tracking error is not measurable, should be at most 0.9 mm"
 
 
 def test_each_subject_of_the_experiment_is_compared():
@@ -45,9 +45,11 @@ def test_each_subject_of_the_experiment_is_compared():
     assert [finding.subject for finding in failed(findings)] == ["ring"]
 
 
-def test_a_limit_on_what_was_not_measured_is_an_error():
-    with pytest.raises(KeyError):
-        compare(EXPERIMENTS["staircase"], {"index": {"tracking_rms": 0.5}}, (parse_limit(TABLE),))
+def test_a_number_that_was_withheld_is_not_judged_and_one_that_is_not_measurable_fails():
+    findings = compare(
+        EXPERIMENTS["staircase"], {"index": {}, "ring": {"tracking_rms": math.nan}}, (parse_limit(TABLE),)
+    )
+    assert [(finding.subject, finding.passed) for finding in findings] == [("ring", False)]
 
 
 @pytest.mark.parametrize(
@@ -202,13 +204,19 @@ def test_a_reading_at_the_end_of_its_scale_fails_and_says_so():
     ],
 )
 def test_the_advice_is_that_of_the_side_on_which_a_reading_lies(experiment, metric, low, high):
-    """Of one that could not be measured neither side is known, so both are told."""
+    """Of one that could not be measured neither side is known: both are told, or what its absence means."""
     subject = "hand" if experiment == "response" else "ring"
     declared = JUDGED[experiment].metric(metric, subject)
     limit = Limit(experiment, metric, (subject,), "test", at_least=1.0, at_most=3.0)
-    for value, told in ((0.5, (True, False)), (1.5, (True, False)), (4.0, (False, True)), (math.nan, (True, True))):
+    for value, told in ((0.5, (True, False)), (1.5, (True, False)), (4.0, (False, True))):
         meaning = limit.judge(declared, subject, value).meaning
         assert (low in meaning, high in meaning) == told
+    absent = limit.judge(declared, subject, math.nan).meaning
+    if experiment == "response":
+        assert absent == "The hand did not come to the end of its strokes in time."
+    else:
+        assert low in absent
+        assert high in absent
 
 
 def test_excess_counts_margins_between_healthy_readings_and_limit():

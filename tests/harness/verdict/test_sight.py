@@ -3,6 +3,9 @@
 import json
 from importlib import resources
 
+import pytest
+
+from hil.faults.fault import quantity
 from hil.verdict.sight import Seen, Sight, load_sight, sight_text
 
 EIGHT = tuple(Seen(f"fault_{i}", 0.1 * i, "N m" if i % 2 else "", 5) for i in range(1, 9))
@@ -31,3 +34,17 @@ def test_checks_are_written_in_the_order_of_their_names():
     assert table["checks"]["a/x"]["sees"] == [{"fault": "fault_1", "severity": 0.1, "unit": "N m", "hands": 5}]
     assert text.startswith('{\n "provenance"')
     assert text.endswith("}\n")
+
+
+@pytest.mark.parametrize(
+    ("severity", "unit", "words"),
+    [
+        (60, "6.5 mA", "390 mA"),
+        (0.05, "of replies", "5 % of replies"),
+        (1.1, "factor", "a factor of 1.1"),
+        (15, "ms", "15 ms"),
+    ],
+)
+def test_severities_are_told_in_units_that_people_know(severity, unit, words):
+    """The protection current of the servo counts in steps of 6.5 mA."""
+    assert quantity(severity, unit) == words

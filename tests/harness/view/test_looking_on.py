@@ -9,13 +9,12 @@ import pytest
 from recorded import staircase_of
 
 from aero.channels import CABLES, Channel, Joint
-from hil import open_target
+from hil import GroundTruth, open_target
 from hil.checks.staircase.run import Staircase
 from hil.faults import parse_fault
 from hil.targets.wire_log import WireRecord
 from hil.view.frame import End, Frame, Note, Verdicts, message
-from hil.view.playback import frames
-from hil.view.sources import WireSource, source_of
+from hil.view.sources import WireSource, frames, source_of
 
 HALF_CLOSED = [0.6, 0.7, 0.8, 0.9, 0.5, 0.3, 0.6]
 """Compact posture, rad."""
@@ -68,7 +67,7 @@ def test_the_bytes_are_the_same_whether_somebody_looks_or_not(faults):
 def test_of_an_emulated_hand_the_truth_is_seen():
     with open_target(faults=[parse_fault("cable_long:index=7.6")]) as target:
         source = source_of(target)
-        plant = target.capability("ground_truth")
+        plant = target.get(GroundTruth).plant
         asked = target.map.codes_from_compact(HALF_CLOSED)
         target.hand.command_codes([2000, *asked[1:]])
         target.clock.sleep_until(target.clock.now() + 1.5)

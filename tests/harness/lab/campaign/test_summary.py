@@ -12,6 +12,7 @@ from aero.firmware import ALIKE
 from hil.cli.campaign import campaign
 from hil.cli.learn import learn
 from hil.cli.limits import limits
+from hil.faults import parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
 from hil.lab.campaign.detected_faults import by_fault, detected_text, parse_detected
 from hil.lab.campaign.learning import accused, entries
@@ -21,11 +22,12 @@ from hil.lab.campaign.summary import Share, confusion, detections, false_alarms,
 from hil.lab.campaign.trial import Trial
 from hil.verdict.dictionary import Entry
 from hil.verdict.limits import Limit, kinds, parse_limit
+from tests.support.references import reference_of
 
 TRACKING = Limit(
     "staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), "", at_most=1.0, healthy=(-0.5, 0.5)
 )
-SLACK = Entry("cable_snapped", "cable_snapped:index=1.0", {"own/staircase/tracking_rms": 1.5})
+SLACK = Entry("cable_snapped", parse_fault("cable_snapped:index=1.0"), {"own/staircase/tracking_rms": 1.5})
 
 
 @pytest.fixture(autouse=True)
@@ -60,17 +62,17 @@ def test_the_interval_of_none_in_two_hundred():
 
 
 def test_a_fault_is_found_where_a_check_fails_and_named_by_the_dictionary():
-    (row,) = detections([faulty(4.0), faulty(0.2)], [SLACK])
+    (row,) = detections([faulty(4.0), faulty(0.2)], reference_of([SLACK]))
     assert (row.name, row.found.count, row.found.of) == ("cable_snapped", 1, 2)
     assert row.checks == (("staircase/tracking_rms", 1),)
     assert (row.first, row.among_three) == (1, 1)
-    assert confusion([faulty(4.0)], [SLACK]) == {("cable_snapped", "cable_snapped"): 1}
+    assert confusion([faulty(4.0)], reference_of([SLACK])) == {("cable_snapped", "cable_snapped"): 1}
 
 
 def test_a_fault_counts_as_found_from_where_every_hand_is_accused():
     mild, medium, severe = (f"encoder_scale:index={scale}" for scale in (1.02, 1.05, 1.2))
     runs = [faulty(4.0, mild), faulty(4.0, medium), faulty(0.9, medium), faulty(4.0, severe), faulty(4.0, severe)]
-    rows = detections(runs, [SLACK])
+    rows = detections(runs, reference_of([SLACK]))
     assert [row.found.count for row in rows] == [1, 1, 2]
     assert rows[1].furthest == pytest.approx(0.8)
     (fault,) = by_fault(rows)
@@ -85,7 +87,7 @@ def test_a_fault_counts_as_found_from_where_every_hand_is_accused():
 
 
 def test_checks_that_found_a_fault_as_often_stand_in_the_order_of_their_names():
-    (row,) = detections([faulty(4.0)], [SLACK])
+    (row,) = detections([faulty(4.0)], reference_of([SLACK]))
     for checks in permutations([("audit/pull", 1), ("audit/followed", 1), ("presence/idle_current", 1)]):
         (fault,) = by_fault([replace(row, checks=tuple(checks))])
         assert fault.checks == ("audit/followed", "audit/pull", "presence/idle_current")
@@ -93,13 +95,13 @@ def test_checks_that_found_a_fault_as_often_stand_in_the_order_of_their_names():
 
 @pytest.mark.parametrize("alarms", [None, Share(2, 200)])
 def test_what_was_found_is_read_as_it_was_written(alarms):
-    faults = by_fault(detections([faulty(4.0), faulty(0.2)], [SLACK]))
+    faults = by_fault(detections([faulty(4.0), faulty(0.2)], reference_of([SLACK])))
     assert parse_detected(detected_text(faults, alarms, {"seeds": "1 to 2"})) == (faults, alarms)
 
 
 def test_a_fault_that_never_fired_counts_for_nothing():
     never = faulty(4.0, ended="FaultNeverFiredError", stopped="never fired")
-    assert detections([never], [SLACK]) == ()
+    assert detections([never], reference_of([SLACK])) == ()
     assert entries([never]) == []
 
 
@@ -113,13 +115,13 @@ def test_a_check_sees_what_it_found_on_every_hand():
 
 def test_an_entry_tells_the_run_as_seen_from_its_channel():
     (entry,) = entries([faulty(4.0)])
-    assert (entry.cause, entry.fault) == ("cable_snapped", "cable_snapped:index=1.0")
+    assert (entry.cause, str(entry.fault)) == ("cable_snapped", "cable_snapped:index=1.0")
     assert entry.features.keys() == {"own/staircase/tracking_rms"}
     assert entry.features["own/staircase/tracking_rms"] > 2.0
 
 
 def test_the_page_names_what_it_found():
-    page = render_campaign([outcome(Trial("reference")), faulty(4.0), faulty(0.2)], [SLACK])
+    page = render_campaign([outcome(Trial("reference")), faulty(4.0), faulty(0.2)], reference_of([SLACK]))
     assert "cable snapped" in page
     assert "1 of 2" in page
     assert "<svg" in page
@@ -168,7 +170,7 @@ def test_the_commands_write_what_ships(tmp_path):
     assert written == {*(f"{kind}.toml" for kind in kinds()), "dictionary.json", "sight.json", "hands"}
     tables = {kind: tomllib.loads((tmp_path / "out" / f"{kind}.toml").read_text()) for kind in kinds()}
     assert {kind: table["provenance"]["hands"] for kind, table in tables.items()} == {
-        "aero_hand_open": 40,
+        "aero_hand_open": 130,
         "ideal_hand": 10,
         "paper_hand": 10,
     }

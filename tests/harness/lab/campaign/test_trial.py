@@ -1,8 +1,13 @@
 """One run: the same trial gives the same numbers, and a fault changes them."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
-from hil.lab.campaign.trial import Trial, perform
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.lab.campaign.plan import faulty_hands, healthy_hands
+from hil.lab.campaign.trial import STOPPED_EARLY, Trial, perform
+from model.units.conditions import KINDS
 
 TRIAL = Trial("plausible:5", seed=5, experiments=("presence", "audit"))
 
@@ -35,3 +40,36 @@ def test_a_hand_that_cannot_even_be_homed_is_an_outcome():
     outcome = perform(replace(TRIAL, firmware="0.1.0", guarded=True, faults=("board_runs_pre",)))
     assert outcome.ended == "SafetyStopError"
     assert "SET_SPE" in outcome.stopped
+
+
+def test_conditions_are_part_of_a_trial_and_accuse_nobody():
+    found = replace(TRIAL, conditions=("gravity", "lateness", "settings"))
+    assert found.key != TRIAL.key
+    assert Trial.of(asdict(found)) == found
+    outcome = perform(found)
+    assert outcome.numbers != perform(TRIAL).numbers
+    assert (outcome.failed, outcome.stopped) == ((), "")
+
+
+@given(st.integers(0, 1000), st.integers(2, 10))
+def test_half_of_the_healthy_hands_are_found_under_conditions_and_no_faulty_one(first, eights):
+    hands = healthy_hands(first, 8 * eights)
+    assert abs(sum(bool(hand.conditions) for hand in hands) - 4 * eights) <= 4
+    assert all(hand.conditions in {(), KINDS} for hand in hands)
+    assert {hand.conditions for hand in healthy_hands(first, 8, conditions=("gravity",))} == {("gravity",)}
+    assert {hand.conditions for hand in faulty_hands(["motor_dead"], first, 16)} == {()}
+
+
+def test_stopping_early_keeps_the_verdict_and_leaves_out_the_rest():
+    """A hand fails when any check does, so that the first failure decides; a healthy one runs to its end."""
+    early = replace(TRIAL, experiments=("presence", "audit", "coupling"), stop_early=True)
+    healthy = perform(early)
+    assert not healthy.stopped
+    assert "coupling" in healthy.numbers
+    faulty = perform(replace(early, faults=("motor_dead:ring",)))
+    whole = perform(replace(early, faults=("motor_dead:ring",), stop_early=False))
+    assert set(faulty.numbers) == {"presence", "audit"}
+    assert faulty.stopped == STOPPED_EARLY
+    assert faulty.failed
+    assert set(faulty.failed) == set(whole.failed)
+    assert early.key != replace(early, stop_early=False).key

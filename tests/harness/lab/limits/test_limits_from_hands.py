@@ -11,7 +11,7 @@ from scipy.stats import expon, uniform
 
 from hil.checks import CHECKS
 from hil.checks.shared.declaration import Check, parse_metric
-from hil.lab.limits.compute import Healthy, computed_limits, own_limits, upper_bound
+from hil.lab.limits.compute import Healthy, computed_limits, own_limits, upper_bound, widened
 from hil.lab.limits.writing import limits_text
 from hil.verdict.limits import UNMEASURED, Limit, parse_limit
 
@@ -163,3 +163,26 @@ def test_a_limit_for_both_holds_what_each_needs(free, guarded):
             (alone,) = computed_limits([CHECK], [replace(kind, guarded=False)])
             assert together[0].at_least <= alone.at_least
             assert together[0].at_most >= alone.at_most
+
+
+@given(st.lists(st.floats(-100, 100), min_size=1, max_size=20), st.lists(st.floats(-150, 150), min_size=1, max_size=5))
+def test_a_widened_limit_holds_the_readings_before_and_the_new_ones(before, new):
+    (limit,) = computed_limits([CHECK], [healthy(before)])
+    (wider,) = widened([CHECK], [limit], [healthy(new)])
+    assert wider.at_least <= min(limit.at_least, min(new) - 0.1 + 1e-9)
+    assert wider.at_most >= max(limit.at_most, max(new) + 0.1 - 1e-9)
+    assert wider.healthy == limit.healthy
+    held = min(new) - 0.1 >= limit.at_least and max(new) + 0.1 <= limit.at_most
+    assert (("widened" in wider.source) is False) == held
+    if held:
+        assert (wider.at_least, wider.at_most) == (limit.at_least, limit.at_most)
+
+
+def test_a_limit_is_widened_by_hands_that_it_is_for_and_by_no_others():
+    (limit,) = computed_limits([CHECK], [healthy([0.0, 1.0])])
+    guarded = replace(limit, guarded=True)
+    far = healthy([50.0])
+    assert widened([CHECK], [guarded], [far]) == (guarded,)
+    assert widened([CHECK], [limit], [replace(far, firmware=("0.2.0",))]) == (limit,)
+    assert widened([CHECK], [guarded], [replace(far, guarded=True)])[0].at_most == 50.1
+    assert widened([], [limit], [far]) == (limit,)

@@ -12,7 +12,7 @@ from hil.lab.map_identification.captures import THUMB, staircase
 from hil.lab.map_identification.figure import draw_thumb_figure
 from hil.lab.map_identification.files import coefficient_toml
 from hil.lab.map_identification.identify import first_order_off_limit, fit_joints, identify, spread_over_cmc_levels
-from hil.lab.map_identification.radii import flexor_radius, two_pose_radii
+from hil.lab.map_identification.regression import flexor_radius, two_pose_radii
 from model import RoutedHand
 
 PAPER = load_coefficients("paper")

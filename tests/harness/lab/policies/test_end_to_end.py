@@ -14,6 +14,7 @@ from aero.policy.running import RunSettings
 from aero.policy.shipped import find_policy, shipped_policies
 from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.firmware.profiles import PROFILES
+from hil import GroundTruth
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.lab.policies.policy_run import record_policy
 from hil.recordings.recorder import Recorder
@@ -101,10 +102,10 @@ def played(case):
     except (AeroError, SafetyStopError, ConnectionError):
         if not case.fault:
             raise
-    electronics = target.capability("electronics")
+    electronics = target.get(GroundTruth).electronics
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
-    bent = float(np.abs(np.rad2deg(target.capability("ground_truth").joint_angles())).max())
+    bent = float(np.abs(np.rad2deg(target.get(GroundTruth).plant.joint_angles())).max())
     return Outcome(target.map, recording, result, target.wire.since(0, 0.0), bent)
 
 

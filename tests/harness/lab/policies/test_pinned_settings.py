@@ -10,6 +10,7 @@ from aero.policy.limits import Ending
 from aero.policy.running import RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT
 from aero.policy.task import ShownAction
+from hil import GroundTruth
 from hil.lab.policies import byte_evaluation, cube_trial
 from hil.lab.policies.cube_trial import run_trial
 from hil.lab.policies.cube_watch import CubeWatch
@@ -119,7 +120,7 @@ def test_a_recorded_policy_limits_a_guarded_hand_as_it_was_trained():
         recorder = Recorder(target, "policy")
         record_policy(target, recorder, one, SHORT)
         recording = recorder.finish()
-        limits = [servo.memory.get("goal_torque") for servo in target.capability("electronics").servos]
+        limits = [servo.memory.get("goal_torque") for servo in target.get(GroundTruth).electronics.servos]
     assert recording.header.parameters["torque_limit"] == 0.5
     assert limits == [500] * 7
 

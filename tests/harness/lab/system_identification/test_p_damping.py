@@ -4,8 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil.lab.system_identification.p_damping import FREE, START, PDampingModel
-from hil.lab.system_identification.servo_windows import window_counts
-from hil.lab.system_identification.trace import Trace
+from hil.lab.system_identification.trace import Trace, window_counts
 
 SPANS = window_counts("right")
 

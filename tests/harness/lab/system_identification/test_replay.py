@@ -6,10 +6,10 @@ from recorded import excitation_of
 
 from aero.channels import FINGERS, Channel
 from aero.safety import SafetyStopError, Thresholds
+from hil import GroundTruth
 from hil.lab.system_identification.calibration import calibrate
-from hil.lab.system_identification.excitation import Excitation
-from hil.lab.system_identification.held_out import held_out_rms
-from hil.lab.system_identification.play_excitation import play
+from hil.lab.system_identification.excitation import Excitation, play
+from hil.lab.system_identification.replay_score import held_out_rms
 from hil.lab.system_identification.search import pooled_rms, search
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_plots import trace_svg
@@ -144,10 +144,10 @@ def test_a_recording_that_the_guard_ends_says_so_and_leaves_the_hand_open():
         errors = [event.text for event in recorder.finish(ended=False).events if event.severity == "error"]
         assert len(errors) == 1
         assert "drawn" in errors[0]
-        electronics = target.capability("electronics")
+        electronics = target.get(GroundTruth).electronics
         electronics.clock.sleep_until(electronics.clock.now() + 0.5)
         electronics.advance_plant()
-        assert np.all(target.capability("ground_truth").angles() < 0.2)
+        assert np.all(target.get(GroundTruth).plant.angles() < 0.2)
 
 
 def test_an_interruption_leaves_the_hand_open():

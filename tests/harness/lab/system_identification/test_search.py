@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aero.channels import Channel
-from hil.lab.system_identification.held_out import PARTS, held_out
+from hil.lab.system_identification.replay_score import PARTS, held_out
 from hil.lab.system_identification.search import (
     NOISE_COUNTS,
     Free,

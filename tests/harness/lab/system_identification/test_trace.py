@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil.lab.system_identification.servo_windows import closing_current_sign, window_counts
-from hil.lab.system_identification.trace import load_trace
+from hil.lab.system_identification.trace import closing_current_sign, load_trace, window_counts
 from hil.recordings.mcap_file import write_recording
 from hil.recordings.recording import Header, Recording, Series
 

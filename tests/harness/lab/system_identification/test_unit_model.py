@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from aero.channels import FINGERS, Channel
 from hil.lab.system_identification.search import Free
 from hil.lab.system_identification.unit_file import unit_toml
-from hil.lab.system_identification.unit_parameters import FREE, apply, told_by
+from hil.lab.system_identification.unit_parameters import FREE, apply, identifiable_parameters
 from model.units import Unit, load_unit
 from model.units.plausible import plausible_unit
 
@@ -72,7 +72,7 @@ def test_a_written_unit_reads_back(tmp_path_factory, seed):
 
 @given(st.sets(st.sampled_from(Channel)))
 def test_what_is_fitted_to_some_channels_changes_no_other(moved):
-    told = told_by(FREE, moved)
+    told = identifiable_parameters(FREE, moved)
     assert all(set(number.channels) <= moved for number in told)
     unit = apply(REFERENCE, told, np.full(len(told), 0.1))
     if len(moved) < len(Channel):

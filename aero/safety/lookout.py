@@ -1,0 +1,112 @@
+"""Looking at a hand as often as its thresholds say."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import NamedTuple
+
+from numpy.typing import ArrayLike
+
+from aero.clock import Clock
+from aero.driver import AeroHand
+from aero.errors import AeroError
+from aero.protocol import MAX_CODE
+from aero.safety.lateness import Lateness
+from aero.safety.reading import Reading
+from aero.safety.thresholds import Thresholds
+from aero.safety.watch import Watch
+
+_LOG = logging.getLogger(__name__)
+
+
+class Objection(NamedTuple):
+    """Why to stop a hand."""
+
+    reason: str
+    silent: bool
+    """Whether the board left the look unanswered."""
+
+
+class Lookout:
+    """Reads positions, currents and temperatures when it is time, and lets `Watch` judge them."""
+
+    def __init__(
+        self, hand: AeroHand, clock: Clock, thresholds: Thresholds, spans_counts: ArrayLike, telemetry_s: float
+    ) -> None:
+        """Be due at once.
+
+        Args:
+            hand: what is looked at.
+            clock: of the hand.
+            thresholds: when to look, and when to object.
+            spans_counts: (7,) servo counts of the channels' windows.
+            telemetry_s: age that a value may have when the board sends it, s.
+        """
+        self.watch = Watch(thresholds, spans_counts, telemetry_s)
+        self._hand = hand
+        self._clock = clock
+        self._thresholds = thresholds
+        self._lateness = Lateness(thresholds.follow_s, thresholds.look_s)
+        self._due = self._temperatures_due = self._looked_at = clock.now()
+
+    def pause(self) -> None:
+        """Expect nothing of what was before: the hand has homed and answered nothing meanwhile."""
+        self.watch.pause()
+        self._due = self._looked_at = self._clock.now()
+
+    def remark(self) -> str:
+        """Return what to say about late looks and late replies, empty when all was in time."""
+        return self._lateness.remark()
+
+    def look(self, *, closed: bool, restore: Callable[[], None]) -> Objection | None:
+        """Look if it is time, and return why to stop, None to go on.
+
+        Args:
+            closed: whether the hand may be closed, so that it must not go unwatched.
+            restore: called after a look that was answered; an error of it counts as no answer.
+
+        Raises:
+            ConnectionError: the link is gone.
+        """
+        now = self._clock.now()
+        if now < self._due:
+            return None
+        silent = False
+        if self._hand.silent_from is None:  # else the program has waited for the board
+            # What the look before took makes this one not late.
+            late_s = now - max(self._due, self._looked_at + self._thresholds.look_s)
+            if self._lateness.began(now, late_s):
+                _LOG.info("%s: a look began %.2f s late", self._hand.name, late_s)
+        try:
+            reason = self._unwatched(now, closed) or self._read()
+            self._lateness.answered(self._clock.now(), self._clock.now() - now)
+            restore()
+        except AeroError as error:
+            _LOG.info("%s: a look was not answered: %s", self._hand.name, error)
+            # What the program itself has asked in vain counts too.
+            asked = now if self._hand.silent_from is None else min(now, self._hand.silent_from)
+            reason = self.watch.unanswered(asked, self._clock.now())
+            silent = True
+        self._looked_at = self._clock.now()
+        self._due = now + self._thresholds.look_s
+        return None if reason is None else Objection(reason, silent)
+
+    def _unwatched(self, now: float, closed: bool) -> str | None:
+        """Return why to stop when nobody has looked at a hand that is not open for too long."""
+        unwatched_s = now - self._looked_at
+        if not closed or unwatched_s <= self._thresholds.unwatched_s:
+            return None
+        return (
+            f"nobody has looked at the hand for {unwatched_s:.0f} s (limit {self._thresholds.unwatched_s:g} s): this "
+            "machine was suspended, or the program was stopped or did not call; wait on the hand's clock"
+        )
+
+    def _read(self) -> str | None:
+        asked, codes = self._clock.now(), self._hand.read_codes()
+        reading = Reading(asked, self._clock.now(), codes / MAX_CODE)
+        reason = self.watch.look(reading, self._hand.read_currents())
+        if reason is None and reading.replied >= self._temperatures_due:
+            self._temperatures_due = reading.replied + self._thresholds.temperature_look_s
+            reason = self.watch.temperatures(self._hand.read_temperatures())
+        return reason

@@ -1,0 +1,142 @@
+"""Driver and map: did the bytes say what was commanded, and did the readings say what the bytes said?
+
+Needs no ground truth. The frames of a recording are read a second time, by the board's own layout of words
+(`firmware_emulator`) and by the paper's equations (`independent_map`), which share no code with `aero`. It is no
+experiment of its own: it is measured on the recording of each, and the worst counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from firmware_emulator.firmware.frames import FRAME_SIZE, Opcode, words_of
+from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
+from hil.checks.driver.independent_map import MAP, codes_of_lengths, lengths_of_codes
+from hil.checks.shared.experiment import Measured
+from hil.recordings.recording import Recording, Series
+
+Floats = NDArray[np.float64]
+
+CURRENT_A = 6.5e-3
+"""Current of one register unit, nominal (maker's memory table of the HLS3606M)."""
+SAME_TIME_S = 1e-6
+"""Times of one instant differ by less in a file, which keeps nanoseconds."""
+_SERVO_OF_CHANNEL = np.argsort(SHAFT_OF_SERVO)
+_NOTHING = np.empty((0, len(Channel)))
+READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
+"""Series of readings to the request that brings them."""
+
+
+@dataclass(frozen=True)
+class _Request:
+    """A frame that was sent, and all that came before the next one."""
+
+    t: float
+    frame: bytes
+    reply: bytes
+
+
+def measure(recording: Recording) -> Measured:
+    """Return the largest differences between commands and bytes and between bytes and readings, 0 without either.
+
+    By channel: `sent` and `mapped` (codes), `read_codes` (codes), `read_currents` (A), `read_temperatures` (degC),
+    `mapped_back` (mm, mrad); of the hand: `unsent`, commands that no frame followed.
+    """
+    requests = list(_requests(recording))
+    sent, unsent = _sent(recording, requests)
+    found = dict.fromkeys(("mapped", "mapped_back", *(f"read_{name}" for name in READ)), _NOTHING)
+    found |= {"sent": sent, **dict(_mapped(recording)), **dict(_read(recording, requests))}
+    worst = {name: np.abs(rows).max(axis=0, initial=0.0) for name, rows in found.items()}
+    by_channel = {c.label: {name: float(values[c]) for name, values in worst.items()} for c in Channel}
+    return {**by_channel, "hand": {"unsent": float(unsent)}}
+
+
+def _requests(recording: Recording) -> Iterator[_Request]:
+    sent: tuple[float, bytes] | None = None
+    received = b""
+    for record in recording.wire:
+        if record.direction == "from_hand":
+            received += record.data
+            continue
+        if sent is not None:
+            yield _Request(*sent, received)
+        sent, received = (record.t, record.data), b""
+    if sent is not None:
+        yield _Request(*sent, received)
+
+
+def _sent(recording: Recording, requests: Iterable[_Request]) -> tuple[Floats, int]:
+    """Return the codes of each frame less those asked for, (n, 7), and how many commands no frame followed."""
+    series = recording.series.get("command_codes")
+    frames = [request for request in requests if request.frame[0] == Opcode.CTRL_POS]
+    if series is None or not recording.wire:
+        return _NOTHING, 0
+    times = np.array([request.t for request in frames])
+    # Of two rows at one time, the first says where the hand stood before.
+    ends = np.append(series.times[1:], np.inf)
+    given = ends - series.times >= SAME_TIME_S
+    first = np.searchsorted(times, series.times[given] - SAME_TIME_S)
+    sent = np.append(times, np.inf)[first] < ends[given] - SAME_TIME_S
+    words = _values([request.frame for request in frames])
+    return words[first[sent]] - series.values[given][sent], int(np.count_nonzero(~sent))
+
+
+def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
+    """Yield what the map under test gave less what the paper's equations give."""
+    header, series = recording.header, recording.series
+    if header.map != MAP:
+        return
+    if {"command", "command_codes"} <= series.keys():
+        yield "mapped", series["command_codes"].values - codes_of_lengths(series["command"].values, header.window)
+    if {"hand", "codes"} <= series.keys():
+        lengths = lengths_of_codes(series["codes"].values, header.window)
+        yield "mapped_back", 1e3 * (series["hand"].values - lengths)
+
+
+def _read(recording: Recording, requests: Sequence[_Request]) -> Iterator[tuple[str, Floats]]:
+    for name, opcode in READ.items():
+        if name in recording.series:
+            asked = [request for request in requests if request.frame[0] == opcode]
+            yield f"read_{name}", _unlike(recording.series[name], asked, opcode)
+
+
+def _unlike(series: Series, asked: Sequence[_Request], opcode: Opcode) -> Floats:
+    """Return readings less the frame before them that is most like them, (n, 7); those without a frame are left out.
+
+    Where a link damages or doubles replies, which frame a driver takes is its own affair: it must have come.
+    """
+    head = bytes((opcode, 0))
+    times = np.array([request.t for request in asked])
+    last = np.searchsorted(times, series.times + SAME_TIME_S) - 1
+    whole = np.array([len(request.reply) == FRAME_SIZE and request.reply.startswith(head) for request in asked], bool)
+    plain = (last >= 0) & np.append(whole, False)[last]  # no request before it is at -1, the False
+    replies = [request.reply if good else bytes(FRAME_SIZE) for request, good in zip(asked, whole, strict=True)]
+    gaps = series.values[plain] - _readings(replies, opcode)[last[plain]]
+    others = [
+        min(row - _readings(frames, opcode), key=lambda gap: float(abs(gap).sum()))
+        for at, row in zip(last[~plain], series.values[~plain], strict=True)
+        if at >= 0 and (frames := _frames(asked[at].reply, head))
+    ]
+    return np.concatenate([gaps, np.reshape(others, (-1, len(Channel)))])
+
+
+def _frames(received: bytes, head: bytes) -> list[bytes]:
+    """Return every stretch of bytes that may be a reply."""
+    ends = range(FRAME_SIZE, len(received) + 1)
+    return [received[end - FRAME_SIZE : end] for end in ends if received[end - FRAME_SIZE :].startswith(head)]
+
+
+def _readings(frames: Sequence[bytes], opcode: Opcode) -> Floats:
+    values = _values(frames)
+    return CURRENT_A * np.where(values > 0x7FFF, values - 0x10000, values) if opcode == Opcode.GET_CURR else values
+
+
+def _values(frames: Sequence[bytes]) -> Floats:
+    """Return the words of frames in command order, (n, 7) float."""
+    words = np.array([words_of(frame) for frame in frames], float).reshape(-1, len(Channel))
+    return words[:, _SERVO_OF_CHANNEL]

@@ -1,0 +1,70 @@
+"""Where log lines go besides the recording: nowhere, or where `-v` and `--log-file` say."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import click
+
+from hil.cli.exits import given
+
+PACKAGES = ("aero", "hil")
+"""Whose lines are shown and kept."""
+SHOWN = (logging.CRITICAL, logging.INFO, logging.DEBUG)
+"""Least level on the terminal, by how often `-v` was given."""
+FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+
+
+def log_nowhere() -> None:
+    """Keep the log off the terminal: Python prints warnings that no handler takes."""
+    for name in PACKAGES:
+        logger = logging.getLogger(name)
+        if not logger.handlers:
+            logger.addHandler(logging.NullHandler())
+
+
+def with_log(command: click.Command) -> click.Command:
+    """Give a command the options `-v` and `--log-file`; a second call does nothing."""
+    if all(parameter.name != "log_file" for parameter in command.params):
+        command.params += [
+            click.Option(
+                ["-v", "--verbose"], count=True, expose_value=False, callback=_show, help="Show the log; -vv shows all."
+            ),
+            click.Option(
+                ["--log-file"],
+                type=click.Path(dir_okay=False, path_type=Path),
+                expose_value=False,
+                callback=_keep,
+                help="Add the whole log to this file.",
+            ),
+        ]
+    return command
+
+
+def _show(context: click.Context, _option: click.Parameter, count: int) -> None:
+    if count:
+        _add(context, logging.StreamHandler(), SHOWN[min(count, len(SHOWN) - 1)])
+
+
+def _keep(context: click.Context, _option: click.Parameter, path: Path | None) -> None:
+    if path is not None:
+        with given():
+            _add(context, logging.FileHandler(path, encoding="utf-8"), logging.DEBUG)
+
+
+def _add(context: click.Context, handler: logging.Handler, level: int) -> None:
+    """Send lines to a handler until the command has ended."""
+    handler.setLevel(level)
+    handler.setFormatter(logging.Formatter(FORMAT))
+    context.call_on_close(handler.close)
+    for name in PACKAGES:
+        logger = logging.getLogger(name)
+        context.call_on_close(lambda logger=logger, before=logger.level: _remove(logger, handler, before))
+        logger.setLevel(min(level, logger.getEffectiveLevel()))
+        logger.addHandler(handler)
+
+
+def _remove(logger: logging.Logger, handler: logging.Handler, level: int) -> None:
+    logger.removeHandler(handler)
+    logger.setLevel(level)

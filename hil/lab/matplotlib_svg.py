@@ -1,0 +1,28 @@
+"""Matplotlib's figures as SVG, in one style."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+STYLE: Any = {  # matplotlib types the keys as one literal each
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.linewidth": 0.8,
+    "lines.linewidth": 1.1,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "aero-hil",
+    "path.simplify_threshold": 0.5,
+}
+
+
+def svg_of(figure: Figure) -> str:
+    """Return a figure as an SVG element, text kept as text; the same figure gives the same text."""
+    out = io.StringIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    text = out.getvalue()
+    return text[text.index("<svg") :]

@@ -1,0 +1,125 @@
+"""A recording of the bytes alone, made beside a program of somebody else's, and what can be read out of it.
+
+`aero-hil emulate --record` and `aero-hil proxy --record` write it. It has the name of a whole run, `session`, and no
+series: what the program meant to send is not known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.actuation import ActuationMap
+from aero.channels import WIRE_ORDER, Channel
+from aero.clock import Clock
+from aero.protocol import FILLER, FRAME_SIZE, Opcode
+from hil.recordings.mcap_file import RecordingFile
+from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
+from hil.recordings.recorder import LABELS, SERIES_UNITS
+from hil.recordings.recording import Header, Recording, Series
+from hil.targets.wire_log import Direction, WireRecord
+from model.geometry import Side
+from model.units import DEFAULT_LIMITS
+
+SESSION = "session"
+CURRENT_A = 6.5e-3
+"""Of a unit of the current register, nominal (maker's memory table of the HLS3606M)."""
+READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
+"""Series of readings, and the reply that brings them."""
+
+
+class WireFile:
+    """Writes bytes that a program and a hand exchange, in whole frames on the way to the hand."""
+
+    def __init__(
+        self, path: Path, clock: Clock, *, target: str, unit: str, firmware: str, hand: Side, seed: int = 0
+    ) -> None:
+        """Begin the file.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        codec = ActuationMap.for_firmware(firmware, hand=hand)
+        self._clock = clock
+        self._start = clock.now()
+        self._unfinished = b""
+        self._header = Header(
+            experiment=SESSION,
+            target=target,
+            hand=hand,
+            firmware=firmware,
+            map=codec.coefficients.name,
+            window=codec.window.name,
+            unit=unit,
+            seed=seed,
+            versions=versions(),
+            commit=source_commit(),
+            started=local_time(),
+            host=host(),
+            command=command_line(),
+            operator=operator(),
+            limits=DEFAULT_LIMITS,
+            finished=False,
+        )
+        self._file = RecordingFile(path, self._header)
+
+    def add(self, direction: Direction, data: bytes) -> None:
+        """Take bytes that cross the link now. A program may send a frame in pieces, or several at once."""
+        t = self._clock.now() - self._start
+        if direction == "from_hand":
+            self._file.add_wire(WireRecord(t, direction, data))
+            return
+        self._unfinished += data
+        while len(self._unfinished) >= FRAME_SIZE:
+            frame, self._unfinished = self._unfinished[:FRAME_SIZE], self._unfinished[FRAME_SIZE:]
+            self._file.add_wire(WireRecord(t, direction, frame))
+
+    def close(self) -> None:
+        """Complete the file."""
+        if self._unfinished:
+            self._file.add_wire(WireRecord(self._clock.now() - self._start, "to_hand", self._unfinished))
+        duration = self._clock.now() - self._start
+        self._file.finish(replace(self._header, duration_s=duration, finished=True))
+
+
+def with_series(recording: Recording) -> Recording:
+    """Return a recording of bytes with the commands and readings that are in its frames, as series."""
+    rows: dict[str, list[tuple[float, NDArray[np.float64]]]] = {}
+    for name, t, words in _frames(recording):
+        rows.setdefault(name, []).append((t, words))
+    series = {
+        name: Series.of(LABELS, SERIES_UNITS[name], [t for t, _ in found], np.array([words for _, words in found]))
+        for name, found in rows.items()
+    }
+    return replace(recording, series=series)
+
+
+def _frames(recording: Recording) -> Iterator[tuple[str, float, NDArray[np.float64]]]:
+    """Yield the series, time and values of each frame that holds commands or readings."""
+    name_of = {opcode: name for name, opcode in READ.items()}
+    received, asked = b"", -1
+    for record in recording.wire:
+        if record.direction == "to_hand":
+            received, asked = b"", record.data[0]
+            if asked == Opcode.CTRL_POS and len(record.data) == FRAME_SIZE:
+                yield "command_codes", record.t, _words(record.data)
+            continue
+        received += record.data
+        if len(received) == FRAME_SIZE and received[:2] == bytes((asked, FILLER)) and asked in name_of:
+            yield name_of[Opcode(asked)], record.t, _reading(name_of[Opcode(asked)], received)
+
+
+def _reading(name: str, frame: bytes) -> NDArray[np.float64]:
+    words = _words(frame)
+    return CURRENT_A * np.where(words > 0x7FFF, words - 0x10000, words) if name == "currents" else words
+
+
+def _words(frame: bytes) -> NDArray[np.float64]:
+    """Return the seven words of a frame in command order."""
+    ordered = np.empty(len(Channel))
+    ordered[list(WIRE_ORDER)] = np.frombuffer(frame, "<u2", offset=2)
+    return ordered

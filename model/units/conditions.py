@@ -1,0 +1,131 @@
+"""Conditions: how a healthy hand happens to be found, none of which is a fault.
+
+A hand lies on its back, stands on an arm or hangs; a room is cold or hot; the host is busy; another program has left
+its limits on the board. `Conditions` says how one hand is found, `RANGES` how far and why hands differ in that, and
+`drawn` draws it. A validation must hold under all of them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+
+from model.units import Unit
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """How one hand is found; the defaults change nothing."""
+
+    tilt_rad: float = 0.0
+    """How far the hand is turned from lying on its back, rad; pi is palm down."""
+    heading_rad: float = 0.0
+    """To which side it is turned, rad, about the normal of its palm."""
+    room_c: float | None = None
+    """Temperature of the room, °C; None leaves the unit's temperatures as they are."""
+    work: float = 0.0
+    """How warm the servos are from earlier work, 0 (as the room) to 1; counts with `room_c` only."""
+    supply_ratio: float | None = None
+    """Supply voltage over nominal; None for the unit's own."""
+    late_s: float = 0.0
+    """How late the host is at most before each write, s; each write is late by half of it to all of it."""
+    torque: int | None = None
+    """Torque limit that another program has left on all channels, register units; None for the firmware's own."""
+    speed: int | None = None
+    """Speed limit that it has left, register units; None for the firmware's own."""
+
+    @property
+    def down(self) -> tuple[float, float, float]:
+        """Direction of gravity in the hand's frame, of length 1."""
+        side = math.sin(self.tilt_rad)
+        return (side * math.cos(self.heading_rad), side * math.sin(self.heading_rad), -math.cos(self.tilt_rad))
+
+    def applied(self, unit: Unit) -> Unit:
+        """Return the unit as it is under these conditions; the host and the board's limits are no part of it."""
+        hand, servos = unit.hand, unit.servos
+        if self.tilt_rad:
+            hand = dataclasses.replace(hand, down=self.down)
+        if self.room_c is not None:
+            rest = self.room_c + IDLE_RISE_C
+            start = self.room_c + self.work * WORK_RISE_C
+            warmer = (start + rest) / 2 - (servos.start_temperature_c + servos.rest_temperature_c) / 2
+            servos = dataclasses.replace(
+                servos,
+                rest_temperature_c=rest,
+                start_temperature_c=start,
+                stall_torque=servos.stall_torque / (1.0 + COPPER_PER_K * warmer),
+            )
+            friction = tuple(value * math.exp(-GREASE_PER_K * warmer) for value in hand.spool_friction)
+            hand = dataclasses.replace(hand, spool_friction=friction)
+        if self.supply_ratio is not None:
+            hand = dataclasses.replace(hand, supply_ratio=self.supply_ratio)
+            servos = dataclasses.replace(servos, voltage=NOMINAL_V * self.supply_ratio)
+        return dataclasses.replace(unit, hand=hand, servos=servos)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """From where to where something lies, and why."""
+
+    kind: str
+    """Kind of condition that it belongs to; a kind is drawn as a whole."""
+    name: str
+    low: float
+    high: float
+    reason: str
+    logarithmic: bool = False
+    whole: bool = False
+
+    def draw(self, random: np.random.Generator) -> float:
+        """Draw evenly, or so that the logarithm is."""
+        if self.logarithmic:
+            value = float(np.exp(random.uniform(math.log(self.low), math.log(self.high))))
+        else:
+            value = float(random.uniform(self.low, self.high))
+        return round(value) if self.whole else value
+
+
+RANGES = (
+    Spread("gravity", "tilt_rad", 0.0, math.pi, "on its back on a bench, on an arm in any position, palm down"),
+    Spread("gravity", "heading_rad", 0.0, 2.0 * math.pi, "to which side it is tilted"),
+    Spread("temperature", "room_c", 10.0, 30.0, "an unheated workshop to a summer's day"),
+    Spread(
+        "temperature", "work", 0.0, 1.0, "just switched on to after work: 10 to 45 °C; beyond, the guard may stop it"
+    ),
+    Spread("supply", "supply_ratio", 0.9, 1.1, "5.4 to 6.6 V: bench supply or battery; units differ as much"),
+    Spread("lateness", "late_s", 0.0, 0.010, "a desktop without a real-time kernel; the guard bears far more"),
+    Spread("settings", "torque", 300.0, 1023.0, "grasping at low torque to the register's end", whole=True),
+    Spread("settings", "speed", 100.0, 32766.0, "slow demonstrations to no limit", logarithmic=True, whole=True),
+)
+KINDS = tuple(dict.fromkeys(span.kind for span in RANGES))
+"""Kinds of condition."""
+NOMINAL_V = 6.0
+IDLE_RISE_C = 15.0
+"""How much warmer than the room an energised servo without load settles, K (assumption)."""
+WORK_RISE_C = 15.0
+"""How much warmer than the room servos are after work, K (assumption; recorded in use were 26 to 58 °C)."""
+COPPER_PER_K = 0.0039
+"""Rise of copper's resistance, per K: a warm motor has less torque at the same voltage."""
+GREASE_PER_K = 0.01
+"""Fall of the gears' dry friction, per K (assumption: a fifth from 20 to 40 °C)."""
+
+
+def drawn(seed: int, kinds: Collection[str] = KINDS) -> Conditions:
+    """Return conditions of some kinds; a kind is drawn alike whether alone or with others.
+
+    Raises:
+        ValueError: a kind is unknown.
+    """
+    if unknown := sorted(set(kinds) - set(KINDS)):
+        raise ValueError(f"there is no condition {', '.join(unknown)}; there are {', '.join(KINDS)}")
+    found: dict[str, float] = {}
+    for kind in KINDS:
+        random = np.random.default_rng([seed, crc32(kind.encode())])
+        values = {span.name: span.draw(random) for span in RANGES if span.kind == kind}
+        found |= values if kind in kinds else {}
+    return Conditions(**found)  # type: ignore[arg-type]

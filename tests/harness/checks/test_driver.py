@@ -1,0 +1,158 @@
+"""Driver and map against an independent reading of the bytes, on bytes made by hand and on a driver with mistakes."""
+
+import struct
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from aero.actuation import CALIBRATIONS, ActuationMap
+from aero.channels import Channel
+from hil.checks.driver import independent_map
+from hil.checks.driver import measure as driver
+from hil.recordings.recording import Recording, Series
+from hil.targets.wire_log import WireRecord
+from tests.support.synthetic import HEADER, LABELS
+
+CODES = [1000, 2000, 3000, 4000, 5000, 6000, 7000]
+IN_WIRE_ORDER = [5000, 6000, 7000, 1000, 2000, 3000, 4000]
+"""By servo ID: abduction, CMC flexion, flexor, index to pinky (aero-open-firmware d7bd82e, `HandConfig.h`)."""
+CURRENTS_A = [0.0065, -0.0065, 0.013, 0.0, 0.65, -0.65, 6.5]
+CURRENT_WORDS = [100, -100, 1000, 1, -1, 2, 0]
+TEMPERATURES = [30, 31, 32, 33, 34, 35, 36]
+TEMPERATURE_WORDS = [34, 35, 36, 30, 31, 32, 33]
+QUIET = dict.fromkeys(
+    ("sent", "mapped", "mapped_back", "read_codes", "read_currents", "read_temperatures"), pytest.approx(0.0)
+)
+
+
+def frame(opcode, words):
+    return struct.pack("<BB7h" if min(words) < 0 else "<BB7H", opcode, 0, *words)
+
+
+def series(unit, *rows):
+    times, values = zip(*rows, strict=True)
+    return Series.of(LABELS, [unit] * 7, times, np.array(values, float))
+
+
+def good():
+    """One reading of each kind and two commands, as the board's source has them."""
+    wire = (
+        WireRecord(0.10, "to_hand", frame(0x22, [0] * 7)),
+        WireRecord(0.11, "from_hand", frame(0x22, IN_WIRE_ORDER)),
+        WireRecord(0.12, "to_hand", frame(0x11, IN_WIRE_ORDER)),
+        WireRecord(0.13, "to_hand", frame(0x24, [0] * 7)),
+        WireRecord(0.14, "from_hand", frame(0x24, CURRENT_WORDS)),
+        WireRecord(0.15, "to_hand", frame(0x25, [0] * 7)),
+        WireRecord(0.16, "from_hand", frame(0x25, TEMPERATURE_WORDS)),
+        WireRecord(0.20, "to_hand", frame(0x11, [0] * 7)),
+    )
+    recorded = {
+        "codes": series("u16", (0.10, CODES)),
+        "command_codes": series("u16", (0.12, CODES), (0.20, [0] * 7)),
+        "currents": series("A", (0.14, CURRENTS_A)),
+        "temperatures": series("degC", (0.16, TEMPERATURES)),
+    }
+    return Recording(HEADER, recorded, wire)
+
+
+def changed(name, values):
+    recording = good()
+    old = recording[name]
+    return replace(
+        recording, series={**recording.series, name: Series.of(LABELS, old.units, old.times, np.array(values, float))}
+    )
+
+
+def test_bytes_that_say_what_was_commanded_are_right():
+    found = driver.measure(good())
+    assert found == {**dict.fromkeys(LABELS, QUIET), "hand": {"unsent": 0.0}}
+
+
+def test_the_order_of_the_channels_is_that_of_the_board():
+    swapped = [CODES[1], CODES[0], *CODES[2:]]
+    found = driver.measure(changed("command_codes", [swapped, [0] * 7]))
+    assert [found[label]["sent"] for label in LABELS] == [1000, 1000, 0, 0, 0, 0, 0]
+    assert [driver.measure(changed("codes", [swapped]))[label]["read_codes"] for label in LABELS[:3]] == [1000, 1000, 0]
+
+
+def test_a_command_that_is_sent_one_late_is_not_the_one_that_was_given():
+    found = driver.measure(changed("command_codes", [[0] * 7, CODES]))
+    assert [found[label]["sent"] for label in LABELS] == CODES
+
+
+def test_a_command_that_no_frame_follows_is_unsent():
+    recording = good()
+    silent = replace(recording, wire=recording.wire[:-1])
+    assert driver.measure(silent)["hand"] == {"unsent": 1.0}
+
+
+def test_currents_have_their_sign_and_scale():
+    assert driver.measure(changed("currents", [np.abs(CURRENTS_A)]))["middle"]["read_currents"] == pytest.approx(0.013)
+    twice = driver.measure(changed("currents", [2 * np.array(CURRENTS_A)]))
+    assert twice["thumb_flexor"]["read_currents"] == pytest.approx(6.5)
+
+
+def test_temperatures_are_whole_degrees():
+    assert driver.measure(changed("temperatures", [np.add(TEMPERATURES, 1)]))["index"]["read_temperatures"] == 1.0
+
+
+@given(st.binary(max_size=40))
+def test_a_reading_may_be_any_frame_that_came(noise):
+    """A link that doubles or damages replies is no mistake of the driver, which has to take one of them."""
+    recording = good()
+    wire = list(recording.wire)
+    wire[1] = replace_data(wire[1], noise + wire[1].data)
+    assert driver.measure(replace(recording, wire=tuple(wire)))["index"]["read_codes"] == 0.0
+
+
+def replace_data(record, data):
+    return record._replace(data=data)
+
+
+LENGTHS = arrays(
+    float,
+    (1, 7),
+    elements=st.floats(0.0, 1.0),
+)
+SHORTEST = np.array([0.0617776, 0.0621875, 0.0616733, 0.0637823, 0.0, 0.026, 0.09])
+LONGEST = np.array([0.107723, 0.1084, 0.10775, 0.109504, 1.75, 0.038, 0.117])
+
+
+@given(state=st.sampled_from(sorted(CALIBRATIONS)), parts=LENGTHS)
+def test_the_map_and_the_paper_give_the_same_codes(state, parts):
+    codec = ActuationMap.for_firmware("0.2.0", state)
+    lengths = SHORTEST + parts * (LONGEST - SHORTEST)
+    codes = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_lengths(lengths))).codes
+    assert np.abs(codes.astype(float) - independent_map.codes_of_lengths(lengths, state)).max() <= 1.0
+    back = independent_map.lengths_of_codes(codes.astype(float), state)
+    np.testing.assert_allclose(codec.lengths_from_codes(codes), back, atol=1e-9)
+
+
+def test_the_map_is_judged_by_the_paper_and_one_that_was_fitted_is_not():
+    lengths = np.array([[*LONGEST[:4], 0.5, 0.033, 0.1]])
+    right = independent_map.codes_of_lengths(lengths, "homed")
+    wrong = right + np.array([0, 0, 0, 0, 0, 40, 0])
+    recorded = {
+        "command": Series.of(LABELS, ["m"] * 7, [0.0], lengths),
+        "command_codes": Series.of(LABELS, ["u16"] * 7, [0.0], wrong),
+        "codes": Series.of(LABELS, ["u16"] * 7, [0.0], right),
+        "hand": Series.of(LABELS, ["m"] * 7, [0.0], independent_map.lengths_of_codes(right, "homed") + 1e-3),
+    }
+    found = driver.measure(Recording(HEADER, recorded))
+    assert [found[label]["mapped"] for label in LABELS] == [0, 0, 0, 0, 0, 40, 0]
+    assert found["index"]["mapped_back"] == pytest.approx(1.0)
+    fitted = Recording(replace(HEADER, map="mine"), recorded)
+    assert driver.measure(fitted)["thumb_cmc_flexion"] == QUIET
+
+
+def test_the_window_is_that_of_the_board():
+    """Abduction 0 to 100°, flexor from -15.28°; homing of 0.2.0 moves abduction 9.93° on and CMC flexion back."""
+    np.testing.assert_allclose(independent_map.window_deg("unshifted")[Channel.THUMB_ABDUCTION], [0.0, 100.0])
+    assert independent_map.window_deg("unshifted")[Channel.THUMB_FLEXOR][0] == pytest.approx(-15.2789, abs=2e-3)
+    shift = independent_map.window_deg("homed") - independent_map.window_deg("unshifted")
+    np.testing.assert_allclose(shift[[4, 5]], [[9.93, 9.93], [-9.93, -9.93]], atol=5e-3)
+    assert independent_map.window_deg("mixed")[4][1] == pytest.approx(100.0)

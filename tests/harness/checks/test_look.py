@@ -1,0 +1,128 @@
+"""A person who looks finds what no encoder can see, accuses no healthy hand, and can leave at any time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from person import Person
+
+from aero.channels import Channel
+from hil.checks.look.questions import WHICH
+from hil.cli import main
+from hil.faults import parse_fault
+from hil.recordings.mcap_file import read_recording
+from hil.targets.onlooker import Onlooker
+from hil.targets.opening import open_target
+from hil.targets.target import GroundTruth
+from hil.verdict.findings import failed
+from hil.verdict.run_end import Way
+from hil.verdict.run_summary import summary_of
+from hil.verdict.validation import judge_recordings, validate
+
+
+def looked_at(person, *, unit, fault=None, homed=True, folder=None, guarded=None):
+    faults = [parse_fault(fault)] if fault else []
+    with open_target("emulated", unit=unit, faults=faults, homed=homed, guarded=guarded) as target:
+        person.plant = target.get(GroundTruth).plant
+        seen_by = replace(target, capabilities=(*target.capabilities, Onlooker(person.answer)))
+        result = validate(seen_by, ["look"], folder=folder, progress=person.watch)
+        return result, target.hand.read_codes()
+
+
+def found(result):
+    return {(finding.subject, finding.check): finding.measured for finding in failed(result.findings)}
+
+
+def seeds(first):
+    """Five hands; the default suite takes the first one."""
+    return [first, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(first + 1, first + 5))]
+
+
+@pytest.mark.parametrize("seed", seeds(90201))
+@pytest.mark.parametrize("homed", [True, False])
+def test_no_healthy_hand_is_accused(seed, homed):
+    result, _ = looked_at(Person(), unit=f"plausible:{seed}", homed=homed)
+    assert found(result) == {}
+    assert summary_of(result).step is None
+
+
+@pytest.mark.parametrize("fault", ["finger_cables_swapped:middle", "finger_ids_exchanged:middle"])
+def test_exchanged_fingers_are_found_and_named(fault):
+    result, _ = looked_at(Person(), unit="plausible:90211", fault=fault)
+    assert found(result) == {
+        ("middle", "another_moved"): "the ring finger",
+        ("ring", "another_moved"): "the middle finger",
+    }
+    summary = summary_of(result)
+    assert summary.where == "middle finger and ring finger"
+    assert "exchange" in summary.step.do
+
+
+@pytest.mark.parametrize("seed", seeds(90221))
+@pytest.mark.parametrize(
+    ("fault", "check", "homed"),
+    [
+        ("spool_wrong:ring=1.1", "bent", True),
+        ("spool_wrong:ring=0.9", "starts_late", True),
+        ("encoder_offset:ring=400", "starts_late", False),
+        ("encoder_offset:ring=-400", "bent", False),
+        ("cable_long:ring=7.6", "starts_late", False),
+    ],
+)
+def test_zeros_spools_and_cables_are_found_on_their_finger(seed, fault, check, homed):
+    """Homing finds the zero anew, so a displaced one and a long cable are there on a hand that was not homed since."""
+    result, _ = looked_at(Person(), unit=f"plausible:{seed}", fault=fault, homed=homed)
+    assert ("ring", check) in found(result)
+    assert {subject for subject, _ in found(result)} == {"ring"}
+
+
+def test_answers_are_in_the_recording_and_are_judged_again(tmp_path):
+    person = Person(again=1)
+    result, _ = looked_at(person, unit="plausible:90211", fault="finger_ids_exchanged:index", folder=tmp_path)
+    recording = read_recording(tmp_path / "look.mcap")
+    assert recording.header.parameters["moved_index"] == "middle"
+    assert sum(event.text.startswith("Something moved") for event in recording.events) == 8
+    assert found(judge_recordings([recording])) == found(result)
+
+
+@pytest.mark.parametrize(("answers", "guarded"), [(0, True), (1, False), (2, True), (7, False)])
+def test_a_person_who_leaves_finds_the_hand_open(answers, guarded, tmp_path):
+    person = Person(leaves_after=answers)
+    result, codes = looked_at(person, unit="reference", homed=False, folder=tmp_path, guarded=guarded)
+    assert result.end.way is Way.PERSON
+    assert str(result.end.error) == "the look was ended before its end; the hand is open"
+    assert np.all(codes[: Channel.THUMB_ABDUCTION] < 1500)
+    assert read_recording(tmp_path / "look.mcap").events[-1].text == "the look was ended; the hand is open"
+
+
+def test_an_answer_is_a_number_or_a_name():
+    assert [WHICH[str(number)] for number in range(1, 8)] == [channel.label for channel in Channel]
+    assert WHICH["ring"] == "ring"
+    assert WHICH["0"] == "none"
+
+
+GOOD = "y\n" + "".join(f"{number}\ny\n" for number in range(1, 8))
+
+
+@pytest.mark.parametrize(
+    ("typed", "code", "said"),
+    [
+        (GOOD, 0, "within limits"),
+        ("y\n1\nsometimes\n" + GOOD[4:], 0, "within limits"),
+        (GOOD.replace("1\ny\n", "a\n2\ny\n"), 1, "Index finger: digit that moved in its place is the middle finger"),
+        (GOOD.replace("y\n1", "n\ny\ny\nn\ny\ny\n1"), 1, "Ring finger: open digit is bent, should be straight"),
+        ("y\n1\n", 130, "the look was ended before its end; the hand is open"),
+        ("", 130, "the look was ended before its end; the hand is open"),
+    ],
+)
+def test_the_terminal_asks_and_ends_well(typed, code, said, tmp_path):
+    arguments = ["validate", "--look", "--zeros", "ideal", "--out", str(tmp_path)]
+    result = CliRunner().invoke(main, arguments, input=typed)
+    assert result.exit_code == code, result.output
+    assert said in " ".join(result.output.split())
+
+
+def test_nobody_looks_without_being_asked():
+    with open_target("emulated") as target, pytest.raises(Exception, match="nobody looks at the hand"):
+        validate(target, ["look"])

@@ -1,0 +1,59 @@
+"""`-v` and `--log-file` show and keep what is logged; without them the terminal shows none of it."""
+
+import logging
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from hil.cli import COMMANDS, main
+
+LINE = "asked again"
+NOISY = ["validate", "--only", "presence", "--zeros", "ideal"]
+NOISY += ["--fault", "reply_lost=0.2", "--fault", "board_restart@1"]
+"""Requests are asked again, which is INFO, and the board restarts, which is a WARNING."""
+
+
+def run(folder, *options):
+    return CliRunner().invoke(main, [*NOISY, "--out", str(folder / "out"), *options])
+
+
+def test_nothing_is_logged_to_the_terminal_unless_asked_for(tmp_path):
+    """The board restarts while it homes, before any recording takes the warning."""
+    restarting = ["validate", "--only", "presence", "--fault", "board_restart@0.5", "--out", str(tmp_path / "out")]
+    for options, shown in (([], 0), (["-v"], 1)):
+        command = [sys.executable, "-m", "hil.cli", *restarting, *options]
+        ran = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert ran.returncode == 3
+        assert ran.stderr.count("WARNING aero.link: emulated: the board has restarted") == shown
+        assert ran.stderr.count("(it printed its boot text)") == shown
+
+
+def test_v_shows_the_log_and_a_file_keeps_it(tmp_path):
+    path = tmp_path / "run.log"
+    path.write_text("an earlier run\n")
+    shown = run(tmp_path, "-v", "--log-file", str(path))
+    lines = path.read_text().splitlines()
+    assert lines[0] == "an earlier run"
+    assert LINE in lines[1]
+    assert "INFO aero.link" in lines[1]
+    assert shown.exit_code == 1
+    assert any("WARNING aero.link" in line for line in lines)
+    assert shown.stderr.count(LINE) == sum(LINE in line for line in lines)
+    assert not [handler for handler in logging.getLogger("aero").handlers if type(handler) is logging.FileHandler]
+
+
+def test_a_log_file_that_cannot_be_written_is_one_line(tmp_path):
+    refused = run(tmp_path, "--log-file", str(tmp_path / "missing" / "run.log"))
+    assert refused.exit_code == 2
+    assert "run.log" in refused.output
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["doctor", "map", "firmware", "faults"])
+def test_every_command_has_the_options_once(name):
+    command = main.get_command(None, name)
+    command = main.get_command(None, name)
+    assert name in COMMANDS
+    assert [option.name for option in command.params].count("log_file") == 1

@@ -1,0 +1,61 @@
+"""What a program of somebody else's exchanged with a hand is recorded, judged as a link, and shown."""
+
+import itertools
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.channels import Channel
+from aero.protocol import Opcode, make_positions, make_query, make_reply
+from firmware_emulator.clock import VirtualClock
+from firmware_emulator.kernel import Kernel
+from hil.cli import main
+from hil.recordings.mcap_file import read_recording
+from hil.recordings.wire_file import WireFile, with_series
+
+CODES = [1000 * channel for channel in Channel]
+
+
+def begun(path, clock):
+    return WireFile(path, clock, target="/dev/ttyACM0", unit="physical", firmware="0.2.0", hand="right")
+
+
+def exchanged(path, pieces, replies=1):
+    clock = VirtualClock(Kernel())
+    file = begun(path, clock)
+    for piece in pieces:
+        clock.sleep_until(clock.now() + 0.01)
+        file.add("to_hand", piece)
+        for _ in range(replies):
+            file.add("from_hand", make_reply(Opcode.GET_POS, CODES))
+    file.close()
+    return read_recording(path)
+
+
+@given(cuts=st.lists(st.integers(1, 31), max_size=4))
+def test_frames_are_whole_however_a_program_writes_them(cuts, tmp_path_factory):
+    data = make_positions(CODES) + make_query(Opcode.GET_POS)
+    edges = [0, *sorted(cuts), len(data)]
+    pieces = [data[a:b] for a, b in itertools.pairwise(edges) if a < b]
+    recording = exchanged(tmp_path_factory.mktemp("wire") / "wire.mcap", pieces)
+    assert [r.data for r in recording.wire if r.direction == "to_hand"] == [data[:16], data[16:]]
+
+
+def test_commands_and_readings_are_found_in_the_frames(tmp_path):
+    recording = with_series(exchanged(tmp_path / "wire.mcap", [make_positions(CODES), make_query(Opcode.GET_POS)]))
+    assert recording["command_codes"].values.tolist() == [CODES]
+    assert recording["codes"].values.tolist() == [CODES]
+
+
+@pytest.mark.parametrize(("replies", "code", "said"), [(1, 0, "within limits"), (0, 1, "out of limits")])
+def test_the_report_judges_the_link_and_says_what_it_cannot(replies, code, said, tmp_path):
+    exchanged(tmp_path / "wire.mcap", [make_positions(CODES), *[make_query(Opcode.GET_POS)] * 20], replies)
+    page = tmp_path / "report.html"
+    result = CliRunner().invoke(main, ["report", str(tmp_path / "wire.mcap"), "--out", str(page)])
+    assert result.exit_code == code, result.output
+    assert said in result.output
+    assert "the driver's order, scale and sign are not judged" in result.output
+    assert "What was meant" in page.read_text()
+    assert ("what each encoder reads" in page.read_text().lower()) == (replies == 1)
