@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 from urllib.parse import quote
 
+import markupsafe
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
@@ -133,7 +134,7 @@ def marked(text: str) -> Markup:
     """Return a text as HTML, with what stands between backticks as code."""
     parts = text.split("`")
     return Markup("").join(
-        Markup("<code>{}</code>").format(part) if i % 2 else escape(part) for i, part in enumerate(parts)
+        Markup("<code>{}</code>").format(part) if i % 2 else markupsafe.escape(part) for i, part in enumerate(parts)
     )
 
 

@@ -23,6 +23,22 @@ MISTAKEN = Diagnosis(
 """What a failed check of the driver says; what the hand reads says nothing then."""
 
 
+OLDER_FIRMWARE = Diagnosis(
+    (Whereabouts(Place.BOARD, None, 0.95),),
+    (LikelyEffect(Effect.VERSION, 0.95),),
+    (Explanation("version", None, 0.95, None, "The board runs an older firmware than was said."),),
+    ("version",),
+)
+"""What a board says that leaves a limit unanswered on a link that loses nothing. A link that lost this one reply would
+look the same: 0.95 is an assumption."""
+
+
+def older_firmware(excesses: Mapping[Key, float]) -> bool:
+    """Return whether the board does not know limits, while no other reply was lost and it did not restart."""
+    beyond = {metric for (check, metric, _), excess in excesses.items() if check == "session" and out_of_limits(excess)}
+    return beyond == {"unanswered_limits"}
+
+
 def driver_mistaken(excesses: Mapping[Key, float]) -> bool:
     """Return whether a check of the driver failed, by the excesses of a run's readings (`Limit.excess`)."""
     return any(out_of_limits(excess) for (check, _, _), excess in excesses.items() if check == DRIVER.name)

@@ -24,19 +24,25 @@ class OwnLimits:
         self._hand = target.hand
         self._before = target.hand.settings_sent
         self._own = None if target.guard is not None else firmware_of(target.firmware).settings
-        self._set = False
+        self._asked = self._set = False
 
     def set(self) -> None:
         """Set the firmware's own limits, at the first call; the board applies them with the next command.
 
+        A board that knows no limits runs an older firmware than was said, which what follows shows.
+
         Raises:
             AeroError, ConnectionError: as `AeroHand.set_speed`.
         """
-        if self._own is not None and not self._set:
-            for channel in Channel:
-                self._hand.set_speed(channel, self._own.speed)
-                self._hand.set_torque(channel, self._own.torque)
+        if self._asked:
+            return
+        self._asked = True
+        if self._own is None or not self._hand.knows_limits():
+            return
         self._set = True
+        for channel in Channel:
+            self._hand.set_speed(channel, self._own.speed)
+            self._hand.set_torque(channel, self._own.torque)
 
     def give_back(self) -> None:
         """Set again what this program had set before; a hand that can no longer be reached is left as it is."""

@@ -11,6 +11,7 @@ from aero.driver import AeroHand
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
+from model.units.conditions import Conditions
 
 GENTLE = ("presence", "audit")
 MAPPED = ("presence", "replay")
@@ -155,6 +156,11 @@ def blamed(experiments, **named):
 )
 def test_a_good_driver_is_not_blamed(hand, firmware, guarded):
     assert blamed(("presence", "audit", "replay"), hand=hand, firmware=firmware, guarded=guarded) == set()
+
+
+def test_a_good_driver_on_a_late_host_is_not_blamed():
+    """As on any physical port, where a reading takes its time."""
+    assert blamed(("presence", "audit"), conditions=Conditions(late_s=0.01)) == set()
 
 
 @pytest.mark.parametrize("mistake", MISTAKES.values(), ids=MISTAKES)

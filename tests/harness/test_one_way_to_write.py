@@ -85,7 +85,7 @@ def test_results_of_commands_replace_links(line, outputs, victim, place):
 
 def test_limits_replace_links(victim, place, monkeypatch):
     """One hand is too few for limits."""
-    for name in ("computed_limits", "own_limits"):
+    for name in ("computed_limits", "own_limits", "require_enough"):
         monkeypatch.setattr(f"hil.cli.limits.{name}", lambda *given: ())
     (place / "L").mkdir()
     (place / "L" / "aero_hand_open.toml").symlink_to(victim)

@@ -106,23 +106,27 @@ def _read(recording: Recording, requests: Sequence[_Request]) -> Iterator[tuple[
 
 
 def _unlike(series: Series, asked: Sequence[_Request], opcode: Opcode) -> Floats:
-    """Return readings less the frame before them that is most like them, (n, 7); those without a frame are left out.
+    """Return readings less the reply that is most like them, (n, 7); those without a reply are left out.
 
-    Where a link damages or doubles replies, which frame a driver takes is its own affair: it must have come.
+    A reading's time is taken before or after it is asked for, so the reply is that to the last request before this
+    time or to the first one after it. Where a link damages or doubles replies, which frame a driver takes is its own
+    affair: it must have come.
     """
+    if not asked:
+        return _NOTHING
     head = bytes((opcode, 0))
     times = np.array([request.t for request in asked])
     last = np.searchsorted(times, series.times + SAME_TIME_S) - 1
-    whole = np.array([len(request.reply) == FRAME_SIZE and request.reply.startswith(head) for request in asked], bool)
-    plain = (last >= 0) & np.append(whole, False)[last]  # no request before it is at -1, the False
-    replies = [request.reply if good else bytes(FRAME_SIZE) for request, good in zip(asked, whole, strict=True)]
-    gaps = series.values[plain] - _readings(replies, opcode)[last[plain]]
-    others = [
-        min(row - _readings(frames, opcode), key=lambda gap: float(abs(gap).sum()))
-        for at, row in zip(last[~plain], series.values[~plain], strict=True)
-        if at >= 0 and (frames := _frames(asked[at].reply, head))
-    ]
-    return np.concatenate([gaps, np.reshape(others, (-1, len(Channel)))])
+    around = np.clip(np.stack([last, last + 1]), 0, len(asked) - 1)
+    plain = np.array([len(request.reply) == FRAME_SIZE and request.reply.startswith(head) for request in asked])
+    replies = [request.reply if good else bytes(FRAME_SIZE) for request, good in zip(asked, plain, strict=True)]
+    same = (_readings(replies, opcode)[around] == series.values).all(axis=2) & plain[around]
+    found = [_NOTHING]
+    for row in np.flatnonzero(~same.any(axis=0)):
+        frames = [frame for at in around[:, row] for frame in _frames(asked[at].reply, head)]
+        gaps = series.values[row] - _readings(frames, opcode)
+        found.append(gaps[np.abs(gaps).sum(axis=1).argmin()][None] if len(gaps) else _NOTHING)
+    return np.concatenate(found)
 
 
 def _frames(received: bytes, head: bytes) -> list[bytes]:

@@ -10,9 +10,16 @@ from hil.checks.shared.exchanges import MEASUREMENTS, exchanges, lost_replies
 from hil.checks.shared.experiment import Measured
 from hil.recordings.recording import Recording
 
+LIMITS = (0x31, 0x32)
+"""Opcodes of requests for a speed or a torque limit, which every firmware but `pre` acknowledges."""
+
 
 def measure(recording: Recording) -> Measured:
-    """Return lost replies (%), bytes that belong to no frame (per thousand exchanges) and restarts of the board."""
+    """Return what the bytes of a session say about link and board.
+
+    Lost replies (%), bytes that belong to no frame (per thousand exchanges), restarts of the board, and limits that it
+    was asked to keep and did not acknowledge (requests).
+    """
     made = exchanges(recording.wire)
     asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)
     texts = [exchange.received for exchange in made if holds_boot_text(exchange.received)]
@@ -22,5 +29,8 @@ def measure(recording: Recording) -> Measured:
             "lost_replies": 100.0 * lost_replies(made) / max(1, asked),
             "stray_bytes": 1000.0 * stray / max(1, len(made)),
             "restarts": float(len(texts)),
+            "unanswered_limits": float(
+                sum(exchange.opcode in LIMITS and len(exchange.received) < FRAME_SIZE for exchange in made)
+            ),
         }
     }

@@ -100,6 +100,15 @@ def test_temperatures_are_whole_degrees():
     assert driver.measure(changed("temperatures", [np.add(TEMPERATURES, 1)]))["index"]["read_temperatures"] == 1.0
 
 
+@pytest.mark.parametrize("t", [0.05, 0.0999, 0.1, 0.15])
+def test_a_reading_is_noted_before_or_after_it_was_asked_for(t):
+    recording = good()
+    noted = Series.of(LABELS, ["u16"] * 7, [t], np.array([CODES], float))
+    assert driver.measure(replace(recording, series={"codes": noted}))["index"]["read_codes"] == 0.0
+    wrong = Series.of(LABELS, ["u16"] * 7, [t], np.array([CODES], float) + 3.0)
+    assert driver.measure(replace(recording, series={"codes": wrong}))["ring"]["read_codes"] == 3.0
+
+
 @given(st.binary(max_size=40))
 def test_a_reading_may_be_any_frame_that_came(noise):
     """A link that doubles or damages replies is no mistake of the driver, which has to take one of them."""

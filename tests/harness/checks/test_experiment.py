@@ -14,8 +14,8 @@ from tests.support.synthetic import HEADER
 
 def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
     order = "presence audit excursion response coupling holding short_staircase staircase replay"
-    order += " repeatability window homing"
-    asked_for = {"short_staircase", "repeatability", "window", "homing"}
+    order += " repeatability look window homing"
+    asked_for = {"short_staircase", "repeatability", "look", "window", "homing"}
     assert list(EXPERIMENTS) == order.split()
     assert list(DEFAULT) == [name for name in order.split() if name not in asked_for]
     assert list(JUDGED) == [*order.split(), "session", "driver"]
@@ -38,6 +38,7 @@ def test_how_far_each_experiment_goes_is_known():
         "short_staircase": (0.6, 0.6, 0.6, 0.6, 0.6, 0.4, 0.5),
         "staircase": (1.0,) * 7,
         "replay": (1.0,) * 7,
+        "look": (0.5,) * 7,
         "repeatability": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
         "window": (*fingers, 0.35, 0.35, 0.35),
         "homing": (1.0,) * 7,

@@ -21,7 +21,9 @@ def measured(*exchanges):
 def test_lost_replies_and_stray_bytes_of_a_session_are_counted():
     """Of four requests one stays without a reply and one reply has three bytes too many."""
     found = measured(*((0x22, bytes(size)) for size in (16, 0, 19, 16)))
-    assert found == pytest.approx({"lost_replies": 25.0, "stray_bytes": 750.0, "restarts": 0.0})
+    assert found == pytest.approx(
+        {"lost_replies": 25.0, "stray_bytes": 750.0, "restarts": 0.0, "unanswered_limits": 0.0}
+    )
 
 
 def reply(opcode):
@@ -31,7 +33,7 @@ def reply(opcode):
 def test_a_reply_that_is_late_is_not_lost():
     """As the driver does it: a query of another kind after 0.1 s, and the late reply and its own come one by one."""
     found = measured((0x22,), (0x24, reply(0x22)), (0x11, reply(0x24)), (0x22,), (0x24, reply(0x22) + reply(0x24)))
-    assert found == {"lost_replies": 0.0, "stray_bytes": 0.0, "restarts": 0.0}
+    assert found == {"lost_replies": 0.0, "stray_bytes": 0.0, "restarts": 0.0, "unanswered_limits": 0.0}
 
 
 def test_a_reply_to_a_later_request_shows_that_the_earlier_one_is_lost():
@@ -52,15 +54,30 @@ def test_only_measurements_can_lose_a_reply():
 
 def test_a_reply_in_pieces_is_one_reply():
     found = measured((0x22, bytes(7), bytes(9)), (0x25, bytes(15)))
-    assert found == pytest.approx({"lost_replies": 50.0, "stray_bytes": 7500.0, "restarts": 0.0})
+    assert found == pytest.approx(
+        {"lost_replies": 50.0, "stray_bytes": 7500.0, "restarts": 0.0, "unanswered_limits": 0.0}
+    )
 
 
 def test_a_boot_text_is_a_restart_and_no_stray_bytes():
     text = BOOT_TEXT_MARKS[0] + b"!"
     found = measured((0x22, bytes(16)), (0x11, text), (0x11, text), (0x22, bytes(17)))
-    assert found == pytest.approx({"lost_replies": 0.0, "stray_bytes": 250.0, "restarts": 2.0})
+    assert found == pytest.approx(
+        {"lost_replies": 0.0, "stray_bytes": 250.0, "restarts": 2.0, "unanswered_limits": 0.0}
+    )
 
 
 def test_bytes_before_the_first_request_and_a_run_without_any_are_nothing():
     early = Recording(HEADER, {}, (WireRecord(0.0, "from_hand", bytes(5)),))
-    assert whole_run.measure(early)["hand"] == {"lost_replies": 0.0, "stray_bytes": 0.0, "restarts": 0.0}
+    assert whole_run.measure(early)["hand"] == {
+        "lost_replies": 0.0,
+        "stray_bytes": 0.0,
+        "restarts": 0.0,
+        "unanswered_limits": 0.0,
+    }
+
+
+def test_a_limit_that_is_not_acknowledged_is_counted():
+    """Firmware `pre` knows neither SET_SPE (0x31) nor SET_TOR (0x32)."""
+    assert measured((0x31,), (0x22, reply(0x22)), (0x32, bytes(15)))["unanswered_limits"] == 2.0
+    assert measured((0x31, reply(0x31)), (0x32, reply(0x32)), (0x33,))["unanswered_limits"] == 0.0

@@ -49,9 +49,9 @@ def test_headers_are_shown_as_they_are(tmp_path):
 def test_there_is_one_terminal():
     """Escaping at each place is forgotten at some of them."""
     places = [path for folder in ("hil", "train") for path in (SOURCES / folder).rglob("*.py")]
-    texts = {path.name: path.read_text() for path in places if path.name != "console.py"}
+    texts = {path.name: path.read_text() for path in places if path.name != "terminal.py"}
     assert [
         name
         for name, text in texts.items()
-        if re.search(r"\bConsole\(|\bTextColumn\(|from_markup|(?<!html\.)\bescape\(", text)
+        if re.search(r"\bConsole\(|\bTextColumn\(|from_markup|(?<!html\.)(?<!markupsafe\.)\bescape\(", text)
     ] == []

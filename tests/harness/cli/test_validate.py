@@ -109,7 +109,7 @@ def test_every_measurement_and_finding_is_in_checks_json(results):
     _, out = results
     checks = json.loads((out / "checks.json").read_text())
     assert checks["passed"] is True
-    assert set(checks["measured"]) == {"presence", "staircase", "session"}
+    assert set(checks["measured"]) == {"presence", "staircase", "session", "driver"}
     assert checks["measured"]["presence"]["hand"]["lost_replies"] == 0.0
     assert {finding["check"] for finding in checks["findings"]} == {"tracking_rms"}
 

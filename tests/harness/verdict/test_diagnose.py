@@ -51,7 +51,7 @@ def test_the_likeliest_cause_comes_first_with_what_tells_it_from_the_next():
     assert found[0].meaning == f"{CATALOGUE['gear_friction'].meaning}."
     assert found[1].cause == "cable_long"
     assert found[0].next_look == (
-        "To tell it from cable long, run `aero-hil validate --only staircase`: "
+        "To tell it from slack cable, run `aero-hil validate --only staircase`: "
         "this cause does not change the slack of the cable of this channel."
     )
     assert found[-1].next_look == ""

@@ -3,7 +3,7 @@
 from hil.faults import CATALOGUE
 from hil.verdict.causes import CAUSES
 from hil.verdict.explanation import Place
-from hil.verdict.locate import MISTAKEN, channels_off, driver_mistaken
+from hil.verdict.locate import MISTAKEN, channels_off, driver_mistaken, older_firmware
 
 
 def test_every_cause_of_the_catalogue_has_a_place_and_an_effect():
@@ -33,3 +33,11 @@ def test_a_failed_check_of_the_driver_decides():
     assert driver_mistaken({("driver", "sent", "ring"): 3.0})
     assert MISTAKEN.where[0].place is Place.HOST_AND_DRIVER
     assert MISTAKEN.where[0].probability == 1.0
+
+
+def test_a_board_that_knows_no_limits_runs_older_firmware_unless_the_link_loses_more():
+    silent = {("session", "unanswered_limits", "hand"): 3.0, ("session", "lost_replies", "hand"): 0.0}
+    assert older_firmware(silent)
+    assert not older_firmware({**silent, ("session", "lost_replies", "hand"): 3.0})
+    assert not older_firmware({("session", "lost_replies", "hand"): 3.0})
+    assert not older_firmware({})

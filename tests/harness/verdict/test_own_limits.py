@@ -5,6 +5,9 @@ import pytest
 from aero.channels import Channel
 from aero.protocol import Opcode
 from hil import GroundTruth, open_target
+from hil.faults import parse_fault
+from hil.verdict.findings import failed
+from hil.verdict.run_end import FINISHED
 from hil.verdict.validation import validate
 from model.units.conditions import Conditions
 
@@ -47,6 +50,14 @@ def test_firmware_without_limits_is_asked_for_none():
     with open_target(firmware="pre", conditions=Conditions(torque=300)) as target:
         assert validate(target, ["presence", "audit"]).passed
         assert {record.data[0] for record in target.wire.since(0, 0.0)}.isdisjoint({Opcode.SET_TOR, Opcode.SET_SPE})
+
+
+def test_a_board_with_older_firmware_than_was_said_is_measured_all_the_same():
+    """Firmware `pre` leaves SET_SPE unanswered."""
+    with open_target(faults=[parse_fault("board_runs_pre")]) as target:
+        result = validate(target, ["presence", "audit", "response"])
+    assert result.end is FINISHED
+    assert "command_to_motion" in {finding.check for finding in failed(result.findings)}
 
 
 def test_a_restart_of_the_board_forgets_what_was_set():
