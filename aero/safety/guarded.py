@@ -168,8 +168,8 @@ class GuardedHand:
 
     def command_codes(self, codes: ArrayLike) -> None:
         """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""
+        protocol.make_positions(codes)  # nonsense is refused before anything is sent, a look too
         if self.phase is Phase.RESTING:
-            protocol.make_positions(codes)
             self._guard.start(codes)
         self._guard.command(codes)
 

@@ -57,10 +57,11 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 def _command(target: Target, recorder: Recorder, fraction: float, fingers: range | tuple[Channel, ...]) -> None:
     codes = np.zeros(len(Channel), np.uint16)
     codes[list(fingers)] = round(fraction * MAX_CODE)
-    if not recorder.has("command_codes"):
-        recorder.add("command_codes", target.clock.now(), np.zeros(len(Channel), np.uint16))
     target.hand.command_codes(codes)
-    recorder.add("command_codes", target.wire.sent_at, codes)
+    sent = target.wire.sent_at
+    if not recorder.has("command_codes"):
+        recorder.add("command_codes", sent, np.zeros(len(Channel), np.uint16))
+    recorder.add("command_codes", sent, codes)
 
 
 def _read(target: Target, recorder: Recorder) -> np.ndarray[tuple[int], np.dtype[np.uint16]]:

@@ -90,6 +90,12 @@ def test_a_command_that_no_frame_follows_is_unsent():
     assert driver.measure(silent)["hand"] == {"unsent": 1.0}
 
 
+def test_the_first_of_two_rows_at_one_time_is_no_command():
+    """An experiment notes where the hand stood just before its first command."""
+    rows = series("u16", (0.12, [0] * 7), (0.12, CODES), (0.20, [0] * 7))
+    assert driver.measure(replace(good(), series={"command_codes": rows}))["hand"] == {"unsent": 0.0}
+
+
 def test_currents_have_their_sign_and_scale():
     assert driver.measure(changed("currents", [np.abs(CURRENTS_A)]))["middle"]["read_currents"] == pytest.approx(0.013)
     twice = driver.measure(changed("currents", [2 * np.array(CURRENTS_A)]))
