@@ -25,7 +25,9 @@ def test_within_limits(target, hand, name):
     assert result.end.finding is None
     described = {(subject, metric.name) for metric in EXPERIMENTS[name].metrics for subject in metric.subjects}
     measured = result.results[name].measured
-    assert described == {(subject, metric) for subject, row in measured.items() for metric in row}
+    # What a host that was late could not tell is not there.
+    assert described >= {(subject, metric) for subject, row in measured.items() for metric in row}
+    assert all(measured.values())
     assert [f"{finding.sentence}. {finding.meaning}" for finding in failed(result.findings)] == []
 
 
