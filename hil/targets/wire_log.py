@@ -58,7 +58,8 @@ class WireLog:
         try:
             self._transport.write(data)
         finally:  # what could not be sent was meant to be
-            self.sent_at = self._log("to_hand", bytes(data))
+            if data:  # to come back into step may take no byte
+                self.sent_at = self._log("to_hand", bytes(data))
 
     def read(self, size: int, timeout: float) -> bytes:
         """Read as the transport does, and log what came."""

@@ -8,6 +8,7 @@ import pytest
 from aero import protocol
 from aero.actuation import ActuationMap, load_coefficients
 from aero.driver import AeroHand
+from hil.faults import parse_fault
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
@@ -156,6 +157,11 @@ def blamed(experiments, **named):
 )
 def test_a_good_driver_is_not_blamed(hand, firmware, guarded):
     assert blamed(("presence", "audit", "replay"), hand=hand, firmware=firmware, guarded=guarded) == set()
+
+
+@pytest.mark.parametrize("fault", ["reply_doubled=0.3", "reply_reordered=0.3", "link_slow=9600", "command_delayed=400"])
+def test_a_good_driver_on_a_bad_link_is_not_blamed(fault):
+    assert blamed(("presence", "audit", "response"), faults=[parse_fault(fault)], guarded=True, seed=3) == set()
 
 
 def test_a_good_driver_on_a_late_host_is_not_blamed():

@@ -26,6 +26,10 @@ CURRENT_A = 6.5e-3
 """Current of one register unit, nominal (maker's memory table of the HLS3606M)."""
 SAME_TIME_S = 1e-6
 """Times of one instant differ by less in a file, which keeps nanoseconds."""
+AHEAD = 4
+"""Requests after a reading that have to be in order, too, for it to be compared."""
+CANDIDATES = 4
+"""Requests of one kind that may have brought a reading: the driver's, and looks of a guard beside it."""
 _SERVO_OF_CHANNEL = np.argsort(SHAFT_OF_SERVO)
 _NOTHING = np.empty((0, len(Channel)))
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
@@ -39,6 +43,14 @@ class _Request:
     t: float
     frame: bytes
     reply: bytes
+
+    @property
+    def answered(self) -> bool:
+        """Whether a reading has one whole reply, and a command none; other requests are answered in their own ways."""
+        opcode = self.frame[0]
+        if opcode in READ.values():
+            return len(self.reply) == FRAME_SIZE and self.reply.startswith(bytes((opcode, 0)))
+        return opcode != Opcode.CTRL_POS or not self.reply
 
 
 def measure(recording: Recording) -> Measured:
@@ -99,40 +111,45 @@ def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
 
 
 def _read(recording: Recording, requests: Sequence[_Request]) -> Iterator[tuple[str, Floats]]:
+    orderly = _in_order(requests)
     for name, opcode in READ.items():
         if name in recording.series:
-            asked = [request for request in requests if request.frame[0] == opcode]
-            yield f"read_{name}", _unlike(recording.series[name], asked, opcode)
+            yield f"read_{name}", _unlike(recording.series[name], requests, opcode, orderly)
 
 
-def _unlike(series: Series, asked: Sequence[_Request], opcode: Opcode) -> Floats:
-    """Return readings less the reply that is most like them, (n, 7); those without a reply are left out.
+def _in_order(requests: Sequence[_Request]) -> NDArray[np.bool_]:
+    """Return for each request whether it, all before it and the next ones were answered as they should be, (n,).
 
-    A reading's time is taken before or after it is asked for, so the reply is that to the last request before this
-    time or to the first one after it. Where a link damages or doubles replies, which frame a driver takes is its own
-    affair: it must have come.
+    Once a link has lost, delayed or damaged a reply, which frame a driver takes is its own affair.
     """
-    if not asked:
+    disorder = np.flatnonzero([not request.answered for request in requests])
+    until = disorder[0] - AHEAD if disorder.size else len(requests)
+    orderly: NDArray[np.bool_] = np.arange(len(requests)) < until
+    return orderly
+
+
+def _unlike(series: Series, requests: Sequence[_Request], opcode: Opcode, orderly: NDArray[np.bool_]) -> Floats:
+    """Return readings less the reply that is most like them, (n, 7), where the link was in order.
+
+    A reading's time is taken before or after it is asked for, and a guard may look at the hand in between. So the reply
+    is that to the last request before this time, or to one between it and the next reading.
+    """
+    asked = np.array([at for at, request in enumerate(requests) if request.frame[0] == opcode and request.answered])
+    if not asked.size:
         return _NOTHING
-    head = bytes((opcode, 0))
-    times = np.array([request.t for request in asked])
+    times = np.array([requests[at].t for at in asked])
     last = np.searchsorted(times, series.times + SAME_TIME_S) - 1
-    around = np.clip(np.stack([last, last + 1]), 0, len(asked) - 1)
-    plain = np.array([len(request.reply) == FRAME_SIZE and request.reply.startswith(head) for request in asked])
-    replies = [request.reply if good else bytes(FRAME_SIZE) for request, good in zip(asked, plain, strict=True)]
-    same = (_readings(replies, opcode)[around] == series.values).all(axis=2) & plain[around]
-    found = [_NOTHING]
-    for row in np.flatnonzero(~same.any(axis=0)):
-        frames = [frame for at in around[:, row] for frame in _frames(asked[at].reply, head)]
-        gaps = series.values[row] - _readings(frames, opcode)
-        found.append(gaps[np.abs(gaps).sum(axis=1).argmin()][None] if len(gaps) else _NOTHING)
-    return np.concatenate(found)
-
-
-def _frames(received: bytes, head: bytes) -> list[bytes]:
-    """Return every stretch of bytes that may be a reply."""
-    ends = range(FRAME_SIZE, len(received) + 1)
-    return [received[end - FRAME_SIZE : end] for end in ends if received[end - FRAME_SIZE :].startswith(head)]
+    # Noted after it has come, a reading may share its time with the guard's next look.
+    at_requests = np.mean(np.abs(times[last] - series.times) < SAME_TIME_S) > 0.5
+    either = last + np.arange(0 if at_requests else -1, CANDIDATES)[:, None]
+    there = (either >= 0) & (either < len(asked))
+    either = np.where(there, either, 0)
+    there &= (either <= last) | (times[either] < np.append(series.times[1:], np.inf) - SAME_TIME_S)
+    gaps = series.values - _readings([requests[at].reply for at in asked], opcode)[either]
+    nearer = np.where(there, np.abs(gaps).sum(axis=2), np.inf).argmin(axis=0)
+    judged = there.any(axis=0) & (orderly[asked][either] | ~there).all(axis=0)
+    unlike: Floats = gaps[nearer, np.arange(len(nearer))][judged]
+    return unlike
 
 
 def _readings(frames: Sequence[bytes], opcode: Opcode) -> Floats:
