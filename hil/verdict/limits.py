@@ -17,7 +17,7 @@ from typing import Any
 
 from aero.firmware import ALIKE
 from hil.checks import CHECKS, Measured, Measuring
-from hil.checks.shared.declaration import Metric
+from hil.checks.shared.declaration import Check, Metric
 from hil.checks.shared.subjects import SUBJECTS
 from hil.verdict.findings import Finding
 
@@ -138,18 +138,19 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
 @cache
 def given_limits() -> tuple[Limit, ...]:
     """Return the bounds that the checks give themselves, which hold for every kind of hand."""
-    return tuple(
-        Limit(
-            check.experiment,
-            check.metric,
-            check.subjects,
-            check.source,
-            check.at_least,
-            check.at_most,
-            firmware=check.firmware,
-        )
-        for check in CHECKS
-        if check.given
+    return tuple(given_limit(check) for check in CHECKS if check.given)
+
+
+def given_limit(check: Check) -> Limit:
+    """Return the limit of a check that gives its bound."""
+    return Limit(
+        check.experiment,
+        check.metric,
+        check.subjects,
+        check.source,
+        check.at_least,
+        check.at_most,
+        firmware=check.firmware,
     )
 
 

@@ -22,15 +22,16 @@ MISTAKEN = Diagnosis(
 )
 """What a failed check of the driver says; what the hand reads says nothing then."""
 
-
+OLDER = 0.95
+"""How likely a limit that stays unanswered, on a link that loses nothing else, tells older firmware (assumption): a
+link that lost this one reply would look the same."""
 OLDER_FIRMWARE = Diagnosis(
-    (Whereabouts(Place.BOARD, None, 0.95),),
-    (LikelyEffect(Effect.VERSION, 0.95),),
-    (Explanation("version", None, 0.95, None, "The board runs an older firmware than was said."),),
+    (Whereabouts(Place.BOARD, None, OLDER),),
+    (LikelyEffect(Effect.VERSION, OLDER),),
+    (Explanation("version", None, OLDER, None, "The board runs an older firmware than was said."),),
     ("version",),
 )
-"""What a board says that leaves a limit unanswered on a link that loses nothing. A link that lost this one reply would
-look the same: 0.95 is an assumption."""
+"""What a board says that leaves a limit unanswered."""
 
 
 def older_firmware(excesses: Mapping[Key, float]) -> bool:

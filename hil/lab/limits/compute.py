@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.stats import genpareto, lmoment
 
 from hil.checks.shared.declaration import Check
-from hil.verdict.limits import Limit
+from hil.verdict.limits import Limit, given_limit
 
 Floats = NDArray[np.float64]
 
@@ -71,17 +71,7 @@ def computed_limits(
         if experiments is not None and check.experiment not in experiments:
             continue
         if check.given:
-            found.append(
-                Limit(
-                    check.experiment,
-                    check.metric,
-                    check.subjects,
-                    check.source,
-                    check.at_least,
-                    check.at_most,
-                    firmware=check.firmware,
-                )
-            )
+            found.append(given_limit(check))
             continue
         versions = {v for group in groups for v in group.firmware if not check.firmware or v in check.firmware}
         meant = [group for group in groups if versions.intersection(group.firmware)]
