@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from aero.channels import Channel
 from hil.checks.shared.experiment import Measured
 from hil.checks.shared.signals import display_unit, find_steps, rms
-from hil.checks.short_staircase.run import SAMPLE_PERIOD_S, STEPS
-from hil.checks.staircase.rise_time import respond
+from hil.checks.short_staircase.run import STEPS
+from hil.checks.staircase.rise_time import IN_TIME_S, respond
 from hil.checks.staircase.tracking import residuals
 from hil.recordings.recording import Recording
 
@@ -17,9 +17,6 @@ Floats = NDArray[np.float64]
 
 LEAST_PART = 0.5
 """Part of a step that has to be made for its rise to count: friction swallows some of those that turn back."""
-IN_TIME_S = 1.25 * SAMPLE_PERIOD_S
-"""Longest time between two samples, s, across which a rise is told; beyond it the host was late. A staircase has forty
-steps to choose from, and this one four."""
 
 
 def measure(recording: Recording) -> Measured:

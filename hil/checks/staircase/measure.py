@@ -16,8 +16,11 @@ from hil.recordings.recording import Recording
 
 
 def measure(recording: Recording) -> Measured:
-    """Return each channel's row of the validation table, and each cable's take-up, spring load and friction."""
-    found = {channel.label: _numbers(row) for channel, row in staircase_metrics(recording).items()}
+    """Return each channel's row of the validation table, and each cable's take-up, spring load and friction.
+
+    The rise of a channel is withheld where the host was late in most of its steps.
+    """
+    found = {channel.label: channel_numbers(row) for channel, row in staircase_metrics(recording).items()}
     ranges = np.ptp(recording["command"].values, axis=0) * 1e3
     spans = map_of(recording.header).window.spans_counts()
     for channel in Channel:
@@ -40,5 +43,8 @@ def resolution(codes: NDArray[np.float64], span_counts: int) -> float:
     return float(np.quantile(steps, 0.05)) if steps.size else np.nan
 
 
-def _numbers(row: ChannelMetrics) -> dict[str, float]:
-    return {name: float(value) for name, value in dataclasses.asdict(row).items() if name != "unit"}
+def channel_numbers(row: ChannelMetrics) -> dict[str, float]:
+    """Return a row's numbers by metric, without the rise where the host was too late to tell it."""
+    host_was_late = row.matched_steps > 0 and np.isnan(row.rise_hand_ms)
+    left_out = {"unit", "rise_hand_ms"} if host_was_late else {"unit"}
+    return {name: float(value) for name, value in dataclasses.asdict(row).items() if name not in left_out}

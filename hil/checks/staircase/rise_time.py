@@ -12,10 +12,11 @@ from hil.checks.shared.signals import CommandStep
 
 Floats = NDArray[np.float64]
 
-BEST_SAMPLED = 0.25
-"""Part of the steps, those with the shortest gaps, that count for the rise when the host was late in the others."""
-LATER_S = 1e-3
-"""Gaps that differ by no more than this count as the same, s."""
+IN_TIME_S = 0.025
+"""Longest time between two samples, s, across which a rise is told: a period of 20 ms and a quarter. Beyond it the host
+was late, and a rise of 50 ms reads up to half too long."""
+LEAST_IN_TIME = 0.25
+"""Part of the steps that the host has to sample in time, for a few alone are told to 10 ms."""
 MATCHED_FRACTION = 0.8
 """A step counts as answered when the trace covers at least this part of it, in its direction."""
 
@@ -68,16 +69,12 @@ def respond(step: CommandStep, times: Floats, values: Floats) -> Response:
 
 
 def median_rise(answers: Sequence[Response]) -> float:
-    """Return the median rise of some answers, s; NaN without any.
+    """Return the median rise of some answers that were sampled in time, s; NaN without any, or with too few of them.
 
-    Between samples that lie far apart a rise reads too long. So of a host that is late in some steps the others count,
-    and of one that is late in all the best sampled.
+    Between samples that lie far apart a rise reads too long. So of a host that is late in some steps the others count.
     """
-    if not answers:
-        return np.nan
-    gaps = np.array([answer.gap for answer in answers])
-    counted = gaps <= np.quantile(gaps, BEST_SAMPLED) + LATER_S
-    return float(np.median([answer.rise for answer, counts in zip(answers, counted, strict=True) if counts]))
+    in_time = [answer.rise for answer in answers if answer.gap <= IN_TIME_S]
+    return float(np.median(in_time)) if in_time and len(in_time) >= LEAST_IN_TIME * len(answers) else np.nan
 
 
 def _crossing(t: Floats, progress: Floats, i: int, level: float) -> float:

@@ -92,7 +92,7 @@ class ChannelMetrics:
     rise_model_ms: float
     """Median 10-90 % rise over the matched steps, in whole integrator steps as the paper counts it; NaN without any."""
     rise_hand_ms: float
-    """The same of the hand, linear between the encoder samples, which are coarse against it."""
+    """The same of the hand, linear between the encoder samples, which are coarse against it; NaN of a late host too."""
     overshoot_hand_percent: float
     """Greatest overshoot of the hand over the matched steps, of the step; NaN when no step matched."""
     settled_samples: int

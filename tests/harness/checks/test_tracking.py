@@ -1,6 +1,7 @@
 """The metrics give the textbook's answers on responses that have one."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
 from hil.checks.shared.signals import CommandStep, at_times, find_steps
+from hil.checks.staircase.measure import channel_numbers
 from hil.checks.staircase.rise_time import Response, median_rise, respond
 from hil.checks.staircase.tracking import quiet_command, quiet_trace, residuals, staircase_metrics
 
@@ -211,9 +213,29 @@ def test_of_a_host_that_is_late_now_and_then_the_steps_in_time_count():
     """A rise reads 0.05 s in steps that were sampled every 20 ms, and longer in those that were not."""
     in_time, late = Response(1.0, 0.05, 0.06, 0.0, gap=0.0203), Response(1.0, 0.08, 0.06, 0.0, gap=0.035)
     assert median_rise([in_time, *[late] * 3]) == 0.05
-    assert median_rise([late] * 3) == 0.08
     assert median_rise([Response(1.0, rise, 0.06, 0.0, gap=0.02) for rise in (0.04, 0.05, 0.09)]) == 0.05
     assert math.isnan(median_rise([]))
+
+
+def test_of_a_host_that_is_late_in_more_than_three_of_four_steps_no_rise_is_told():
+    in_time, late = Response(1.0, 0.05, 0.06, 0.0, gap=0.0249), Response(1.0, 0.08, 0.06, 0.0, gap=0.0251)
+    assert median_rise([in_time, *[late] * 3]) == 0.05
+    assert math.isnan(median_rise([in_time, *[late] * 4]))
+
+
+@pytest.mark.parametrize(("period_s", "told"), [(0.01, True), (0.05, False)])
+def test_a_staircase_that_the_host_sampled_late_has_no_rise(period_s, told):
+    stream = staircase(levels=4, tau=0.03, hand_tau=0.05)
+    hand = stream["hand"]
+    times = np.arange(hand.times[0], hand.times[-1], period_s)
+    values = np.stack([np.interp(times, hand.times, column) for column in hand.values.T], axis=1)
+    rows = staircase_metrics(
+        replace(stream, series={**stream.series, "hand": replace(hand, times=times, values=values)})
+    )
+    for row in rows.values():
+        assert row.matched_steps == 8
+        assert math.isfinite(row.rise_hand_ms) == told
+        assert ("rise_hand_ms" in channel_numbers(row)) == told
 
 
 def test_the_gap_is_the_coarser_of_both_crossings():
