@@ -31,6 +31,8 @@ LEAST_EXCESSES = 8
 """Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
 LEAST_HANDS = math.ceil(LEAST_EXCESSES / TAIL)
 """Healthy hands without a guard, and with one, from which on the tail of a reading of the whole hand is fitted."""
+ROUNDING = 1e-9
+"""Part of the mean excess below which its spread is that of rounding alone."""
 SHAPES = (-0.5, 0.1)
 """Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential."""
 
@@ -161,9 +163,11 @@ def upper_bound(values: Floats, chance: float) -> float:
     """Return what a reading exceeds with a probability of `chance`, by the tail of `values` (n,)."""
     threshold = float(np.quantile(values, 1.0 - TAIL))
     excesses = values[values > threshold] - threshold
-    if excesses.size < LEAST_EXCESSES or np.ptp(excesses) == 0.0:
+    if excesses.size < LEAST_EXCESSES:
         return float(values.max())
     mean, spread = (float(lmoment(excesses, order=order)) for order in (1, 2))
+    if spread <= ROUNDING * mean:  # equal but for rounding
+        return float(values.max())
     shape = float(np.clip(2.0 - mean / spread, *SHAPES))
     return threshold + float(genpareto.isf(chance / TAIL, shape, scale=mean * (1.0 - shape)))
 

@@ -63,6 +63,12 @@ def test_a_tail_of_fewer_than_eight_or_of_one_value_is_its_end():
     assert upper_bound(np.append(np.zeros(100), np.full(10, 3.0)), 1e-4) == 3.0
 
 
+def test_a_tail_whose_values_differ_by_rounding_alone_is_its_end():
+    """A median that was taken off leaves such steps."""
+    steps = np.append(np.full(9, 3.0), np.nextafter(3.0, 4.0))
+    assert upper_bound(np.append(np.zeros(100), steps), 1e-4) == pytest.approx(3.0, abs=1e-9)
+
+
 def test_a_limit_goes_beyond_the_readings_by_half_their_range_at_most():
     """Readings of one finger in equal steps from 0 to 99, median 49.5, one check with two sides."""
     (limit,) = computed_limits([ONE], [hands(STEPS)])
