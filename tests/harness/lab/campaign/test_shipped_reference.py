@@ -22,11 +22,11 @@ KEPT = {
 @pytest.mark.parametrize(
     ("fault", "where", "share"),
     [
-        ("late_goals=30.0", "several channels", 0.89),
-        ("spring_strong:index=2.0", "index (one channel)", 0.95),
-        ("winding_reversed:ring=1.0", "ring (one channel)", 0.97),
-        ("nvs_lost=1.0", "board", 0.91),
-        ("thumb_derailed:thumb_flexor=5.75", "thumb_flexor (one channel)", 0.88),
+        ("late_goals=30.0", "several channels", 0.88),
+        ("spring_strong:index=2.0", "index (one channel)", 0.96),
+        ("board_restart=1.0@50.1", "board", 0.92),
+        ("board_of_other_side=1.0", "board", 0.77),
+        ("current_wrong:index=3.48", "index (one channel)", 0.56),
     ],
 )
 def test_what_ships_places_the_hands_that_it_keeps(fault, where, share):
