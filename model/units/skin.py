@@ -44,15 +44,15 @@ NUMBERS = (
         1.0,
         1.5,
         "the middle and the end of what training draws for the fingertips (paper, domain randomisation), and dry "
-        "silicone on something smooth (assumed; falls with pressure, Berthold et al. 2023, doi 10.1007/s11012-023-01719-5)",
+        "silicone on something smooth (assumed; it falls with pressure, Berthold et al. 2023, Meccanica 58, 2165)",
     ),
     SkinNumber(
         "skin_twist",
         1.0e-3,
         1.6e-3,
         2.8e-3,
-        "m; 3 pi / 16 of friction times contact radius (Hertz's pressure): 2.2 to 3.2 mm at 3 N on a pad of 6 mm radius "
-        "and 1.0 to 0.3 MPa, Shore A 30 to 10 (hardness assumed: the paper says soft)",
+        "m; 3 pi / 16 of friction times contact radius (Hertz's pressure): 2.2 to 3.2 mm at 3 N on a pad of 6 mm "
+        "radius and 1.0 to 0.3 MPa, Shore A 30 to 10 (hardness assumed: the paper says soft)",
     ),
     SkinNumber(
         "skin_roll",

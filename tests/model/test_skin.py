@@ -3,6 +3,7 @@
 import dataclasses
 
 import mujoco
+import numpy as np
 import pytest
 
 from aero.channels import Joint
@@ -64,7 +65,7 @@ def test_a_heavy_thing_sinks_in_by_the_compliance(link, compliance):
     mujoco.mj_forward(probe, data)
     box = data.geom(f"{link}_box0")
     radius = 0.02
-    body = spec.worldbody.add_body(name="load", pos=box.xpos + [0.0, 0.0, 0.05])
+    body = spec.worldbody.add_body(name="load", pos=np.add(box.xpos, (0.0, 0.0, 0.05)))
     body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, 0.0, 1.0))
     body.add_geom(name="load", size=(radius, 0.0, 0.0), mass=LOAD_KG)
     model = spec.compile()
