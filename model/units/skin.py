@@ -73,9 +73,13 @@ NUMBERS = (
 
 def with_skin(unit: Unit, skin: Skin) -> Unit:
     """Return the unit with this surface in place of its own."""
-    if skin is Skin.PLASTIC:
-        values = {number.field: 0.0 for number in NUMBERS}
-    else:
-        end = {Skin.LEAST: "least", Skin.SILICONE: "middle", Skin.MOST: "most"}[skin]
-        values = {number.field: float(getattr(number, end)) for number in NUMBERS}
-    return dataclasses.replace(unit, hand=dataclasses.replace(unit.hand, **values))
+    end = {Skin.LEAST: "least", Skin.SILICONE: "middle", Skin.MOST: "most"}.get(skin)
+    at = {number.field: getattr(number, end) if end else 0.0 for number in NUMBERS}
+    hand = dataclasses.replace(
+        unit.hand,
+        skin_friction=at["skin_friction"],
+        skin_twist=at["skin_twist"],
+        skin_roll=at["skin_roll"],
+        skin_compliance=at["skin_compliance"],
+    )
+    return dataclasses.replace(unit, hand=hand)
