@@ -1,5 +1,4 @@
-"""What is added to what is built: the commit, and, where it is asked for, machine code of what the emulated hand spends
-its time in.
+"""What is added to what is built: the commit, and, where it is asked for, the emulated hand's inner modules compiled.
 
 Recordings of an installed project would otherwise not know what they were made with. With `AERO_HIL_COMPILED=1` a wheel
 also holds the modules that `pyproject.toml` lists, compiled by mypyc; Python prefers them to the source beside them.
