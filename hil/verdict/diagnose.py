@@ -10,7 +10,7 @@ from hil.faults import CATALOGUE, Fault
 from hil.verdict.ending import Ending
 from hil.verdict.explanation import Diagnosis, Explanation
 from hil.verdict.limits import Limit
-from hil.verdict.locate import MISTAKEN, OLDER_FIRMWARE, channels_off, driver_mistaken, older_firmware
+from hil.verdict.locate import MISTAKEN, OLDER_FIRMWARE, channels_off, driver_mistaken, older_firmware, windows_moved
 from hil.verdict.next_step import cause_words, metric_words, only
 from hil.verdict.reference import load_reference
 from hil.verdict.signature import Places, Signature, excesses, places, signature
@@ -32,6 +32,8 @@ def diagnose(numbers: Mapping[str, Measured], limits: Sequence[Limit], ending: E
         return replace(MISTAKEN, off=channels_off(beyond))
     if older_firmware(beyond):
         return replace(OLDER_FIRMWARE, off=channels_off(beyond))
+    if (moved := windows_moved(numbers, beyond)) is not None:
+        return replace(moved, off=channels_off(beyond))
     found = {**places(numbers, limits), **ending.places}
     told = load_reference().diagnosed(found, beyond)
     return replace(told, causes=_told(told.causes[:KEPT], found), off=channels_off(beyond))
