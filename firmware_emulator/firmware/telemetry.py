@@ -6,7 +6,8 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.reading import Telemetry
 from firmware_emulator.kernel import BEHIND, Task, milliseconds
-from firmware_emulator.servo.registers import FEEDBACK, FEEDBACK_SIZE
+from firmware_emulator.servo.model_file import FEEDBACK
+from firmware_emulator.servo.registers import FEEDBACK_SIZE
 
 
 def telemetry_task(board: Board) -> Task:
