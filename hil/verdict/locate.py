@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Mapping
 
 from aero.actuation.window import SHIFT_CLOSING
 from aero.channels import Channel
+from aero.safety import SafetyStopError
 from hil.checks import DRIVER, Measured
+from hil.verdict.ending import Ending
 from hil.verdict.explanation import Diagnosis, Effect, Explanation, LikelyEffect, Place, Whereabouts
 from hil.verdict.signature import Key, out_of_limits
 
@@ -51,8 +54,19 @@ OTHER_WINDOWS = Diagnosis(
 """What a board says whose thumb windows are those of firmware 0.2.0 where others were meant, or the other way round."""
 
 
-def older_firmware(excesses: Mapping[Key, float]) -> bool:
-    """Return whether the board does not know limits, while no other reply was lost and it did not restart."""
+LIMIT_UNANSWERED = re.compile(r"no reply to SET_(SPE|TOR)\b")
+"""The driver's words for a limit that a board does not know; the guard sends one before the first motion."""
+
+
+def older_firmware(excesses: Mapping[Key, float], ending: Ending) -> bool:
+    """Return whether the board does not know limits, while no other reply was lost and it did not restart.
+
+    Args:
+        excesses: of a run's readings, see `Limit.excess`.
+        ending: how the run ended; a guard stops a hand that leaves the first limit unanswered.
+    """
+    if not excesses and ending.error == SafetyStopError.__name__:
+        return LIMIT_UNANSWERED.search(ending.reason) is not None
     beyond = {metric for (check, metric, _), excess in excesses.items() if check == "session" and out_of_limits(excess)}
     return beyond == {"unanswered_limits"}
 
