@@ -23,8 +23,7 @@ from firmware_emulator.hand import EmulatedHand
 from hil.faults.fault import Fault
 from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
-from hil.targets.emulated_hand import build_emulated, host_link
-from hil.targets.found_as import found_as
+from hil.targets.emulated_hand import build_emulated, found_as, host_link
 from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
 from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target

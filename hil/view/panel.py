@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from hil.view.frame import Frame, Heading, Note, Verdicts
-from hil.view.posed_hand import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
+from hil.view.scene import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
 from model.appearance import PULLEY_RGBA
 
 TEMPLATES = Environment(

@@ -9,7 +9,7 @@ from matplotlib import image
 
 from aero.channels import Joint
 from hil.view.frame import Frame, Heading, Note, Verdicts
-from hil.view.posed_hand import SLACK, TAUT
+from hil.view.scene import SLACK, TAUT
 from hil.view.web_page import Page
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")]

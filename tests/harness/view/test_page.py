@@ -23,7 +23,7 @@ from hil.recordings.recorder import Recorder
 from hil.view.feed import Feed
 from hil.view.frame import Frame, Heading, Note, Verdicts
 from hil.view.panel import found, numbers
-from hil.view.posed_hand import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedHand, cable_colour
+from hil.view.scene import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedHand, cable_colour
 from hil.view.sources import source_of
 from hil.view.web_page import Page
 
