@@ -26,7 +26,7 @@ LAST_REPLY_S = 0.1
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ReplyComparison:
     """Two recordings of the same requests."""
 
     requests: int
@@ -69,7 +69,7 @@ def replay(recording: Recording, target: Target, *, progress: Progress = silent)
     return Recording(header, {}, target.wire.since(mark, start))
 
 
-def compare_replies(first: Recording, second: Recording) -> Comparison:
+def compare_replies(first: Recording, second: Recording) -> ReplyComparison:
     """Compare, request by request, what two hands answered to the same bytes.
 
     Raises:
@@ -89,7 +89,7 @@ def compare_replies(first: Recording, second: Recording) -> Comparison:
     ]
     difference = np.array([a - b for a, b in readings]).reshape(-1, len(Channel))
     rms = np.sqrt(np.mean(np.square(difference), axis=0)) if len(difference) else np.full(len(Channel), np.nan)
-    return Comparison(len(pairs), sum(a == b for a, b in pairs), rms)
+    return ReplyComparison(len(pairs), sum(a == b for a, b in pairs), rms)
 
 
 def replies(wire: tuple[WireRecord, ...]) -> list[tuple[bytes, bytes]]:

@@ -18,7 +18,7 @@ from aero.protocol import MAX_CODE
 from hil.checks.shared.signals import display_unit, find_steps
 from hil.checks.staircase.tracking import residuals
 from hil.recordings.recording import Recording
-from hil.report.chart import Box, Chart, ChartTrace, Scale, fitted, nice_ticks
+from hil.report.chart import Chart, ChartBox, ChartTrace, Scale, fitted, nice_ticks
 from hil.report.chart_svg import sheet_svg
 
 COMMAND, MODEL, HAND, RESIDUAL, FOUND = "#777777", "#c0392b", "#1f4e9c", "#2b2b2b", "#e0a3a3"
@@ -89,9 +89,9 @@ def lanes_chart(recording: Recording, lanes: Lanes, marks: Iterable[Mark] = ()) 
     )
 
 
-def _box(mark: Mark) -> Box:
+def _box(mark: Mark) -> ChartBox:
     row = 0 if mark.channel is None else _row(mark.channel)
-    return Box(mark.start, mark.end, row - 0.1, row - 0.1 + (len(Channel) if mark.channel is None else 1), FOUND)
+    return ChartBox(mark.start, mark.end, row - 0.1, row - 0.1 + (len(Channel) if mark.channel is None else 1), FOUND)
 
 
 def _row(channel: Channel) -> int:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from hil.checks import Measured
 from hil.faults import CATALOGUE, Fault
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import Diagnosis, Explanation
 from hil.verdict.limits import Limit
 from hil.verdict.locate import MISTAKEN, OLDER_FIRMWARE, channels_off, driver_mistaken, older_firmware
@@ -19,7 +19,7 @@ KEPT = 5
 """Causes that are kept, the likeliest."""
 
 
-def diagnose(numbers: Mapping[str, Measured], limits: Sequence[Limit], ending: Ending) -> Diagnosis:
+def diagnose(numbers: Mapping[str, Measured], limits: Sequence[Limit], ending: EndSignature) -> Diagnosis:
     """Return where something is wrong in a run that failed, what kind of effect it has, and which causes fit.
 
     Args:

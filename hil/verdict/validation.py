@@ -18,7 +18,7 @@ from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.baseline import load, regressions
 from hil.verdict.diagnose import diagnose
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import HEALTHY, Diagnosis
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
@@ -199,7 +199,7 @@ def _diagnosed(done: Validation, limits: tuple[Limit, ...]) -> Diagnosis:
         failed(result.findings) for name, result in done.judged.items() if name not in asking
     ):
         return HEALTHY
-    return diagnose(numbers, limits, Ending.of(done.end))
+    return diagnose(numbers, limits, EndSignature.of(done.end))
 
 
 def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:
