@@ -19,7 +19,7 @@ from model.scene import CUBE
 from train.built import BuiltSimulator, draw_scenes
 from train.hands import corrections, draw_hand
 from train.simulator import Floats
-from train.stage import Stage
+from train.stage import TrainingStage
 
 Check = Callable[[], None]
 """Looks whether the run is to end, and raises if so."""
@@ -37,7 +37,7 @@ class StockedHand(NamedTuple):
 class HandStock:
     """Where the hands of a stage come from."""
 
-    stage: Stage
+    stage: TrainingStage
     settings: PolicySettings
     seed: tuple[int, ...]
     """Of the stage; hands of another seed are others."""

@@ -21,7 +21,7 @@ from train.ppo import Learner, Ppo
 from train.recipe import Recipe
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
-from train.stage import Stage
+from train.stage import TrainingStage
 from train.task.signals import SENSOR_COUNT
 
 Backend = Literal["native", "mjx"]
@@ -47,7 +47,7 @@ class StageRun:
     def __init__(
         self,
         recipe: Recipe,
-        stage: Stage,
+        stage: TrainingStage,
         backend: Backend,
         seed: tuple[int, ...],
         *,

@@ -17,12 +17,11 @@ from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.wire_file import with_series
 from hil.report.beside_paper import compared, notes, table, text_rows
-from hil.report.evidence import Evidence, by_finding
+from hil.report.evidence import Evidence, by_finding, first_seen
 from hil.report.figures import Drawn, figures_of, traces_of
-from hil.report.first_seen import first_seen
 from hil.report.guard_margins import margins_left
 from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
-from hil.report.lanes import Mark
+from hil.report.plots import Mark
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.next_step import cause_words, on_hand

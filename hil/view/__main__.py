@@ -12,7 +12,7 @@ import threading
 import time
 from queue import SimpleQueue
 
-from hil.view.frame import End, Frame, Heading, Message, Note, Verdicts, message
+from hil.view.frame import End, Heading, Message, Note, Verdicts, ViewFrame, message
 from hil.view.web_page import Page, keep_up
 
 POLITENESS = 10
@@ -21,7 +21,7 @@ RELOAD_S = 3.0
 """Time without any browser after which all have gone, and none is merely loading the page again, s."""
 
 
-class Session:
+class PageSession:
     """One page and what comes for it."""
 
     def __init__(self, page: Page) -> None:
@@ -53,7 +53,7 @@ class Session:
 
     def _show(self, came: Message | None) -> None:
         match came:
-            case Frame():
+            case ViewFrame():
                 self._page.add([came])
             case Note():
                 self._page.note(came)
@@ -75,7 +75,7 @@ def main() -> None:
         os.nice(POLITENESS)
     page = Page(Heading(**json.loads(sys.stdin.readline())))
     print("ready", page.url, flush=True)
-    session = Session(page)
+    session = PageSession(page)
     threading.Thread(target=session.read, daemon=True).start()
     keep_up(page, session.going_on)
     page.close()

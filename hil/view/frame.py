@@ -34,7 +34,7 @@ class Heading:
 
 
 @dataclass(frozen=True)
-class Frame:
+class ViewFrame:
     """One instant. Arrays over channels are in command order; NaN stands for what is not known."""
 
     t: float
@@ -107,7 +107,7 @@ class End:
         return _line("end", asdict(self))
 
 
-Message = Frame | Note | Verdicts | End
+Message = ViewFrame | Note | Verdicts | End
 
 
 def message(line: str) -> Message:
@@ -116,7 +116,7 @@ def message(line: str) -> Message:
     if kind == "verdicts":
         return Verdicts(body["passed"], tuple(body["failed"]))
     read: dict[str, Callable[..., Message]] = {"note": Note, "end": End}
-    return Frame.of(body) if kind == "frame" else read[kind](**body)
+    return ViewFrame.of(body) if kind == "frame" else read[kind](**body)
 
 
 def _line(kind: str, body: dict[str, Any]) -> str:
