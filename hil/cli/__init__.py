@@ -37,6 +37,7 @@ COMMANDS: dict[str, Command] = {
     "learn": Command("hil.cli.learn:learn", "Learn what faults do to the readings, for the diagnosis.", "campaign"),
     "endurance": Command("hil.cli.endurance:endurance", "Open and close the hand many times."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
+    "emulate-bus": Command("hil.cli.emulate_bus:emulate_bus", "Serve any robot of bus servos on a port.", "emulate"),
     "faults": Command("hil.cli.faults:faults", "List the faults that can be put into a hand or a link.", "emulate"),
     "proxy": Command("hil.cli.proxy:proxy", "Put faults between a program and a port.", "emulate"),
     "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
