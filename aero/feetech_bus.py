@@ -18,7 +18,7 @@ OVERHEAD = 6
 """Bytes of an answer without parameters."""
 
 
-class Answer(NamedTuple):
+class ServoAnswer(NamedTuple):
     """What came back from one servo."""
 
     status: int
@@ -41,7 +41,7 @@ def request(servo: int, code: int, parameters: bytes = b"") -> bytes:
     return b"\xff\xff" + body + bytes((~sum(body) & 0xFF,))
 
 
-def parse_answer(received: bytes, servo: int, count: int) -> Answer:
+def parse_answer(received: bytes, servo: int, count: int) -> ServoAnswer:
     """Return the answer with `count` registers that these bytes are, and nothing else.
 
     Raises:
@@ -55,7 +55,7 @@ def parse_answer(received: bytes, servo: int, count: int) -> Answer:
         raise DamagedAnswerError(f"servo {servo}: {received.hex(' ')} is no answer of it with {count} registers")
     if ~sum(body[:-1]) & 0xFF != body[-1]:
         raise DamagedAnswerError(f"servo {servo}: the checksum of {received.hex(' ')} is wrong")
-    return Answer(body[2], body[3:-1])
+    return ServoAnswer(body[2], body[3:-1])
 
 
 class FeetechBus:
@@ -69,19 +69,19 @@ class FeetechBus:
         self._transport = transport
         self._patience_s = patience_s
 
-    def ping(self, servo: int) -> Answer:
+    def ping(self, servo: int) -> ServoAnswer:
         """Ask whether a servo is there; raises what `parse_answer` does."""
         return self._ask(servo, PING, b"", 0)
 
-    def read(self, servo: int, address: int, count: int) -> Answer:
+    def read(self, servo: int, address: int, count: int) -> ServoAnswer:
         """Read `count` registers; raises what `parse_answer` does."""
         return self._ask(servo, READ, bytes((address, count)), count)
 
-    def write(self, servo: int, address: int, data: bytes) -> Answer:
+    def write(self, servo: int, address: int, data: bytes) -> ServoAnswer:
         """Write registers; raises what `parse_answer` does, as when a servo acknowledges nothing."""
         return self._ask(servo, WRITE, bytes((address,)) + data, 0)
 
-    def _ask(self, servo: int, code: int, parameters: bytes, count: int) -> Answer:
+    def _ask(self, servo: int, code: int, parameters: bytes, count: int) -> ServoAnswer:
         self._transport.discard_input()
         self._transport.write(request(servo, code, parameters))
         return parse_answer(self._transport.read(count + OVERHEAD, self._patience_s), servo, count)

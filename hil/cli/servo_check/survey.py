@@ -18,7 +18,7 @@ BAUD_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_
 
 
 @dataclass(frozen=True)
-class Kind:
+class KnownModel:
     """What has to be known of a kind of servo to read it."""
 
     name: str
@@ -29,15 +29,15 @@ class Kind:
 
 
 KINDS = {
-    2570: Kind("HLS3606M", 15, 55),
-    777: Kind("STS3215", 11, 55),
-    2825: Kind("STS3250", 11, 55),
-    11272: Kind("SM8512BL", 11, 55),
-    1284: Kind("SCS0009", None, 48),
+    2570: KnownModel("HLS3606M", 15, 55),
+    777: KnownModel("STS3215", 11, 55),
+    2825: KnownModel("STS3250", 11, 55),
+    11272: KnownModel("SM8512BL", 11, 55),
+    1284: KnownModel("SCS0009", None, 48),
 }
 """By model number. Sources: LeRobot 0.6.1, motors/feetech/tables.py; the HLS3606M of the Aero Hand."""
-BIG_ENDIAN = Kind("SCS series", None, 48)
-LITTLE_ENDIAN = Kind("STS, SMS or HLS series", 11, 55)
+BIG_ENDIAN = KnownModel("SCS series", None, 48)
+LITTLE_ENDIAN = KnownModel("STS, SMS or HLS series", 11, 55)
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Surveyed:
     """Of `TRIES`."""
     model: int | None
     """Model number, None where it could not be read; then the rest is empty too."""
-    kind: Kind = LITTLE_ENDIAN
+    kind: KnownModel = LITTLE_ENDIAN
     big_endian: bool = False
     firmware: tuple[int, int] = (0, 0)
     status: int = 0
