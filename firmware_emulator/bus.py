@@ -155,6 +155,8 @@ class ServoBus:
             for servo in self._also_written(packet.servo, baud):
                 execute(servo, packet.parameters)
         for servo in self._listening(packet.servo, baud):
+            if packet.code not in servo.model.instructions:
+                continue
             # An answer to an ID write still carries the old ID (assumption 7 of the docs).
             answering, level = servo.id, servo.response_level
             parameters = execute(servo, packet.parameters)
@@ -173,7 +175,7 @@ class ServoBus:
         answers: dict[int, bytes] = {}
         for servo in self._listening(BROADCAST, baud):
             number = servo.id
-            if number in wanted:
+            if number in wanted and Instruction.SYNC_READ in servo.model.instructions:
                 answer = pack(number, servo.status, servo.read(address, count))
                 answers[number] = _meet(answers[number], answer) if number in answers else answer
         return [answers[number] for number in wanted if number in answers]

@@ -212,7 +212,7 @@ class EmulatedHand:
 
     def _look_after_servos(self) -> Task:
         while True:
-            yield HOUSEKEEPING_S
+            yield self.kernel.now + HOUSEKEEPING_S
             for servo in self.servos:
                 servo.look_after(HOUSEKEEPING_S)
 

@@ -3,8 +3,8 @@
 Theory of operation. Work is a callback at a time (`call_at`) or a task (`spawn`): a generator that reads top to bottom
 like a FreeRTOS task and yields what it waits for,
 
-- a float: a delay in s;
-- an `Until`: until that time;
+- a float: until that time, s; `BEHIND`, like any other that is past, lets everything that is due at this instant run
+  first;
 - a `Signal`: until it fires;
 - a `(Signal, deadline)` pair: until it fires or the time (s) is reached; the yield evaluates to whether it fired.
 
@@ -40,8 +40,8 @@ class Signal:
         self._waiting.append((runner, ticket))
 
 
-class Until(float):
-    """A time (s) to wait for, where a plain number is a delay."""
+BEHIND = 0.0
+"""A time that is past: waiting for it puts a task behind whatever else happens at this instant."""
 
 
 def milliseconds(t: float) -> int:
@@ -49,9 +49,9 @@ def milliseconds(t: float) -> int:
     return math.floor(t * 1000.0 + 1e-6)
 
 
-def ticks_later(t: float, ticks: int) -> Until:
+def ticks_later(t: float, ticks: int) -> float:
     """Return the time of the `ticks`-th tick after `t` (s), as FreeRTOS waits: between `ticks - 1` and `ticks` ms."""
-    return Until((milliseconds(t) + ticks) / 1000.0)
+    return (milliseconds(t) + ticks) / 1000.0
 
 
 def on_grid(t: float) -> float:
@@ -84,16 +84,14 @@ class Runner:
         except StopIteration:
             return
         kernel, ticket = self._kernel, self.ticket
-        if isinstance(wanted, Until):
-            kernel.call_at(wanted, self.wake, ticket, False)
+        if isinstance(wanted, Signal):
+            wanted._add(self, ticket)
         elif isinstance(wanted, tuple):
             signal, deadline = wanted
             signal._add(self, ticket)
             kernel.call_at(deadline, self.wake, ticket, False)
-        elif isinstance(wanted, Signal):
-            wanted._add(self, ticket)
         else:
-            kernel.call_at(kernel.now + wanted, self.wake, ticket, False)
+            kernel.call_at(wanted, self.wake, ticket, False)
 
     def stop(self) -> None:
         """End the task where it waits."""

@@ -17,6 +17,7 @@ from model.geometry import Side, hand
 from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import BuiltHandParameters
+from model.silicone import lay_skin
 from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
 from model.softness import constraint
 
@@ -62,7 +63,10 @@ def build_built(side: Side = "right", parameters: BuiltHandParameters | None = N
     """
     unit = parameters or BuiltHandParameters()
     spec = _assemble(side, unit)
-    _soften(spec, spec.copy().compile(), unit)
+    probe = spec.copy().compile()
+    _soften(spec, probe, unit)
+    if unit.skin_friction:
+        lay_skin(spec, probe, unit)
     return spec
 
 

@@ -163,7 +163,7 @@ class Stage:
         while True:
             self.hand.advance_plant()
             self.trace.angles.append(tuple(math.degrees(angle) for angle in self._plant.angles()))
-            yield SAMPLE_S
+            yield self.hand.kernel.now + SAMPLE_S
 
 
 def stopped_shafts(hand: HandSide) -> Bench:

@@ -6,7 +6,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.frames import words_of
 from firmware_emulator.firmware.opcodes import HANDLERS
 from firmware_emulator.firmware.torque_mode import look_at_soft_limit, next_look
-from firmware_emulator.kernel import Task
+from firmware_emulator.kernel import BEHIND, Task
 
 
 def main_loop(board: Board) -> Task:
@@ -19,8 +19,8 @@ def main_loop(board: Board) -> Task:
             yield (board.queued, due) if due is not None else board.queued
             # What arrives at this instant is there first; then the chip lets a task whose tick has come go before a
             # loop that polls.
-            yield 0.0
-            yield 0.0
+            yield BEHIND
+            yield BEHIND
             frame = board.next_frame()
         if frame is not None and frame[0] in board.profile.opcodes:
             yield from HANDLERS[frame[0]](board, words_of(frame))

@@ -5,8 +5,9 @@ from __future__ import annotations
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.reading import Telemetry
-from firmware_emulator.kernel import Task, Until, milliseconds
-from firmware_emulator.servo.registers import FEEDBACK, FEEDBACK_SIZE
+from firmware_emulator.kernel import BEHIND, Task, milliseconds
+from firmware_emulator.servo.model_file import FEEDBACK
+from firmware_emulator.servo.registers import FEEDBACK_SIZE
 
 
 def telemetry_task(board: Board) -> Task:
@@ -22,6 +23,6 @@ def telemetry_task(board: Board) -> Task:
             board.lock.give()
         wake_ms += board.profile.telemetry_period_ms
         if wake_ms > milliseconds(kernel.now):
-            yield Until(wake_ms / 1000.0)
+            yield wake_ms / 1000.0
             # What arrives on a tick is there before the tick's task runs.
-            yield 0.0
+            yield BEHIND

@@ -11,7 +11,7 @@ from firmware_emulator.firmware.board import TORQUE, Board
 from firmware_emulator.firmware.frames import CHANNELS
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.servo_calls import read_signed, sign_magnitude, write_register
-from firmware_emulator.kernel import Task, Until, milliseconds
+from firmware_emulator.kernel import Task, milliseconds
 
 MAX_MAGNITUDE = 1000
 SOFT_TORQUE = 200
@@ -34,9 +34,9 @@ def ctrl_tor(board: Board, words: tuple[int, ...]) -> Task:
     board.lock.give()
 
 
-def next_look(board: Board) -> Until | None:
-    """Return when the main loop looks at the soft limit again, None in a version without one."""
-    return Until(board.torque_mode.next_look_ms / 1000.0) if board.profile.soft_limit else None
+def next_look(board: Board) -> float | None:
+    """Return when (s) the main loop looks at the soft limit again, None in a version without one."""
+    return board.torque_mode.next_look_ms / 1000.0 if board.profile.soft_limit else None
 
 
 def look_at_soft_limit(board: Board) -> Task:

@@ -8,15 +8,32 @@ from typing import NamedTuple
 from firmware_emulator.plant import Drive
 from firmware_emulator.servo.electrical import effort_limit
 from firmware_emulator.servo.memory import RegisterFile
-from firmware_emulator.servo.parameters import SPEED_UNIT_COUNTS, ServoParameters
+from firmware_emulator.servo.parameters import ServoParameters
 
 POSITION, SPEED, CURRENT, PWM = range(4)
+"""Places in `model_file.MODES`."""
 OFF, ON, DAMPING = range(3)
 UNPOWERED = Drive(powered=False)
 MOTOR_ACCELERATION = 1e6
 """Acceleration of a profile that only its speed limits, counts/s²: above what the motor can follow."""
-FACTORY_GAIN = 32
-"""Factory value of both gain registers (assumption); the effect of others is in proportion to it (assumption)."""
+LOOP = (
+    "torque_enable",
+    "mode",
+    "acceleration",
+    "goal_position",
+    "goal_torque",
+    "goal_pwm",
+    "goal_speed",
+    "protection_current",
+    "torque_limit",
+    "kp",
+    "kd",
+    "dead_zone_cw",
+    "dead_zone_ccw",
+)
+"""Registers that `LoopSettings` is read from."""
+FASTEST = 0x7FFF
+"""Speed that stands for no limit, register units."""
 FACTORY_DEAD_ZONE = 1
 FREE_ANGLES = ((0, 0), (0, 4095))
 """Angle limits that bound nothing: those of a multi-turn servo, and the factory's (assumption: homing needs it)."""
@@ -30,41 +47,49 @@ class LoopSettings(NamedTuple):
     enable: int
     """0 off, 1 on, 2 damping."""
     mode: int
-    """0 position, 1 speed, 2 current, 3 PWM."""
+    """`POSITION`, `SPEED`, `CURRENT` or `PWM`."""
     acceleration: int
     """Register units, 0 = as fast as the motor can."""
     position: int
     """Counts."""
     torque: int
-    """Register units; a limit in modes 0 and 1, signed in mode 2; 0.1 % duty in mode 3 (assumption)."""
-    speed: int
-    """Register units."""
+    """Register units; a limit of position and speed, signed for the current; 0.1 % duty in PWM mode (assumption)."""
+    speed: float
+    """Counts/s."""
     current_limit: int
     """Protection current, register units: bounds every mode that controls current."""
     duty_limit: int
     """Torque limit register, 0.1 % of full duty."""
-    kp: int
-    """Gain register; the unit's own gain stands for the factory value."""
-    kd: int
-    """Damping register; the unit's own damping stands for the factory value."""
+    gain: float
+    """Gain register over its factory value, for which the unit's own gain stands (the proportion is an assumption)."""
+    damping: float
+    """Damping register, as the gain."""
     dead_zone: tuple[int, int]
     """Counts of error towards higher and towards lower counts that are left alone."""
 
     @classmethod
     def of(cls, memory: RegisterFile) -> LoopSettings:
         """Read them from the registers."""
+        model, get = memory.model, memory.get
+        mode = model.mode_codes[min(get("mode"), len(model.mode_codes) - 1)]
+        if model.limits_select_motor and not get("min_angle") and not get("max_angle"):
+            mode = PWM
+        speed = get("goal_speed")
+        if not speed and model.zero_speed_is_fastest and mode == POSITION:
+            speed = FASTEST
+        factory_p, factory_d = model.places["kp"].default, model.places["kd"].default
         return cls(
-            memory.get("torque_enable"),
-            memory.get("mode"),
-            memory.get("acceleration"),
-            memory.get("goal_position"),
-            memory.get("goal_torque"),
-            memory.get("goal_speed"),
-            memory.get("protection_current"),
-            memory.get("torque_limit"),
-            memory.get("kp"),
-            memory.get("kd"),
-            (memory.get("dead_zone_cw"), memory.get("dead_zone_ccw")),
+            get("torque_enable"),
+            mode,
+            get("acceleration"),
+            get("goal_position"),
+            get("goal_pwm" if mode == PWM else "goal_torque"),
+            model.speed_unit_counts * speed,
+            get("protection_current"),
+            get("torque_limit"),
+            get("kp") / factory_p if factory_p else 1.0,
+            get("kd") / factory_d if factory_d else 1.0,
+            (get("dead_zone_cw"), get("dead_zone_ccw")),
         )
 
     @property
@@ -95,8 +120,25 @@ class LoopSettings(NamedTuple):
             return Drive(torque=torque, limit=duty, current_limit=bound)
         if not bound:
             return Drive(setpoint)
-        stiffness, damping = servo.stiffness * self.kp / FACTORY_GAIN, servo.damping * self.kd / FACTORY_GAIN
-        return Drive(setpoint, stiffness, damping, limit=duty, current_limit=bound)
+        return Drive(
+            setpoint, servo.stiffness * self.gain, servo.damping * self.damping, limit=duty, current_limit=bound
+        )
+
+    def differs_by_setpoint(self, other: LoopSettings) -> bool:
+        """Return whether `drive` of both, at one setpoint, is the same, and has a setpoint."""
+        return self.enable == ON and self.mode in (POSITION, SPEED) and self._of_drive == other._of_drive
+
+    @property
+    def _of_drive(self) -> tuple[float, ...]:
+        return (
+            self.enable,
+            self.mode,
+            self.torque,
+            self.current_limit,
+            self.duty_limit,
+            self.gain,
+            self.damping,
+        )
 
     @property
     def has_dead_zone(self) -> bool:
@@ -108,10 +150,15 @@ class LoopSettings(NamedTuple):
         towards_higher, towards_lower = self.dead_zone
         return -towards_lower <= error <= towards_higher
 
-    def limits(self, servo: ServoParameters) -> tuple[float, float] | None:
-        """Return speed (counts/s) and acceleration (counts/s²) of the profile, None when neither limits the motor."""
-        speed = SPEED_UNIT_COUNTS * abs(self.speed)
-        acceleration = servo.acceleration_unit_counts * self.acceleration
-        if acceleration == 0.0 and speed >= servo.no_load_speed_counts:
+    def limits(self, fastest: float, acceleration_unit: float) -> tuple[float, float] | None:
+        """Return speed (counts/s) and acceleration (counts/s²) of the profile, None when neither limits the motor.
+
+        Args:
+            fastest: what the motor reaches without load, counts/s.
+            acceleration_unit: one unit of the acceleration register, counts/s².
+        """
+        speed = abs(self.speed)
+        acceleration = acceleration_unit * self.acceleration
+        if acceleration == 0.0 and speed >= fastest:
             return None
         return speed, acceleration or MOTOR_ACCELERATION

@@ -13,13 +13,12 @@ from firmware_emulator.servo.control import OFF, PWM, LoopSettings
 from firmware_emulator.servo.electrical import turning_current
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
-from firmware_emulator.servo.parameters import COUNTS_PER_TURN, SPEED_UNIT_COUNTS, ServoParameters
-from firmware_emulator.servo.registers import FEEDBACK, REGISTERS
+from firmware_emulator.servo.model_file import FEEDBACK
+from firmware_emulator.servo.parameters import RAD_PER_COUNT, ServoParameters
 from firmware_emulator.servo.shafts import Sample
 
-BLOCK = Struct("<HHHBBBBBHH")
-PHASE = REGISTERS["phase"].address
-ASYNC_FLAG = REGISTERS["async_flag"].address
+BLOCK = "HHHBBBBBHH"
+"""Registers 56 to 70; a servo that measures no current ends before the last two."""
 MULTI_TURN = 0x10
 """Bit of the phase register: the reading counts turns."""
 MAX_WORD = 0x7FFF
@@ -36,7 +35,13 @@ class FeedbackBlock:
     def __init__(
         self, memory: RegisterFile, frame: Frame, mounting: Mounting, parameters: ServoParameters, noise: Random
     ) -> None:
+        model = memory.model
         self._memory = memory.bytes
+        self._reported = len(BLOCK) if model.has("present_current") else len(BLOCK) - 2
+        self._pack_into = Struct("<>"[model.byte_order == "big"] + BLOCK[: self._reported]).pack_into
+        self._phase, self._async_flag = model.places["phase"].address, model.places["async_flag"].address
+        self._turn, self._last = (model.resolution, 0) if model.wraps else (0, model.resolution - 1)
+        self._moving_bits = model.places["moving"].high
         self._frame = frame
         self._shaft = mounting.shaft
         self._turning_current = turning_current(parameters)
@@ -45,8 +50,9 @@ class FeedbackBlock:
         self._noise_units = parameters.current_noise_units
         # The sign of load and current is that of a goal torque: positive toward lower counts.
         self._sign = -mounting.direction
-        self._speed_units = frame.counts_per_rad / SPEED_UNIT_COUNTS
-        self._counts_per_rad = frame.counts_per_rad
+        self._speed_units = frame.counts_per_rad / model.speed_unit_counts
+        # Those of the motor are 4096 a turn, whatever the encoder has.
+        self._motor_counts_per_rad = mounting.direction / RAD_PER_COUNT
         self._load_units = 1000.0 / parameters.stall_torque
         self._back_emf = self._sign * parameters.back_emf
         self.volts = parameters.voltage
@@ -73,29 +79,30 @@ class FeedbackBlock:
         shaft, memory = self._shaft, self._memory
         shaft_speed = speeds[shaft]
         counts = self._frame.counts(angles[shaft])
-        if not memory[PHASE] & MULTI_TURN:
-            counts %= COUNTS_PER_TURN
+        if not self._turn:
+            counts = min(max(counts, 0), self._last)
+        elif not memory[self._phase] & MULTI_TURN:
+            counts %= self._turn
         speed = round(self._speed_units * shaft_speed)
         effort = self._sign * efforts[shaft]
         load = round(self._load_units * effort)
         self.current_units = current = self._current(
-            effort - self._back_emf * shaft_speed, self._counts_per_rad * shaft_speed, now, settings
+            effort - self._back_emf * shaft_speed, self._motor_counts_per_rad * shaft_speed, now, settings
         )
         target = round(setpoint_counts)
-        BLOCK.pack_into(
-            memory,
-            FEEDBACK,
+        fields = (
             counts if 0 <= counts <= MAX_WORD else _word(counts),
             speed if 0 <= speed <= MAX_WORD else _word(speed),
             load if load >= 0 else -load | 0x400,
             round(10.0 * self.volts),
             int(self.temperature_c),
-            memory[ASYNC_FLAG],
+            memory[self._async_flag],
             self.status,
-            (1 if speed else 0) | (2 if abs(setpoint_counts - counts) > REACHED_COUNTS else 0),
+            self._moving_bits & ((1 if speed else 0) | (2 if abs(setpoint_counts - counts) > REACHED_COUNTS else 0)),
             target if 0 <= target <= MAX_WORD else _word(target),
             current if current >= 0 else -current | 0x8000,
         )
+        self._pack_into(memory, FEEDBACK, *fields[: self._reported])
 
     def _current(self, winding: float, speed: float, now: float, settings: LoopSettings) -> int:
         """Reading (register units) for what drives the winding, N m, at a speed, counts/s."""

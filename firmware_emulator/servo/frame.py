@@ -23,11 +23,13 @@ class Mounting:
 class Frame:
     """Counts of one servo: `present = encoder - offset - 4096 turns`, the encoder being the unbounded shaft's."""
 
-    def __init__(self, mounting: Mounting) -> None:
+    def __init__(self, mounting: Mounting, counts_per_turn: float = COUNTS_PER_TURN, *, wraps: bool = True) -> None:
+        """Mount a servo; without `wraps` it has a potentiometer, which knows neither turns nor an offset."""
         self._mounting = mounting
         self._turns = 0
         self._offset = 0
-        self._scale = mounting.direction / RAD_PER_COUNT
+        self._wraps = wraps
+        self._scale = mounting.direction / (RAD_PER_COUNT * COUNTS_PER_TURN / counts_per_turn)
         self._zero = mounting.zero_counts
         # Rounds to the nearest count, at one add per reading.
         self._rounding_zero = self._zero + 0.5
@@ -58,7 +60,8 @@ class Frame:
 
     def forget_turns(self, angle: float) -> None:
         """Keep only what one turn of the encoder tells, as after power-up: the reading modulo 4096."""
-        self._place(self._turns + self.counts(angle) // COUNTS_PER_TURN)
+        if self._wraps:
+            self._place(self._turns + self.counts(angle) // COUNTS_PER_TURN)
 
     def set_offset(self, offset: int) -> None:
         """Take an offset (counts) from the register."""

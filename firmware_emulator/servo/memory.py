@@ -5,10 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 from firmware_emulator.servo.encoding import decode_signed, encode_signed
-from firmware_emulator.servo.models import HLS3606M, ServoModel
-from firmware_emulator.servo.registers import EEPROM_END, MEMORY_SIZE, POWER_UP_COPIES, REGISTER_AT, REGISTERS, Register
-
-LOCK = REGISTERS["lock"].address
+from firmware_emulator.servo.model_file import EEPROM_END, MEMORY_SIZE, Register, ServoModel
+from firmware_emulator.servo.models import HLS3606M
 
 
 class RegisterFile:
@@ -16,67 +14,65 @@ class RegisterFile:
 
     def __init__(self, servo: int, model: ServoModel = HLS3606M) -> None:
         """Hold a model's factory values for the servo with this ID."""
-        self._sign_bits = {"offset": model.offset_sign_bit}
-        # Name to address, size and bit of the sign, 0 for none: a goal reads a dozen registers of each servo.
-        self._places = {
-            register.name: (
-                register.address,
-                register.size,
-                self._sign_bits.get(register.name, 15) if register.signed else 0,
-            )
-            for register in REGISTERS.values()
-        }
-        self._factory = {register.name: register.default for register in REGISTERS.values()} | dict(model.factory)
-        self._eeprom = bytearray(MEMORY_SIZE)
+        self.model = model
+        # Name to the addresses of the low and the high byte (0: there is none) and the bit of the sign (0: none), since
+        # a goal reads a dozen registers of each servo.
+        self._places = {name: (*_byte_places(row, model), row.sign_bit) for name, row in model.places.items()}
+        self._lock = model.places["lock"].address
+        # Behind what the bus reads stand the numbers of what the model lacks.
+        size = max(MEMORY_SIZE, *(row.span.stop for row in model.places.values()))
+        self._eeprom = bytearray(size)
         self._put_factory_values()
-        self._store(self._eeprom, REGISTERS["id"], servo)
-        self.bytes = bytearray(MEMORY_SIZE)
+        self._store(self._eeprom, model.places["id"], servo)
+        self.bytes = bytearray(size)
         self.power_up()
 
     def power_up(self) -> None:
         """Forget RAM: load EEPROM, then the registers that start as copies of others."""
         self.bytes[:] = self._eeprom
-        for source, target in POWER_UP_COPIES.items():
+        for source, target in self.model.power_up.items():
             self.set(target, self.get(source))
 
     def restore(self) -> None:
         """Put factory values everywhere except the ID."""
         servo = self.get("id")
         self._put_factory_values()
-        self._store(self._eeprom, REGISTERS["id"], servo)
+        self._store(self._eeprom, self.model.places["id"], servo)
         self.power_up()
 
     def get(self, name: str) -> int:
         """Return a register's value, signed where the register is."""
-        address, size, sign_bit = self._places[name]
-        word = self.bytes[address]
-        if size == 2:
-            word |= self.bytes[address + 1] << 8
+        low, high, sign_bit = self._places[name]
+        word = self.bytes[low]
+        if high:
+            word |= self.bytes[high] << 8
         return decode_signed(word, sign_bit) if sign_bit else word
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the servo, whether or not a bus write may."""
-        self._store(self.bytes, REGISTERS[name], value)
+        self._store(self.bytes, self.model.places[name], value)
 
     def keep(self, name: str) -> None:
         """Copy a register's present value to EEPROM if the lock permits, as calibration does."""
-        register = REGISTERS[name]
-        if not self.bytes[LOCK]:
+        if not self.bytes[self._lock]:
+            register = self.model.places[name]
             span = slice(register.address, register.address + register.size)
             self._eeprom[span] = self.bytes[span]
 
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes; addresses behind the map read as zero."""
-        data = bytes(self.bytes[address : address + count])
+        data = bytes(self.bytes[address : min(address + count, MEMORY_SIZE)])
         return data if len(data) == count else data.ljust(count, b"\0")
 
     def write(self, address: int, data: bytes) -> None:
         """Apply a bus write: read-only bytes are left, values out of a register's range are brought to its edge."""
-        places, registers = _writable(address, len(data))
-        for at in places:
-            self.bytes[at] = data[at - address]
-        for register in registers:
-            self._store(self.bytes, register, self._bounded(register))
+        spans, registers = _writable(self.model, address, len(data))
+        for first, stop in spans:
+            self.bytes[first:stop] = data[first - address : stop - address]
+        for register, low, high in registers:
+            # A word within the range stands there as it is stored; that of a negative value is none of them.
+            if not register.low <= self.bytes[low] | (self.bytes[high] << 8 if high else 0) <= register.high:
+                self._store(self.bytes, register, self._bounded(register))
             if register.address < EEPROM_END:
                 self.keep(register.name)
 
@@ -86,20 +82,39 @@ class RegisterFile:
         return -magnitude if value < 0 else magnitude
 
     def _put_factory_values(self) -> None:
-        for name, value in self._factory.items():
-            self._store(self._eeprom, REGISTERS[name], value)
+        for row in self.model.places.values():
+            self._store(self._eeprom, row, row.default)
 
     def _store(self, memory: bytearray, register: Register, value: int) -> None:
-        word = encode_signed(value, self._sign_bits.get(register.name, 15)) if register.signed else value
-        memory[register.address : register.address + register.size] = word.to_bytes(register.size, "little")
+        word = encode_signed(value, register.sign_bit) if register.sign_bit else value
+        memory[register.address : register.address + register.size] = word.to_bytes(
+            register.size, self.model.byte_order
+        )
+
+
+def _byte_places(register: Register, model: ServoModel) -> tuple[int, int]:
+    """Addresses of the low and the high byte, 0 for no high byte."""
+    if register.size == 1:
+        return register.address, 0
+    first, second = register.span
+    return (first, second) if model.byte_order == "little" else (second, first)
 
 
 @lru_cache(maxsize=256)
-def _writable(address: int, count: int) -> tuple[tuple[int, ...], tuple[Register, ...]]:
-    """Return what a bus write of `count` bytes from `address` changes: addresses and registers."""
-    found = {}
+def _writable(
+    model: ServoModel, address: int, count: int
+) -> tuple[tuple[tuple[int, int], ...], tuple[tuple[Register, int, int], ...]]:
+    """Return what a bus write of `count` bytes from `address` changes.
+
+    Returns:
+        Runs of addresses, first and behind the last; and registers, with the addresses of low and high byte.
+    """
+    runs: list[tuple[int, int]] = []
+    registers: dict[Register, None] = {}
     for at in range(address, min(address + count, MEMORY_SIZE)):
-        register = REGISTER_AT.get(at) or REGISTER_AT.get(at - 1)
-        if register is not None and register.writable and at < register.address + register.size:
-            found[at] = register
-    return tuple(found), tuple(dict.fromkeys(found.values()))
+        register = model.register_at.get(at)
+        if register is not None and register.writable:
+            first = runs.pop()[0] if runs and runs[-1][1] == at else at
+            runs.append((first, at + 1))
+            registers[register] = None
+    return tuple(runs), tuple((register, *_byte_places(register, model)) for register in registers)

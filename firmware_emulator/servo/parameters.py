@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from firmware_emulator.servo.models import model_of
 
@@ -28,7 +29,7 @@ class ServoParameters:
     """
 
     model: str = "HLS3606M"
-    """Kind of servo, a name in `models.MODELS`: its registers; what it does physically stands below."""
+    """Kind of servo, for `models.model_of`: its registers; what it does physically stands below."""
     stall_torque: float = 0.588
     """Torque at full duty and standstill, N m (6 kg cm, vendor)."""
     duty_per_count: float = 0.00862
@@ -101,6 +102,23 @@ class ServoParameters:
                 f"duty_per_count must be between 0 and 1/{RECORDED_COUNTS:g}, got {self.duty_per_count}: full duty "
                 "lies beyond the errors at which currents were recorded"
             )
+
+    @classmethod
+    def of_model(cls, model: str, **own: float) -> ServoParameters:
+        """Return the parameters of a kind of servo: what its data sheet states, else those of the hand's servo.
+
+        Args:
+            model: for `models.model_of`.
+            own: fields that differ from the data sheet's.
+
+        Raises:
+            ValueError: no such model or field, or a number out of range.
+        """
+        try:
+            stated: dict[str, Any] = {**model_of(model).physics, **own}
+            return cls(model=model, **stated)
+        except TypeError as error:
+            raise ValueError(f"servo model {model}: {error}") from error
 
     @property
     def stiffness(self) -> float:

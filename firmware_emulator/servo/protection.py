@@ -10,7 +10,8 @@ from __future__ import annotations
 from enum import IntFlag
 
 from firmware_emulator.servo.memory import RegisterFile
-from firmware_emulator.servo.models import HLS3606M, ServoModel
+from firmware_emulator.servo.model_file import ServoModel
+from firmware_emulator.servo.models import HLS3606M
 
 
 class Status(IntFlag):
@@ -32,7 +33,7 @@ class Protection:
 
     def __init__(self, model: ServoModel = HLS3606M) -> None:
         """Watch a servo of a model."""
-        self._has_overload = model.overload
+        self._has_overload = model.has("holding_torque")
         self.release()
 
     def release(self) -> None:
@@ -62,9 +63,8 @@ class Protection:
         return status
 
     def _look_for_overload(self, memory: RegisterFile, seconds: float) -> None:
-        # The same addresses are gains of the current loop in an HLS servo, which the map names.
-        threshold, patience = memory.get("reserved_36"), memory.get("current_i")
-        load = memory.get("present_load") & 0x3FF
+        threshold, patience = memory.get("overload_torque"), memory.get("overload_time")
+        load = abs(memory.get("present_load"))
         over = load > 10 * threshold and bool(memory.get("unload_conditions") & Status.OVERLOAD)
         self._overload_s = self._overload_s + seconds if over else 0.0
         self.overloaded |= over and self._overload_s >= 0.01 * patience - 1e-9

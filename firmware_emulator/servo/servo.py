@@ -15,32 +15,23 @@ from firmware_emulator.servo import control
 from firmware_emulator.servo.control import LoopSettings
 from firmware_emulator.servo.electrical import temperature_after
 from firmware_emulator.servo.encoding import decode_signed
-from firmware_emulator.servo.feedback import FeedbackBlock
+from firmware_emulator.servo.feedback import MULTI_TURN, FeedbackBlock
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
+from firmware_emulator.servo.model_file import FEEDBACK
 from firmware_emulator.servo.models import model_of
-from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
+from firmware_emulator.servo.parameters import COUNTS_PER_TURN, CURRENT_UNIT_MA, ServoParameters
 from firmware_emulator.servo.profile import Trapezoid, plan
 from firmware_emulator.servo.protection import Protection, Status
-from firmware_emulator.servo.registers import FEEDBACK, REGISTERS, span
 from firmware_emulator.servo.shafts import Shafts
 
-GOAL = span("goal_position", "goal_speed")
-"""Addresses whose write enables the torque: the firmware never does so itself (assumption)."""
-GOAL_BLOCK = REGISTERS["acceleration"].address
-"""Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do."""
-CONTROL = span("dead_zone_cw", "kd")
-"""Addresses that `LoopSettings` is read from lie in here."""
-OFFSET = span("offset")
-TORQUE = REGISTERS["torque_enable"].address
 MIDDLE = 128
 """What an STS servo's torque register takes for an order to calibrate, and does not keep."""
 MID_COUNTS = 2048
-MAX_GOAL = 32767
 
 
 class Servo:
-    """An HLS3606M on a shaft."""
+    """A servo on a shaft."""
 
     def __init__(
         self,
@@ -55,9 +46,19 @@ class Servo:
         """Mount a servo with this ID; it is powered and its torque is off."""
         self.model = model_of(parameters.model)
         self.memory = RegisterFile(servo, self.model)
-        self.frame = Frame(mounting)
+        self.frame = Frame(mounting, self.model.counts_per_turn, wraps=self.model.wraps)
         self.parameters = parameters
         self.silent_until = -1.0
+        model = self.model
+        # Addresses whose write enables the torque: the firmware never does so itself (assumption).
+        self._goal = model.span("goal_position", "goal_speed")
+        # Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do.
+        self._goal_block = model.places["acceleration"].address
+        self._control = model.span(*control.LOOP)
+        self._offset = model.span("offset")
+        self._torque = model.places["torque_enable"].address
+        self._fastest = parameters.no_load_speed_counts * model.counts_per_turn / COUNTS_PER_TURN
+        self._acceleration_unit = parameters.acceleration_unit_counts * model.counts_per_turn / COUNTS_PER_TURN
         self._mounting = mounting
         self._kernel = kernel
         self._shafts = shafts
@@ -92,19 +93,20 @@ class Servo:
         write = address, data
         if write == self._last_goal:
             return
-        self._last_goal = write if address == GOAL_BLOCK else None
-        at = TORQUE - address
+        self._last_goal = write if address == self._goal_block else None
+        at = self._torque - address
         if self.model.middle_by_torque and 0 <= at < len(data) and data[at] == MIDDLE:
             self.calibrate(None)
             data = data[:at] + bytes((self.memory.get("torque_enable"),)) + data[at + 1 :]
         self.memory.write(address, data)
         written = range(address, address + len(data))
-        if _meet(written, GOAL):
+        if _meet(written, self._goal):
             self.memory.set("torque_enable", control.ON)
-        if _meet(written, CONTROL):
+        if _meet(written, self._control):
             self._control_written()
-        if _meet(written, OFFSET):
+        if _meet(written, self._offset):
             self.frame.set_offset(self.memory.get("offset"))
+            self._stay_in_one_turn()
             self._reframe()
         self._take_address()
 
@@ -112,7 +114,7 @@ class Servo:
         """Follow the registers that say what this servo listens to."""
         self.id = self.memory.get("id")
         """Its ID."""
-        self.secondary_id = self.memory.get("secondary_id") if self.model.secondary_id else 0
+        self.secondary_id = self.memory.get("secondary_id") if self.model.has("secondary_id") else 0
         """A second ID that takes writes and answers nothing; 0 for none, for the hand's servo 0 has that ID."""
         self.baud = self.model.baud_rates[self.memory.get("baud")]
         """bit/s."""
@@ -156,7 +158,7 @@ class Servo:
     def calibrate(self, value: int | None) -> None:
         """Make the present angle read `value` counts, 2048 when None (CALIBRATE); kept if EEPROM is unlocked."""
         self.frame.calibrate(self._angle(), MID_COUNTS if value is None else decode_signed(value))
-        largest = (1 << self.model.offset_sign_bit) - 1
+        largest = (1 << self.model.places["offset"].sign_bit) - 1
         self.memory.set("offset", max(self.frame.offset, -largest))
         self.memory.keep("offset")
         self._reframe()
@@ -201,16 +203,23 @@ class Servo:
 
     def _at_power_up(self) -> LoopSettings:
         # The goal starts where the shaft is, so that enabling the torque holds (assumption).
-        self.memory.set("goal_position", min(max(self.frame.counts(self._angle()), -MAX_GOAL), MAX_GOAL))
+        goal = self.model.places["goal_position"]
+        lowest = -goal.high if goal.sign_bit else goal.low
+        self.memory.set("goal_position", min(max(self.frame.counts(self._angle()), lowest), goal.high))
         return LoopSettings.of(self.memory)
 
     @property
     def _holding_duty(self) -> int:
         """What an overload leaves of the torque, 0.1 % of full duty."""
-        return 10 * self.memory.get("current_p")
+        return 10 * self.memory.get("holding_torque")
 
     def _wanted_is_weak(self) -> bool:
         return self._wanted.duty_limit <= self._holding_duty
+
+    def _stay_in_one_turn(self) -> None:
+        """Forget turns that a servo does not count, so that a goal means the place where the shaft reads it."""
+        if not self.memory.get("phase") & MULTI_TURN:
+            self.frame.forget_turns(self._angle())
 
     def _angle(self) -> float:
         return self._shafts.sample().angles[self._mounting.shaft]
@@ -226,6 +235,7 @@ class Servo:
             return
         if wanted.enable and not self._wanted.enable:
             self._protection.release()
+            self._stay_in_one_turn()
         self._wanted = wanted
         if wanted.enable == control.OFF:
             # Nothing that was on its way to the loop may switch the torque on again.
@@ -240,14 +250,16 @@ class Servo:
             return
         now = self._kernel.now
         position, velocity = self._present_setpoint(now)
-        self._acting = settings
+        before, self._acting = self._acting, settings
         self._motion = self._planned(settings, now, position, velocity)
         if self._motion is None and settings.mode == control.POSITION and settings.speed:
             position = self._bounded(settings.position)
         self._setpoint_counts = position
         shaft = self._mounting.shaft
-        drive = settings.drive(self._aim(), self._mounting.direction, self.parameters)
-        self._shafts.drive(shaft, drive)
+        if settings.differs_by_setpoint(before):
+            self._shafts.aim(shaft, self._aim())
+        else:
+            self._shafts.drive(shaft, settings.drive(self._aim(), self._mounting.direction, self.parameters))
         followed = self._motion is not None or settings.has_dead_zone
         self._shafts.follow(shaft, self._follow if followed else None)
 
@@ -260,13 +272,13 @@ class Servo:
     def _planned(self, settings: LoopSettings, now: float, position: float, velocity: float) -> Trapezoid | None:
         if settings.enable != control.ON:
             return None
-        limits = settings.limits(self.parameters)
+        limits = settings.limits(self._fastest, self._acceleration_unit)
         if settings.mode == control.POSITION and limits is not None and limits[0] > 0.0:
             return plan(
                 now, position, velocity, self._bounded(settings.position), speed=limits[0], acceleration=limits[1]
             )
         if settings.mode == control.SPEED and settings.speed:
-            speed, acceleration = limits or (self.parameters.no_load_speed_counts, control.MOTOR_ACCELERATION)
+            speed, acceleration = limits or (self._fastest, control.MOTOR_ACCELERATION)
             goal = position + (control.ENDLESS_COUNTS if settings.speed > 0 else -control.ENDLESS_COUNTS)
             return plan(now, position, velocity, goal, speed=speed, acceleration=acceleration)
         return None

@@ -15,7 +15,6 @@ from aero.clock import WallClock
 from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
-from firmware_emulator.servo.models import MODELS
 from hil.cli.exits import given
 from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation
 from hil.cli.viewing import viewing, with_view
@@ -35,7 +34,7 @@ from model.units.naming import unit_named
 @click.option("--bus-echo", is_flag=True, help="The bus terminal gives back what it sends, as some adapters do.")
 @click.option("--bus-collide", is_flag=True, help="Masters of the bus do not wait for each other, as on a wire.")
 @click.option("--listen", type=HostAndPort(), help="Serve the board at rfc2217://HOST:PORT too, with DTR and RTS.")
-@click.option("--servo-model", type=click.Choice(list(MODELS)), help="Registers of another kind of servo.")
+@click.option("--servo-model", help="Registers of another kind of servo: a shipped name, or a .toml file.")
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD

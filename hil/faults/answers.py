@@ -38,8 +38,10 @@ class Answer:
         if at < 0 or at + row.size > len(self.registers):
             return self.data
         word = int.from_bytes(self.registers[at : at + row.size], "little")
-        value = change(decode_signed(word) if row.signed else word)
-        value = encode_signed(max(-ENOUGH, min(ENOUGH, value))) if row.signed else max(0, min(255, value))
+        value = change(decode_signed(word, row.sign_bit) if row.sign_bit else word)
+        value = (
+            encode_signed(max(-ENOUGH, min(ENOUGH, value)), row.sign_bit) if row.sign_bit else max(0, min(255, value))
+        )
         changed = self.registers[:at] + value.to_bytes(row.size, "little") + self.registers[at + row.size :]
         return pack(self.servo, self.code, changed)
 

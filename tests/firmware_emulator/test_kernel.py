@@ -2,7 +2,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_emulator.clock import VirtualClock
-from firmware_emulator.kernel import Kernel, Mutex, Signal
+from firmware_emulator.kernel import BEHIND, Kernel, Mutex, Signal
 
 
 @given(st.lists(st.floats(0, 100, allow_nan=False)))
@@ -33,6 +33,23 @@ def test_a_task_reads_top_to_bottom():
     assert seen == [0.0, 1.5]
 
 
+def test_a_task_that_waits_behind_runs_after_what_is_due_at_the_same_instant():
+    kernel = Kernel()
+    seen = []
+
+    def task():
+        yield 1.5
+        seen.append("before")
+        yield BEHIND
+        seen.append(("behind", kernel.now))
+
+    kernel.spawn(task())
+    kernel.run_until(1.0)
+    kernel.call_at(1.5, seen.append, "other")
+    kernel.run_until(2.0)
+    assert seen == ["before", "other", ("behind", 1.5)]
+
+
 def test_a_wait_tells_whether_the_signal_or_the_deadline_came_first():
     kernel = Kernel()
     signal = Signal(kernel)
@@ -55,7 +72,7 @@ def test_a_spent_wait_is_not_woken_again():
 
     def waiter():
         seen.append((yield signal, 1.0))
-        yield 10.0
+        yield kernel.now + 10.0
         seen.append(kernel.now)
 
     kernel.spawn(waiter())
@@ -74,7 +91,7 @@ def test_a_lock_is_held_by_one_task_and_handed_on_in_turn():
         yield from lock.take()
         assert not lock.try_take()
         seen.append((name, kernel.now))
-        yield 1.0
+        yield kernel.now + 1.0
         lock.give()
 
     for name in "abc":

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo.memory import RegisterFile
+from firmware_emulator.servo.model_file import EEPROM_END
+from firmware_emulator.servo.models import HLS3606M as HLS_MODEL
 from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT, ServoParameters
-from firmware_emulator.servo.registers import EEPROM_END, POWER_UP_COPIES, REGISTERS
+from firmware_emulator.servo.registers import REGISTERS
 
 SHAFT_OF_SERVO_3 = 0
 """Servo 3 turns the index, whose counts fall as it closes; 3278 is open."""
@@ -59,8 +61,8 @@ def test_the_register_table_is_consistent():
             assert address not in taken
             taken[address] = name
         assert register.low <= abs(register.default) <= register.high
-        assert register.confidence in "ABC"
-    for source, target in POWER_UP_COPIES.items():
+        assert register.source in "ABC"
+    for source, target in HLS_MODEL.power_up.items():
         assert REGISTERS[source].address < EEPROM_END <= REGISTERS[target].address
 
 

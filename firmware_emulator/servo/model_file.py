@@ -1,0 +1,231 @@
+"""A kind of bus servo as data: its registers, and in what kinds differ. One TOML file is one kind.
+
+A file states `name`, `number`, the encodings, `[sources]` (a letter for each), and one row for each register: name,
+address, size, access (`r` or `rw`), lowest, highest and factory value, sign bit (0 for none), unit, source. `like =
+"OTHER"` takes over what another kind has; rows and settings of the file then replace it, `without` drops registers.
+
+What a kind lacks it answers as zeros. What stands in for such a register inside the servo is in `[instead]`: another
+register's name, or a number that never changes.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from firmware_emulator.packets import Instruction
+
+MEMORY_SIZE = 128
+"""Addresses that a bus read finds anything at."""
+EEPROM_END = 40
+FEEDBACK = 56
+"""First address of the measurements; up to 66 they are alike in all series."""
+MODES = ("position", "speed", "current", "pwm", "step")
+"""What a mode register's value may stand for; `step` is not modelled and acts as `position`."""
+
+
+class Register(NamedTuple):
+    """One row of the map."""
+
+    name: str
+    """Lower-case name."""
+    address: int
+    """Address of the first byte."""
+    size: int
+    """Bytes, 1 or 2."""
+    writable: bool
+    """Whether a write has an effect; others are acknowledged and ignored."""
+    low: int
+    """Smallest value (magnitude for signed registers); smaller ones are stored as this."""
+    high: int
+    """Largest value (magnitude for signed registers); larger ones are stored as this."""
+    default: int
+    """Factory value."""
+    sign_bit: int
+    """Bit that is the sign of a sign-magnitude word; 0 when there is none."""
+    unit: str
+    """Unit of one count of the register."""
+    source: str
+    """Letter of the model's `sources`."""
+
+    @property
+    def span(self) -> range:
+        """Its addresses."""
+        return range(self.address, self.address + self.size)
+
+
+NEEDED = frozenset(
+    """id baud response_level min_angle max_angle max_temperature max_voltage min_voltage unload_conditions phase offset
+    mode protection_current over_current_time dead_zone_cw dead_zone_ccw torque_enable acceleration goal_position
+    goal_torque goal_pwm goal_speed torque_limit kp kd lock present_position present_speed present_load
+    present_voltage present_temperature async_flag status moving present_current""".split()  # noqa: SIM905
+)
+"""What a servo looks up; each is a register of the model, or has something `instead`."""
+
+
+@dataclass(frozen=True, eq=False)
+class ServoModel:
+    """One kind of servo."""
+
+    name: str
+    """As its maker writes it."""
+    number: int
+    """Model number, registers 3 and 4."""
+    byte_order: Literal["little", "big"]
+    """Of two-byte registers."""
+    resolution: int
+    """Counts over the span of the encoder."""
+    span_deg: float
+    """Span of the encoder, degrees: 360 for a magnetic one, whose reading wraps, less for a potentiometer."""
+    speed_unit_counts: float
+    """One unit of a speed register, counts/s."""
+    zero_speed_is_fastest: bool
+    """Whether speed 0 means no limit; else it means no motion."""
+    limits_select_motor: bool
+    """Whether both angle limits at 0 select the PWM mode, where there is no mode register."""
+    middle_by_torque: bool
+    """Whether 128 in the torque register makes the present position 2048."""
+    modes: tuple[str, ...]
+    """What the values of the mode register stand for, names of `MODES`."""
+    instructions: frozenset[Instruction]
+    """What it executes; it is silent to others."""
+    baud_rates: tuple[int, ...]
+    """Baud rates by the value of the baud register, bit/s."""
+    registers: Mapping[str, Register]
+    """Rows by name."""
+    instead: Mapping[str, str | int]
+    """What stands in for a register that it lacks."""
+    power_up: Mapping[str, str]
+    """EEPROM register to the RAM register that it is copied to at power-up."""
+    physics: Mapping[str, float]
+    """Fields of `ServoParameters` that a data sheet states."""
+    sources: Mapping[str, str]
+    """Letter to where a number comes from."""
+
+    @property
+    def wraps(self) -> bool:
+        """Whether the reading goes on from 0 after a turn."""
+        return self.span_deg == 360.0
+
+    @property
+    def counts_per_turn(self) -> float:
+        """Counts of 360 degrees."""
+        return self.resolution * 360.0 / self.span_deg
+
+    @cached_property
+    def places(self) -> dict[str, Register]:
+        """Every name that a servo looks up: registers, their stand-ins, and constants behind what the bus can read."""
+        places = dict(self.registers)
+        numbers = {name: value for name, value in self.instead.items() if isinstance(value, int)}
+        for at, (name, value) in enumerate(numbers.items()):
+            places[name] = Register(name, MEMORY_SIZE + 2 * at, 2, False, 0, 0xFFFF, value, 0, "", "")
+        for name, other in self.instead.items():
+            if isinstance(other, str):
+                places[name] = places[other]
+        return places
+
+    @cached_property
+    def register_at(self) -> dict[int, Register]:
+        """The register that each address is a byte of."""
+        return {address: register for register in self.registers.values() for address in register.span}
+
+    @cached_property
+    def mode_codes(self) -> tuple[int, ...]:
+        """Modes by register value, as places in `MODES`."""
+        return tuple(0 if mode == "step" else MODES.index(mode) for mode in self.modes)
+
+    def has(self, name: str) -> bool:
+        """Whether the servo has a register of this name."""
+        return name in self.registers
+
+    def span(self, first: str, *others: str) -> range:
+        """Return the addresses from the first to the last of some registers; none of what the servo lacks."""
+        spans = [place.span for name in (first, *others) if (place := self.places[name]).address < MEMORY_SIZE]
+        return range(min(span.start for span in spans), max(span.stop for span in spans)) if spans else range(0)
+
+
+def read_model(path: Path, known: Callable[[str], Mapping[str, Any]]) -> dict[str, Any]:
+    """Return a file's content, with that of the model it is `like` below it; `known` returns the content of a model.
+
+    Raises:
+        ValueError: it is no TOML.
+        OSError: it cannot be read.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not a TOML file: {error}") from error
+    base = known(content["like"]) if "like" in content else {}
+    own = {row[0] for row in content.get("registers", ())} | set(content.get("without", ()))
+    rows = [row for row in base.get("registers", ()) if row[0] not in own]
+    tables = {name: {**base.get(name, {}), **content.get(name, {})} for name in ("instead", "power_up", "sources")}
+    return {**base, **content, **tables, "registers": [*rows, *content.get("registers", ())]}
+
+
+def build_model(content: Mapping[str, Any], place: Path) -> ServoModel:
+    """Return the model of a file's content.
+
+    Raises:
+        ValueError: something is missing, of the wrong kind, or does not fit; the message names file and place.
+    """
+    try:
+        registers = _registers(content)
+        given = {field.name: content[field.name] for field in fields(ServoModel) if field.name in content}
+        model = ServoModel(
+            **{
+                "limits_select_motor": False,
+                "middle_by_torque": False,
+                "physics": {},
+                **given,
+                "registers": registers,
+                "modes": tuple(content["modes"]),
+                "baud_rates": tuple(content["baud_rates"]),
+                "instructions": frozenset(Instruction[name] for name in content["instructions"]),
+            }
+        )
+        _check(model)
+    except KeyError as error:
+        raise ValueError(f"{place}: {error} is missing, or no name that is known") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{place}: {error}") from error
+    return model
+
+
+def _registers(content: Mapping[str, Any]) -> dict[str, Register]:
+    number = content["number"].to_bytes(2, content["byte_order"])
+    registers = {}
+    for row in content["registers"]:
+        if len(row) != len(Register._fields):
+            raise ValueError(f"register row {row}: needs {', '.join(Register._fields)}")
+        name, address, size, access, low, high, default, *rest = row
+        if address in (3, 4):
+            default = number[address - 3]
+        registers[name] = Register(name, address, size, access == "rw", low, high, default, *rest)
+    return registers
+
+
+def _check(model: ServoModel) -> None:
+    taken: dict[int, str] = {}
+    for register in model.registers.values():
+        for address in register.span:
+            if address in taken or address >= MEMORY_SIZE or register.size not in (1, 2):
+                raise ValueError(f"register {register.name} does not fit at address {register.address}")
+            taken[address] = register.name
+        if not register.low <= abs(register.default) <= register.high < 1 << (register.sign_bit or 8 * register.size):
+            raise ValueError(f"register {register.name}: {register.default} is not within its range")
+        if register.source not in model.sources:
+            raise ValueError(f"register {register.name}: no source {register.source!r}")
+    if missing := sorted(NEEDED - model.places.keys()):
+        raise ValueError(f"no register and nothing instead for {', '.join(missing)}")
+    if unknown := {*model.power_up, *model.power_up.values()} - model.registers.keys():
+        raise ValueError(f"power_up names no register of it: {', '.join(sorted(unknown))}")
+    if unknown := set(model.modes) - set(MODES):
+        raise ValueError(f"modes are {', '.join(MODES)}, not {', '.join(sorted(unknown))}")
+    if not 0.0 < model.span_deg <= 360.0 or model.resolution < 2 or model.byte_order not in ("little", "big"):
+        raise ValueError("span_deg is 0 to 360, resolution at least 2, byte_order little or big")
+    if model.places["baud"].default >= len(model.baud_rates):
+        raise ValueError(f"the factory's baud register has no rate in {model.baud_rates}")
