@@ -19,11 +19,11 @@ from hil.recordings.wire_file import with_series
 from hil.report.beside_paper import compared, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding, first_seen
 from hil.report.figures import Drawn, figures_of, traces_of
-from hil.report.guard_margins import margins_left
 from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
 from hil.report.plots import Mark
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.margins import margins_left
 from hil.verdict.next_step import cause_words, on_hand
 from hil.verdict.run_summary import summary_of
 from hil.verdict.sight import load_sight
