@@ -26,7 +26,7 @@ from train.task.signals import SENSOR_COUNT
 
 Backend = Literal["native", "mjx"]
 Measure = Mapping[str, float]
-Check = Callable[[], None]
+StopCheck = Callable[[], None]
 
 EPISODE_S = 15.0
 """Length of the episodes that a checkpoint is measured over, as the paper's figures."""
@@ -52,7 +52,7 @@ class StageRun:
         seed: tuple[int, ...],
         *,
         threads: int | None,
-        check: Check,
+        check: StopCheck,
     ) -> None:
         self.stage = stage
         self.batch = recipe.environments * stage.unroll
@@ -117,7 +117,7 @@ class StageRun:
         renewed: EnvironmentState = self._renew(environment, jnp.array(places), starts)
         return renewed
 
-    def policy(self, parameters: export.Parameters, provenance: Mapping[str, Any]) -> Policy:
+    def policy(self, parameters: export.NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
         """Return parameters as a policy."""
         return export.policy(self._recipe.name, self._task, parameters, provenance)
 
