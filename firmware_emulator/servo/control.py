@@ -124,6 +124,22 @@ class LoopSettings(NamedTuple):
             setpoint, servo.stiffness * self.gain, servo.damping * self.damping, limit=duty, current_limit=bound
         )
 
+    def differs_by_setpoint(self, other: LoopSettings) -> bool:
+        """Return whether `drive` of both, at one setpoint, is the same, and has a setpoint."""
+        return self.enable == ON and self.mode in (POSITION, SPEED) and self._of_drive == other._of_drive
+
+    @property
+    def _of_drive(self) -> tuple[float, ...]:
+        return (
+            self.enable,
+            self.mode,
+            self.torque,
+            self.current_limit,
+            self.duty_limit,
+            self.gain,
+            self.damping,
+        )
+
     @property
     def has_dead_zone(self) -> bool:
         """Whether small errors are left alone; the factory's single count is in the fitted gains (assumption)."""

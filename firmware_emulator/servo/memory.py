@@ -66,11 +66,13 @@ class RegisterFile:
 
     def write(self, address: int, data: bytes) -> None:
         """Apply a bus write: read-only bytes are left, values out of a register's range are brought to its edge."""
-        places, registers = _writable(self.model, address, len(data))
-        for at in places:
-            self.bytes[at] = data[at - address]
-        for register in registers:
-            self._store(self.bytes, register, self._bounded(register))
+        spans, registers = _writable(self.model, address, len(data))
+        for first, stop in spans:
+            self.bytes[first:stop] = data[first - address : stop - address]
+        for register, low, high in registers:
+            # A word within the range stands there as it is stored; that of a negative value is none of them.
+            if not register.low <= self.bytes[low] | (self.bytes[high] << 8 if high else 0) <= register.high:
+                self._store(self.bytes, register, self._bounded(register))
             if register.address < EEPROM_END:
                 self.keep(register.name)
 
@@ -99,11 +101,20 @@ def _byte_places(register: Register, model: ServoModel) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=256)
-def _writable(model: ServoModel, address: int, count: int) -> tuple[tuple[int, ...], tuple[Register, ...]]:
-    """Return what a bus write of `count` bytes from `address` changes: addresses and registers."""
-    found = {}
+def _writable(
+    model: ServoModel, address: int, count: int
+) -> tuple[tuple[tuple[int, int], ...], tuple[tuple[Register, int, int], ...]]:
+    """Return what a bus write of `count` bytes from `address` changes.
+
+    Returns:
+        Runs of addresses, first and behind the last; and registers, with the addresses of low and high byte.
+    """
+    runs: list[tuple[int, int]] = []
+    registers: dict[Register, None] = {}
     for at in range(address, min(address + count, MEMORY_SIZE)):
         register = model.register_at.get(at)
         if register is not None and register.writable:
-            found[at] = register
-    return tuple(found), tuple(dict.fromkeys(found.values()))
+            first = runs.pop()[0] if runs and runs[-1][1] == at else at
+            runs.append((first, at + 1))
+            registers[register] = None
+    return tuple(runs), tuple((register, *_byte_places(register, model)) for register in registers)

@@ -250,14 +250,16 @@ class Servo:
             return
         now = self._kernel.now
         position, velocity = self._present_setpoint(now)
-        self._acting = settings
+        before, self._acting = self._acting, settings
         self._motion = self._planned(settings, now, position, velocity)
         if self._motion is None and settings.mode == control.POSITION and settings.speed:
             position = self._bounded(settings.position)
         self._setpoint_counts = position
         shaft = self._mounting.shaft
-        drive = settings.drive(self._aim(), self._mounting.direction, self.parameters)
-        self._shafts.drive(shaft, drive)
+        if settings.differs_by_setpoint(before):
+            self._shafts.aim(shaft, self._aim())
+        else:
+            self._shafts.drive(shaft, settings.drive(self._aim(), self._mounting.direction, self.parameters))
         followed = self._motion is not None or settings.has_dead_zone
         self._shafts.follow(shaft, self._follow if followed else None)
 

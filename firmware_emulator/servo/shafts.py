@@ -69,6 +69,12 @@ class Shafts:
         self._plant.drive(shaft, drive)
         self._forget_sample()
 
+    def aim(self, shaft: int, setpoint: float) -> None:
+        """Change the setpoint (rad) of a shaft's drive from the last tick on."""
+        self.advance()
+        self._plant.set_setpoint(shaft, setpoint)
+        self._forget_sample()
+
     def follow(self, shaft: int, setpoint: Callable[[float], float | None] | None) -> None:
         """Move a shaft's setpoint along a function of time (s) to rad at every refresh until it returns None."""
         if setpoint is None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import pytest
 
 from firmware_emulator.bench import Bench, BenchShaft
-from firmware_emulator.bus import BusPort
+from firmware_emulator.bus import ServoBus
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 
@@ -63,15 +63,28 @@ def make_host() -> Callable[..., Host]:
     return Host
 
 
+class Listener:
+    """Hears every write of a master to a servo bus, with its time."""
+
+    def __init__(self, bus: ServoBus, log: list[tuple[float, bytes]]) -> None:
+        self._bus, self._log = bus, log
+
+    def asked(self, data: bytes) -> None:
+        self._log.append((self._bus.kernel.now, data))
+
+    def answered(self, data: bytes) -> bytes:
+        return data
+
+
 @pytest.fixture
 def bus_log(monkeypatch) -> list[tuple[float, bytes]]:
-    """Every write of a master to a servo bus, with its time."""
+    """Every write of a master to the bus of a hand that is made from here on."""
     log: list[tuple[float, bytes]] = []
-    write = BusPort.write
 
-    def spy(port: BusPort, data: bytes) -> float:
-        log.append((port._bus.kernel.now, data))
-        return write(port, data)
+    def heard_bus(*arguments: object) -> ServoBus:
+        bus = ServoBus(*arguments)
+        bus.tap = Listener(bus, log)
+        return bus
 
-    monkeypatch.setattr(BusPort, "write", spy)
+    monkeypatch.setattr("firmware_emulator.hand.ServoBus", heard_bus)
     return log

@@ -1,9 +1,13 @@
-"""What is built in a checkout carries its commit: the wheel, the sdist, and the wheel that is built from the sdist."""
+"""What is built: it carries its commit, and is pure Python where nothing else was asked for.
+
+`tox -e compiled` builds the compiled wheel and runs the tests of what is in it.
+"""
 
 import os
 import shutil
 import subprocess
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -12,7 +16,7 @@ from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
 
 ROOT = Path(__file__).parents[2]
-BUILT = ("pyproject.toml", "build_commit.py", "README.md", "LICENSE", "NOTICE")
+BUILT = ("pyproject.toml", "build_hook.py", "README.md", "LICENSE", "NOTICE")
 PLACE = "hil/recordings/commit.txt"
 
 # `tox` hides the machine's programs; the one that made the checkout is asked all the same.
@@ -67,3 +71,28 @@ def test_an_sdist_and_the_wheel_that_is_built_from_it_know_their_commit(checkout
     assert (unpacked / PLACE).read_text().strip() == commit_of(checkout)
     assert not (unpacked / ".git").exists()
     assert in_wheel(built(WheelBuilder, unpacked, tmp_path / "again")) == commit_of(checkout)
+
+
+def test_a_wheel_is_pure_and_needs_no_compiler_unless_it_is_asked_to_be_compiled(checkout, tmp_path, monkeypatch):
+    monkeypatch.delenv("AERO_HIL_COMPILED", raising=False)
+    assert WheelBuilder(str(checkout)).config.dependencies == []
+    wheel = built(WheelBuilder, checkout, tmp_path / "out")
+    assert wheel.name.endswith("-py3-none-any.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        assert not [name for name in archive.namelist() if name.endswith((".so", ".pyd"))]
+    monkeypatch.setenv("AERO_HIL_COMPILED", "1")
+    assert [name.split(">")[0] for name in WheelBuilder(str(checkout)).config.dependencies] == ["mypy", "setuptools"]
+    assert SdistBuilder(str(checkout)).config.dependencies == []
+
+
+def test_what_fails_to_compile_fails_the_build(checkout, tmp_path, monkeypatch):
+    (checkout / "firmware_emulator" / "kernel.py").write_text("def wrong(:\n")
+    monkeypatch.setenv("AERO_HIL_COMPILED", "1")
+    with pytest.raises(RuntimeError, match="compiling failed"):
+        built(WheelBuilder, checkout, tmp_path / "out")
+
+
+def test_every_module_that_is_compiled_exists():
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    modules = settings["tool"]["hatch"]["build"]["hooks"]["custom"]["compiled"]
+    assert [module for module in modules if not (ROOT / module).is_file()] == []

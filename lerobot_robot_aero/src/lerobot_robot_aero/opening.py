@@ -1,0 +1,41 @@
+"""From what the command line said to an open hand."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from hil.faults import parse_fault
+from hil.faults.schedule import FaultNeverFiredError
+from hil.targets.opening import open_target
+from hil.targets.target import Target
+from lerobot_robot_aero.config import EMULATED, ChosenHandConfig
+
+_LOG = logging.getLogger(__name__)
+
+
+@contextmanager
+def opened(chosen: ChosenHandConfig, *, guarded: bool) -> Iterator[Target]:
+    """Open a hand in real time; an emulated one is a process of its own, which Ctrl-C does not reach.
+
+    A fault that had no effect is a warning here: how long a data set gets is not known before.
+
+    Raises:
+        ValueError: an unknown firmware, unit or fault; a fault of a hand on a port.
+        NoHandError: nothing answers at the port.
+        SafetyStopError: on leaving, the hand may not be open; the message says what to do.
+    """
+    try:
+        with open_target(
+            "pty" if chosen.port == EMULATED else chosen.port,
+            firmware=chosen.firmware,
+            hand=chosen.side,
+            unit=chosen.unit,
+            seed=chosen.seed,
+            faults=map(parse_fault, chosen.fault.split()),
+            guarded=guarded,
+        ) as target:
+            yield target
+    except FaultNeverFiredError as error:
+        _LOG.warning("%s", error)

@@ -1,0 +1,53 @@
+"""The position commands of a recording, played again as angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.actuation import ActuationMap
+from hil.recordings.mcap_file import UnusableFileError, read_recording
+from hil.recordings.wire_file import with_series
+from lerobot_robot_aero.angles import degrees_from_codes
+
+
+@dataclass(frozen=True)
+class Playback:
+    """Angles over time, each held until the next."""
+
+    times: NDArray[np.float64]
+    """(n,) float, s; the first is 0."""
+    degrees: NDArray[np.float64]
+    """(n, 7) float, degrees, command order."""
+    duration_s: float
+    """Time from the first command to the end of the recording, s."""
+
+    def at(self, t: float, *, repeat: bool) -> NDArray[np.float64]:
+        """Return the angles (7,), degrees, at `t` s after the beginning; the last ones after the end, or again."""
+        if repeat and self.duration_s > 0:
+            t %= self.duration_s
+        held: NDArray[np.float64] = self.degrees[max(0, int(np.searchsorted(self.times, t, side="right")) - 1)]
+        return held
+
+
+def load_playback(path: Path) -> Playback:
+    """Return the position commands of a recording, which are read from the bytes that went to its hand.
+
+    Raises:
+        OSError: the file cannot be read.
+        UnusableFileError: it is no recording of aero-hil, or has no position command.
+    """
+    recording = with_series(read_recording(path))
+    if "command_codes" not in recording.series:
+        raise UnusableFileError(f"{path} holds no position command to the hand, so there is nothing to play")
+    commands, header = recording["command_codes"], recording.header
+    codec = ActuationMap.for_firmware(header.firmware, header.window, hand=header.hand)
+    first, last = commands.times[[0, -1]].tolist()
+    return Playback(
+        times=commands.times - first,
+        degrees=degrees_from_codes(codec, commands.values.astype(np.int64)),
+        duration_s=max(last, header.duration_s) - first,  # the header of a broken-off recording says 0
+    )

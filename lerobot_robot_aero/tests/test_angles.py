@@ -1,0 +1,73 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from lerobot_robot_aero.angles import CURRENTS, POSITIONS, codes_from_degrees, degrees_from_codes, listed, named
+
+from aero.actuation import ActuationMap
+from aero.channels import JOINT_BOX_RAD, Joint
+from aero.firmware import FIRMWARE
+
+maps = st.builds(
+    lambda firmware, hand: ActuationMap.for_firmware(firmware, hand=hand),
+    st.sampled_from(sorted(FIRMWARE)),
+    st.sampled_from(["right", "left"]),
+)
+CODES = arrays(np.uint16, 7)
+
+
+@given(maps, CODES)
+def test_codes_are_the_same_after_the_way_to_degrees_and_back(codec, codes):
+    assert codes_from_degrees(codec, degrees_from_codes(codec, codes)).tolist() == codes.tolist()
+
+
+@given(maps, arrays(np.float64, 7, elements=st.floats(-400, 400)))
+def test_any_angles_become_codes_and_what_is_sent_is_sent_again_unchanged(codec, degrees):
+    sent = degrees_from_codes(codec, codes_from_degrees(codec, degrees))
+    again = degrees_from_codes(codec, codes_from_degrees(codec, sent))
+    np.testing.assert_array_equal(again, sent)
+
+
+def test_the_extended_hand_is_zero_and_a_closed_finger_90_degrees():
+    """Joint box of the paper, after eq. (actrange); firmware 0.1.5 has the paper's window."""
+    codec = ActuationMap.for_firmware("0.1.5")
+    fingers = slice(0, 4)
+    assert codes_from_degrees(codec, np.zeros(7))[fingers].tolist() == [0] * 4
+    assert codes_from_degrees(codec, [90.0] * 7)[fingers].tolist() == [65535] * 4
+    np.testing.assert_allclose(degrees_from_codes(codec, np.array([65535] * 7))[fingers], 90.0, atol=1e-9)
+
+
+@given(maps, st.data())
+def test_angles_inside_the_window_come_back_to_the_width_of_a_code(codec, data):
+    ends = np.rad2deg(JOINT_BOX_RAD[[0, 3, 6, 9, Joint.THUMB_ABDUCTION, Joint.THUMB_CMC, Joint.THUMB_MCP]])
+    degrees = np.array([data.draw(st.floats(low, high)) for low, high in ends])
+    travel = codec.travel_from_joints(codec.joints_from_compact(np.deg2rad(degrees)))
+    inside = ~codec.saturating_codes(codec.angles_from_travel(travel)).saturated
+    back = degrees_from_codes(codec, codes_from_degrees(codec, degrees))
+    if inside.all():
+        np.testing.assert_allclose(back, degrees, atol=0.01)
+    np.testing.assert_allclose(back[:4][inside[:4]], degrees[:4][inside[:4]], atol=0.01)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_an_angle_that_is_no_number_is_refused(bad):
+    with pytest.raises(ValueError, match="finite"):
+        codes_from_degrees(ActuationMap(), [bad] + [0.0] * 6)
+
+
+def test_names_are_in_command_order():
+    assert POSITIONS == (
+        "index.pos", "middle.pos", "ring.pos", "pinky.pos",
+        "thumb_abduction.pos", "thumb_cmc_flexion.pos", "thumb_flexor.pos",
+    )  # fmt: skip
+    assert CURRENTS[0] == "index.current"
+    assert named(range(7)) == {name: float(i) for i, name in enumerate(POSITIONS)}
+    assert listed(dict(reversed(named(range(7)).items()))).tolist() == [0, 1, 2, 3, 4, 5, 6]
+
+
+def test_a_missing_angle_is_named():
+    with pytest.raises(ValueError, match=r"missing: ring\.pos"):
+        listed({name: 0.0 for name in POSITIONS if name != "ring.pos"})
