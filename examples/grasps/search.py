@@ -14,7 +14,7 @@ from model.units import Unit
 
 from .grasp import Grasp
 from .rehearsal import meeting_mm, worth
-from .variables import HIGH, LOW, SCALES, Vector, grasp_of, vector_of
+from .variables import CENTRE, CLOSURE, HIGH, LOW, SCALES, Vector, grasp_of, vector_of
 
 ROUGH_TRIES = 80
 """Before CMA-ES begins, on the first hand alone."""
@@ -24,6 +24,10 @@ SPREAD = 0.06
 """First standard deviation of CMA-ES: a closure by 6 %, a place by 5 mm, a direction by 7°."""
 ROUGH_SPREAD = 0.12
 POPULATION = 14
+NEAR = 0.3
+"""Share of the rough tries near the posture that is known."""
+SCATTER_MM = 8.0
+"""How far the object is from where the digits meet, in the other rough tries."""
 GIVES_UP = 10
 """A run that has not improved for so many generations is not gone on with."""
 
@@ -46,52 +50,61 @@ def search(start: Grasp, units: Sequence[Unit], seed: int = 0) -> Iterator[Found
     """
     # A search that goes on from what another found draws anew.
     random = np.random.default_rng([seed, start.number, crc32(repr(start).encode())])
-    best, tries = Found(replace(start, margin=None), worth(start, units), 1), 1
+    best, at = Found(replace(start, margin=None), worth(start, units), 1), vector_of(start)
     yield best
     while True:
-        rough = [vector_of(best.grasp), *(_rough(best.grasp, units[0], random) for _ in range(ROUGH_TRIES))]
-        ranked = sorted(rough, key=lambda vector: -worth(grasp_of(vector, start), units[:1]))
-        tries += len(rough)
-        yield replace(best, tries=tries)
-        runs = [_run(vector, int(random.integers(1, 2**31))) for vector in ranked[: ROUNDS[0][0]]]
+        rough = [_rough(at, start, units[0], random) for _ in range(ROUGH_TRIES)]
+        rough.sort(key=lambda vector: -worth(grasp_of(vector, start), units[:1]))
+        best = replace(best, tries=best.tries + len(rough))
+        yield best
+        # The best so far is gone on with in any case: a person's good guess is worth more than many rough tries.
+        runs = [Run(vector, start, int(random.integers(1, 2**31))) for vector in [at, *rough][: ROUNDS[0][0]]]
         for survivors, generations in ROUNDS:
-            runs = sorted(runs, key=lambda run: run.best.f if run.best.f is not None else np.inf)[:survivors]
+            runs = sorted(runs, key=lambda run: -run.best)[:survivors]
             for run in runs:
-                stale = 0
                 for _ in range(generations):
-                    vectors = run.ask()
-                    grasps = [grasp_of(vector, start) for vector in vectors]
-                    worths = [worth(grasp, units) for grasp in grasps]
-                    before = run.best.f if run.best.f is not None else np.inf
-                    run.tell(vectors, [-value for value in worths])
-                    tries += len(worths)
-                    first = int(np.argmax(worths))
-                    stale = 0 if -worths[first] < before else stale + 1
-                    if worths[first] > best.worth:
-                        best = Found(grasps[first], worths[first], tries)
-                    best = replace(best, tries=tries)
+                    vector, grasp, reached = run.generation(units)
+                    best = replace(best, tries=best.tries + POPULATION)
+                    if reached > best.worth:
+                        best, at = Found(grasp, reached, best.tries), vector
                     yield best
-                    if stale >= GIVES_UP:
+                    if run.stale >= GIVES_UP:
                         break
 
 
-def _run(vector: Vector, seed: int) -> cma.CMAEvolutionStrategy:
-    options = {"bounds": [LOW, HIGH], "popsize": POPULATION, "seed": seed, "verbose": -9}
-    return cma.CMAEvolutionStrategy(np.clip(vector, LOW, HIGH), SPREAD, options)
+class Run:
+    """One run of CMA-ES."""
+
+    def __init__(self, vector: Vector, template: Grasp, seed: int) -> None:
+        options = {"bounds": [LOW, HIGH], "popsize": POPULATION, "seed": seed, "verbose": -9}
+        self._strategy = cma.CMAEvolutionStrategy(np.clip(vector, LOW, HIGH), SPREAD, options)
+        self._template = template
+        self.best = -np.inf
+        """Worth of the best posture so far."""
+        self.stale = 0
+        """For how many generations nothing better was found."""
+
+    def generation(self, units: Sequence[Unit]) -> tuple[Vector, Grasp, float]:
+        """Look at one generation; return its best as a vector and as a grasp, and what that is worth."""
+        vectors = self._strategy.ask()
+        grasps = [grasp_of(vector, self._template) for vector in vectors]
+        worths = [worth(grasp, units) for grasp in grasps]
+        self._strategy.tell(vectors, [-reached for reached in worths])
+        first = int(np.argmax(worths))
+        self.stale = 0 if worths[first] > self.best else self.stale + 1
+        self.best = max(self.best, worths[first])
+        return np.array(vectors[first]), grasps[first], worths[first]
 
 
-def _rough(grasp: Grasp, unit: Unit, random: np.random.Generator) -> Vector:
+def _rough(at: Vector, template: Grasp, unit: Unit, random: np.random.Generator) -> Vector:
     """Draw a posture: near the one that is known, or any, with the object where the digits meet."""
-    vector = vector_of(grasp)
-    vector += ROUGH_SPREAD * random.standard_normal(vector.size)
-    if random.random() < 0.3:
+    vector = at + ROUGH_SPREAD * random.standard_normal(at.size)
+    if random.random() < NEAR:
         return vector
-    closing = [channel in grasp.closing for channel in Channel]
+    closing = [channel in template.closing for channel in Channel]
     # Abduction is drawn too: it decides which finger the thumb meets.
-    closing[Channel.THUMB_ABDUCTION] = "thumb" in grasp.touching
-    closure = np.where(closing, random.uniform(0.1, 1.0, len(Channel)), vector[: len(Channel)])
-    vector[: len(Channel)] = closure
-    drawn = grasp_of(vector, grasp)
-    centre = meeting_mm(drawn, unit) + 8.0 * random.standard_normal(3)
-    vector[-6:-3] = centre / SCALES[-6:-3]
+    closing[Channel.THUMB_ABDUCTION] = "thumb" in template.touching
+    vector[CLOSURE] = np.where(closing, random.uniform(0.1, 1.0, len(Channel)), vector[CLOSURE])
+    met = meeting_mm(grasp_of(vector, template), unit) + SCATTER_MM * random.standard_normal(3)
+    vector[CENTRE] = met / SCALES[CENTRE]
     return vector

@@ -28,6 +28,8 @@ PUSH_N = 1.0
 """Each push, N; the hand is palm down meanwhile."""
 FURTHEST_M = 0.025
 """How far an end of the object's axis may move from where it was when the hand had settled, m."""
+SLIPPING_M = 0.005
+"""How far it has gone when it is seen which joint gives way, m."""
 DIRECTIONS = {
     "to the back": (0, 0, -1),
     "out of the palm": (0, 0, 1),
@@ -85,7 +87,7 @@ class Result:
     gaps_m: tuple[float, float]
     """From the object to the links that must touch it, all together, m: when the person lets go, and later."""
     gave_way: str = ""
-    """The joint that moved most from the settled posture until the object was lost."""
+    """The joint that had moved most from the settled posture when the lost object had gone `SLIPPING_M`."""
 
     @property
     def held(self) -> bool:
@@ -154,15 +156,19 @@ def perform(
     settled, joints = plant.ends(), plant.joint_angles()
     posture = (*joints.tolist(), *plant.pose().tolist())
     gaps_m = gap_m, _missing_m(grasp, plant)
-    failure, gave_way, moved, survived = grasp.shortfall(links), "", 0.0, 0
+    failure, moved, survived = grasp.shortfall(links), 0.0, 0
     for name, gravity, push in () if failure else LOADS:
         plant.pull(GRAVITY * np.array(gravity))
         plant.push(PUSH_N * np.array(push))
+        gave_way = ""
         for _ in range(round((pace.push_s if any(push) else pace.gravity_s) / LOOK_S)):
             wait(LOOK_S)
-            moved = max(moved, float(np.linalg.norm(plant.ends() - settled, axis=1).max()))
+            gone = float(np.linalg.norm(plant.ends() - settled, axis=1).max())
+            moved = max(moved, gone)
+            if gone > SLIPPING_M and not gave_way:
+                gave_way = _most_moved(plant.joint_angles() - joints)
             if moved > FURTHEST_M:
-                failure, gave_way = f"taken by {name}", _most_moved(plant.joint_angles() - joints)
+                failure = f"taken by {name}"
                 return Result(grasp.number, unit, failure, survived, moved, posture, gaps_m, gave_way)
         survived += 1
     return Result(grasp.number, unit, failure, survived, moved, posture, gaps_m)

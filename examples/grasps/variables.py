@@ -38,6 +38,9 @@ KINDS = {
 gives no millimetres: the size may become a third larger or a quarter smaller than the template's."""
 _ENDS = np.cumsum([kind.count for kind in KINDS.values()])
 SIZE = int(_ENDS[-1])
+_PLACES = {name: slice(int(end) - kind.count, int(end)) for (name, kind), end in zip(KINDS.items(), _ENDS, strict=True)}
+CLOSURE, CENTRE = _PLACES["closure"], _PLACES["centre_mm"]
+"""Where the closures of the channels and the object's place stand in the vector."""
 SCALES = np.concatenate([np.full(kind.count, kind.scale) for kind in KINDS.values()])
 LOW, HIGH = (
     np.concatenate([np.full(kind.count, getattr(kind, end) / kind.scale) for kind in KINDS.values()])
