@@ -12,7 +12,7 @@ import threading
 import time
 from queue import SimpleQueue
 
-from hil.view.frame import End, Heading, Message, Note, Verdicts, ViewFrame, message
+from hil.view.frame import Heading, Message, Note, Verdicts, ViewEnd, ViewFrame, message
 from hil.view.web_page import Page, keep_up
 
 POLITENESS = 10
@@ -28,7 +28,7 @@ class PageSession:
         self._page = page
         self._came: SimpleQueue[Message | None] = SimpleQueue()
         """None at the end of the input."""
-        self._end: End | None = None
+        self._end: ViewEnd | None = None
         self._closed = self._looked_at = False
         self._last_seen = time.monotonic()
 
@@ -59,7 +59,7 @@ class PageSession:
                 self._page.note(came)
             case Verdicts():
                 self._page.verdicts(came)
-            case End():
+            case ViewEnd():
                 self._end = came
                 self._page.end()
                 # Without anybody who looks, and nobody to wait for, there is no reload to wait for either.

@@ -96,7 +96,7 @@ class Verdicts:
 
 
 @dataclass(frozen=True)
-class End:
+class ViewEnd:
     """Nothing more comes."""
 
     stay: bool
@@ -107,7 +107,7 @@ class End:
         return _line("end", asdict(self))
 
 
-Message = ViewFrame | Note | Verdicts | End
+Message = ViewFrame | Note | Verdicts | ViewEnd
 
 
 def message(line: str) -> Message:
@@ -115,7 +115,7 @@ def message(line: str) -> Message:
     ((kind, body),) = json.loads(line).items()
     if kind == "verdicts":
         return Verdicts(body["passed"], tuple(body["failed"]))
-    read: dict[str, Callable[..., Message]] = {"note": Note, "end": End}
+    read: dict[str, Callable[..., Message]] = {"note": Note, "end": ViewEnd}
     return ViewFrame.of(body) if kind == "frame" else read[kind](**body)
 
 
