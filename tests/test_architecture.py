@@ -121,10 +121,9 @@ def test_no_circle_between_files() -> None:
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_one_module_name_has_one_meaning(package: str) -> None:
-    """A command's file is named as its command, a check's files as their part; every other name stands once."""
-    own = {"run", "measure", "details"}
+    """A command's file is named as its command, a check's code is `check.py`; every other name stands once."""
     names = [path.stem for path in sources(package) if not path.stem.startswith("__") and "cli" not in path.parts]
-    names = [name for name in names if name not in own]
+    names = [name for name in names if name != "check"]
     assert {name: count for name, count in Counter(names).items() if count > 1} == {}
 
 

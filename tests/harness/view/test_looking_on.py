@@ -10,7 +10,7 @@ from recorded import staircase_of
 
 from aero.channels import CABLES, Channel, Joint
 from hil import GroundTruth, open_target
-from hil.checks.staircase.run import Staircase
+from hil.checks.staircase.check import Staircase
 from hil.faults import parse_fault
 from hil.targets.wire_log import WireRecord
 from hil.view.frame import End, Frame, Note, Verdicts, message

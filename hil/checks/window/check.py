@@ -1,4 +1,9 @@
-"""Counts that are left at each end of a command window, and by how much the window was moved."""
+"""Window: how much of each command window lies beyond the channel's travel, at its open and at its closed end.
+
+Each cable is wound slowly from the open hand, and each finger then closed to its stop. A trim by zero degrees asks the
+board where a window begins and, with firmware `main`, where the servo stands; it changes nothing. Asked for by name
+only. Leaves `codes`, `command_codes` and `currents`.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +12,20 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES, FINGERS, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, map_of
+from hil.checks.shared.experiment import SAMPLE_S, Measured, Sampler, map_of, one_closed
 from hil.checks.shared.signals import closing_current
-from hil.checks.window.run import WOUND
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
+from hil.targets.target import Target
 
 Floats = NDArray[np.float64]
 
+WOUND = 0.35
+"""How far a cable is wound slowly, part of the window: a third of a finger's travel."""
+WIND_S, HOLD_S = 3.5, 0.9
+"""Time to wind it, and at either end, s."""
+FURTHEST = tuple(1.0 if channel in FINGERS else WOUND for channel in Channel)
+"""How far each channel is sent at most, part of its window, command order."""
 LOADED_A = 0.15
 """Median current that a wound cable draws at least, A; a spool alone draws 0.02 to 0.13."""
 JUMP_A = 0.08
@@ -21,6 +33,29 @@ JUMP_A = 0.08
 BESIDE = 3
 """Readings on either side that a rise is taken between."""
 TURN, HALF_TURN = 4096, 2048
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Wind each cable slowly, close each finger, and ask the board about each window."""
+    recorder.begin({"wind_s": WIND_S, "hold_s": HOLD_S})
+    driver = Sampler(target, recorder, progress, HOLD_S + len(CABLES) * (WIND_S + 2 * HOLD_S))
+    opened = np.zeros(len(Channel))
+    driver.hold(opened, HOLD_S, "open hand")
+    steps = round(WIND_S / SAMPLE_S)
+    for channel in Channel:
+        extend = target.hand.trim(channel, 0).extend_counts
+        recorder.note_parameters(**{f"extend_{channel.label}": extend})
+        driver.resume()
+        if channel not in CABLES:
+            continue
+        for step in range(1, steps + 1):
+            driver.hold(one_closed(channel, WOUND * step / steps), SAMPLE_S, channel.label)
+        if channel in FINGERS:
+            driver.hold(one_closed(channel, 1.0), HOLD_S, channel.label)
+            at_stop = target.hand.trim(channel, 0).position_counts
+            recorder.note_parameters(**{f"stop_{channel.label}": "" if at_stop is None else at_stop})
+            driver.resume()
+        driver.hold(opened, HOLD_S, channel.label)
 
 
 def measure(recording: Recording) -> Measured:

@@ -1,4 +1,7 @@
-"""Holding currents, drift and warming of a hand that holds still."""
+"""Holding: currents and heating of a half closed hand that holds still.
+
+Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,25 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.holding.run import HOLD_S, OPEN_S
-from hil.checks.shared.experiment import Measured
+from hil.checks.shared.experiment import LOOSE_GRASP, Measured, Sampler
 from hil.checks.shared.signals import closing_current
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
+from hil.targets.target import Target
+
+OPEN_S, HOLD_S = 1.0, 8.0
+FURTHEST = LOOSE_GRASP
+"""How far each channel is sent at most, part of its window, command order."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Hold the open hand, a loose grasp, and the open hand again."""
+    recorder.begin({"open_s": OPEN_S, "hold_s": HOLD_S})
+    driver = Sampler(target, recorder, progress, 2 * OPEN_S + HOLD_S)
+    opened = np.zeros(len(Channel))
+    driver.hold(opened, OPEN_S, "open hand")
+    driver.hold(MAX_CODE * np.array(LOOSE_GRASP), HOLD_S, "holding")
+    driver.hold(opened, OPEN_S, "open hand")
 
 
 def measure(recording: Recording) -> Measured:

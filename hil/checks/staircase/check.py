@@ -15,9 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from aero.protocol import MAX_CODE
+from hil.checks.shared.experiment import Details, Measured, map_of
 from hil.checks.shared.side_by_side import MODEL_STEP_S, SimulatedHand, follow
+from hil.checks.staircase.cable_loads import loads
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
+from hil.checks.staircase.residual_sources import SOURCES, residual_sources
+from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.recordings.recorder import Progress, Recorder, silent
+from hil.recordings.recording import Recording
 from hil.targets.target import Target
 from model import RoutedHand
 
@@ -27,6 +33,11 @@ FULL: Mapping[Channel, float] = dict.fromkeys(Channel, 1.0)
 """Every channel through its whole range."""
 FURTHEST = (1.0,) * len(Channel)
 """How far each channel is sent at most, part of its window, command order."""
+TEXT = (
+    "The residual is the sum of three errors: the simulator's actuator stops short of its command, the map's two "
+    "directions are separate fits on the thumb, and the hand stops short of its goal under friction and springs. The "
+    "first three numbers are the RMS of each; the last column says when the squares of the residual arise."
+)
 
 
 @dataclass(frozen=True)
@@ -123,3 +134,58 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 def _is_multiple(value: float, unit: float) -> bool:
     return abs(value / unit - round(value / unit)) < 1e-9
+
+
+def measure(recording: Recording) -> Measured:
+    """Return each channel's row of the validation table, and each cable's take-up, spring load and friction.
+
+    The rise of a channel is withheld where the host was late in most of its steps.
+    """
+    found = {channel.label: channel_numbers(row) for channel, row in staircase_metrics(recording).items()}
+    ranges = np.ptp(recording["command"].values, axis=0) * 1e3
+    spans = map_of(recording.header).window.spans_counts()
+    for channel in Channel:
+        row = found[channel.label]
+        row["settled_percent"] = 100.0 * row["settled_samples"] / len(recording["hand"].times)
+        row["resolution"] = resolution(recording["codes"].values[:, channel], int(spans[channel]))
+        row["worst_percent"] = 100.0 * abs(row["worst_residual"]) / float(ranges[channel])
+    for channel, load in loads(recording).items():
+        found[channel.label] |= {"take_up": load.take_up_mm, "spring": load.spring, "friction": load.friction}
+    return found
+
+
+def resolution(codes: NDArray[np.float64], span_counts: int) -> float:
+    """Return the coarsest grid, in servo counts, on which nineteen of twenty differences of readings (n,) lie.
+
+    The board reports whole counts of the window; an encoder that has lost its lower bits moves in larger steps.
+    """
+    counts = np.ceil(np.unique(codes) * span_counts / MAX_CODE - 1e-9)
+    steps = np.diff(np.unique(counts))
+    return float(np.quantile(steps, 0.05)) if steps.size else np.nan
+
+
+def channel_numbers(row: ChannelMetrics) -> dict[str, float]:
+    """Return a row's numbers by metric, without the rise where the host was too late to tell it."""
+    host_was_late = row.matched_steps > 0 and np.isnan(row.rise_hand_ms)
+    left_out = {"unit", "rise_hand_ms"} if host_was_late else {"unit"}
+    return {name: float(value) for name, value in dataclasses.asdict(row).items() if name not in left_out}
+
+
+def details(recording: Recording) -> Details:
+    """Return each channel's tracking error, taken apart."""
+    attributions = residual_sources(recording)
+    return Details(
+        "What the tracking error consists of",
+        TEXT,
+        ("Channel", "Tracking RMS", *(f"{source.capitalize()} alone" for source in SOURCES), "Own sweep RMS", "When"),
+        tuple(
+            (
+                f"{channel.title}, {row.unit}",
+                f"{row.tracking_rms:.2f}",
+                *(f"{attributions[channel].source[source]:.2f}" for source in SOURCES),
+                f"{row.sweep_rms:.2f}",
+                attributions[channel].where,
+            )
+            for channel, row in staircase_metrics(recording).items()
+        ),
+    )

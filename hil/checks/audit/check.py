@@ -1,4 +1,8 @@
-"""How far each channel followed its own command, came back, and moved with the others."""
+"""Channel audit: each command moves its own encoder, the right way, by the right amount, and no other.
+
+The expected signs come from the mechanism (`closing_current`) and never from the map under test. Leaves `codes`,
+`command_codes`, `currents` and `temperatures`.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +11,27 @@ import numpy as np
 from aero.actuation.fingerprint import fits_span
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.audit.run import NUDGE
-from hil.checks.shared.experiment import Measured, last_before, map_of
+from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed
 from hil.checks.shared.signals import closing_current, find_steps
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
+from hil.targets.target import Target
+
+NUDGE = 0.2
+HALF_S = 0.6
+"""Time at the nudge, and at the open hand after it, s."""
+FURTHEST = (NUDGE,) * 7
+"""How far each channel is sent at most, part of its window, command order."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Nudge each channel closed and open again."""
+    recorder.begin({"nudge": NUDGE, "half_s": HALF_S})
+    driver = Sampler(target, recorder, progress, HALF_S * (1 + 2 * len(Channel)))
+    driver.hold(np.zeros(len(Channel)), HALF_S, "open hand")
+    for channel in Channel:
+        driver.hold(one_closed(channel, NUDGE), HALF_S, channel.label)
+        driver.hold(np.zeros(len(Channel)), HALF_S, channel.label)
 
 
 def measure(recording: Recording) -> Measured:

@@ -1,4 +1,7 @@
-"""Where CMC flexion stops at each abduction, and what it drags along."""
+"""Thumb coupling: what abduction does to CMC flexion, and CMC flexion to the flexor.
+
+Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,30 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, last_before
+from hil.checks.shared.experiment import Measured, Sampler, last_before
 from hil.checks.shared.signals import find_steps
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
+from hil.targets.target import Target
+
+ABDUCTIONS = (0.0, 0.5, 1.0)
+HOLD_S = 0.7
+FURTHEST = (0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
+"""How far each channel is sent at most, part of its window, command order."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Close CMC flexion fully at three abductions."""
+    recorder.begin({"hold_s": HOLD_S})
+    driver = Sampler(target, recorder, progress, HOLD_S * (2 + 2 * len(ABDUCTIONS)))
+    opened = np.zeros(len(Channel))
+    driver.hold(opened, HOLD_S, "open hand")
+    for abduction in ABDUCTIONS:
+        for flexion in (0.0, 1.0, 0.0):
+            codes = opened.copy()
+            codes[Channel.THUMB_ABDUCTION], codes[Channel.THUMB_CMC_FLEXION] = abduction * MAX_CODE, flexion * MAX_CODE
+            driver.hold(codes, HOLD_S, f"abduction {abduction:.0%}")
+    driver.hold(opened, HOLD_S, "open hand")
 
 
 def measure(recording: Recording) -> Measured:

@@ -1,4 +1,9 @@
-"""Where each channel stops alone and in the fist, under which current, and how fresh the readings are."""
+"""Excursion: how far each channel goes alone, how hard it is stopped, and the whole hand from open to fist.
+
+The full code range is commanded, whatever the map says, so the end stops show where the command window really lies.
+The paper's kinematic validation: the fist of the hand less that of the simulator under the same commands.
+Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +15,20 @@ from numpy.typing import NDArray
 from aero.actuation import ActuationMap
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, last_before, map_of
+from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed
 from hil.checks.shared.signals import closing_current, display_unit, find_steps
-from hil.recordings.recorder import LENGTH_UNITS
+from hil.recordings.recorder import LENGTH_UNITS, Progress, Recorder
 from hil.recordings.recording import Recording
+from hil.targets.target import Target
 from model import RoutedHand
 from model.geometry import Side
 
 Floats = NDArray[np.float64]
 
+HOLD_S = 0.9
+"""Time at either end, s: a finger of firmware `pre` needs 0.7 s for its range."""
+FURTHEST = (1.0,) * 7
+"""How far each channel is sent at most, part of its window, command order."""
 FIST = np.zeros((2, len(Channel)), np.uint16)
 """Codes of a fist, (2, 7): the fingers first, then the thumb over them. Closed at once, the thumb is in the palm before
 a slow finger, which then stops at it and not at its own end."""
@@ -26,6 +36,24 @@ FIST[0, list(FINGERS)] = MAX_CODE
 FIST[1] = MAX_CODE
 SETTLE_S = 2.0
 """Time in which the simulator comes to rest, s."""
+MOVING = 0.02
+"""Part of the window from one reading to the next from which a channel moves."""
+REFRESHED_S = 0.015
+"""Time in which every firmware but `pre` has refreshed its readings, s."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Close and open each channel alone, then close all to a fist."""
+    recorder.begin({"hold_s": HOLD_S})
+    driver = Sampler(target, recorder, progress, HOLD_S * (2 + len(FIST) + 2 * len(Channel)))
+    opened = np.zeros(len(Channel))
+    driver.hold(opened, HOLD_S, "open hand")
+    for channel in Channel:
+        driver.hold(one_closed(channel, 1.0), HOLD_S, channel.label)
+        driver.hold(opened, HOLD_S, channel.label)
+    for codes in FIST:
+        driver.hold(codes, HOLD_S, "fist")
+    driver.hold(opened, HOLD_S, "open hand")
 
 
 @cache
@@ -44,12 +72,6 @@ def simulated_fist(firmware: str, window: str, side: Side) -> NDArray[np.float64
         reached.append(simulator.lengths())
     closing = np.where(np.arange(len(Channel)) == Channel.THUMB_ABDUCTION, 1.0, -1.0)
     return closing * (reached[-1] - reached[0])
-
-
-MOVING = 0.02
-"""Part of the window from one reading to the next from which a channel moves."""
-REFRESHED_S = 0.015
-"""Time in which every firmware but `pre` has refreshed its readings, s."""
 
 
 def measure(recording: Recording) -> Measured:
