@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +19,7 @@ from aero.firmware import DEFAULT_FIRMWARE
 if TYPE_CHECKING:
     from aero.hand import Hand
     from hil.faults.fault import Fault
+    from hil.targets.robot_bus import RobotBus
     from hil.targets.target import Target
 
 IN_SOFTWARE = ("emulated", "pty")
@@ -35,6 +37,7 @@ MARKERS = (
     "homes: drives the hand into its stops; on a hand in real time only with --hil-homing",
     "takes_long: takes more than a few seconds of hand time; in real time only with --hil-long",
     "needs_ground_truth: compares with what an emulated hand really does, hil.GroundTruth",
+    "robot(path): the robot behind the fixture `bus_target`, a TOML file, relative to the test's",
     "fault(text, ...): gets an emulated hand of its own with these faults, NAME[:CHANNEL][=SEVERITY][@SECONDS]",
 )
 
@@ -70,6 +73,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--hil-still", action="store_true", help="skip tests that move the hand")
     group.addoption("--hil-homing", action="store_true", help="also run tests that home a hand in real time")
     group.addoption("--hil-long", action="store_true", help="also run tests that take long in real time")
+    group.addoption("--bus-robot", metavar="PATH", help="robot behind the fixture bus_target, a TOML file")
     group.addoption("--hil-seed", type=int, default=0, help="seed of the emulated hand's noise (default 0)")
 
 
@@ -183,6 +187,24 @@ def aero_hand(aero_target: Target) -> Hand:
         if all(abs(hand.read_speeds()) < REST_RAD_S):
             return hand
     pytest.fail(f"the hand does not come to rest within {REST_TRIES * REST_WAIT_S:g} s of opening")
+
+
+@pytest.fixture
+def bus_target(request: pytest.FixtureRequest) -> RobotBus:
+    """A robot of bus servos on virtual time, one for each test; which one says the mark `robot` or `--bus-robot`."""
+    from hil.targets.robot_bus import RobotBus  # noqa: PLC0415 - loads a physics engine
+
+    mark, option = request.node.get_closest_marker("robot"), request.config.getoption("--bus-robot")
+    if mark is not None:
+        path = request.node.path.parent / mark.args[0]
+    elif option is not None:
+        path = Path(option)
+    else:
+        pytest.fail("bus_target needs a robot: mark the test with `robot(PATH)`, or run with --bus-robot=PATH")
+    try:
+        return RobotBus.of_file(path, seed=request.config.getoption("--hil-seed"))
+    except (ValueError, OSError) as error:
+        pytest.fail(f"bus_target: {error}")
 
 
 def _uses_a_hand(item: pytest.Item) -> bool:

@@ -37,12 +37,13 @@ COMMANDS: dict[str, Command] = {
     "learn": Command("hil.cli.learn:learn", "Learn what faults do to the readings, for the diagnosis.", "campaign"),
     "endurance": Command("hil.cli.endurance:endurance", "Open and close the hand many times."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
+    "emulate-bus": Command("hil.cli.emulate_bus:emulate_bus", "Serve any robot of bus servos on a port.", "emulate"),
     "faults": Command("hil.cli.faults:faults", "List the faults that can be put into a hand or a link.", "emulate"),
     "proxy": Command("hil.cli.proxy:proxy", "Put faults between a program and a port.", "emulate"),
     "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
     "map": Command("hil.cli.map:map_command", "Convert a posture between representations."),
     "identify": Command("hil.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
-    "servos": Command("hil.cli.servos:servos", "Set up servos on a bus adapter, before assembly.", "servo"),
+    "servos": Command("hil.cli.servos:servos", "Check servos on a bus adapter, and set them up.", "servo"),
     "centre": Command(
         "hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."
     ),

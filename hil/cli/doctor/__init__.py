@@ -30,7 +30,7 @@ def doctor(port: str | None, as_json: bool) -> None:
     for finding in examine(port or ""):
         findings.append(finding)
         if not as_json:
-            _show(finding)
+            show(finding)
     if as_json:
         click.echo(json.dumps(_document(findings), indent=2))
     sys.exit(exit_code(findings))
@@ -48,7 +48,8 @@ def _document(findings: list[Examined]) -> dict[str, Any]:
     return {"format": FORMAT, "verdict": worst(findings), "findings": [finding.as_dict() for finding in findings]}
 
 
-def _show(finding: Examined) -> None:
+def show(finding: Examined) -> None:
+    """Print one line of the table, and what to do."""
     colour = None if "NO_COLOR" in os.environ else COLOURS[finding.verdict]
     click.echo(f"{click.style(f'{finding.verdict:5}', fg=colour)} {finding.check}: {finding.finding}")
     if finding.remedy:
