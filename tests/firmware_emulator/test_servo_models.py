@@ -157,6 +157,7 @@ def test_an_sts_servo_reads_0_to_4095_and_goes_where_it_reads_whatever_turned_it
     assert one.read(56) == 2047
     one.write(42, 2047)
     one.wait(2.0)
+    assert one.read(56) == pytest.approx(2047, abs=1)
     assert one.bench.angles()[0] == pytest.approx(200 * RAD_PER_COUNT, abs=2 * RAD_PER_COUNT)
 
 
