@@ -14,6 +14,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,8 @@ from lerobot.datasets import LeRobotDataset
 from lerobot_robot_aero.angles import AngleMap
 from page_commands import OPENED, PAGE, begun, done, wait_for
 
-from aero import ActuationMap, AeroHand
+import hil
+from aero import JOINT_BOX_RAD, ActuationMap, AeroHand, Channel
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
 from hil.recordings.mcap_file import read_recording
@@ -31,6 +33,9 @@ from hil.recordings.wire_file import with_series
 STORED = PAGE.parent / "figures" / "stored" / "lerobot.json"
 FPS, EPISODES, EPISODE_S, TELEOPERATED_S = 30, 3, 10, 30
 PATIENCE_S = 900.0
+SEEDS, POSTURES = range(83000, 83004), 5
+JOINTS_OF = ((0, 1, 2), (3, 4, 5), (6, 7, 8), (9, 10, 11), (12,), (13,), (14, 15))
+"""Joints on the cable of each channel."""
 
 
 @contextmanager
@@ -84,7 +89,7 @@ def interrupted(folder: Path, episode: int) -> dict[str, str]:
         found = LeRobotDataset("me/turning", root=folder / name)
         readable = f"{found.num_episodes} episodes can be read, {found.num_frames} frames"
     except Exception as error:
-        readable = f"the data set cannot be read ({type(error).__name__})"
+        readable = f"no episode was saved, and LeRobot cannot read the data set ({type(error).__name__})"
     return {
         "command": f"`lerobot-record`, Ctrl-C in episode {episode + 1}",
         "asked": "",
@@ -125,14 +130,40 @@ def teleoperated(folder: Path) -> dict[str, str]:
     }
 
 
+def corrected() -> dict[str, str]:
+    """Send drawn hands to drawn postures, with and without their unit files, in virtual time."""
+    random = np.random.default_rng(SEEDS[0])
+    codec = ActuationMap.for_firmware(DEFAULT_FIRMWARE)
+    low, high = np.rad2deg(JOINT_BOX_RAD[[joints[0] for joints in JOINTS_OF]]).T
+    postures = low + random.uniform(0.15, 0.75, (POSTURES, len(Channel))) * (high - low)
+    errors: dict[bool, list[float]] = {True: [], False: []}
+    for seed, known in product(SEEDS, errors):
+        unit = f"plausible:{seed}"
+        angles = AngleMap.of_unit(codec, unit if known else "")
+        with hil.open_target("emulated", unit=unit, seed=seed) as target:
+            plant = target.get(hil.GroundTruth).plant
+            for posture in postures:
+                target.hand.command_codes(angles.codes(posture))
+                target.clock.sleep_until(target.clock.now() + 1.2)
+                joints = np.rad2deg(plant.joint_angles())
+                stands = [joints[list(of_cable)].mean() for of_cable in JOINTS_OF]
+                errors[known].append(float(np.abs(stands - posture).mean()))
+    return {
+        "command": "`--robot.calibration`",
+        "asked": f"{POSTURES} postures of {len(SEEDS)} drawn hands, plausible:{SEEDS[0]} to {SEEDS[-1]}",
+        "found": f"joints {np.mean(errors[True]):.1f}° from the action, {np.mean(errors[False]):.1f}° without it",
+    }
+
+
 def main(folder: Path) -> None:
     """Measure everything and keep it."""
     command = "aero-hil run-policy --empty --seconds 10 --record motion.mcap"
     subprocess.run([sys.executable, "-m", "hil.cli", *command.split()[1:]], cwd=folder, check=True)
-    rows = [recorded(folder), replayed(folder), teleoperated(folder), *(interrupted(folder, k) for k in (2, 0))]
+    broken_off = (interrupted(folder, episode) for episode in (2, 0))
+    rows = [recorded(folder), replayed(folder), teleoperated(folder), *broken_off, corrected()]
     provenance = {
         "command": "python lerobot_robot_aero/tests/measure.py FOLDER",
-        "seeds": "0",
+        "seeds": f"0 and {SEEDS[0]} to {SEEDS[-1]}",
         "commit": source_commit()[:7],
         "generator": f"LeRobot {version('lerobot')}, unit reference in real time, {os.cpu_count()} cores at a load of "
         f"{os.getloadavg()[2]:.0f}",
