@@ -45,8 +45,10 @@ class SerialTransport:
         _ALL.add(self)
 
     @classmethod
-    def open(cls, port_or_url: str) -> SerialTransport:
+    def open(cls, port_or_url: str, baud_rate: int = BAUD_RATE) -> SerialTransport:
         """Open a device path or pyserial URL (`/dev/ttyACM0`, `COM5`, `rfc2217://bench:4000`), locked where possible.
+
+        A bus adapter, other than a hand, needs the baud rate of what is behind it, bit/s.
 
         Raises:
             ConnectionError: no such port, no permission, in use, or no answer from a network port.
@@ -54,7 +56,7 @@ class SerialTransport:
         """
         try:
             port = serial.serial_for_url(
-                port_or_url, baudrate=BAUD_RATE, timeout=_POLL_S, write_timeout=_WRITE_TIMEOUT_S, exclusive=True
+                port_or_url, baudrate=baud_rate, timeout=_POLL_S, write_timeout=_WRITE_TIMEOUT_S, exclusive=True
             )
         except OSError as error:
             remedy = _REMEDIES.get(error.errno or 0, f"{error}.")

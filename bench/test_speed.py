@@ -23,7 +23,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 import hil
 from aero.protocol import FRAME_SIZE
-from hil.checks.staircase.run import Staircase, run_staircase
+from hil.checks.staircase.check import Staircase, run_staircase
 from hil.recordings.recorder import Recorder
 from hil.report.results import write_results
 from hil.targets.target import Target

@@ -7,8 +7,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
-from firmware_emulator.bus import ServoBus
-from firmware_emulator.clock import VirtualClock
 from firmware_emulator.firmware import boot
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
@@ -16,14 +14,13 @@ from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, profile_of
 from firmware_emulator.firmware.rom_text import rom_text
-from firmware_emulator.kernel import Kernel, Task
+from firmware_emulator.kernel import Task
 from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.native.rehearsal import Rehearsed, rehearse
 from firmware_emulator.plant import Plant
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, HLS3606M, ServoParameters
-from firmware_emulator.servo.servo import Servo
-from firmware_emulator.servo.shafts import Shafts
+from firmware_emulator.servo_chain import MountedServo, ServoChain
 from firmware_emulator.uart_master import UartMaster
 
 Start = Literal["homed", "power_on", "reset", "bare"]
@@ -32,8 +29,6 @@ TRANSMIT_RING = 256
 """What the board keeps for a host that does not read: the most recent bytes ..."""
 TRANSMIT_FIFO = 64
 """... behind the first ones, which already sit in the USB hardware (arduino-esp32 HWCDC)."""
-HOUSEKEEPING_S = 0.1
-"""Period at which servos heat up and look at their protections, s."""
 SETTLE_S = 1.0
 """Time between the end of the last homing and the first command of a hand that starts homed, s."""
 
@@ -93,30 +88,24 @@ class EmulatedHand:
         if len(zeros) != len(SERVOS):
             raise ValueError(f"encoder_zeros needs {len(SERVOS)} values in wire order, got {len(zeros)}")
         config = HANDS[hand]
-        self.kernel = Kernel()
-        self.clock = VirtualClock(self.kernel)
+        directions = [1 if config.grasp[servo] > config.extend[servo] else -1 for servo in SERVOS]
+        self.chain = ServoChain(
+            plant,
+            [
+                MountedServo(servo, Mounting(SHAFT_OF_SERVO[servo], directions[servo], zeros[servo]), servos)
+                for servo in SERVOS
+            ],
+            seed=seed,
+        )
+        """The servos, their bus and the clock."""
+        self.kernel, self.clock = self.chain.kernel, self.chain.clock
+        self.servos, self.bus = self.chain.servos, self.chain.bus
         self.on_transmit: Callable[[bytes], None] = self.keep
         self.on_reset: Callable[[boot.ResetCause], None] = lambda _cause: None
         """Hears of every restart of the board, before it begins."""
         self.says_rom_text = False
         """Whether the chip's ROM prints its own text at a restart, in front of the firmware's."""
         self._unread = bytearray()
-        self._shafts = Shafts(
-            self.kernel, plant, loop_period_s=servos.loop_period_s, refresh_period_s=servos.refresh_period_s
-        )
-        self.servos = [
-            Servo(
-                servo,
-                Mounting(SHAFT_OF_SERVO[servo], 1 if config.grasp[servo] > config.extend[servo] else -1, zeros[servo]),
-                servos,
-                self.kernel,
-                self._shafts,
-                seed=seed,
-            )
-            for servo in SERVOS
-        ]
-        self.bus = ServoBus(self.kernel, self.servos, servos.turnaround_s)
-        self.kernel.spawn(self._look_after_servos())
         self._profile = profile_of(firmware)
         self._config = config
         self._nvs = nvs if nvs is not None else Nvs()
@@ -151,8 +140,7 @@ class EmulatedHand:
 
     def supply(self, volts: float) -> None:
         """Let the servos measure another supply (V); what it does to their motors is the plant's."""
-        for servo in self.servos:
-            servo.feedback.volts = volts
+        self.chain.supply(volts)
 
     def close(self) -> None:
         """Switch the board off; only one that runs a program holds anything that has to be given back."""
@@ -170,7 +158,7 @@ class EmulatedHand:
 
     def advance_plant(self) -> None:
         """Bring the plant up to the present, for whoever looks at it directly."""
-        self._shafts.advance()
+        self.chain.shafts.advance()
 
     def _new_board(self) -> Board:
         return Board(
@@ -209,12 +197,6 @@ class EmulatedHand:
     def _take_over(self, stand_in: Board, ready: Rehearsed) -> Task:
         yield from assume_homed(stand_in)
         ready.board.move(self.kernel, self.bus, self._transmit, ready.turn)
-
-    def _look_after_servos(self) -> Task:
-        while True:
-            yield self.kernel.now + HOUSEKEEPING_S
-            for servo in self.servos:
-                servo.look_after(HOUSEKEEPING_S)
 
     def _transmit(self, data: bytes) -> None:
         self.on_transmit(data)

@@ -1,10 +1,11 @@
-"""The interface behind the servos: seven output shafts and whatever hangs on them.
+"""The interface behind the servos: output shafts and whatever hangs on them.
 
-The electronics know this interface and no implementation. `model` implements it with the built hand, `bench` here
-with seven bare shafts.
+The electronics know this interface and no implementation. `model` implements it with the built hand and with the joints
+of any MJCF file, `bench` here with seven bare shafts.
 
-A shaft's angle is zero at the fully extended hand and grows as its channel closes (paper section "Notation", theta).
-Shafts are listed in command order: index, middle, ring, pinky, thumb abduction, thumb CMC flexion, thumb flexor.
+Of the hand, which has seven: a shaft's angle is zero at the fully extended hand and grows as its channel closes (paper
+section "Notation", theta). Shafts are listed in command order: index, middle, ring, pinky, thumb abduction, thumb CMC
+flexion, thumb flexor.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class Drive:
 
 
 class Plant(Protocol):
-    """Seven shafts in time. Everything is deterministic; nothing reads a wall clock."""
+    """Shafts in time. Everything is deterministic; nothing reads a wall clock."""
 
     @property
     def time(self) -> float:
@@ -57,7 +58,7 @@ class Plant(Protocol):
         ...
 
     def drive(self, shaft: int, drive: Drive) -> None:
-        """Replace the drive of one shaft (0..6, command order) from now on."""
+        """Replace the drive of one shaft, counted from 0, from now on."""
         ...
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
@@ -65,13 +66,13 @@ class Plant(Protocol):
         ...
 
     def angles(self) -> NDArray[np.float64]:
-        """Return shaft angles, (7,) float, rad, positive closes."""
+        """Return shaft angles, (n,) float, rad; of the hand, positive closes."""
         ...
 
     def speeds(self) -> NDArray[np.float64]:
-        """Return shaft speeds, (7,) float, rad/s."""
+        """Return shaft speeds, (n,) float, rad/s."""
         ...
 
     def efforts(self) -> NDArray[np.float64]:
-        """Return the clipped efforts of the drives at the present state, (7,) float, N m, before back-EMF."""
+        """Return the clipped efforts of the drives at the present state, (n,) float, N m, before back-EMF."""
         ...

@@ -38,7 +38,7 @@ _BASELINE: dict[str, tuple[Counts, Counts]] = {
 """Extend and grasp counts of each hand, command order."""
 
 _SHIFT_COUNTS = math.trunc(10 / 360 * (COUNTS_PER_TURN - 1))
-_SHIFT_CLOSING = {Channel.THUMB_ABDUCTION: _SHIFT_COUNTS, Channel.THUMB_CMC_FLEXION: -_SHIFT_COUNTS}
+SHIFT_CLOSING = {Channel.THUMB_ABDUCTION: _SHIFT_COUNTS, Channel.THUMB_CMC_FLEXION: -_SHIFT_COUNTS}
 """How 0.2.0 moves a window, counts in the closing direction."""
 
 CALIBRATIONS = {
@@ -96,7 +96,7 @@ class CommandWindow:
             raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {hand!r}")
         extend, grasp = (np.array(counts) for counts in _BASELINE[hand])
         closing = np.sign(grasp - extend)
-        for channel, shift in _SHIFT_CLOSING.items():
+        for channel, shift in SHIFT_CLOSING.items():
             extend[channel] += closing[channel] * shift * (state in ("homed", "mixed"))
             grasp[channel] += closing[channel] * shift * (state == "homed")
         return cls(state, hand, tuple(extend.tolist()), tuple(grasp.tolist()))

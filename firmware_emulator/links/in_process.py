@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.servo_chain import ServoChain
 
 WireEntry = tuple[float, Literal[">", "<"], bytes]
 """Virtual time (s), direction (`>` to the hand, `<` from it) and bytes of one write."""
@@ -77,3 +78,46 @@ class InProcessLink:
     def _check_open(self) -> None:
         if self._closed:
             raise ConnectionError(f"{self._name} was closed; open a new link to the hand")
+
+
+class BusLink:
+    """A master's byte stream on a servo bus, with the shape of the driver's transport; waiting moves virtual time."""
+
+    def __init__(self, chain: ServoChain, baud: int) -> None:
+        """Connect a master at a baud rate, bit/s."""
+        self._kernel = chain.kernel
+        self._received = bytearray()
+        self._wanted = 0
+        self._port = chain.bus.connect(self._arrive)
+        self._port.baud = baud
+
+    @property
+    def name(self) -> str:
+        """What messages call this link."""
+        return "emulated bus"
+
+    def write(self, data: bytes) -> None:
+        """Send all of `data`."""
+        self._port.write(bytes(data))
+
+    def read(self, size: int, timeout: float) -> bytes:
+        """Return as soon as `size` bytes are there, else what came within `timeout` (s) of virtual time."""
+        if len(self._received) < size:
+            self._wanted = size
+            self._kernel.run_until(self._kernel.now + timeout)
+            self._wanted = 0
+        data = bytes(self._received[:size])
+        del self._received[:size]
+        return data
+
+    def discard_input(self) -> None:
+        """Drop every byte received and not yet read."""
+        self._received.clear()
+
+    def close(self) -> None:
+        """Nothing has to be given back."""
+
+    def _arrive(self, data: bytes) -> None:
+        self._received += data
+        if self._wanted and len(self._received) >= self._wanted:
+            self._kernel.pause()

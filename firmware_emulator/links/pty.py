@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import select
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, Protocol
 
+from firmware_emulator.bus import ServoBus
 from firmware_emulator.firmware.boot import ResetCause
 from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.kernel import Kernel
 from firmware_emulator.links.in_process import WireEntry
 from firmware_emulator.links.network import NetworkPort
 from firmware_emulator.links.serial_port import SerialPort
@@ -30,24 +32,75 @@ IDLE_S = 0.05
 """Longest wait before `stop` is looked at again, s."""
 
 
-class _End(Protocol):
+class End(Protocol):
     """The device's end of a terminal or port."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The path that clients open."""
+        ...
 
-    def fileno(self) -> int: ...
+    def fileno(self) -> int:
+        """Return the descriptor to wait on."""
+        ...
 
-    def read(self) -> bytes: ...
+    def read(self) -> bytes:
+        """Return what has arrived."""
+        ...
 
-    def write(self, data: bytes) -> None: ...
+    def write(self, data: bytes) -> None:
+        """Send to the client."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close it; a second call does nothing."""
 
 
-class _BusEnd(_End, Protocol):
+class BusEnd(End, Protocol):
+    """One that knows its baud rate."""
+
     @property
-    def baud(self) -> int: ...
+    def baud(self) -> int:
+        """What a client has set, bit/s."""
+        ...
+
+
+def put_on_bus(bus: ServoBus, end: BusEnd, *, echo: bool = False) -> Callable[[bytes], object]:
+    """Connect a terminal or port to a servo bus as a master; return what takes the bytes that it sends."""
+    port = bus.connect(end.write)
+    port.echo = echo
+
+    def take(data: bytes) -> None:
+        port.baud = end.baud
+        port.write(data)
+
+    return take
+
+
+def serve(
+    kernel: Kernel,
+    ends: Collection[End],
+    take: Callable[[End], object],
+    stop: Callable[[], bool],
+    after: Callable[[], object] = lambda: None,
+) -> None:
+    """Run a kernel up to the wall clock until `stop()` holds; it is asked at least every 50 ms.
+
+    Args:
+        kernel: of what is served.
+        ends: where bytes may arrive; may change while it is served.
+        take: called with an end that has bytes, the kernel being at the instant at which they are seen.
+        stop: whether to return.
+        after: called after each turn.
+    """
+    start = time.monotonic() - kernel.now
+    while not stop():
+        due = kernel.next_event()
+        idle = IDLE_S if due is None else min(max(start + due - time.monotonic(), 0.0), IDLE_S)
+        ready, _, _ = select.select(list(ends), [], [], idle)
+        kernel.run_until(time.monotonic() - start)
+        for end in ready:
+            take(end)
+        after()
 
 
 class PtyServer:
@@ -83,7 +136,7 @@ class PtyServer:
         self.listeners: list[Callable[[WireEntry], None]] = []
         """Called with the bytes of the board's terminal as they cross it."""
         self._hand = emulated_hand
-        self._takers: dict[_End, Callable[[bytes], object]] = {}
+        self._takers: dict[End, Callable[[bytes], object]] = {}
         with ExitStack() as opened:
             self._link = link
             self._away_until: float | None = None
@@ -97,9 +150,10 @@ class PtyServer:
             self._bus = Terminal(bus_link) if bus_link is not None else None
             if self._bus is not None:
                 opened.callback(self._bus.close)
-                self._put_on_bus(self._bus, echo=bus_echo)
+                self._takers[self._bus] = put_on_bus(emulated_hand.bus, self._bus, echo=bus_echo)
             if bus_port is not None:
-                self._put_on_bus(SerialPort(bus_port))
+                port = SerialPort(bus_port)
+                self._takers[port] = put_on_bus(emulated_hand.bus, port)
             opened.pop_all()
 
     def __enter__(self) -> PtyServer:
@@ -132,30 +186,12 @@ class PtyServer:
         self._hand.on_reset = self._went_away
         if unread := self._hand.take_output():
             self._host.write(unread)
-        start = time.monotonic() - kernel.now
-        while not stop():
-            due = kernel.next_event()
-            idle = IDLE_S if due is None else min(max(start + due - time.monotonic(), 0.0), IDLE_S)
-            ready, _, _ = select.select(list(self._takers), [], [], idle)
-            kernel.run_until(time.monotonic() - start)
-            for end in ready:
-                self._take(end)
-            self._come_back()
+        serve(kernel, self._takers, self._take, stop, self._come_back)
 
     def close(self) -> None:
         """Close the terminals and remove their links; a second call does nothing."""
         for end in self._takers:
             end.close()
-
-    def _put_on_bus(self, end: _BusEnd, *, echo: bool = False) -> None:
-        port = self._hand.bus.connect(end.write)
-        port.echo = echo
-
-        def take(data: bytes) -> None:
-            port.baud = end.baud
-            port.write(data)
-
-        self._takers[end] = take
 
     def _reset_by_lines(self, download: bool) -> None:
         self._hand.reset("reset", download=download)
@@ -181,7 +217,7 @@ class PtyServer:
         if unread := self._hand.take_output():
             self._host.write(unread)
 
-    def _take(self, end: _End) -> None:
+    def _take(self, end: End) -> None:
         if end not in self._takers:
             return
         data = end.read()

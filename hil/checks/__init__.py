@@ -1,8 +1,9 @@
 """The checks: each folder here with a `checks.toml` is one.
 
-`run.py` moves a hand and leaves a recording, `measure.py` turns the recording into numbers, `checks.toml` says what
-each number means (`shared/declaration.py` explains the file). A new check is a new folder; nothing else has to know it.
-`session` and `driver` have no `run.py`: they are measured on what the whole run left.
+In `check.py`, `run` moves a hand and leaves a recording, `measure` turns the recording into numbers, and `details`,
+where there is one, says more about them on the page. `checks.toml` says what each number means (`shared/declaration.py`
+explains the file). A new check is a new folder; nothing else has to know it. `session` and `driver` have no `run`: they
+are measured on what the whole run left.
 """
 
 import tomllib
@@ -18,18 +19,14 @@ def _read(folder: Traversable) -> Measuring:
     name = folder.name
     table = tomllib.loads((folder / "checks.toml").read_text(encoding="utf-8"))
     metrics = tuple(metric for row in table.pop("metric") for metric in parse_metric(name, row))
-    parts = {
-        part: import_module(f"{__name__}.{name}.{part}")
-        for part in ("run", "measure", "details")
-        if (folder / f"{part}.py").is_file()
-    }
+    module = import_module(f"{__name__}.{name}.check")
     declared = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
-    found: dict[str, Any] = {"name": name, "metrics": metrics, "measure": parts["measure"].measure, **declared}
-    if "details" in parts:
-        found["details"] = parts["details"].details
-    if "run" not in parts:
+    found: dict[str, Any] = {"name": name, "metrics": metrics, "measure": module.measure, **declared}
+    if hasattr(module, "details"):
+        found["details"] = module.details
+    if not hasattr(module, "run"):
         return Measuring(**found)
-    return Experiment(run=parts["run"].run, furthest=parts["run"].FURTHEST, **found)
+    return Experiment(run=module.run, furthest=module.FURTHEST, **found)
 
 
 _FOUND = [_read(folder) for folder in resources.files(__name__).iterdir() if (folder / "checks.toml").is_file()]

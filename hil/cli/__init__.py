@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import click
 
-from hil.cli.drawing_library import name_it
 from hil.cli.exits import OURS, Ended, Exit, interrupted, run
 from hil.cli.logs import log_nowhere, with_log
 
@@ -37,12 +39,13 @@ COMMANDS: dict[str, Command] = {
     "learn": Command("hil.cli.learn:learn", "Learn what faults do to the readings, for the diagnosis.", "campaign"),
     "endurance": Command("hil.cli.endurance:endurance", "Open and close the hand many times."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
+    "emulate-bus": Command("hil.cli.emulate_bus:emulate_bus", "Serve any robot of bus servos on a port.", "emulate"),
     "faults": Command("hil.cli.faults:faults", "List the faults that can be put into a hand or a link.", "emulate"),
     "proxy": Command("hil.cli.proxy:proxy", "Put faults between a program and a port.", "emulate"),
     "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
     "map": Command("hil.cli.map:map_command", "Convert a posture between representations."),
     "identify": Command("hil.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
-    "servos": Command("hil.cli.servos:servos", "Set up servos on a bus adapter, before assembly.", "servo"),
+    "servos": Command("hil.cli.servos:servos", "Check servos on a bus adapter, and set them up.", "servo"),
     "centre": Command(
         "hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."
     ),
@@ -92,9 +95,29 @@ class LazyGroup(click.Group):
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
-        name_it()
+        _name_drawing_library()
         log_nowhere()
         run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
+
+
+GLFW_LIBRARY = "PYGLFW_LIBRARY"
+
+
+def _name_drawing_library() -> None:
+    """Name the library that MuJoCo draws with, where `glfw` brings one and none is named; other processes inherit it.
+
+    To be called before MuJoCo is imported.
+    """
+    # Left alone, glfw starts Python once more for each library that it finds. When a command is killed meanwhile, that
+    # second process leaves a traceback.
+    found = find_spec("glfw")
+    if found is None or GLFW_LIBRARY in os.environ:
+        return
+    variant = "wayland" if os.environ.get("XDG_SESSION_TYPE") == "wayland" else "x11"
+    for folder in found.submodule_search_locations or ():
+        library = Path(folder, variant, "libglfw.so")
+        if library.is_file():
+            os.environ[GLFW_LIBRARY] = str(library)
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -46,9 +46,9 @@ def record_command(
 ) -> None:
     """Excite a free hand with steps, ramps and chirps and record it for `aero-hil calibrate`.
 
-    One channel moves at a time. Nothing may be in reach of the fingers. A hand on a port is guarded: it is opened
-    slowly, and the exit code is 4, at a current, a temperature, stale readings or an encoder beyond the thresholds
-    shown. What was recorded until an interruption is kept.
+    The fingers move together, each channel of the thumb alone. Nothing may be in reach of them. A hand on a port is
+    guarded: it is opened slowly, and the exit code is 4, at a current, a temperature, stale readings or an encoder
+    beyond the thresholds shown. What was recorded until an interruption is kept.
     """
     console = new_console()
     with given():

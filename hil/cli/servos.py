@@ -10,22 +10,29 @@ import click
 
 from aero.servo_bus import ServoBusError, ServoSetup, ServoValueError
 from hil.cli.exits import Ended, Exit
+from hil.cli.servo_check.command import check
 
 
 @click.group()
-@click.option("--port", required=True, help="Serial port of the bus adapter, for example /dev/ttyUSB0.")
+@click.option("--port", help="Serial port of the bus adapter, for example /dev/ttyUSB0; all but `check` need it here.")
 @click.pass_context
-def servos(context: click.Context, port: str) -> None:
-    """Scan and set up servos on a bus adapter; the hand's own board must be off the bus."""
+def servos(context: click.Context, port: str | None) -> None:
+    """Check and set up servos on a bus adapter; the hand's own board must be off the bus."""
     context.obj = port
+
+
+servos.add_command(check)
 
 
 def _on_bus(action: Callable[..., None]) -> Callable[..., None]:
     """Open the adapter for a command; a bus that does not answer, or is gone, ends with `Exit.NO_HAND`."""
 
     def command(**arguments: int) -> None:
+        port = click.get_current_context().obj
+        if port is None:
+            raise click.UsageError("name the bus adapter first: aero-hil servos --port PORT ...")
         try:
-            with ServoSetup(click.get_current_context().obj) as setup:
+            with ServoSetup(port) as setup:
                 action(setup, **arguments)
         except ServoValueError as error:
             raise Ended(str(error), Exit.USAGE) from error

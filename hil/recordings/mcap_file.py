@@ -25,9 +25,8 @@ from zstandard import ZstdError, frame_content_size
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file
-from hil.recordings.header_check import check
 from hil.recordings.mcap_writer import McapWriter
-from hil.recordings.recording import Event, Header, Recording, Series, Severity
+from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
 from hil.recordings.seal import digest
 from hil.targets.wire_log import Direction, WireRecord
 
@@ -42,7 +41,8 @@ DIRECTIONS: tuple[Direction, ...] = ("to_hand", "from_hand")
 LOG_LEVELS: dict[Severity, int] = {"info": 2, "warning": 3, "error": 4}
 """Levels of the schema `foxglove.Log`."""
 SEVERITIES = {level: severity for severity, level in LOG_LEVELS.items()}
-WIRE_TOPICS = {f"/wire/{direction}": direction for direction in DIRECTIONS}
+TOPIC_OF: dict[Direction, str] = {direction: f"/wire/{direction}" for direction in DIRECTIONS}
+WIRE_TOPICS = {topic: direction for direction, topic in TOPIC_OF.items()}
 CHUNK_BYTES = 16_384
 """Of data that are compressed together: a quarter of a second of a staircase."""
 TOGETHER = 64
@@ -115,7 +115,7 @@ class RecordingFile:
         with uninterrupted():
             self._add_header(header)
         for direction in DIRECTIONS:
-            self._channel(f"/wire/{direction}", "aero.wire", WIRE_SCHEMA)
+            self._channel(TOPIC_OF[direction], "aero.wire", WIRE_SCHEMA)
         self._channel("/events", "foxglove.Log", LOG_SCHEMA)
 
     def add_series(self, name: str, columns: tuple[str, ...], units: tuple[str, ...]) -> None:
@@ -133,14 +133,17 @@ class RecordingFile:
         self, name: str, columns: tuple[str, ...], units: tuple[str, ...], t: float, row: NDArray[np.float64]
     ) -> None:
         """Write one row, (len(columns),), of a series."""
-        self.add_series(name, columns, units)
+        if name not in self._formats:
+            self.add_series(name, columns, units)
         # What `json.dumps` makes of it, at half the cost.
-        self._add_text(f"/{name}", t, self._formats[name] % (t, *row.tolist()))
+        self._add_bytes(f"/{name}", t, (self._formats[name] % (t, *row.tolist())).encode())
 
-    def add_wire(self, record: WireRecord) -> None:
-        """Write bytes that crossed the link."""
+    def add_wire(self, record: WireRecord, start: float = 0.0) -> None:
+        """Write bytes that crossed the link; times are from `start` on."""
+        at, direction, data = record
+        t = at - start
         # What `json.dumps` makes of it, at a fifth of the cost: most of a file's messages are these.
-        self._add_text(f"/wire/{record.direction}", record.t, f'{{"t": {record.t!r}, "hex": "{record.data.hex()}"}}')
+        self._add_bytes(TOPIC_OF[direction], t, f'{{"t": {t!r}, "hex": "{data.hex()}"}}'.encode())
 
     def add_event(self, event: Event) -> None:
         """Write an event."""
@@ -183,7 +186,7 @@ class RecordingFile:
         self._add_bytes(topic, t, text.encode())
 
     def _add_bytes(self, topic: str, t: float, content: bytes) -> None:
-        self._pending.append((self._channels[topic], self._nanoseconds(t), content))
+        self._pending.append((self._channels[topic], self._epoch_ns + round(t * 1e9), content))
         if len(self._pending) >= TOGETHER:
             with uninterrupted():
                 self._write_pending()
@@ -304,7 +307,7 @@ def _header(record: Metadata, path: Path) -> Header:
             "use the aero-hil version that wrote it"
         )
     content = json.loads(record.metadata["header"])
-    check(content)
+    check_header(content)
     if record.metadata.get(DIGEST, digest(content)) != digest(content):
         raise UnusableFileError(f"{path} is damaged: its header does not fit its SHA-256")
     return Header(**content)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
+from aero.firmware import DEFAULT_FIRMWARE
 from hil.checks import Measured
 from hil.faults import CATALOGUE, Fault
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import Diagnosis, Explanation
 from hil.verdict.limits import Limit
-from hil.verdict.locate import MISTAKEN, OLDER_FIRMWARE, channels_off, driver_mistaken, older_firmware
+from hil.verdict.locate import MISTAKEN, OLDER_FIRMWARE, channels_off, driver_mistaken, older_firmware, windows_moved
 from hil.verdict.next_step import cause_words, metric_words, only
+from hil.verdict.other_firmware import other_firmware
 from hil.verdict.reference import load_reference
 from hil.verdict.signature import Places, Signature, excesses, places, signature
 
@@ -19,19 +22,30 @@ KEPT = 5
 """Causes that are kept, the likeliest."""
 
 
-def diagnose(numbers: Mapping[str, Measured], limits: Sequence[Limit], ending: Ending) -> Diagnosis:
+def diagnose(
+    numbers: Mapping[str, Measured],
+    limits: Sequence[Limit],
+    ending: EndSignature,
+    firmware: str = DEFAULT_FIRMWARE,
+    others: Mapping[str, Sequence[Limit]] = MappingProxyType({}),
+) -> Diagnosis:
     """Return where something is wrong in a run that failed, what kind of effect it has, and which causes fit.
 
     Args:
         numbers: what was measured, by experiment.
         limits: of the hand.
         ending: how the run ended.
+        firmware: version that was named.
+        others: limits of hands with other versions, see `limits_of_others`; none are asked when there are none.
     """
     beyond = excesses(numbers, limits)
     if driver_mistaken(beyond):
         return replace(MISTAKEN, off=channels_off(beyond))
-    if older_firmware(beyond):
+    if older_firmware(beyond, ending):
         return replace(OLDER_FIRMWARE, off=channels_off(beyond))
+    plain = windows_moved(numbers, beyond) or other_firmware(numbers, beyond, firmware, others)
+    if plain is not None:
+        return replace(plain, off=channels_off(beyond))
     found = {**places(numbers, limits), **ending.places}
     told = load_reference().diagnosed(found, beyond)
     return replace(told, causes=_told(told.causes[:KEPT], found), off=channels_off(beyond))

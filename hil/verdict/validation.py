@@ -18,11 +18,12 @@ from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.baseline import load, regressions
 from hil.verdict.diagnose import diagnose
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import HEALTHY, Diagnosis
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
+from hil.verdict.other_firmware import limits_of_others
 from hil.verdict.own_limits import OwnLimits
 from hil.verdict.run_end import FINISHED, RunEnd, Way, broken_off
 from model.units import DEFAULT_LIMITS, shipped_units
@@ -170,7 +171,16 @@ def limits_of(header: Header) -> tuple[Limit, ...]:
     Raises:
         ValueError: the header does not name them, and its unit is none that ships.
     """
-    return load_limits(header.limits or _limits_of_unit(header.unit), header.firmware, guarded=bool(header.safety))
+    return load_limits(_kind(header), header.firmware, guarded=bool(header.safety))
+
+
+def _kind(header: Header) -> str:
+    """Return the kind of hand of a recording.
+
+    Raises:
+        ValueError: as `limits_of`.
+    """
+    return header.limits or _limits_of_unit(header.unit)
 
 
 def _limits_of_unit(unit: str) -> str:
@@ -199,7 +209,12 @@ def _diagnosed(done: Validation, limits: tuple[Limit, ...]) -> Diagnosis:
         failed(result.findings) for name, result in done.judged.items() if name not in asking
     ):
         return HEALTHY
-    return diagnose(numbers, limits, Ending.of(done.end))
+    ending = EndSignature.of(done.end)
+    if not done.results:
+        return diagnose(numbers, limits, ending)
+    header = next(iter(done.results.values())).recording.header
+    others = limits_of_others(_kind(header), header.firmware, guarded=bool(header.safety))
+    return diagnose(numbers, limits, ending, header.firmware, others)
 
 
 def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:

@@ -6,7 +6,7 @@ import pytest
 from build_errors import BUILD_ERRORS, BuildError, spoiled
 
 from hil.checks import EXPERIMENTS
-from hil.checks.staircase.run import Staircase, run_staircase
+from hil.checks.staircase.check import Staircase, run_staircase
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
 from model import RoutedHand

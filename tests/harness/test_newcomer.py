@@ -51,7 +51,7 @@ def run(copy, program):
 def test_a_metric_is_added_in_the_folder_of_its_check(copy):
     folder = copy / "hil" / "checks" / "holding"
     edit(
-        folder / "measure.py",
+        folder / "check.py",
         '"creep_percent":',
         '"peak_current": float(np.abs(pull[held, channel]).max()),\n"creep_percent":',
     )
@@ -79,14 +79,12 @@ def test_a_metric_is_added_in_the_folder_of_its_check(copy):
 def test_an_experiment_is_a_folder(copy):
     folder = copy / "hil" / "checks" / "waiting"
     folder.mkdir()
-    (folder / "run.py").write_text(
+    (folder / "check.py").write_text(
         "from aero.channels import Channel\n"
         "FURTHEST = (0.0,) * len(Channel)\n"
         "def run(target, recorder, progress):\n"
         "    recorder.begin()\n"
         "    recorder.add('codes', target.clock.now(), target.hand.read_codes())\n"
-    )
-    (folder / "measure.py").write_text(
         "def measure(recording):\n    return {'hand': {'readings': float(len(recording['codes'].times))}}\n"
     )
     (folder / "checks.toml").write_text(

@@ -33,7 +33,7 @@ NOT_JUDGING = {
     # What a hand and the simulator are told.
     "hil/checks/shared/side_by_side.py",
     "hil/checks/staircase/reachable_range.py",
-    "hil/checks/staircase/run.py",
+    "hil/checks/staircase/check.py",
 }
 MOVES_A_HAND = "Target"
 """A function with an argument of this type moves a hand, and so does a class that is made from one."""

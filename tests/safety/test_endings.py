@@ -59,7 +59,7 @@ class Onlooker:
     def look(self):
         """Return whether to stop serving."""
         self._electronics.advance_plant()
-        index = np.rad2deg(self._electronics._shafts.sample().angles[0])
+        index = np.rad2deg(self._electronics.chain.shafts.sample().angles[0])
         if index > 160.0:
             self.closed.set()
         elif index < 10.0 and self.closed.is_set():

@@ -8,7 +8,7 @@ from aero import Channel
 from aero.firmware import firmware_of
 from aero.safety import SafetyStopError, Thresholds
 from hil import open_target
-from hil.checks.staircase.run import FULL, Staircase, run_staircase
+from hil.checks.staircase.check import FULL, Staircase, run_staircase
 from hil.lab.system_identification.excitation import REACH
 from hil.recordings.recorder import Recorder
 from hil.verdict.run_end import FINISHED

@@ -1,6 +1,6 @@
 """Short runs of what experiments do, returned as their recordings."""
 
-from hil.checks.staircase.run import run_staircase
+from hil.checks.staircase.check import run_staircase
 from hil.lab.policies.policy_run import record_policy
 from hil.lab.system_identification.excitation import EXPERIMENT, play
 from hil.recordings.recorder import Recorder, silent

@@ -5,14 +5,48 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import click
 
-from hil.cli.doctor.examinations import examine
+from aero.clock import WallClock
 from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
+from hil.cli.doctor.hand import check_hand
+from hil.cli.doctor.installation import check_installation
+from hil.cli.doctor.machine import check_drawing, check_jitter, lateness_s
+from hil.cli.doctor.ports import check_ports, holders, list_ports, read_port
 from hil.cli.exits import Exit
+
+
+def _ports(named: str) -> Iterator[Examined]:
+    ports = list_ports()
+    if named and all(port.device != named for port in ports) and Path(named).exists():
+        ports += (read_port(named),)
+    return check_ports(ports, named)
+
+
+EXAMINATIONS: tuple[Callable[[], Iterable[Examined]], ...] = (
+    check_installation,
+    lambda: [check_drawing()],
+    lambda: [check_jitter(lateness_s(WallClock()))],
+)
+"""Examinations of this machine."""
+EXAMINATIONS_OF_A_PORT: tuple[Callable[[str], Iterable[Examined]], ...] = (
+    _ports,
+    lambda named: check_hand(named, holders(named)) if named else (),
+)
+"""Each takes the port that was named, empty without one."""
+
+
+def examine(named: str = "") -> Iterator[Examined]:
+    """Yield every finding as it is made."""
+    for examination in EXAMINATIONS:
+        yield from examination()
+    for examination_of_a_port in EXAMINATIONS_OF_A_PORT:
+        yield from examination_of_a_port(named)
+
 
 FORMAT = 1
 """Number of the shape that `--json` prints; another one when a name in it changes."""
@@ -30,7 +64,7 @@ def doctor(port: str | None, as_json: bool) -> None:
     for finding in examine(port or ""):
         findings.append(finding)
         if not as_json:
-            _show(finding)
+            show(finding)
     if as_json:
         click.echo(json.dumps(_document(findings), indent=2))
     sys.exit(exit_code(findings))
@@ -48,7 +82,8 @@ def _document(findings: list[Examined]) -> dict[str, Any]:
     return {"format": FORMAT, "verdict": worst(findings), "findings": [finding.as_dict() for finding in findings]}
 
 
-def _show(finding: Examined) -> None:
+def show(finding: Examined) -> None:
+    """Print one line of the table, and what to do."""
     colour = None if "NO_COLOR" in os.environ else COLOURS[finding.verdict]
     click.echo(f"{click.style(f'{finding.verdict:5}', fg=colour)} {finding.check}: {finding.finding}")
     if finding.remedy:

@@ -1,8 +1,8 @@
 """What a hand is asked to do so that calibration can see its dynamics: steps, ramps and chirps, small to large.
 
-Every stream starts and ends with the open hand, moves one channel at a time, and stays inside
-`REACH`, where nothing of a healthy hand touches anything else or an end stop. Streams are data; `play_excitation`
-plays them.
+Every stream starts and ends with the open hand and stays inside `REACH`, where nothing of a healthy hand touches
+anything else or an end stop. The fingers move together, for they bend side by side; each channel of the thumb moves
+alone, since the thumb meets the fingers and its own channels pull at each other. Streams are data; `play` plays them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import Channel
+from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 from hil.recordings.recorder import Progress, Recorder, silent
@@ -21,9 +21,11 @@ from hil.targets.target import Target
 
 Floats = NDArray[np.float64]
 
-PERIOD_S = 0.02
-"""Time from one frame to the next."""
-REST_S = 0.6
+PERIOD_S = 0.021
+"""Time from one frame to the next. No multiple of the board's 10 ms telemetry period, so that readings of every age
+come by: the jump from the oldest to the newest tells where the recording lies on that grid, which is else mistaken for
+the servos' delay."""
+REST_S = 0.42
 """Rest before, between and after motions: a step settles within 0.14 s (one physical hand, public logs June-July 2026,
 TTdragoAlex/tetherIA-aero-hand-open 58b518e)."""
 REACH: Mapping[Channel, float] = {
@@ -37,15 +39,17 @@ REACH: Mapping[Channel, float] = {
 }
 """Largest share of the command window: fingers stop at 0.976, flexion at 0.605 without abduction, the flexor at 0.826
 (the same hand)."""
-STEP_SHARES = (0.03, 0.08, 0.2, 0.45, 1.0)
+STEP_SHARES = (0.05, 0.3, 1.0)
 """Steps there and back, as shares of the reach, small to large."""
-RAMP_SHARES_PER_S = (0.1, 0.25, 0.5)
+STAIRS = 6
+"""Stairs to the reach, and back."""
+RAMP_SHARES_PER_S = (0.25, 0.75)
 """Speeds of ramps to the reach and back, in reaches a second."""
-CHIRP_HZ = (0.3, 4.0)
+CHIRP_HZ = (0.5, 4.0)
 """First and last frequency of a chirp."""
-CHIRP_S = 6.0
+CHIRP_S = 2.5
 CHIRP_SHARES = (0.03, 0.08)
-"""Amplitudes of the chirps about the middle of the reach; the larger one peaks at 0.5 of the window a second."""
+"""Amplitudes of the chirps about the middle of the reach; the larger one peaks at 1.6 of the window a second."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,7 @@ def steps() -> Floats:
     parts = [_rest()]
     for share in STEP_SHARES:
         parts += [_rest(share), _rest()]
-    stairs = np.linspace(0.1, 1.0, 10)
+    stairs = np.linspace(1.0 / STAIRS, 1.0, STAIRS)
     parts += [_rest(level) for level in (*stairs, *stairs[-2::-1], 0.0)]
     return np.concatenate(parts)
 
@@ -102,12 +106,12 @@ MOTIONS: Mapping[str, Callable[[], Floats]] = {"steps": steps, "ramps": ramps, "
 
 
 def excitation(name: str, *, scale: float = 1.0, channels: tuple[Channel, ...] = tuple(Channel)) -> Excitation:
-    """Return a named motion of each channel in turn, or `all` of them one after the other.
+    """Return a named motion, or `all` of them one after the other, of the fingers together and each thumb channel.
 
     Args:
         name: a key of `MOTIONS`, or `all`.
         scale: share of the reach that is used, above 0 and at most 1.
-        channels: which channels move, in this order.
+        channels: which channels move: the fingers among them first, together, then the others in this order.
 
     Raises:
         ValueError: no such motion, a scale out of range, or no channel.
@@ -120,10 +124,12 @@ def excitation(name: str, *, scale: float = 1.0, channels: tuple[Channel, ...] =
         raise ValueError("an excitation moves at least one channel")
     motion = np.concatenate([MOTIONS[key]() for key in (MOTIONS if name == "all" else (name,))])
     rows = []
-    for channel in channels:
+    fingers = tuple(channel for channel in channels if channel in FINGERS)
+    for together in (fingers, *((channel,) for channel in channels if channel not in FINGERS)):
         row = np.zeros((len(motion), len(Channel)))
-        row[:, channel] = scale * REACH[channel] * motion
-        rows.append(row)
+        for channel in together:
+            row[:, channel] = scale * REACH[channel] * motion
+        rows += [row] if together else []
     return Excitation(name, np.concatenate(rows))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aero.protocol import MAX_CODE
-from hil.checks.audit import measure as audit
+from hil.checks.audit import check as audit
 from tests.support.synthetic import LABELS, held, replaced
 
 SPANS = (3278, 3278, 3278, 3278, 1138, 1183, 2980)

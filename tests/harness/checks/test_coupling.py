@@ -5,7 +5,7 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.coupling import measure as coupling
+from hil.checks.coupling import check as coupling
 from tests.support.synthetic import held
 
 

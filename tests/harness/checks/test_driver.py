@@ -11,8 +11,8 @@ from hypothesis.extra.numpy import arrays
 
 from aero.actuation import CALIBRATIONS, ActuationMap
 from aero.channels import Channel
+from hil.checks.driver import check as driver
 from hil.checks.driver import independent_map
-from hil.checks.driver import measure as driver
 from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS

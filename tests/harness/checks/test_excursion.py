@@ -8,7 +8,7 @@ import pytest
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks import EXPERIMENTS
-from hil.checks.excursion import measure as excursion
+from hil.checks.excursion import check as excursion
 from tests.support.synthetic import LABELS, held
 
 OPEN_DEG = (0.0, 0.0, 0.0, 0.0, 9.932, -9.932, -15.278)

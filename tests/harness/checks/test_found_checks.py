@@ -44,7 +44,7 @@ def test_the_audit_takes_no_sign_from_the_map(monkeypatch):
     with open_target(seed=1) as target:
         recording = record(EXPERIMENTS["audit"], target)
         good = EXPERIMENTS["audit"].measure(recording)
-    monkeypatch.setattr("hil.checks.audit.measure.map_of", lambda header: _Backwards())
+    monkeypatch.setattr("hil.checks.audit.check.map_of", lambda header: _Backwards())
     bad = EXPERIMENTS["audit"].measure(recording)
     assert {name: row["followed"] for name, row in good.items()} == {name: row["followed"] for name, row in bad.items()}
     assert {name: row["pull"] for name, row in good.items()} == {name: row["pull"] for name, row in bad.items()}

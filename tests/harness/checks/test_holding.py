@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aero.protocol import MAX_CODE
-from hil.checks.holding import measure as holding
+from hil.checks.holding import check as holding
 from tests.support.synthetic import LABELS, held
 
 

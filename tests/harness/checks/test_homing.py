@@ -5,7 +5,7 @@ import pytest
 
 from aero.channels import CABLES, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.homing import measure as homing
+from hil.checks.homing import check as homing
 from tests.support.synthetic import held
 
 WINDOW_MM = {**dict.fromkeys(range(4), 45.258), Channel.THUMB_CMC_FLEXION: 16.356, Channel.THUMB_FLEXOR: 41.222}

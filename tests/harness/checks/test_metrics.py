@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aero.channels import CABLES, Channel
-from hil.checks.staircase.measure import measure, resolution
+from hil.checks.staircase.check import measure, resolution
 from tests.support.synthetic import RANGES, replaced, staircase
 
 

@@ -11,7 +11,7 @@ OPENS_A_HAND = "open_target"
 
 
 def module_of(measuring):
-    """`audit` of `hil.checks.audit.measure`."""
+    """`audit` of `hil.checks.audit.check`."""
     return measuring.measure.__module__.split(".")[2]
 
 

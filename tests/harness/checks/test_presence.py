@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.checks.presence import measure as presence
+from hil.checks.presence import check as presence
 from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS

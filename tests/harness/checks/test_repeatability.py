@@ -5,7 +5,7 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.repeatability import measure as repeatability
+from hil.checks.repeatability import check as repeatability
 from tests.support.synthetic import held
 
 WINDOW = (45.258, 45.258, 45.258, 45.258, 1745.33, 16.356, 41.222)

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.checks.replay import measure as open_loop_replay
-from hil.checks.replay import run
+from hil.checks.replay import check as open_loop_replay
 from hil.recordings.recording import Recording, Series
 from tests.support.synthetic import HEADER, LABELS, UNITS
 
@@ -42,7 +41,7 @@ def test_what_is_left_after_the_delay_is_the_shape():
 
 def test_the_actions_begin_after_a_second_at_rest_and_oscillate_each_at_its_own_rate():
     """Sines of 0.4 with 0.5 to 0.8 Hz for 8 s."""
-    actions = run._actions()
+    actions = open_loop_replay._actions()
     period = 9.0 / len(actions)
     t = period * np.arange(len(actions))
     assert not actions[t < 1.0].any()

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.protocol import MAX_CODE, Opcode
-from hil.checks.response import measure as response
-from hil.checks.response import run
+from hil.checks.response import check as response
 from hil.checks.shared.signals import CommandStep
 from hil.recordings.recording import Event, Recording, Series
 from hil.targets.wire_log import WireRecord
@@ -158,10 +157,10 @@ def test_the_command_in_force_is_the_last_one_given():
 )
 def test_fingers_arrive_at_90_and_at_6_per_cent(percent, closed, opened):
     codes = np.append(np.full(4, round(percent / 100 * MAX_CODE)), [0, 0, 0])
-    assert run._arrived(codes, closing=True) is closed
-    assert run._arrived(codes, closing=False) is opened
-    assert run._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=True) is False
-    assert run._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=False) is False
+    assert response._arrived(codes, closing=True) is closed
+    assert response._arrived(codes, closing=False) is opened
+    assert response._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=True) is False
+    assert response._arrived(np.array([65535, 0, 65535, 0, 0, 0, 0]), closing=False) is False
 
 
 @given(st.floats(0.001, 0.02), st.floats(0.0, 1.0), st.floats(2.0, 20.0))

@@ -3,7 +3,7 @@
 import pytest
 
 from aero.protocol import BOOT_TEXT_MARKS
-from hil.checks.session import measure as whole_run
+from hil.checks.session import check as whole_run
 from hil.recordings.recording import Recording
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil.checks.short_staircase import measure as short_staircase
-from hil.checks.short_staircase.run import commands
+from hil.checks.short_staircase import check as short_staircase
+from hil.checks.short_staircase.check import commands
 from hil.recordings.recording import Recording, Series
 from tests.support.synthetic import HEADER, LABELS, RANGES, UNITS
 

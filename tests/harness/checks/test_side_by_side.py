@@ -7,7 +7,7 @@ from recorded import staircase_of
 
 from aero.channels import FINGERS, Channel
 from hil import open_target
-from hil.checks.staircase.run import Staircase
+from hil.checks.staircase.check import Staircase
 from hil.checks.staircase.tracking import staircase_metrics
 
 SHORT = Staircase(levels=2, hold_s=0.6, lead_s=0.6)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.checks.shared.signals import find_steps
-from hil.checks.staircase.run import Staircase
+from hil.checks.staircase.check import Staircase
 
 OPEN = np.array([0.1075, 0.1082, 0.1075, 0.1093, 0.0, 0.0379, 0.11])
 CLOSED = np.array([0.0616, 0.0621, 0.0616, 0.0637, 1.75, 0.0269, 0.0834])

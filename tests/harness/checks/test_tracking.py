@@ -11,7 +11,7 @@ from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
 from hil.checks.shared.signals import CommandStep, at_times, find_steps
-from hil.checks.staircase.measure import channel_numbers
+from hil.checks.staircase.check import channel_numbers
 from hil.checks.staircase.rise_time import Response, median_rise, respond
 from hil.checks.staircase.tracking import quiet_command, quiet_trace, residuals, staircase_metrics
 

@@ -6,8 +6,8 @@ import pytest
 from aero.channels import CABLES, FINGERS, Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import map_of
-from hil.checks.window import measure as window
-from hil.checks.window.run import WOUND
+from hil.checks.window import check as window
+from hil.checks.window.check import WOUND
 from tests.support.synthetic import HEADER, LABELS, held
 
 SPAN = 3278

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from aero import AeroHand, Channel
 from hil.checks import EXPERIMENTS
-from hil.checks.staircase.run import Staircase, run_staircase
+from hil.checks.staircase.check import Staircase, run_staircase
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli import main
 from hil.recordings.mcap_file import read_recording

@@ -1,0 +1,68 @@
+"""Serves a chain of servos in real time: their bus on a pseudo-terminal, or on a real serial port."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+
+from firmware_emulator.links.pty import BusEnd, End, put_on_bus, serve
+from firmware_emulator.links.serial_port import SerialPort
+from firmware_emulator.links.terminal import Terminal
+from firmware_emulator.servo_chain import ServoChain
+
+
+class BusServer:
+    """A chain of servos behind a terminal or a port; a context manager."""
+
+    def __init__(
+        self, chain: ServoChain, *, link: Path | None = None, port: str | None = None, echo: bool = False
+    ) -> None:
+        """Open it; nothing is served before `run`.
+
+        Args:
+            chain: what to serve.
+            link: symbolic link to the terminal.
+            port: serial port (device path or pyserial URL) to serve on in place of a terminal.
+            echo: whether the terminal gives back what it sends, as some half-duplex adapters do.
+
+        Raises:
+            FileExistsError: the link exists already.
+            serial.SerialException: the port cannot be opened.
+        """
+        self._chain = chain
+        self._takers: dict[End, Callable[[bytes], object]] = {}
+        with ExitStack() as opened:
+            self._end: BusEnd = Terminal(link) if port is None else SerialPort(port)
+            opened.callback(self._end.close)
+            self._takers[self._end] = put_on_bus(chain.bus, self._end, echo=echo)
+            opened.pop_all()
+
+    def __enter__(self) -> BusServer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def name(self) -> str:
+        """Path of the terminal or port."""
+        return self._end.name
+
+    def also(self, end: End, take: Callable[[bytes], object]) -> None:
+        """Hand what arrives at one more end to `take`, at the instant at which it is seen."""
+        self._takers[end] = take
+
+    def run(self, stop: Callable[[], bool]) -> None:
+        """Serve in real time until `stop()` holds; it is asked at least every 50 ms."""
+        serve(self._chain.kernel, self._takers, self._take, stop)
+
+    def close(self) -> None:
+        """Close the terminal and remove its link; a second call does nothing."""
+        self._end.close()
+
+    def _take(self, end: End) -> None:
+        self._takers[end](end.read())

@@ -1,0 +1,67 @@
+"""Servos on one bus and the plant that they turn, on one clock. Nothing here knows what the plant is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from firmware_emulator.bus import ServoBus
+from firmware_emulator.clock import VirtualClock
+from firmware_emulator.kernel import Kernel, Task
+from firmware_emulator.plant import Plant
+from firmware_emulator.servo.frame import Mounting
+from firmware_emulator.servo.parameters import ServoParameters
+from firmware_emulator.servo.servo import Servo
+from firmware_emulator.servo.shafts import Shafts
+
+HOUSEKEEPING_S = 0.1
+"""Period at which servos heat up and look at their protections, s."""
+
+
+class MountedServo(NamedTuple):
+    """One servo of a chain."""
+
+    id: int
+    """Its ID on the bus; two servos may have the same."""
+    mounting: Mounting
+    """How it sits on its shaft."""
+    parameters: ServoParameters
+    """Its kind and its physics."""
+
+
+class ServoChain:
+    """Powered servos with their torque off, at time zero."""
+
+    def __init__(self, plant: Plant, servos: Sequence[MountedServo], *, seed: int = 0) -> None:
+        """Mount servos on a plant whose time has not begun; loop and turnaround times are those of the first servo.
+
+        Args:
+            plant: what the servos turn.
+            servos: in the order of `self.servos`.
+            seed: of all noise.
+
+        Raises:
+            ValueError: no servo at all.
+        """
+        if not servos:
+            raise ValueError("a chain has at least one servo")
+        first = servos[0].parameters
+        self.kernel = Kernel()
+        self.clock = VirtualClock(self.kernel)
+        self.shafts = Shafts(
+            self.kernel, plant, loop_period_s=first.loop_period_s, refresh_period_s=first.refresh_period_s
+        )
+        self.servos = [Servo(*servo, self.kernel, self.shafts, seed=seed) for servo in servos]
+        self.bus = ServoBus(self.kernel, self.servos, first.turnaround_s)
+        self.kernel.spawn(self._look_after_servos())
+
+    def supply(self, volts: float) -> None:
+        """Let the servos measure another supply (V); what it does to their motors is the plant's."""
+        for servo in self.servos:
+            servo.feedback.volts = volts
+
+    def _look_after_servos(self) -> Task:
+        while True:
+            yield self.kernel.now + HOUSEKEEPING_S
+            for servo in self.servos:
+                servo.look_after(HOUSEKEEPING_S)

@@ -1,0 +1,57 @@
+"""Channel audit: each command moves its own encoder, the right way, by the right amount, and no other.
+
+The expected signs come from the mechanism (`closing_current`) and never from the map under test. Leaves `codes`,
+`command_codes`, `currents` and `temperatures`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aero.actuation.fingerprint import fits_span
+from aero.channels import Channel
+from aero.protocol import MAX_CODE
+from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed
+from hil.checks.shared.signals import closing_current, find_steps
+from hil.recordings.recorder import Progress, Recorder
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
+
+NUDGE = 0.2
+HALF_S = 0.6
+"""Time at the nudge, and at the open hand after it, s."""
+FURTHEST = (NUDGE,) * 7
+"""How far each channel is sent at most, part of its window, command order."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Nudge each channel closed and open again."""
+    recorder.begin({"nudge": NUDGE, "half_s": HALF_S})
+    driver = Sampler(target, recorder, progress, HALF_S * (1 + 2 * len(Channel)))
+    driver.hold(np.zeros(len(Channel)), HALF_S, "open hand")
+    for channel in Channel:
+        driver.hold(one_closed(channel, NUDGE), HALF_S, channel.label)
+        driver.hold(np.zeros(len(Channel)), HALF_S, channel.label)
+
+
+def measure(recording: Recording) -> Measured:
+    """Return, in per cent of the nudge, how far each channel followed, came back, and moved with the others."""
+    codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
+    pull = closing_current(currents.values, recording.header.hand)
+    spans = map_of(recording.header).window.spans_counts()
+    found: dict[str, dict[str, float]] = {}
+    steps = find_steps(commands.times, commands.values)
+    for step, opening in zip(steps[::2], steps[1::2], strict=True):
+        start, nudged, back = (last_before(codes.times, codes.values, t) for t in (step.start, step.end, opening.end))
+        moved = (nudged - start) / (NUDGE * MAX_CODE) * 100.0
+        others = np.delete(moved, step.channel)
+        # Currents are read seldom; one that was read after the command to open says nothing about the nudge.
+        before, pulled = (last_before(currents.times, pull, t)[step.channel] for t in (step.start, step.end))
+        found[Channel(step.channel).label] = {
+            "followed": float(moved[step.channel]),
+            "others_moved": float(np.abs(others).max()),
+            "came_back": 100.0 - float(back[step.channel] - start[step.channel]) / (NUDGE * MAX_CODE) * 100.0,
+            "pull": float(pulled - before),
+            "quantum_fits": 100.0 * float(fits_span(codes.values[:, step.channel], spans[step.channel]).mean()),
+        }
+    return found

@@ -1,0 +1,118 @@
+"""Excursion: how far each channel goes alone, how hard it is stopped, and the whole hand from open to fist.
+
+The full code range is commanded, whatever the map says, so the end stops show where the command window really lies.
+The paper's kinematic validation: the fist of the hand less that of the simulator under the same commands.
+Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.actuation import ActuationMap
+from aero.channels import FINGERS, Channel
+from aero.protocol import MAX_CODE
+from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed
+from hil.checks.shared.signals import closing_current, display_unit, find_steps
+from hil.recordings.recorder import LENGTH_UNITS, Progress, Recorder
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
+from model import RoutedHand
+from model.geometry import Side
+
+Floats = NDArray[np.float64]
+
+HOLD_S = 0.9
+"""Time at either end, s: a finger of firmware `pre` needs 0.7 s for its range."""
+FURTHEST = (1.0,) * 7
+"""How far each channel is sent at most, part of its window, command order."""
+FIST = np.zeros((2, len(Channel)), np.uint16)
+"""Codes of a fist, (2, 7): the fingers first, then the thumb over them. Closed at once, the thumb is in the palm before
+a slow finger, which then stops at it and not at its own end."""
+FIST[0, list(FINGERS)] = MAX_CODE
+FIST[1] = MAX_CODE
+SETTLE_S = 2.0
+"""Time in which the simulator comes to rest, s."""
+MOVING = 0.02
+"""Part of the window from one reading to the next from which a channel moves."""
+REFRESHED_S = 0.015
+"""Time in which every firmware but `pre` has refreshed its readings, s."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Close and open each channel alone, then close all to a fist."""
+    recorder.begin({"hold_s": HOLD_S})
+    driver = Sampler(target, recorder, progress, HOLD_S * (2 + len(FIST) + 2 * len(Channel)))
+    opened = np.zeros(len(Channel))
+    driver.hold(opened, HOLD_S, "open hand")
+    for channel in Channel:
+        driver.hold(one_closed(channel, 1.0), HOLD_S, channel.label)
+        driver.hold(opened, HOLD_S, channel.label)
+    for codes in FIST:
+        driver.hold(codes, HOLD_S, "fist")
+    driver.hold(opened, HOLD_S, "open hand")
+
+
+@cache
+def simulated_fist(firmware: str, window: str, side: Side) -> NDArray[np.float64]:
+    """Return what the simulator's sensors read in the fist less open, (7,) float, m and rad, positive closes.
+
+    It gets the lengths that the map for this firmware, window and side makes of the codes, cut to what its actuators
+    take.
+    """
+    codec, simulator = ActuationMap.for_firmware(firmware, window, hand=side), RoutedHand(side)
+    stages = codec.lengths_from_codes(np.vstack([np.zeros((1, len(Channel)), np.uint16), FIST]))
+    reached = []
+    for lengths in np.clip(stages, *simulator.command_range.T):
+        simulator.command(lengths)
+        simulator.advance(SETTLE_S)
+        reached.append(simulator.lengths())
+    closing = np.where(np.arange(len(Channel)) == Channel.THUMB_ABDUCTION, 1.0, -1.0)
+    return closing * (reached[-1] - reached[0])
+
+
+def measure(recording: Recording) -> Measured:
+    """Return where each channel stops alone and in the fist, under which current, and how many readings are stale.
+
+    The fist is measured beside the simulator's.
+    """
+    codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
+    codec = map_of(recording.header)
+    pull = closing_current(currents.values, recording.header.hand)
+    steps = find_steps(commands.times, commands.values)
+    fist = [step for step in steps[2 * len(Channel) :] if step.after > step.before]
+    ends = np.array([last_before(codes.times, codes.values, t) for t in (fist[0].start, fist[-1].end)])
+    fist_travel = np.diff(codec.travel_from_angles(codec.angles_from_codes(ends.astype(np.int64))), axis=0)[0]
+    header = recording.header
+    model_travel = simulated_fist(header.firmware, header.window, header.hand)
+    found: dict[str, dict[str, float]] = {}
+    for step in steps[: 2 * len(Channel) : 2]:
+        closed = last_before(codes.times, codes.values, step.end).astype(int)
+        _, scale = display_unit(LENGTH_UNITS[step.channel])
+        found[Channel(step.channel).label] = {
+            "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
+            "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
+            "stop_current": float(last_before(currents.times, pull, step.end)[step.channel]),
+            "fist_travel": scale * float(fist_travel[step.channel]),
+            "fist_travel_model": scale * float(model_travel[step.channel]),
+            "fist_difference": scale * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
+        }
+    return found | {"hand": {"stale_readings": 100.0 * stale(codes.times, codes.values)}}
+
+
+def stale(times: Floats, codes: Floats) -> float:
+    """Return the share of readings that repeat the one before although the channel moved before and after it.
+
+    Args:
+        times: (n,) float, s; readings closer than `REFRESHED_S` may repeat and do not count.
+        codes: (n, 7) float, readings.
+    """
+    steps = np.abs(np.diff(codes, axis=0)) / MAX_CODE
+    before, now, after = steps[:-2], steps[1:-1], steps[2:]
+    apart = (np.diff(times)[1:-1] > REFRESHED_S)[:, None]
+    on_its_way = (before > MOVING) & (after > MOVING) & apart
+    repeated = on_its_way & (now == 0)
+    return float(repeated.sum() / on_its_way.sum()) if on_its_way.any() else np.nan

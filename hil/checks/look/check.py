@@ -1,0 +1,138 @@
+"""Look: one channel moves at a time, and a person says what moved, whether it is straight, whether its tip follows.
+
+It finds what no encoder can see: fingers that are exchanged, zeros and spools that are wrong, slack. The hand is open
+while a question is asked. Leaves `codes`, `command_codes`, `currents` and `temperatures`; the answers are parameters
+of the header, and events with the questions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from aero.channels import FINGERS, Channel
+from hil.checks.look import questions
+from hil.checks.look.questions import AGAIN, NO, NONE, STRAIGHT
+from hil.checks.shared.experiment import Measured, Sampler, one_closed
+from hil.recordings.recorder import Progress, Recorder
+from hil.recordings.recording import Recording
+from hil.targets.target import LookEndedError, MissingCapabilityError, Onlooker, Question, Target
+
+NUDGE = {channel: 0.1 if channel in FINGERS or channel is Channel.THUMB_ABDUCTION else 0.15 for channel in Channel}
+"""Small motion, part of the window: a taut finger bends by 10 degrees or more in all, a slack one not at all."""
+TO_AND_FRO = (0.4, 0.5)
+"""Half closed, part of the window."""
+TIMES = 3
+"""Each motion is shown."""
+HOLD_S = 0.6
+"""Time at each place, s."""
+FURTHEST = (TO_AND_FRO[1],) * 7
+"""How far each channel is sent at most, part of its window, command order."""
+OPENED = np.zeros(len(Channel))
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Show each channel's motion and ask the target's `Onlooker`.
+
+    Raises:
+        MissingCapabilityError: nobody looks.
+        LookEndedError: the person ended it; the hand is open.
+    """
+    onlooker = target.find(Onlooker)
+    if onlooker is None:
+        raise MissingCapabilityError("nobody looks at the hand: run `aero-hil validate --look` on a terminal")
+    recorder.begin({"nudge_thumb": NUDGE[Channel.THUMB_FLEXOR], "hold_s": HOLD_S})
+    moves = 1 + len(Channel) * (2 * TIMES + 2 * TIMES + 2)
+    look = _Look(Sampler(target, recorder, progress, moves * HOLD_S), onlooker)
+    try:
+        look.all_open()
+        for channel in Channel:
+            look.nudged(channel)
+            look.to_and_fro(channel)
+    except KeyboardInterrupt as error:
+        look.end()
+        raise LookEndedError("the look was ended before its end; the hand is open") from error
+
+
+class _Look:
+    def __init__(self, sampler: Sampler, onlooker: Onlooker) -> None:
+        self._sampler = sampler
+        self._onlooker = onlooker
+
+    def all_open(self) -> None:
+        """Ask which digits of the open hand are bent."""
+        self._sampler.hold(OPENED, HOLD_S, "open hand")
+        if self._asked(questions.all_straight()) == NO:
+            bent = [channel.label for channel in STRAIGHT if self._asked(questions.straight(channel)) == NO]
+        else:
+            bent = []
+        self._sampler.recorder.note_parameters(bent=" ".join(bent))
+
+    def nudged(self, channel: Channel) -> None:
+        """Ask what moves when one channel is moved a little."""
+        motion = f"{channel.label}, a little"
+
+        def show() -> None:
+            for _ in range(TIMES):
+                self._sampler.hold(one_closed(channel, NUDGE[channel]), HOLD_S, motion)
+                self._sampler.hold(OPENED, HOLD_S, motion)
+
+        moved = self._asked(questions.which_moved(motion), show)
+        self._sampler.recorder.note_parameters(**{f"moved_{channel.label}": moved})
+
+    def to_and_fro(self, channel: Channel) -> None:
+        """Ask whether the tip follows when one channel is moved to and fro, half closed."""
+        motion = f"{channel.label}, to and fro"
+        near, far = TO_AND_FRO
+
+        def show() -> None:
+            self._sampler.hold(one_closed(channel, near), HOLD_S, f"{channel.label}, half closed")
+            for _ in range(TIMES):
+                self._sampler.hold(one_closed(channel, far), HOLD_S, motion)
+                self._sampler.hold(one_closed(channel, near), HOLD_S, motion)
+            self._sampler.hold(OPENED, HOLD_S, "open hand")
+
+        followed = self._asked(questions.tip_followed(motion), show)
+        self._sampler.recorder.note_parameters(**{f"followed_{channel.label}": followed})
+
+    def end(self) -> None:
+        """Open the hand."""
+        self._sampler.resume()
+        self._sampler.hold(OPENED, HOLD_S, "open hand")
+        self._sampler.recorder.note("the look was ended; the hand is open", "warning")
+
+    def _asked(self, question: Question, show: Callable[[], None] = lambda: None) -> str:
+        while True:
+            show()
+            answer = self._onlooker.answer(question)
+            # The person took their time, which the samples must not be made up for.
+            self._sampler.resume()
+            self._sampler.recorder.note(f"{question.text} {answer}")
+            if answer != AGAIN:
+                return answer
+
+
+def measure(recording: Recording) -> Measured:
+    """Return, by channel, which other digit moved, whether it starts late, is bent, or stays behind.
+
+    Raises:
+        ValueError: an answer is missing; the look was ended.
+    """
+    answers = recording.header.parameters
+    labels = [channel.label for channel in Channel]
+    wanted = ["bent", *(f"{what}_{label}" for label in labels for what in ("moved", "followed"))]
+    if missing := [name for name in wanted if name not in answers]:
+        raise ValueError(f"there is no answer to {missing[0]}; the look was ended before its end")
+    bent = str(answers["bent"]).split()
+    found: dict[str, dict[str, float]] = {}
+    for channel in Channel:
+        label, moved = channel.label, str(answers[f"moved_{channel.label}"])
+        found[label] = {
+            "another_moved": 0.0 if moved in (label, NONE) else 1.0 + labels.index(moved),
+            "starts_late": float(moved == NONE),
+            "stays_behind": float(answers[f"followed_{label}"] == NO),
+        }
+        if channel in STRAIGHT:
+            found[label]["bent"] = float(label in bent)
+    return found

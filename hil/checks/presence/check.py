@@ -1,0 +1,66 @@
+"""Presence: does a hand answer, completely and freshly, while nothing moves?
+
+Leaves `codes`, `currents` and `temperatures`, and the bytes on the wire. The hand is not commanded.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aero.channels import Channel
+from hil.checks.shared.exchanges import exchanges, lost_replies, round_trips
+from hil.checks.shared.experiment import Measured
+from hil.recordings.recorder import Progress, Recorder
+from hil.recordings.recording import Header, Recording
+from hil.targets.boot_text import identify
+from hil.targets.target import Target
+
+READINGS = 30
+PERIOD_S = 0.025
+FURTHEST = (0.0,) * 7
+"""How far each channel is sent at most, part of its window, command order."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Read everything a few dozen times."""
+    recorder.begin({"readings": READINGS, "period_s": PERIOD_S})
+    for i in range(READINGS):
+        target.clock.sleep_until(recorder.start + i * PERIOD_S)
+        recorder.add("codes", target.clock.now(), target.hand.read_codes())
+        recorder.add("currents", target.clock.now(), target.hand.read_currents())
+        recorder.add("temperatures", target.clock.now(), target.hand.read_temperatures())
+        progress((i + 1) / READINGS, "reading")
+    text = target.hand.boot_text
+    if text:
+        recorder.note(f"the board has restarted: {identify(text).describe()}", "warning")
+    recorder.note_parameters(boot_text=text)
+
+
+def measure(recording: Recording) -> Measured:
+    """Return temperatures and idle currents by channel; lost replies, round trip and freshness of the hand."""
+    currents, temperatures = recording["currents"].values, recording["temperatures"].values
+    channels = {
+        channel.label: {
+            "temperature": float(temperatures[:, channel].max()),
+            "idle_current": float(np.abs(np.median(currents[:, channel]))),
+        }
+        for channel in Channel
+    }
+    requests, trips = round_trips(recording.wire)
+    return channels | {
+        "hand": {
+            "lost_replies": 100.0 * lost_replies(exchanges(recording.wire)) / requests,
+            "round_trip": 1e3 * float(np.median(trips)),
+            "distinct_readings": float(len(np.unique(currents, axis=0))),
+            "boot_contradictions": float(_contradictions(recording.header)),
+        }
+    }
+
+
+def _contradictions(header: Header) -> int:
+    """Return how many things the boot text, if there was one, says against the header."""
+    text = str(header.parameters["boot_text"])
+    if not text:
+        return 0
+    board = identify(text)
+    return (header.firmware not in board.versions) + (board.side not in (None, header.hand)) + len(board.silent)

@@ -1,0 +1,80 @@
+"""Open-loop replay: one fixed action sequence on simulator and hand, with the policy held out of the loop.
+
+Where the two agree, a gap that a policy shows later comes from its feedback; where they do not, it comes from the
+transmission. The paper draws that line with a logged rollout; the sequence here has the rates, the nominal pose
+and the scales of such a rollout and is always the same. Leaves what `follow` leaves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from aero.policy.settings import PAPER_TRAINING
+from hil.checks.shared.experiment import Measured
+from hil.checks.shared.side_by_side import follow
+from hil.checks.shared.signals import at_times, display_unit, rms
+from hil.recordings.recorder import Progress, Recorder
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
+from model import RoutedHand
+
+Floats = NDArray[np.float64]
+DURATION_S = 8.0
+SETTLE_S = 1.0
+"""Time at the nominal pose before the actions begin, s."""
+RATES_HZ = (0.6, 0.7, 0.5, 0.8, 0.5, 0.65, 0.55)
+AMPLITUDE = 0.4
+"""One gait-like oscillation a channel, all different, and slow enough for a firmware with a motion profile."""
+FURTHEST = (1.0,) * 7
+"""How far each channel is sent at most, part of its window, command order."""
+LONGEST_DELAY_S = 0.2
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Send the action sequence to the routed hand and to the target."""
+    actions = _actions()
+    commands = np.array(PAPER_TRAINING.nominal) + np.array(PAPER_TRAINING.scale) * actions
+    follow(
+        target,
+        recorder,
+        RoutedHand(target.side),
+        commands,
+        period_s=PAPER_TRAINING.period_s,
+        parameters={"control_s": PAPER_TRAINING.period_s, "amplitude": AMPLITUDE},
+        doing=lambda _: "replaying",
+        progress=progress,
+    )
+
+
+def _actions() -> Floats:
+    """Return the action sequence, (n, 7) in -1..1, zero until `SETTLE_S`."""
+    t = PAPER_TRAINING.period_s * np.arange(round((SETTLE_S + DURATION_S) / PAPER_TRAINING.period_s))
+    phase = 2.0 * np.pi * np.maximum(t - SETTLE_S, 0.0)[:, None] * np.array(RATES_HZ)
+    actions: Floats = AMPLITUDE * np.sin(phase)
+    return actions
+
+
+def measure(recording: Recording) -> Measured:
+    """Return, by channel, the hand's delay against the simulator (ms) and their difference with and without it."""
+    hand, model = recording["hand"], recording["model"]
+    moving = hand.times > SETTLE_S + LONGEST_DELAY_S
+    found = {}
+    for channel in Channel:
+        _, scale = display_unit(hand.units[channel])
+        trace = scale * hand.values[moving, channel]
+        delays = np.arange(-LONGEST_DELAY_S, LONGEST_DELAY_S, 0.005)
+        errors = [
+            trace - scale * at_times(model.times, model.values[:, [channel]], hand.times[moving] - delay)[:, 0]
+            for delay in delays
+        ]
+        best = int(np.argmin([error.std() for error in errors]))
+        zero = int(np.argmin(np.abs(delays)))
+        found[channel.label] = {
+            "replay_rms": rms(errors[zero]),
+            "replay_delay": 1e3 * float(delays[best]),
+            "replay_shape": float(errors[best].std()),
+            "replay_offset": float(errors[best].mean()),
+        }
+    return found

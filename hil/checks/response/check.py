@@ -1,0 +1,199 @@
+"""Response: how long from a command to motion, how old readings are, and how fast the hand opens and closes.
+
+Leaves `codes` and `command_codes`; encoders are read as fast as the link allows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import FINGERS, Channel
+from aero.protocol import MAX_CODE, Opcode
+from hil.checks.shared.exchanges import round_trips
+from hil.checks.shared.experiment import Measured
+from hil.checks.shared.signals import CommandStep, find_steps
+from hil.recordings.recorder import Progress, Recorder
+from hil.recordings.recording import Recording, Series
+from hil.targets.target import Target
+from hil.targets.wire_log import WireRecord
+
+Floats = NDArray[np.float64]
+
+NUDGES = 6
+NUDGE = 0.15
+NUDGE_S = 0.36
+SLOWEST_TELEMETRY_S = 0.02
+"""Period of firmware `pre`, of which `NUDGE_S` is a multiple; the nudges are spread over it, so that their median does
+not depend on when they began."""
+POLL_S = 0.001
+"""Least time between two readings, s."""
+CYCLES = 3
+CYCLE_LIMIT_S = 2.0
+"""Time one half cycle may take before it counts as never arriving, s."""
+OPENED, CLOSED = 0.06, 0.9
+"""Parts of the range at which the fingers count as open and closed."""
+CHANNEL = Channel.RING
+"""The finger that is watched: any would do."""
+FURTHEST = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+"""How far each channel is sent at most, part of its window, command order."""
+NOT_ARRIVED = "the fingers did not arrive"
+"""Event of a cycle that took too long."""
+MOVED_CODES = 60
+"""Change that counts as motion: three counts of a finger."""
+FAR, SETTING_OUT = 0.2, 0.05
+"""Parts of the range: further than the first from its goal a finger must be moving, unless it is nearer than the second
+to an end, where it sets out."""
+
+
+def run(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Nudge one finger a few times, then open and close all four as fast as they go."""
+    recorder.begin({"nudge": NUDGE, "cycles": CYCLES})
+    total = NUDGES + 2 * CYCLES
+    for i in range(NUDGES):
+        _command(target, recorder, NUDGE if i % 2 == 0 else 0.0, fingers=(CHANNEL,))
+        until = target.clock.now() + NUDGE_S + SLOWEST_TELEMETRY_S / NUDGES
+        while target.clock.now() < until:
+            _read(target, recorder)
+        progress((i + 1) / total, "command to motion")
+    recorder.note_parameters(cycles_from_s=target.clock.now() - recorder.start)
+    for i in range(2 * CYCLES):
+        _command(target, recorder, 1.0 if i % 2 == 0 else 0.0, fingers=range(4))
+        until = target.clock.now() + CYCLE_LIMIT_S
+        while not _arrived(_read(target, recorder), closing=i % 2 == 0):
+            if target.clock.now() > until:
+                recorder.note(NOT_ARRIVED, "warning")
+                break
+        progress((NUDGES + i + 1) / total, "open and close")
+
+
+def _command(target: Target, recorder: Recorder, fraction: float, fingers: range | tuple[Channel, ...]) -> None:
+    codes = np.zeros(len(Channel), np.uint16)
+    codes[list(fingers)] = round(fraction * MAX_CODE)
+    target.hand.command_codes(codes)
+    sent = target.wire.sent_at
+    if not recorder.has("command_codes"):
+        recorder.add("command_codes", sent, np.zeros(len(Channel), np.uint16))
+    recorder.add("command_codes", sent, codes)
+
+
+def _read(target: Target, recorder: Recorder) -> np.ndarray[tuple[int], np.dtype[np.uint16]]:
+    target.clock.sleep_until(target.clock.now() + POLL_S)
+    codes = target.hand.read_codes()
+    recorder.add("codes", target.clock.now(), codes)
+    return codes
+
+
+def _arrived(codes: np.ndarray[tuple[int], np.dtype[np.uint16]], *, closing: bool) -> bool:
+    fingers = codes[:4] / MAX_CODE
+    return bool(np.all(fingers >= CLOSED) if closing else np.all(fingers <= OPENED))
+
+
+def measure(recording: Recording) -> Measured:
+    """Return delays (ms) and the open-close rate (Hz) of the hand."""
+    codes, commands = recording["codes"], recording["command_codes"]
+    cycles = float(recording.header.parameters["cycles_from_s"])
+    steps = [step for step in find_steps(commands.times, commands.values) if step.start < cycles]
+    requests = asked_at(codes.times, recording.wire)
+    delays = [motion_after(step, requests, codes.values[:, CHANNEL]) for step in steps]
+    changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
+    fast = _after(codes, cycles)
+    goals = goal_at(commands, fast.times)
+    asked = requests[codes.times >= cycles]
+    _, trips = round_trips(recording.wire)
+    arrived = not any(event.text == NOT_ARRIVED for event in recording.events)
+    rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
+    return {
+        "hand": {
+            "round_trip": 1e3 * float(np.median(trips)),
+            "command_to_motion": 1e3 * float(np.median(delays)),
+            "telemetry_period": 1e3 * float(np.median(np.diff(changed))),
+            "longest_standstill": 1e3 * max(standstills(asked, fast.times, fast.values, goals), default=np.nan),
+            "backward_readings": 100.0 * backward(fast.values, goals),
+            "open_close_rate": float(rate),
+        }
+    }
+
+
+def motion_after(step: CommandStep, asked: Floats, codes: Floats) -> float:
+    """Return the time from a command to the motion that it causes, s; NaN without any.
+
+    Motion began to show between the request that did not show it and the one that did; the middle stands for it, so
+    that a host which asks late, or seldom, reads the same as one that does not.
+
+    Args:
+        step: the command.
+        asked: (n,) float, when each reading was asked for, s.
+        codes: (n,) float, readings of the channel.
+    """
+    after = np.flatnonzero(asked > step.start)
+    # Only motion the way it was told counts: the finger may still creep out of the step before.
+    moved = after[np.sign(step.after - step.before) * (codes[after] - codes[after[:1]]) > MOVED_CODES]
+    return float(asked[moved[0] - 1 : moved[0] + 1].mean()) - step.start if moved.size else np.nan
+
+
+def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:
+    """Return when the readings that came at `times` (n,) were asked for, (n,) s: the last request before each.
+
+    While a reading is late the driver asks for something else, which does not count.
+    """
+    asked = [record.t for record in wire if record.direction == "to_hand" and record.data[0] == Opcode.GET_POS]
+    requests = np.array(asked or [np.nan])
+    found: Floats = requests[np.searchsorted(requests, times, side="right") - 1]
+    return found
+
+
+def standstills(asked: Floats, times: Floats, codes: Floats, goals: Floats) -> list[float]:
+    """Return for how long (s) the same reading of a finger came again and again while it was on its way.
+
+    A reading was true at some time between its request and its arrival, so what counts is the time from the first one's
+    arrival to the last one's request. A program that was late does not count, nor does an answer that was.
+
+    Args:
+        asked: (n,) float, when each reading was asked for, s.
+        times: (n,) float, when it came, s.
+        codes: (n, 7) float, readings.
+        goals: (n, 7) float, commands in force.
+    """
+    found: list[float] = []
+    for finger in FINGERS:
+        part, goal = codes[:, finger] / MAX_CODE, goals[:, finger] / MAX_CODE
+        on_its_way = (np.abs(goal - part) > FAR) & (np.minimum(part, 1.0 - part) > SETTING_OUT)
+        changes = np.flatnonzero(np.diff(part) != 0) + 1
+        for first, last in zip(changes[:-1], changes[1:] - 1, strict=True):
+            if on_its_way[first] and on_its_way[last]:
+                found.append(max(float(asked[last] - times[first]), 0.0))
+    return found
+
+
+def backward(codes: Floats, goals: Floats) -> float:
+    """Return the share of a finger's new readings that lie behind the one before, while it is on its way.
+
+    A finger that is told to turn back runs on for a moment, so each way counts from its furthest point on.
+
+    Args:
+        codes: (n, 7) float, readings.
+        goals: (n, 7) float, commands in force.
+    """
+    steps: list[Floats] = []
+    for finger in FINGERS:
+        ways = np.split(np.arange(len(codes)), np.flatnonzero(np.diff(goals[:, finger])) + 1)
+        for way in ways:
+            ahead = np.abs(goals[way, finger] - codes[way, finger]) / MAX_CODE
+            left = ahead[int(np.argmax(ahead)) :]
+            steps.append(np.diff(left[left > FAR]))
+    taken = np.concatenate(steps)
+    new = taken[taken != 0]
+    return float((new > 0).mean()) if new.size else np.nan
+
+
+def goal_at(commands: Series, times: Floats) -> Floats:
+    """Return the commands (n, 7) in force at `times` (n,)."""
+    rows = np.maximum(np.searchsorted(commands.times, times, side="right") - 1, 0)
+    goals: Floats = commands.values[rows]
+    return goals
+
+
+def _after(series: Series, t: float) -> Series:
+    late = series.times >= t
+    return Series.of(series.columns, series.units, series.times[late], series.values[late])

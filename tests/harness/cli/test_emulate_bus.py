@@ -1,0 +1,85 @@
+"""`aero-hil emulate-bus` as a user starts it, and LeRobot's SO-101 follower on it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import serial
+
+from firmware_emulator.packets import pack
+
+ROOT = Path(__file__).parents[3]
+ARM = ROOT / "examples/arm/arm.toml"
+PATIENCE_S = 20.0
+
+
+def start(*arguments):
+    command = [sys.executable, "-m", "hil.cli", "emulate-bus", *map(str, arguments)]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, cwd=ROOT, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+
+
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
+def test_a_robot_is_served_until_it_is_interrupted(tmp_path, by):
+    link = tmp_path / "arm"
+    with start(ARM, "--link", link) as process:
+        assert process.stdout.readline() == f"ready {link}\n"
+        with serial.Serial(str(link), 1_000_000, timeout=PATIENCE_S) as bus:
+            for servo in range(1, 7):
+                bus.write(pack(servo, 1))
+                assert bus.read(6) == pack(servo, 0)
+        process.send_signal(by)
+        assert process.wait(PATIENCE_S) == 0
+    assert not link.is_symlink()
+
+
+def test_orders_come_by_standard_input_and_its_end_ends_nothing(tmp_path):
+    link = tmp_path / "arm"
+    with start(ARM, "--link", link, "--orders") as process:
+        assert process.stdout.readline() == f"ready {link}\n"
+        process.stdin.write("silence 99 1\nheat 2 75\n")
+        process.stdin.close()
+        assert process.stdout.readline().startswith("refused: no servo with ID 99")
+        with serial.Serial(str(link), 1_000_000, timeout=PATIENCE_S) as bus:
+            for _ in range(50):
+                bus.write(pack(2, 1))
+                if bus.read(6)[4] == 0x04:
+                    break
+                bus.timeout = 0.02
+                bus.read(1)
+                bus.timeout = PATIENCE_S
+            else:
+                pytest.fail("the servo never says that it is hot")
+        process.terminate()
+        assert process.wait(PATIENCE_S) == 0
+
+
+def test_a_file_that_is_no_robot_is_one_line_and_exit_code_2(tmp_path):
+    file = tmp_path / "robot.toml"
+    file.write_text("mjcf = 3\n")
+    with start(file) as process:
+        said = process.communicate(timeout=PATIENCE_S)[1]
+        assert process.returncode == 2
+    assert said.strip().splitlines()[-1].startswith(f"Error: {file}: a robot has mjcf")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("silent", [None, 3])
+def test_lerobots_so101_follower_calibrates_configures_and_follows(silent):
+    """Reads may come late on a loaded machine, but none may be lost, unless a servo is silent for 0.3 s."""
+    python = os.environ.get("LEROBOT_PYTHON")
+    if python is None:
+        pytest.skip("needs LEROBOT_PYTHON, the interpreter of an environment with `lerobot[feetech]==0.6.*`")
+    command = [python, str(ROOT / "examples/arm/so101_follower.py"), "--seconds", "10", "--aero-hil"]
+    command += [str(Path(sys.executable).parent / "aero-hil")]
+    if silent is not None:
+        command += ["--silent", str(silent)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120.0)
+    assert done.returncode == 0, done.stderr[-2000:]
+    found = json.loads(done.stdout)
+    assert bool(found["lost"]) is (silent is not None)
+    assert max(found["error_rms"].values()) < 6.0

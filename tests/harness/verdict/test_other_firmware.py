@@ -1,0 +1,76 @@
+"""A healthy hand that runs another firmware than was named, judged by kept readings of healthy hands."""
+
+from importlib import resources
+
+import pytest
+
+from aero.firmware import firmware_of
+from hil.lab.campaign.kept_readings import parse_kept
+from hil.verdict.diagnose import diagnose
+from hil.verdict.ending import EndSignature
+from hil.verdict.explanation import Place
+from hil.verdict.limits import load_limits
+from hil.verdict.other_firmware import limits_of_others, other_firmware
+from hil.verdict.signature import excesses
+from model.units import DEFAULT_LIMITS
+
+KEPT = parse_kept(
+    (resources.files("hil") / "data" / "limits" / "hands" / f"{DEFAULT_LIMITS}.json").read_text(encoding="utf-8")
+)
+NAMED = ("pre", "0.1.0", "0.1.5", "0.2.0")
+
+
+def told(hand, named, numbers=None):
+    """Return what is said of a kept hand when a version is named, whatever it ran."""
+    numbers = numbers or hand.numbers
+    guarded = hand.trial.guarded
+    off = excesses(numbers, load_limits(DEFAULT_LIMITS, named, guarded=guarded))
+    return other_firmware(numbers, off, named, limits_of_others(DEFAULT_LIMITS, named, guarded=guarded))
+
+
+def differ(one, other):
+    """Whether what a hand reads tells two versions apart: the period of `pre`, the windows of 0.2.0."""
+    one, other = firmware_of(one), firmware_of(other)
+    return (one.settings is None) != (other.settings is None) or one.calibrations != other.calibrations
+
+
+@pytest.mark.parametrize("named", NAMED)
+@pytest.mark.parametrize("hand", KEPT, ids=lambda hand: f"{hand.trial.unit}-{hand.trial.firmware}")
+def test_a_healthy_hand_with_another_firmware_is_told_from_the_named_one(hand, named):
+    found = told(hand, named)
+    assert (found is not None) == differ(hand.trial.firmware, named)
+    if found is not None:
+        assert found.where[0].place is Place.BOARD
+        assert found.causes[0].cause == "version"
+        assert sum(cause.probability for cause in found.causes) == pytest.approx(0.9)
+
+
+def test_zeros_that_were_lost_look_alike_where_the_named_firmware_shifts_windows():
+    older = next(hand for hand in KEPT if len(firmware_of(hand.trial.firmware).calibrations) == 1)
+    assert told(older, "0.2.0").shown == ("version", "nvs_lost")
+
+
+@pytest.mark.parametrize("named", NAMED)
+def test_a_finger_that_is_off_as_well_is_no_other_firmware(named):
+    for hand in KEPT:
+        numbers = {name: {on: dict(found) for on, found in table.items()} for name, table in hand.numbers.items()}
+        numbers["excursion"]["ring"]["closed_percent"] = 40.0
+        assert told(hand, named, numbers) is None
+
+
+def test_one_reading_alone_is_not_enough():
+    hand = next(hand for hand in KEPT if hand.trial.firmware == "0.2.0")
+    off = {("excursion", "closed_percent", "thumb_cmc_flexion"): 9.0}
+    others = limits_of_others(DEFAULT_LIMITS, "0.1.5", guarded=hand.trial.guarded)
+    assert other_firmware(hand.numbers, off, "0.1.5", others) is None
+
+
+def test_a_diagnosis_names_the_firmware_in_place_of_a_fault():
+    hand = next(hand for hand in KEPT if hand.trial.firmware == "0.2.0")
+    guarded = hand.trial.guarded
+    limits = load_limits(DEFAULT_LIMITS, "0.1.5", guarded=guarded)
+    others = limits_of_others(DEFAULT_LIMITS, "0.1.5", guarded=guarded)
+    found = diagnose(hand.numbers, limits, EndSignature(), "0.1.5", others)
+    assert found.causes[0].meaning == "The hand reads as a healthy one with firmware 0.2.0 or main."
+    assert "thumb_cmc_flexion" in dict(found.off)
+    assert found.where[0].place is Place.BOARD
