@@ -150,9 +150,9 @@ def factors(*, measured: Path) -> None:
     least = conformal_factor([one for off in kinds.values() for one in off])
     text = [
         "# How much wider than their standard deviations intervals are, by kind of number (interval_factors.py).",
-        f"# Made by `python -m figures.intervals factors` from {len(lines)} hands,",
-        f"# {', '.join(line['hand'] for line in lines)}, `record --excite {lines[0]['motion']}`, commit",
-        f"# {lines[0]['commit']}. A kind of fewer than {ENOUGH} numbers has at least the factor of all kinds together.",
+        f"# Made by `python -m figures.intervals factors` from {', '.join(line['hand'] for line in lines)},",
+        f"# `record --excite {lines[0]['motion']}` at scale {FITTED_SCALE}, commit {lines[0]['commit']}.",
+        f"# A kind of fewer than {ENOUGH} numbers has at least the factor of all kinds together.",
         "",
         "[factors]",
         f"hand = {least:.2f}",
