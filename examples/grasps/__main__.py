@@ -1,44 +1,107 @@
-"""Hold every grasp on every hand that is named, and say which ones hold: `python -m examples.grasps`."""
+"""Hold every grasp on every hand that is named, and say which ones hold: `python -m examples.grasps`.
+
+With `--search`, look for postures that hold; with `--hil`, make a grasp with a hand of one's own.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import sys
+import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from itertools import product
 from pathlib import Path
 
 import click
+import mujoco
 
+from aero.safety import SafetyStopError
 from hil.lab.workers import leave_interrupts_to_the_parent
+from hil.targets.opening import open_target
+from hil.targets.target import NoHandError
 from model.units.naming import unit_named
+from model.units.skin import Skin, with_skin
 
-from .taxonomy import GRASPS
-from .trial import Result, hold
+from .grasp import Grasp
+from .own_hand import make_grasp
+from .store import write_grasps
+from .taxonomy import GRASPS, TABLE
+from .trial import Result, codes_of, hold
 
-REPORTED_SEEDS = range(91000, 91020)
+REPORTED_SEEDS = range(92000, 92020)
 """Of the random hands that stand in docs/grasps.md; no posture was tuned on them."""
+SEARCHED_ON = ("reference", "ideal", "plausible:1")
+"""Hands of the search, unless others are named; the first alone for the rough tries."""
+
+PLACING_S = 10.0
+"""Time for holding the object out to a hand of one's own, s."""
 
 
 @click.command()
 @click.option("--unit", "units", multiple=True, help="A hand, several if wanted; left out: ideal and reference.")
-@click.option("--random", "seeds", is_flag=True, help="Also the 20 random hands, plausible:91000 to 91019.")
+@click.option(
+    "--random", "seeds", is_flag=True,
+    help=f"Also the 20 random hands, plausible:{REPORTED_SEEDS[0]} to {REPORTED_SEEDS[-1]}.",
+)  # fmt: skip
 @click.option("--grasp", "numbers", multiple=True, type=click.IntRange(1, 33), help="Only this one; several if wanted.")
+@click.option(
+    "--skin", type=click.Choice([*Skin]), default=Skin.SILICONE, show_default=True, help="Surface of the hands."
+)
 @click.option("--picture", type=click.Path(path_type=Path), help="Write a JPEG of all grasps on the first hand.")
 @click.option("--json", "as_json", is_flag=True, help="Print every single result as JSON.")
 @click.option("--workers", default=1, show_default=True, type=click.IntRange(1), help="Processes that share the work.")
+@click.option("--search", "searched", metavar="N|all", help="Look for a better posture for this grasp, or for all.")
+@click.option("--minutes", default=5.0, show_default=True, type=click.FloatRange(0.0), help="How long to search.")
+@click.option(
+    "--store", type=click.Path(file_okay=False, path_type=Path), default=Path("grasps_found"), show_default=True,
+    help="Folder of what was found; a later search goes on from there.",
+)  # fmt: skip
+@click.option("--adopt", is_flag=True, help="Write what --store has found into grasps.toml.")
+@click.option(
+    "--hil", "port", metavar="TARGET",
+    help="Make the one --grasp with the hand at this port, or `emulated`, guarded: 10 s to place the object.",
+)  # fmt: skip
+@click.option("--seconds", default=10.0, show_default=True, type=click.FloatRange(0.0), help="How long --hil holds.")
 def main(
-    units: Sequence[str], *, seeds: bool, numbers: Sequence[int], picture: Path | None, as_json: bool, workers: int
+    units: Sequence[str],
+    *,
+    seeds: bool,
+    numbers: Sequence[int],
+    skin: Skin,
+    picture: Path | None,
+    as_json: bool,
+    workers: int,
+    searched: str | None,
+    minutes: float,
+    store: Path,
+    adopt: bool,
+    port: str | None,
+    seconds: float,
 ) -> None:
     """Make the 33 grasps of the GRASP taxonomy on emulated hands and say which hold."""
+    if adopt:
+        from .turns import kept  # noqa: PLC0415  loads the search
+
+        write_grasps([kept(grasp, store) for grasp in GRASPS], TABLE)
+        return
+    if searched is not None:
+        look_for(chosen(searched), units or SEARCHED_ON, Skin(skin), minutes, store)
+        return
+    if port is not None:
+        if len(numbers) != 1:
+            raise click.UsageError("--hil makes one grasp: name it with --grasp")
+        make_with(port, GRASPS[numbers[0] - 1], seconds)
+        return
     names = [*(units or ("ideal", "reference")), *(f"plausible:{seed}" for seed in REPORTED_SEEDS if seeds)]
+    hands = [with_skin(unit_named(name), Skin(skin)) for name in names]
     grasps = [grasp for grasp in GRASPS if not numbers or grasp.number in numbers]
     results: dict[str, list[Result]] = {}
     with ProcessPoolExecutor(workers, initializer=leave_interrupts_to_the_parent) as pool:
-        trials = pool.map(hold, *zip(*product(grasps, map(unit_named, names)), strict=True))
+        trials = pool.map(hold, *zip(*product(grasps, hands), strict=True))
         for grasp in grasps:
             results[grasp.name] = [next(trials) for _ in names]
             held = sum(result.held for result in results[grasp.name])
@@ -51,6 +114,61 @@ def main(
         from .picture import write_contact_sheet  # noqa: PLC0415  pictures alone need OpenGL
 
         write_contact_sheet(grasps, [row[0] for row in results.values()], picture)
+
+
+def make_with(port: str, grasp: Grasp, seconds: float) -> None:
+    """Make a grasp with the hand at `port`, and say where the encoders ended."""
+    with ended_well(), open_target(port, guarded=True) as target:
+        thing = grasp.thing
+        print(
+            f"{grasp.name}: hold out a {thing.shape}, {thing.size_mm} mm, centre {grasp.centre_mm} mm: {PLACING_S:g} s"
+        )
+        held = make_grasp(target, grasp, PLACING_S, seconds)
+        print(f"held with codes {held.tolist()}, sent {codes_of(grasp.closure, target.map).tolist()}")
+
+
+@contextmanager
+def ended_well() -> Iterator[None]:
+    """Give what a hand refuses as a message."""
+    try:
+        yield
+    except (NoHandError, SafetyStopError, ValueError) as error:
+        raise click.ClickException(str(error)) from error
+
+
+def chosen(searched: str) -> list[Grasp]:
+    """Return the grasps that `--search` names.
+
+    Raises:
+        click.UsageError: neither `all` nor a number of the taxonomy.
+    """
+    if searched == "all":
+        return list(GRASPS)
+    if not searched.isdecimal() or not 1 <= int(searched) <= len(GRASPS):
+        raise click.UsageError(f"--search takes a number from 1 to {len(GRASPS)}, or all; not {searched!r}")
+    return [GRASPS[int(searched) - 1]]
+
+
+def look_for(grasps: Sequence[Grasp], units: Sequence[str], skin: Skin, minutes: float, store: Path) -> None:
+    """Search until the time is over, all is found or Ctrl-C, and say how far it came; the best is in `store`."""
+    from .turns import search_in_turns  # noqa: PLC0415  needs the extra `grasps`
+
+    # A try in which the object appears inside a finger is a bad one, not worth a warning and a log file.
+    mujoco.set_mju_user_warning(lambda _message: None)
+    hands = [with_skin(unit_named(name), skin) for name in units]
+    ends = time.monotonic() + 60.0 * minutes
+    said: dict[int, float] = {}
+    try:
+        for found in search_in_turns(grasps, hands, store):
+            number = found.grasp.number
+            if said.get(number) != found.worth:
+                said[number] = found.worth
+                print(f"{number} {found.grasp.name}: {found.worth:+.3f} after {found.tries} tries", flush=True)
+            if time.monotonic() > ends:
+                break
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+    print(f"above 0 all loads are survived on all of {len(hands)} hands; the best postures are in {store}")
 
 
 def table(names: Sequence[str], results: dict[str, list[Result]]) -> str:

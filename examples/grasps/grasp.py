@@ -43,14 +43,33 @@ class Grasp:
     is the digits' last links that count, and the palm must not touch."""
     closing: tuple[Channel, ...] = FREE
     """Channels that close on the object; the others are in place before it is there."""
+    aperture: float | None = None
+    """How far those stand open before the object is there, share of their travel; `APERTURE` of the kind when None."""
+    delays_s: tuple[float, ...] = (0.0,) * len(Channel)
+    """When each channel begins to close on the object, from when it is there, s; in command order."""
+    margin: float | None = None
+    """Mean margin over the hands of the search that found it, `rehearsal.worth`; None for one set by hand."""
 
     def before(self) -> tuple[float, ...]:
         """Return the closure of the channels before the object is there."""
-        aperture = APERTURE[self.kind]
+        aperture = APERTURE[self.kind] if self.aperture is None else self.aperture
         return tuple(
             max(0.0, share - aperture) if channel in self.closing else share
             for channel, share in zip(Channel, self.closure, strict=True)
         )
+
+    def closing_up(self) -> list[tuple[float, tuple[float, ...]]]:
+        """Return when, s from the object's being there, which closure is sent; at the end all channels are closed."""
+        return [
+            (
+                at,
+                tuple(
+                    end if delay <= at else start
+                    for start, end, delay in zip(self.before(), self.closure, self.delays_s, strict=True)
+                ),
+            )
+            for at in sorted(set(self.delays_s) | {0.0})
+        ]
 
     def position_m(self) -> NDArray[np.float64]:
         """Return the centre of the object, (3,), m."""
@@ -64,12 +83,15 @@ class Grasp:
 
     def shortfall(self, links: Collection[str]) -> str:
         """Say what the hand's links that touch the object lack, or have too much, for this grasp; empty for nothing."""
-        precise = self.kind == "precision"
         missing = [
             part
             for part in self.touching
-            if not any(link.startswith(part) and (link.endswith("_distal") or not precise) for link in links)
+            if not any(link.startswith(part) and link.endswith(self.link_of(part)) for link in links)
         ]
         if missing:
             return f"not touched by {', '.join(missing)}"
-        return "lies against the palm" if precise and "palm" in links else ""
+        return "lies against the palm" if self.kind == "precision" and "palm" in links else ""
+
+    def link_of(self, part: str) -> str:
+        """Return how the names of the links of `part` end that may touch."""
+        return "_distal" if self.kind == "precision" and part != "palm" else ""

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from model.built import build_built
+from model.compiled_hand import SHAFTS, UNPOWERED
 from model.geometry import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
 
 Shape = Literal["sphere", "cylinder", "box"]
 
-FRICTION = 0.75
-"""Sliding friction of object and hand, the middle of what training draws for the fingertips, 0.5 to 1.0."""
+FRICTION = 0.4
+"""Sliding friction of an object and printed plastic (assumed; 0.3 to 0.5 are usual); a skin has its own."""
+NORMAL_TO_FRICTION = 10.0
+"""How much stiffer a contact is along the surface than across: with 1, what is held creeps out of the hand."""
 TWIST_FRICTION_M = 0.003
 """Friction against twisting at one point, as the radius of a soft pad's contact patch, m (assumed)."""
 PERSON_DAMPING = 50.0
@@ -28,6 +33,8 @@ TYPES = {
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
     "box": mujoco.mjtGeom.mjGEOM_BOX,
 }
+FAR_M = 0.05
+"""Gaps are told up to here, m."""
 RGBA = (0.90, 0.55, 0.15, 1.0)
 
 
@@ -44,7 +51,7 @@ class HeldObject:
     """Diameter of a sphere; diameter and length of a cylinder (a disc is a short one); edges of a box or plate."""
     mass_kg: float
     friction: float = FRICTION
-    """Of a contact the larger of object and hand counts; the hand's is 0.2."""
+    """Against a part of the hand without a skin; the larger of object and hand counts, and the hand's is 0.2."""
 
     def __post_init__(self) -> None:
         wanted = {"sphere": 1, "cylinder": 2, "box": 3}[self.shape]
@@ -80,9 +87,52 @@ class ObjectPlant(BuiltHandPlant):
         super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), hand)
         self._body = self._model.body("object").id
         self._geom = self._model.geom("object").id
-        first = self._model.joint("object").dofadr[0]
-        self._model.dof_damping[first : first + 6] = 3 * [PERSON_DAMPING] + 3 * [PERSON_TWIST_DAMPING]
+        joint = self._model.joint("object")
+        self._qpos, self._dofs = joint.qposadr[0], slice(joint.dofadr[0], joint.dofadr[0] + 6)
         self._touchable = int(self._model.geom_contype[self._geom])
+        self._gravity = self._model.opt.gravity.copy()
+        self._made_with_mm = thing.size_mm[0]
+        first = self._model.body_bvhadr[self._body]
+        last = first + self._model.body_bvhnum[self._body]
+        self._sizes = [
+            (sizes, sizes.copy(), power)
+            for sizes, power in (
+                (self._model.geom_size[self._geom], 1),
+                (self._model.geom_rbound[self._geom : self._geom + 1], 1),
+                (self._model.geom_aabb[self._geom], 1),
+                (self._model.bvh_aabb[first:last], 1),
+                (self._model.body_inertia[self._body], 2),
+            )
+        ]
+        """What MuJoCo knows of the object's size, as it was made, and with which power of the size it grows."""
+        self._hold()
+
+    def begin_anew(self, thing: HeldObject, position: ArrayLike, orientation: ArrayLike) -> None:
+        """Go back to the start, unpowered, with another object of the same form: much cheaper than a new plant.
+
+        Args:
+            thing: the object that the plant was made with, larger or smaller.
+            position: (3,), m.
+            orientation: (4,), unit quaternion w x y z.
+        """
+        self._thing = thing
+        model, data = self._model, self._data
+        factor = thing.size_mm[0] / self._made_with_mm
+        for sizes, made, power in self._sizes:
+            sizes[:] = made * factor**power
+        mujoco.mj_resetData(model, data)
+        data.qpos[self.compiled.joint_qpos] = self.compiled.held_closed()
+        data.qpos[self._qpos : self._qpos + 7] = np.concatenate([position, orientation])
+        self._time = 0.0
+        for shaft in range(SHAFTS):
+            self.drive(shaft, UNPOWERED)
+        model.opt.gravity[:] = self._gravity
+        self._hold()
+
+    def _hold(self) -> None:
+        """Let a person hold the object, where nothing can touch it."""
+        self._model.body_gravcomp[self._body] = 1.0
+        self._model.dof_damping[self._dofs] = 3 * [PERSON_DAMPING] + 3 * [PERSON_TWIST_DAMPING]
         self._model.geom_contype[self._geom] = self._model.geom_conaffinity[self._geom] = 0
 
     def appear(self) -> None:
@@ -92,8 +142,7 @@ class ObjectPlant(BuiltHandPlant):
     def let_go(self) -> None:
         """Let the person take the hand away: only the robot's hand holds the object from now on."""
         self._model.body_gravcomp[self._body] = 0.0
-        first = self._model.joint("object").dofadr[0]
-        self._model.dof_damping[first : first + 6] = 0.0
+        self._model.dof_damping[self._dofs] = 0.0
 
     def pull(self, acceleration: ArrayLike) -> None:
         """Let gravity act along `acceleration` (3,), m/s², world frame, in which the hand stands still."""
@@ -119,16 +168,43 @@ class ObjectPlant(BuiltHandPlant):
         met = self._model.geom_bodyid[pairs[(pairs == self._geom).any(axis=1)]]
         return frozenset(self._model.body(body).name for body in met.ravel()) - {"object"}
 
+    def gap_m(self, part: str, link: str = "") -> float:
+        """Return how far the object's surface is from the nearest link of `part` whose name ends in `link`, m.
+
+        Zero for one that touches, at most `FAR_M`.
+        """
+        model = self._model
+        near = FAR_M
+        for geom in np.flatnonzero(model.geom_contype):
+            name = model.body(model.geom_bodyid[geom]).name
+            if geom != self._geom and name.startswith(part) and name.endswith(link):
+                near = min(near, mujoco.mj_geomDistance(model, self._data, self._geom, geom, FAR_M, None))
+        return max(near, 0.0)
+
+    def tip(self, part: str, link: str = "_distal") -> NDArray[np.float64]:
+        """Return the middle of the pad of a digit's last link, or of another link, (3,) m, world frame."""
+        middle: NDArray[np.float64] = self._data.geom(f"{part}{link}_box0").xpos.copy()
+        return middle
+
     def _spec(self, hand: Side) -> mujoco.MjSpec:
-        spec = super()._spec(hand)
+        spec = _bare_hand(hand, self.parameters).copy()
+        # Dry friction holds, and is the same in all directions along a surface.
+        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        spec.option.impratio = NORMAL_TO_FRICTION
         add_object(spec, self._thing, self._position, self._orientation)
         return spec
+
+
+@lru_cache(maxsize=16)
+def _bare_hand(hand: Side, parameters: BuiltHandParameters) -> mujoco.MjSpec:
+    """Return the hand without an object; to make it costs as much as a third of a rehearsed grasp."""
+    return build_built(hand, parameters)
 
 
 def add_object(spec: mujoco.MjSpec, thing: HeldObject, position: ArrayLike, orientation: ArrayLike) -> None:
     """Add the free object (`object`, free joint `object`) to a hand."""
     body = spec.worldbody.add_body(name="object", pos=np.asarray(position), quat=np.asarray(orientation))
-    body.gravcomp = 1.0  # a person holds it
+    body.gravcomp = 1.0  # or MuJoCo leaves out what `let_go` changes
     body.add_freejoint(name="object")
     body.add_geom(
         name="object",

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
-from aero.channels import JOINT_BOX_RAD
+from aero.channels import JOINT_BOX_RAD, Joint
 from aero.firmware import DEFAULT_FIRMWARE
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
@@ -22,16 +23,13 @@ from .grasp import Grasp
 from .object_plant import ObjectPlant
 
 FIRMWARE = DEFAULT_FIRMWARE
-SHAPING_S, CLOSING_S = 0.8, 0.8
-"""Time for the channels that close before the object is there, and for those that close on it, s."""
-SETTLING_S = 0.3
-"""Time from letting go to the first look, gravity along the back of the hand, s."""
-GRAVITY_S = 1.0
-"""How long gravity acts along each direction, s."""
-PUSH_N, PUSH_S = 1.0, 0.5
-"""Each push, and how long it lasts; the hand is palm down meanwhile, s."""
+CODEC = ActuationMap.for_firmware(FIRMWARE)
+PUSH_N = 1.0
+"""Each push, N; the hand is palm down meanwhile."""
 FURTHEST_M = 0.025
 """How far an end of the object's axis may move from where it was when the hand had settled, m."""
+SLIPPING_M = 0.005
+"""How far it has gone when it is seen which joint gives way, m."""
 DIRECTIONS = {
     "to the back": (0, 0, -1),
     "out of the palm": (0, 0, 1),
@@ -42,7 +40,34 @@ DIRECTIONS = {
 }
 """Along which gravity and pushes act, in the hand's frame."""
 PALM_DOWN = "out of the palm"
+LOADS = (
+    *((f"gravity {name}", way, (0, 0, 0)) for name, way in DIRECTIONS.items()),
+    *((f"a push {name}", DIRECTIONS[PALM_DOWN], way) for name, way in DIRECTIONS.items()),
+)
+"""Name, direction of gravity, direction of the push."""
 CHANNEL_OF_JOINT = (*np.repeat(range(4), 3).tolist(), 4, 5, 6, 6)
+TOUCH_LOOKS, TOUCH_LOOK_S = 10, 0.01
+"""How often, and how far apart, it is seen which links touch: a stiff contact comes and goes from step to step, s."""
+LOOK_S = 0.05
+"""Time from one look at the object to the next, s."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How long the parts of a trial last."""
+
+    shaping_s: float = 0.8
+    """For the channels that close before the object is there, s."""
+    closing_s: float = 0.8
+    """For those that close on it, from when the last one begins, s."""
+    settling_s: float = 0.3
+    """From letting go to the first look, gravity along the back of the hand, s."""
+    gravity_s: float = 1.0
+    """How long gravity acts along each direction, s."""
+    push_s: float = 0.5
+    """How long each push lasts, s."""
+    hopeless_m: float = np.inf
+    """Gaps, all together, m, with which the person does not even let go."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +84,10 @@ class Result:
     """Furthest way of an end of the object's axis under those, m; until the loss for one that is lost."""
     pose: tuple[float, ...]
     """Joint angles, (16,) rad, and object, (7,), m and w x y z, when the person let go and the hand had settled."""
+    gaps_m: tuple[float, float]
+    """From the object to the links that must touch it, all together, m: when the person lets go, and later."""
+    gave_way: str = ""
+    """The joint that had moved most from the settled posture when the lost object had gone `SLIPPING_M`."""
 
     @property
     def held(self) -> bool:
@@ -66,14 +95,7 @@ class Result:
         return not self.failure
 
 
-TOUCH_LOOKS, TOUCH_LOOK_S = 10, 0.01
-"""How often, and how far apart, it is seen which links touch: a stiff contact comes and goes from step to step, s."""
-LOOK_S = 0.05
-"""Time from one look at the object to the next, s."""
-NO_PUSH = np.zeros(3)
-
-
-def codes_of(closure: ArrayLike, codec: ActuationMap) -> NDArray[np.uint16]:
+def codes_of(closure: ArrayLike, codec: ActuationMap = CODEC) -> NDArray[np.uint16]:
     """Return the codes, (7,), at which a free hand's joints close by these shares, (7,) 0..1, of their travel."""
     joints = np.asarray(closure, dtype=float)[list(CHANNEL_OF_JOINT)] * JOINT_BOX_RAD[:, 1]
     codes: NDArray[np.uint16] = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_joints(joints))).codes
@@ -84,44 +106,81 @@ def hold(grasp: Grasp, unit: Unit, seed: int = 0) -> Result:
     """Make `grasp` once on an emulated hand, `unit`, let gravity turn around it, and push."""
     plant = ObjectPlant(grasp.thing, grasp.position_m(), grasp.orientation(), unit.hand)
     electronics = EmulatedHand(plant, firmware=FIRMWARE, servos=unit.servos, seed=seed)
-    clock, codec = electronics.clock, ActuationMap.for_firmware(FIRMWARE)
+    clock = electronics.clock
 
     def wait(seconds: float) -> None:
         clock.sleep_until(clock.now() + seconds)
 
     with closing(electronics), AeroHand(InProcessLink(electronics), clock) as hand:
-        hand.command_codes(codes_of(grasp.before(), codec))
-        wait(SHAPING_S)
-        plant.appear()
-        hand.command_codes(codes_of(grasp.closure, codec))
-        wait(CLOSING_S)
-        plant.let_go()
-        wait(SETTLING_S)
-        links: set[str] = set()
-        for _ in range(TOUCH_LOOKS):
-            wait(TOUCH_LOOK_S)
-            links |= plant.touching()
-        return _judge(grasp, unit.name, plant, links, wait)
+        return perform(grasp, unit.name, plant, command=hand.command_codes, wait=wait, pace=Pace())
 
 
-def _judge(
-    grasp: Grasp, unit: str, plant: ObjectPlant, links: Collection[str], wait: Callable[[float], None]
+def perform(
+    grasp: Grasp,
+    unit: str,
+    plant: ObjectPlant,
+    *,
+    command: Callable[[NDArray[np.uint16]], Any],
+    wait: Callable[[float], None],
+    pace: Pace,
 ) -> Result:
-    settled = plant.ends()
-    posture = (*plant.joint_angles().tolist(), *plant.pose().tolist())
-    loads = [(f"gravity {name}", GRAVITY * np.array(way), NO_PUSH, GRAVITY_S) for name, way in DIRECTIONS.items()]
-    down = GRAVITY * np.array(DIRECTIONS[PALM_DOWN])
-    loads += [(f"a push {name}", down, PUSH_N * np.array(way), PUSH_S) for name, way in DIRECTIONS.items()]
-    moved, survived = 0.0, 0
-    failure = grasp.shortfall(links)
-    for name, gravity, push, lasts_s in [] if failure else loads:
-        plant.pull(gravity)
-        plant.push(push)
-        for _ in range(round(lasts_s / LOOK_S)):
+    """Make `grasp`, whatever moves the hand, and judge it.
+
+    Args:
+        grasp: what to make.
+        unit: name of the hand, for the result.
+        plant: the hand, with the object.
+        command: sends codes, (7,), to the hand.
+        wait: lets some time, s, go by.
+        pace: how long each part lasts.
+    """
+    command(codes_of(grasp.before()))
+    wait(pace.shaping_s)
+    plant.appear()
+    now = 0.0
+    for at, closure in grasp.closing_up():
+        wait(at - now)
+        now = at
+        command(codes_of(closure))
+    wait(pace.closing_s)
+    gap_m = _missing_m(grasp, plant)
+    if gap_m > pace.hopeless_m:
+        posture = (*plant.joint_angles().tolist(), *plant.pose().tolist())
+        return Result(grasp.number, unit, grasp.shortfall(plant.touching()), 0, 0.0, posture, (gap_m, gap_m))
+    plant.let_go()
+    wait(pace.settling_s)
+    links: set[str] = set()
+    for _ in range(TOUCH_LOOKS):
+        wait(TOUCH_LOOK_S)
+        links |= plant.touching()
+    settled, joints = plant.ends(), plant.joint_angles()
+    posture = (*joints.tolist(), *plant.pose().tolist())
+    gaps_m = gap_m, _missing_m(grasp, plant)
+    failure, moved, survived = grasp.shortfall(links), 0.0, 0
+    for name, gravity, push in () if failure else LOADS:
+        plant.pull(GRAVITY * np.array(gravity))
+        plant.push(PUSH_N * np.array(push))
+        gave_way = ""
+        for _ in range(round((pace.push_s if any(push) else pace.gravity_s) / LOOK_S)):
             wait(LOOK_S)
-            moved = max(moved, float(np.linalg.norm(plant.ends() - settled, axis=1).max()))
-        if moved > FURTHEST_M:
-            failure = f"taken by {name}"
-            break
+            gone = float(np.linalg.norm(plant.ends() - settled, axis=1).max())
+            moved = max(moved, gone)
+            if gone > SLIPPING_M and not gave_way:
+                gave_way = _most_moved(plant.joint_angles() - joints)
+            if moved > FURTHEST_M:
+                failure = f"taken by {name}"
+                return Result(grasp.number, unit, failure, survived, moved, posture, gaps_m, gave_way)
         survived += 1
-    return Result(grasp.number, unit, failure, survived, moved, posture)
+    return Result(grasp.number, unit, failure, survived, moved, posture, gaps_m)
+
+
+def _missing_m(grasp: Grasp, plant: ObjectPlant) -> float:
+    """Return the gaps to all links that must touch, together, m."""
+    return sum(plant.gap_m(part, grasp.link_of(part)) for part in grasp.touching)
+
+
+def _most_moved(change: NDArray[np.float64]) -> str:
+    """Say which joint moved most; `change` (16,) rad."""
+    joint = Joint(int(np.abs(change).argmax()))
+    way = "closes" if change[joint] > 0.0 else "opens"
+    return f"{joint.label} {way} by {np.degrees(abs(change[joint])):.0f}°"

@@ -3,62 +3,59 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
 
 from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, RECORDED_COUNTS, ServoParameters
 
 
-def static_current(effort: float, servo: ServoParameters) -> float:
-    """Return the current (register units, unsigned) of a motor held at this effort (N m, sign ignored).
+class CurrentLaw:
+    """The current of one servo (register units, unsigned), its constants worked out."""
 
-    The recorded curve as far as it was recorded (30 mA per count of error below 10 counts, 37 at 20, 43 at 30, 50 at
-    46), and from there straight to the reading at full duty, whatever the gain.
-    """
-    return current_curve(servo)(effort)
+    def __init__(self, servo: ServoParameters) -> None:
+        self._effort_per_count = servo.stall_torque * servo.duty_per_count
+        self._floor_ma, self._rise_ma = servo.current_floor_ma, servo.current_rise_ma
+        self._knee = servo.current_knee_counts**2
+        self._start = self._recorded(RECORDED_COUNTS)
+        self._beyond = 1.0 / servo.duty_per_count - RECORDED_COUNTS
+        self._gain = servo.full_duty_units - self._start
+        self._at_rest_always = not servo.current_turning_ma and math.isinf(servo.current_fading_counts)
+        self._floor = servo.current_floor_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
+        self._turning = servo.current_turning_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
+        self._begins, self._fades = servo.current_turning_counts**2, servo.current_fading_counts**2
 
+    def at_rest(self, effort: float) -> float:
+        """Return the current of a motor held at an effort (N m, sign ignored).
 
-def current_curve(servo: ServoParameters) -> Callable[[float], float]:
-    """Return `static_current` of one servo as a function of effort, its constants worked out."""
-    effort_per_count = servo.stall_torque * servo.duty_per_count
-    floor, largest_rise, knee = servo.current_floor_ma, servo.current_rise_ma, servo.current_knee_counts**2
-
-    def recorded(counts: float) -> float:
-        square = counts * counts
-        rise = largest_rise * square / (square + knee)
-        return counts * (floor + rise) / CURRENT_UNIT_MA
-
-    start, beyond = recorded(RECORDED_COUNTS), 1.0 / servo.duty_per_count - RECORDED_COUNTS
-    gain = servo.full_duty_units - start
-
-    def current(effort: float) -> float:
-        counts = abs(effort) / effort_per_count
+        The recorded curve as far as it was recorded (30 mA per count of error below 10 counts, 37 at 20, 43 at 30, 50
+        at 46), and from there straight to the reading at full duty, whatever the gain.
+        """
+        counts = abs(effort) / self._effort_per_count
         if counts <= RECORDED_COUNTS:
-            return recorded(counts)
-        return start + (counts - RECORDED_COUNTS) / beyond * gain
+            return self._recorded(counts)
+        return self._start + (counts - RECORDED_COUNTS) / self._beyond * self._gain
 
-    return current
+    def turning(self, effort: float, speed: float) -> float:
+        """Return the current of a winding's effort (N m) and a speed (counts/s), signs ignored.
 
-
-def turning_current(servo: ServoParameters) -> Callable[[float, float], float]:
-    """Return the current (register units, unsigned) of a winding's effort (N m) and a speed (counts/s), signs ignored.
-
-    At rest it is `static_current`. A motor that turns draws more for the same effort, a fast one no more than the floor
-    of the static curve: that is what a recorded hand shows, and no theory.
-    """
-    at_rest = current_curve(servo)
-    if not servo.current_turning_ma and math.isinf(servo.current_fading_counts):
-        return lambda effort, _speed: at_rest(effort)
-    floor = servo.current_floor_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
-    turning = servo.current_turning_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
-    begins, fades = servo.current_turning_counts**2, servo.current_fading_counts**2
-
-    def current(effort: float, speed: float) -> float:
+        At rest it is `at_rest`. A motor that turns draws more for the same effort, a fast one no more than the floor of
+        the static curve: that is what a recorded hand shows, and no theory.
+        """
+        if self._at_rest_always:
+            return self.at_rest(effort)
         effort, square = abs(effort), speed * speed
-        above = at_rest(effort) - floor * effort + turning * effort * square / (square + begins)
-        return floor * effort + above / (1.0 + square / fades)
+        floor = self._floor * effort
+        above = self.at_rest(effort) - floor + self._turning * effort * square / (square + self._begins)
+        return floor + above / (1.0 + square / self._fades)
 
-    return current
+    def _recorded(self, counts: float) -> float:
+        square = counts * counts
+        rise = self._rise_ma * square / (square + self._knee)
+        return counts * (self._floor_ma + rise) / CURRENT_UNIT_MA
+
+
+def static_current(effort: float, servo: ServoParameters) -> float:
+    """Return the current (register units, unsigned) of a motor held at this effort (N m, sign ignored)."""
+    return CurrentLaw(servo).at_rest(effort)
 
 
 @lru_cache(maxsize=512)
@@ -67,7 +64,7 @@ def effort_limit(current_units: int, servo: ServoParameters) -> float:
 
     The inverse of `static_current`, so that a blocked servo's reading reaches exactly its goal torque, as homing needs.
     """
-    current = current_curve(servo)
+    current = CurrentLaw(servo).at_rest
     if current(servo.stall_torque) <= current_units:
         return servo.stall_torque
     low, high = 0.0, servo.stall_torque

@@ -10,7 +10,7 @@ from random import Random
 from struct import Struct
 
 from firmware_emulator.servo.control import OFF, PWM, LoopSettings
-from firmware_emulator.servo.electrical import turning_current
+from firmware_emulator.servo.electrical import CurrentLaw
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
 from firmware_emulator.servo.model_file import FEEDBACK
@@ -44,7 +44,7 @@ class FeedbackBlock:
         self._moving_bits = model.places["moving"].high
         self._frame = frame
         self._shaft = mounting.shaft
-        self._turning_current = turning_current(parameters)
+        self._law = CurrentLaw(parameters)
         self._filter_s = parameters.current_filter_s
         self._noise = noise.gauss
         self._noise_units = parameters.current_noise_units
@@ -113,7 +113,7 @@ class FeedbackBlock:
         limit = self._limit
         units = 0.0
         if settings.enable != OFF:
-            units = min(self._turning_current(winding, speed), limit)
+            units = min(self._law.turning(winding, speed), limit)
             if winding < 0.0:
                 units = -units
         share = exp((self._measured_at - now) / self._filter_s)

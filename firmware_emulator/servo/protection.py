@@ -24,6 +24,12 @@ class Status(IntFlag):
     OVERLOAD = 0x20
 
 
+# Plain numbers: what combines members of an enumeration costs more than the whole of the look.
+VOLTAGE, TEMPERATURE, CURRENT, OVERLOAD = (
+    bit.value for bit in (Status.VOLTAGE, Status.TEMPERATURE, Status.CURRENT, Status.OVERLOAD)
+)
+
+
 class Protection:
     """Watches the measurements; over-current and overload have a memory.
 
@@ -43,28 +49,28 @@ class Protection:
         self.overloaded = False
         """Whether an overload leaves the holding torque alone."""
 
-    def status(self, memory: RegisterFile, seconds: float) -> Status:
-        """Return the bits for the present measurements, `seconds` after the last look."""
-        status = Status(0)
+    def status(self, memory: RegisterFile, seconds: float) -> int:
+        """Return the bits of `Status` for the present measurements, `seconds` after the last look."""
+        status = 0
         voltage = memory.get("present_voltage")
         if not memory.get("min_voltage") <= voltage <= memory.get("max_voltage"):
-            status |= Status.VOLTAGE
+            status |= VOLTAGE
         if memory.get("present_temperature") > memory.get("max_temperature"):
-            status |= Status.TEMPERATURE
+            status |= TEMPERATURE
         over = abs(memory.get("present_current")) > memory.get("protection_current")
         self._over_current_s = self._over_current_s + seconds if over else 0.0
         self._tripped |= over and self._over_current_s >= 0.01 * memory.get("over_current_time")
         if self._tripped:
-            status |= Status.CURRENT
+            status |= CURRENT
         if self._has_overload:
             self._look_for_overload(memory, seconds)
         if self.overloaded:
-            status |= Status.OVERLOAD
+            status |= OVERLOAD
         return status
 
     def _look_for_overload(self, memory: RegisterFile, seconds: float) -> None:
         threshold, patience = memory.get("overload_torque"), memory.get("overload_time")
         load = abs(memory.get("present_load"))
-        over = load > 10 * threshold and bool(memory.get("unload_conditions") & Status.OVERLOAD)
+        over = load > 10 * threshold and bool(memory.get("unload_conditions") & OVERLOAD)
         self._overload_s = self._overload_s + seconds if over else 0.0
         self.overloaded |= over and self._overload_s >= 0.01 * patience - 1e-9

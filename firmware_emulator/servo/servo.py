@@ -22,7 +22,7 @@ from firmware_emulator.servo.model_file import FEEDBACK
 from firmware_emulator.servo.models import model_of
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, CURRENT_UNIT_MA, ServoParameters
 from firmware_emulator.servo.profile import Trapezoid, plan
-from firmware_emulator.servo.protection import Protection, Status
+from firmware_emulator.servo.protection import OVERLOAD, Protection
 from firmware_emulator.servo.shafts import Shafts
 
 MIDDLE = 128
@@ -128,13 +128,13 @@ class Servo:
         feedback.temperature_c = temperature_after(
             feedback.temperature_c, current_a**2, seconds, self.parameters, speed_counts=speed
         )
-        feedback.status = int(self._protection.status(memory, seconds))
+        feedback.status = self._protection.status(memory, seconds)
         memory.set("status", feedback.status)
         unload = memory.get("unload_conditions")
         if self._protection.overloaded and not self._wanted_is_weak():
             self._control_written()
         # Overload leaves the holding torque; the others cut it.
-        if feedback.status & unload & ~Status.OVERLOAD and memory.get("torque_enable"):
+        if feedback.status & unload & ~OVERLOAD and memory.get("torque_enable"):
             self._last_goal = None
             memory.set("torque_enable", control.OFF)
             self._control_written()

@@ -42,7 +42,8 @@ DIRECTIONS: tuple[Direction, ...] = ("to_hand", "from_hand")
 LOG_LEVELS: dict[Severity, int] = {"info": 2, "warning": 3, "error": 4}
 """Levels of the schema `foxglove.Log`."""
 SEVERITIES = {level: severity for severity, level in LOG_LEVELS.items()}
-WIRE_TOPICS = {f"/wire/{direction}": direction for direction in DIRECTIONS}
+TOPIC_OF: dict[Direction, str] = {direction: f"/wire/{direction}" for direction in DIRECTIONS}
+WIRE_TOPICS = {topic: direction for direction, topic in TOPIC_OF.items()}
 CHUNK_BYTES = 16_384
 """Of data that are compressed together: a quarter of a second of a staircase."""
 TOGETHER = 64
@@ -115,7 +116,7 @@ class RecordingFile:
         with uninterrupted():
             self._add_header(header)
         for direction in DIRECTIONS:
-            self._channel(f"/wire/{direction}", "aero.wire", WIRE_SCHEMA)
+            self._channel(TOPIC_OF[direction], "aero.wire", WIRE_SCHEMA)
         self._channel("/events", "foxglove.Log", LOG_SCHEMA)
 
     def add_series(self, name: str, columns: tuple[str, ...], units: tuple[str, ...]) -> None:
@@ -133,14 +134,17 @@ class RecordingFile:
         self, name: str, columns: tuple[str, ...], units: tuple[str, ...], t: float, row: NDArray[np.float64]
     ) -> None:
         """Write one row, (len(columns),), of a series."""
-        self.add_series(name, columns, units)
+        if name not in self._formats:
+            self.add_series(name, columns, units)
         # What `json.dumps` makes of it, at half the cost.
-        self._add_text(f"/{name}", t, self._formats[name] % (t, *row.tolist()))
+        self._add_bytes(f"/{name}", t, (self._formats[name] % (t, *row.tolist())).encode())
 
-    def add_wire(self, record: WireRecord) -> None:
-        """Write bytes that crossed the link."""
+    def add_wire(self, record: WireRecord, start: float = 0.0) -> None:
+        """Write bytes that crossed the link; times are from `start` on."""
+        at, direction, data = record
+        t = at - start
         # What `json.dumps` makes of it, at a fifth of the cost: most of a file's messages are these.
-        self._add_text(f"/wire/{record.direction}", record.t, f'{{"t": {record.t!r}, "hex": "{record.data.hex()}"}}')
+        self._add_bytes(TOPIC_OF[direction], t, f'{{"t": {t!r}, "hex": "{data.hex()}"}}'.encode())
 
     def add_event(self, event: Event) -> None:
         """Write an event."""
@@ -183,7 +187,7 @@ class RecordingFile:
         self._add_bytes(topic, t, text.encode())
 
     def _add_bytes(self, topic: str, t: float, content: bytes) -> None:
-        self._pending.append((self._channels[topic], self._nanoseconds(t), content))
+        self._pending.append((self._channels[topic], self._epoch_ns + round(t * 1e9), content))
         if len(self._pending) >= TOGETHER:
             with uninterrupted():
                 self._write_pending()

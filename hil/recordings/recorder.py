@@ -132,31 +132,31 @@ class Recorder:
         wire = self._target.wire
         if self._file is not None:
             wire.listeners.remove(self._keep_wire)
-            self._write(lambda file: file.finish(header))
+            self._write(RecordingFile.finish, header)
         return Recording(header, series, wire.since(self._wire_mark, self.start), tuple(self._events))
 
     def _keep(self, name: str, t: float, row: NDArray[Any]) -> None:
         self._times.setdefault(name, []).append(t)
         self._rows.setdefault(name, []).append(row)
-        self._write(lambda file: file.add_sample(name, LABELS, SERIES_UNITS[name], t, np.asarray(row, float)))
+        self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], t, np.asarray(row, float))
         self._raise_failure()
 
     def _keep_event(self, text: str, severity: Severity) -> None:
         """Keep an event that happens now, silent when that fails: the guard's way out logs here."""
         event = Event(self._target.clock.now() - self.start, severity, text)
         self._events.append(event)
-        self._write(lambda file: file.add_event(event))
+        self._write(RecordingFile.add_event, event)
 
     def _keep_wire(self, record: WireRecord) -> None:
         """Write bytes that cross the link, silent when that fails: the guard's way out passes here."""
-        moved = WireRecord(record.t - self.start, record.direction, record.data)
-        self._write(lambda file: file.add_wire(moved))
+        self._write(RecordingFile.add_wire, record, self.start)
 
-    def _write(self, action: Callable[[RecordingFile], None]) -> None:
+    def _write(self, action: Callable[..., None], *arguments: object) -> None:
+        """Call a method of the file, if there is one that can be written to."""
         if self._file is None or self._failure is not None:
             return
         try:
-            action(self._file)
+            action(self._file, *arguments)
         except OSError as error:
             self._failure = error
 

@@ -86,5 +86,5 @@ def bus_log(monkeypatch) -> list[tuple[float, bytes]]:
         bus.tap = Listener(bus, log)
         return bus
 
-    monkeypatch.setattr("firmware_emulator.hand.ServoBus", heard_bus)
+    monkeypatch.setattr("firmware_emulator.servo_chain.ServoBus", heard_bus)
     return log

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_emulator.servo.electrical import effort_limit, static_current, temperature_after, turning_current
+from firmware_emulator.servo.electrical import CurrentLaw, effort_limit, static_current, temperature_after
 from firmware_emulator.servo.encoding import decode_signed, encode_signed
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT, ServoParameters
@@ -55,17 +55,17 @@ TURNING = ServoParameters(current_turning_ma=13.2, current_fading_counts=1030.0)
 
 @given(st.floats(-0.588, 0.588))
 def test_a_motor_at_rest_draws_its_static_current_whatever_turning_adds(effort):
-    assert turning_current(TURNING)(effort, 0.0) == pytest.approx(static_current(effort, TURNING))
+    assert CurrentLaw(TURNING).turning(effort, 0.0) == pytest.approx(static_current(effort, TURNING))
 
 
 @given(st.floats(-0.588, 0.588), st.floats(-9000, 9000))
 def test_the_speed_does_not_matter_to_a_servo_without_a_law_for_it(effort, speed):
-    assert turning_current(HLS3606M)(effort, speed) == static_current(effort, HLS3606M)
+    assert CurrentLaw(HLS3606M).turning(effort, speed) == static_current(effort, HLS3606M)
 
 
 @given(st.floats(0, 0.588), st.floats(0, 0.588), st.floats(-9000, 9000))
 def test_a_turning_motors_current_rises_with_effort_and_knows_no_signs(first, second, speed):
-    current = turning_current(TURNING)
+    current = CurrentLaw(TURNING).turning
     low, high = sorted((first, second))
     assert current(low, speed) <= current(high, speed) + 1e-9
     assert current(-high, -speed) == current(high, speed)
@@ -77,7 +77,7 @@ def test_a_turning_motors_current_rises_with_effort_and_knows_no_signs(first, se
 def test_a_slow_motor_draws_more_than_one_at_rest_and_a_fast_one_less(counts, speed, milliamperes):
     """The law's own figures; recorded are 40 mA a count at 200-1000 counts/s, and 29 above 4000 with 45 counts."""
     effort = counts * TURNING.duty_per_count * TURNING.stall_torque
-    assert 6.5 * turning_current(TURNING)(effort, speed) == pytest.approx(milliamperes, abs=1)
+    assert 6.5 * CurrentLaw(TURNING).turning(effort, speed) == pytest.approx(milliamperes, abs=1)
 
 
 @pytest.mark.parametrize("numbers", [{"current_turning_counts": 0.0}, {"current_fading_counts": -1.0}])
