@@ -11,7 +11,7 @@ from aero.safety import Thresholds
 from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth
 from hil.targets.emulated_hand import build_emulated
-from hil.targets.opening import Request, in_process
+from hil.targets.opening import OpenRequest, in_process
 from model.units import load_unit
 
 
@@ -55,7 +55,7 @@ def guarded(*, firmware="0.2.0", rewire=None, thresholds=None, link=InProcessLin
     unit = dataclasses.replace(unit, servos=dataclasses.replace(unit.servos, **(servos or {})))
     electronics, plant = build_emulated(unit, firmware=firmware, hand="right", seed=3, rewire=rewire)
     codec = ActuationMap.for_firmware(firmware)
-    request = Request("emulated", codec, firmware, "right", unit, 3, thresholds or Thresholds())
+    request = OpenRequest("emulated", codec, firmware, "right", unit, 3, thresholds or Thresholds())
     with in_process(request, electronics, plant, link(electronics)) as target:
         yield target
 
