@@ -35,7 +35,7 @@ from hil.verdict.baseline import load
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.next_step import cause_words, on_hand
-from hil.verdict.run_end import FINISHED, RunEnd, Way
+from hil.verdict.run_end import ended_at_closing
 from hil.verdict.run_summary import header_of, summary_of
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
@@ -106,16 +106,11 @@ def run(
                     progress=telling(audience, lambda done, doing: bar.update(task, completed=done, description=doing)),
                     on_result=kept,
                 )
-        except FaultNeverFiredError as error:  # known only once the hand is closed
+        # Known only when the hand is closed; what was measured stands.
+        except (FaultNeverFiredError, SafetyStopError) as error:
             if result is None or folder is None:
                 raise
-            reason = f"{str(error)[0].upper()}{str(error)[1:]}."
-            end = RunEnd(Way.NO_FAULT, reason=reason) if result.end is FINISHED else result.end
-            result = replace(result, end=replace(end, error=error))
-        except SafetyStopError as error:  # from the end of the hand: it may be closed, and what was measured stands
-            if result is None or folder is None:
-                raise
-            result = replace(result, end=replace(result.end, error=error))
+            result = replace(result, end=ended_at_closing(result.end, error))
         _show(result, audience)
         _print(console, result, folder)
         write_results(result, folder)
