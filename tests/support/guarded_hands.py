@@ -21,15 +21,20 @@ class Tampered:
     def __init__(self, plant, shaft, change):
         """`change` makes of the drive that the servo asks for the one that shaft gets."""
         self._plant, self._shaft, self._change = plant, shaft, change
+        self._asked = None
 
     def __getattr__(self, name):
         return getattr(self._plant, name)
 
     def drive(self, shaft, drive):
-        self._plant.drive(shaft, self._change(drive) if shaft == self._shaft else drive)
+        if shaft == self._shaft:
+            self._asked, drive = drive, self._change(drive)
+        self._plant.drive(shaft, drive)
 
     def set_setpoint(self, shaft, setpoint):
-        if shaft != self._shaft:
+        if shaft == self._shaft and self._asked is not None:
+            self.drive(shaft, dataclasses.replace(self._asked, setpoint=setpoint))
+        elif shaft != self._shaft:
             self._plant.set_setpoint(shaft, setpoint)
 
 
