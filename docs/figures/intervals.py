@@ -170,7 +170,7 @@ def keep(*, measured: Path) -> None:
     """Keep MEASURED, made with the shipped factors, as the result of docs/calibration.md."""
     rows = [line for line in _lines(measured) if not line["plain"]]
     provenance = {
-        "command": "python -m figures.intervals measure --first-seed SEED --hands N --out FILE",
+        "command": f"python -m figures.intervals measure --motion {rows[0]['motion']} --out FILE",
         "seeds": ", ".join(row["hand"].split(":")[1] for row in rows),
         "commit": ", ".join(sorted({row["commit"] for row in rows})),
         "generator": "`plausible:SEED`, hands drawn by `model/units/plausible.py`",
