@@ -28,6 +28,7 @@ from hil.lab.system_identification.search import pooled_rms
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import replay
 from hil.lab.system_identification.uncertainty import COVERAGE_SIGMA
+from hil.lab.system_identification.unit_file import unit_toml
 from hil.lab.system_identification.unit_parameters import numbers
 from hil.recordings.provenance import source_commit
 from hil.recordings.recorder import Recorder
@@ -53,11 +54,16 @@ def recorded(hand: str, motion: str, scale: float, seed: int) -> Trace:
         return Trace.from_recording(recorder.finish(), motion)
 
 
-def calibrated(hand: str, motion: str, seed: int, *, plain: bool, jobs: int = 1) -> dict[str, Any]:
-    """Record and calibrate one hand, and return how far off its numbers are by kind."""
+def calibrated(
+    hand: str, motion: str, seed: int, *, plain: bool, jobs: int = 1, twins: Path | None = None
+) -> dict[str, Any]:
+    """Record and calibrate one hand, write its twin into a folder, and return how far off its numbers are by kind."""
     began = time.process_time()
     trace = recorded(hand, motion, FITTED_SCALE, seed)
     result = calibrate([trace], unit_named("reference"), leave_out=False, factors=PLAIN if plain else None, jobs=jobs)
+    if twins is not None:
+        text = unit_toml(result.unit, f"Fitted to {trace.name} of {hand}", result.intervals, result.told)
+        write_whole(twins / f"{hand.partition(':')[2]}.toml", text)
     off = deviations(numbers(result.unit), numbers(unit_named(hand)), result.intervals)
     return {
         "hand": hand,
@@ -128,14 +134,17 @@ def main() -> None:
 @click.option("--motion", type=click.Choice([*MOTIONS, "all"]), default="all", show_default=True)
 @click.option("--plain", is_flag=True, help="Without the shipped factors, to compute them.")
 @click.option("--jobs", default=1, show_default=True, help="Processes.")
+@click.option(
+    "--twins", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder for the unit files."
+)
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path))
-def measure(*, first_seed: int, hands: int, motion: str, plain: bool, jobs: int, out: Path) -> None:
+def measure(*, first_seed: int, hands: int, motion: str, plain: bool, jobs: int, twins: Path | None, out: Path) -> None:
     """Record and calibrate random hands, a line of OUT each."""
     done = {line["hand"] for line in _lines(out)}
     for seed in range(first_seed, first_seed + hands):
         if (hand := f"plausible:{seed}") in done:
             continue
-        line = calibrated(hand, motion, seed, plain=plain, jobs=jobs)
+        line = calibrated(hand, motion, seed, plain=plain, jobs=jobs, twins=twins)
         with out.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         click.echo(f"{hand}: {line['fitted_rms']} counts, {line['processor_s']} s")
