@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from aero.clock import Clock, Deadline
 from aero.errors import DesyncError, LinkTimeoutError
-from aero.link_state import AFTER, MAY_LEAVE, REASON, Content, Event, State
+from aero.link_state import AFTER, MAY_LEAVE, REASON, Content, LinkEvent, State
 from aero.overdue import HELD_BACK_S, Overdue
 from aero.protocol import (
     FRAME_SIZE,
@@ -153,7 +153,7 @@ class HostLink:
         with self._lock:
             self._overdue.forget()
             self._drop_stale_input(_QUIET_S)
-            self._state = AFTER[self._state, Event.SEARCH_BEGINS]
+            self._state = AFTER[self._state, LinkEvent.SEARCH_BEGINS]
             padding = self._pad(FRAME_SIZE - 1)
             for _ in range(_SEARCHES):
                 tried: list[tuple[Opcode, int]] = []
@@ -174,7 +174,7 @@ class HostLink:
                     self._request(make_query(Opcode.GET_TEMP), Content.SEARCH)
                     if self._take(patience_s) is not None:
                         self._overdue.forget()
-                        self._state = AFTER[self._state, Event.SEARCH_SUCCEEDS]
+                        self._state = AFTER[self._state, LinkEvent.SEARCH_SUCCEEDS]
                         stray = -padding % FRAME_SIZE
                         _LOG.info("%s: back in step; the board held %d stray bytes", self.name, stray)
                         return stray
@@ -203,7 +203,7 @@ class HostLink:
         try:
             self._transport.write(data)
         except ConnectionError:
-            self._state = AFTER[self._state, Event.WRITE_FAILS]
+            self._state = AFTER[self._state, LinkEvent.WRITE_FAILS]
             raise
 
     def _request(self, frame: bytes, content: Content = Content.FRAME) -> float:

@@ -38,7 +38,7 @@ class State(Enum):
     """A write failed and no search has succeeded since: the board may hold the beginning of any frame."""
 
 
-class Event(Enum):
+class LinkEvent(Enum):
     """What changes that."""
 
     SEARCH_BEGINS = auto()
@@ -58,17 +58,17 @@ class Content(Enum):
     """Zeros, or a query."""
 
 
-AFTER: dict[tuple[State, Event], State] = {
-    (State.IN_STEP, Event.SEARCH_BEGINS): State.SEARCHING,
-    (State.IN_STEP, Event.SEARCH_SUCCEEDS): State.IN_STEP,
-    (State.IN_STEP, Event.WRITE_FAILS): State.CUT,
-    (State.SEARCHING, Event.SEARCH_BEGINS): State.SEARCHING,
-    (State.SEARCHING, Event.SEARCH_SUCCEEDS): State.IN_STEP,
-    (State.SEARCHING, Event.WRITE_FAILS): State.CUT,
+AFTER: dict[tuple[State, LinkEvent], State] = {
+    (State.IN_STEP, LinkEvent.SEARCH_BEGINS): State.SEARCHING,
+    (State.IN_STEP, LinkEvent.SEARCH_SUCCEEDS): State.IN_STEP,
+    (State.IN_STEP, LinkEvent.WRITE_FAILS): State.CUT,
+    (State.SEARCHING, LinkEvent.SEARCH_BEGINS): State.SEARCHING,
+    (State.SEARCHING, LinkEvent.SEARCH_SUCCEEDS): State.IN_STEP,
+    (State.SEARCHING, LinkEvent.WRITE_FAILS): State.CUT,
     # The zeros of the search may have been swallowed on their way, so that a search alone does not end this.
-    (State.CUT, Event.SEARCH_BEGINS): State.CUT,
-    (State.CUT, Event.SEARCH_SUCCEEDS): State.IN_STEP,
-    (State.CUT, Event.WRITE_FAILS): State.CUT,
+    (State.CUT, LinkEvent.SEARCH_BEGINS): State.CUT,
+    (State.CUT, LinkEvent.SEARCH_SUCCEEDS): State.IN_STEP,
+    (State.CUT, LinkEvent.WRITE_FAILS): State.CUT,
 }
 """The state after an event."""
 

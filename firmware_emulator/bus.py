@@ -92,6 +92,8 @@ class ServoBus:
         self._collision = (-1.0, -1.0)
         self.tap: Tap | None = None
         self._turnaround_s = turnaround_s
+        self.late_s = 0.0
+        """How much later than it should the next train of answers arrives, as through a slow adapter, s."""
 
     def connect(self, receive: Callable[[bytes], None]) -> BusPort:
         """Return a new master's port; `receive` gets the answers to what it writes."""
@@ -133,7 +135,8 @@ class ServoBus:
             self.busy_until = max(self.busy_until, end)
             if self.tap is not None:
                 data = self.tap.answered(data)
-            self.kernel.call_at(end, self.deliver if self.collides else _receive, data, port)
+            self.kernel.call_at(end + self.late_s, self.deliver if self.collides else _receive, data, port)
+            self.late_s = 0.0
 
     def _listening(self, wanted: int, baud: int) -> list[Servo]:
         """Servos that take a packet for this ID at this baud rate."""

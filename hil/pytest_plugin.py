@@ -19,6 +19,7 @@ from aero.firmware import DEFAULT_FIRMWARE
 if TYPE_CHECKING:
     from aero.hand import Hand
     from hil.faults.fault import Fault
+    from hil.targets.bus_driver import Factory
     from hil.targets.robot_bus import RobotBus
     from hil.targets.target import Target
 
@@ -73,6 +74,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--hil-still", action="store_true", help="skip tests that move the hand")
     group.addoption("--hil-homing", action="store_true", help="also run tests that home a hand in real time")
     group.addoption("--hil-long", action="store_true", help="also run tests that take long in real time")
+    group.addoption(
+        "--bus-driver",
+        metavar="FACTORY",
+        help="driver of the servo bus to test: my_package.my_module:factory",
+    )
     group.addoption("--bus-robot", metavar="PATH", help="robot behind the fixture bus_target, a TOML file")
     group.addoption("--hil-seed", type=int, default=0, help="seed of the emulated hand's noise (default 0)")
 
@@ -84,6 +90,13 @@ def pytest_configure(config: pytest.Config) -> None:
     name = config.getoption("--hil")
     if name not in IN_SOFTWARE and getattr(config.option, "numprocesses", None):
         raise pytest.UsageError(f"--hil={name}: one program at a time can use a hand; run without -n")
+    if (driver := config.getoption("--bus-driver")) is not None:
+        from hil.targets.bus_driver import driver_factory  # noqa: PLC0415 - only this suite needs it
+
+        try:
+            driver_factory(driver)
+        except ValueError as error:
+            raise pytest.UsageError(str(error)) from error
     if any(config.getoption(option) != default for option, default in DEFAULTS.items()):
         _opener(config)
 
@@ -152,6 +165,7 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say what of the suite was left out, why, and which flag runs it."""
+    _bus_driver_table(terminalreporter)
     left_out: dict[str, list[str]] = {}
     for report in terminalreporter.stats.get("skipped", []):
         # A module that is skipped while it is collected has a report without properties.
@@ -189,6 +203,17 @@ def aero_hand(aero_target: Target) -> Hand:
     pytest.fail(f"the hand does not come to rest within {REST_TRIES * REST_WAIT_S:g} s of opening")
 
 
+@pytest.fixture(scope="session")
+def bus_driver_factory(request: pytest.FixtureRequest) -> Factory:
+    """Makes the driver of `--bus-driver`; see `hil.targets.bus_driver`."""
+    from hil.targets.bus_driver import driver_factory  # noqa: PLC0415 - only this suite needs it
+
+    name = request.config.getoption("--bus-driver")
+    if name is None:
+        pytest.skip("tests a driver of the servo bus; run with --bus-driver=my_package.my_module:factory")
+    return driver_factory(name)
+
+
 @pytest.fixture
 def bus_target(request: pytest.FixtureRequest) -> RobotBus:
     """A robot of bus servos on virtual time, one for each test; which one says the mark `robot` or `--bus-robot`."""
@@ -205,6 +230,19 @@ def bus_target(request: pytest.FixtureRequest) -> RobotBus:
         return RobotBus.of_file(path, seed=request.config.getoption("--hil-seed"))
     except (ValueError, OSError) as error:
         pytest.fail(f"bus_target: {error}")
+
+
+def _bus_driver_table(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what a driver of the servo bus got right, one line a test."""
+    name = terminalreporter.config.getoption("--bus-driver")
+    if name is None:
+        return
+    terminalreporter.section(f"aero-hil: bus driver {name}")
+    words = {"passed": "right", "failed": "WRONG", "error": "WRONG", "skipped": "not offered"}
+    for outcome, word in words.items():
+        for report in terminalreporter.stats.get(outcome, []):
+            test = report.nodeid.rpartition("::")[2].removeprefix("test_").replace("_", " ")
+            terminalreporter.line(f"{word:12}{test}")
 
 
 def _uses_a_hand(item: pytest.Item) -> bool:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Joint
 from model.appearance import PULLEY_RGBA, dress
-from model.geometry.elements import Box, Hand, Link, Pulley, Quaternion
+from model.geometry.elements import Box, HandGeometry, Link, Pulley, Quaternion
 
 GRAVITY = 9.81
 """m/s², along -z."""
@@ -45,7 +45,7 @@ class JointDynamics:
     """Angle at which those are relaxed, rad."""
 
 
-def released_dynamics(hand: Hand) -> JointDynamics:
+def released_dynamics(hand: HandGeometry) -> JointDynamics:
     """Return the dynamics of the released model's joints, with `hand`'s own damping and stops."""
     rotor_inertia, gear_ratio = 0.371e-7, 205.0  # paper, "Numerical considerations"
     damping, upper = np.zeros(len(Joint)), np.zeros(len(Joint))
@@ -63,7 +63,7 @@ def released_dynamics(hand: Hand) -> JointDynamics:
     )
 
 
-def build_skeleton(hand: Hand, dynamics: JointDynamics) -> mujoco.MjSpec:
+def build_skeleton(hand: HandGeometry, dynamics: JointDynamics) -> mujoco.MjSpec:
     """Return a spec with the bodies, joints, contacts, pulleys and guides of `hand`, and no cable yet."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -73,7 +73,7 @@ def build_skeleton(hand: Hand, dynamics: JointDynamics) -> mujoco.MjSpec:
     return spec
 
 
-def couple(spec: mujoco.MjSpec, hand: Hand) -> None:
+def couple(spec: mujoco.MjSpec, hand: HandGeometry) -> None:
     """Tie the coupled joints, PIP=DIP on each finger and MCP=IP on the thumb."""
     for follower, leader in hand.couplings:
         spec.add_equality(
@@ -149,13 +149,13 @@ def _add_pulley(body: mujoco.MjsBody, pulley: Pulley) -> None:
     )
 
 
-def _leave_out_contacts(spec: mujoco.MjSpec, hand: Hand) -> None:
+def _leave_out_contacts(spec: mujoco.MjSpec, hand: HandGeometry) -> None:
     """Leave out what meets only where two digits' roots sit in the palm: see `left_out`."""
     for first, second in left_out(hand):
         spec.add_exclude(name=f"{first}_{second}", bodyname1=first, bodyname2=second)
 
 
-def left_out(hand: Hand) -> list[tuple[str, str]]:
+def left_out(hand: HandGeometry) -> list[tuple[str, str]]:
     """Return the pairs of links that must not collide.
 
     The palm against every moving link but the fingertips, the mount against every moving link. Neighbours within a

@@ -42,21 +42,21 @@ COUNT = _per_channel(SPOOL_RADIUS, 1.0) * 2 * np.pi / COUNTS_PER_TURN
 STALL_FORCE = _per_channel(1.0 / SPOOL_RADIUS, 1.0) * Unit().servos.stall_torque
 """Force of a channel at its servo's stall torque, (7,), N, abduction N m."""
 
-Range = tuple[float, float]
+Bounds = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class ActuationRanges:
     """Uniform ranges of what one episode's hand does to commands and readings; the default is the ideal simulator."""
 
-    lag_s: Range = (0.0, 0.0)
+    lag_s: Bounds = (0.0, 0.0)
     """Time constant of the servo's position loop, one draw for all channels."""
-    delay_s: Range = (0.0, 0.0)
+    delay_s: Bounds = (0.0, 0.0)
     """From the write to the first motion, one draw for all channels; at most two control periods."""
     offset: tuple[Row, Row] = ((0.0,) * CHANNELS,) * 2
     """By how much a channel's value exceeds what its shaft says (take-up, zero error), lowest and highest, command
     order; m, abduction rad."""
-    gain: Range = (1.0, 1.0)
+    gain: Bounds = (1.0, 1.0)
     """Cable travel over the travel that the map assumes, per channel."""
     speed_limit: bool = False
     """Whether a channel follows no faster than its servo's no-load speed; for hands without servos in the physics."""
@@ -191,6 +191,6 @@ def _arrived(sent: Array, delay_s: Array, step: int, steps: int, step_s: float) 
     return total
 
 
-def _between(limits: Range, uniform: Array) -> Array:
+def _between(limits: Bounds, uniform: Array) -> Array:
     low, high = limits
     return low + (high - low) * uniform

@@ -75,7 +75,7 @@ class EnvironmentState(NamedTuple):
     key: Array
 
 
-class Step(NamedTuple):
+class EnvironmentStep(NamedTuple):
     """What a control period gave, each (batch,)."""
 
     reward: Array
@@ -124,7 +124,9 @@ class CubeEnvironment:
         at, episode, observation = jax.tree.map(lambda one, other: _choose(new, one, other), fresh, running)
         return EnvironmentState(at, episode, observation, jnp.where(new, 0.0, standing.rate), (states, sensors), key)
 
-    def step(self, standing: EnvironmentState, action: Array, prices: Prices) -> tuple[EnvironmentState, Step]:
+    def step(
+        self, standing: EnvironmentState, action: Array, prices: Prices
+    ) -> tuple[EnvironmentState, EnvironmentStep]:
         """Advance every environment by one control period and restart those that ended."""
         key, noise_key, start_key = jax.random.split(standing.key, 3)
         task = self._priced(standing.rate, prices)
@@ -138,7 +140,7 @@ class CubeEnvironment:
         lost = outcome.lost | broken
         over = lost | (episode.periods >= task.episode_steps)
         rotation = jnp.where(broken, 0.0, outcome.terms["rotation"])
-        step = Step(
+        step = EnvironmentStep(
             reward=jnp.where(broken, prices.fall * task.settings.period_s, outcome.reward),
             over=over.astype(jnp.float32),
             cut=(over & ~lost).astype(jnp.float32),

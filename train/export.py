@@ -14,21 +14,21 @@ from train.convert import network
 from train.ppo import Learner
 from train.task.episode import PHYSICS_STEP_S, Task
 
-Parameters = Any
+NetworkParameters = Any
 """Brax's (normaliser, policy, value)."""
 
 
-def parameters(learner: Learner) -> Parameters:
+def parameters(learner: Learner) -> NetworkParameters:
     """Return what a learner has learned."""
     return learner.normaliser, learner.networks.policy, learner.networks.value
 
 
-def average(learner: Learner) -> Parameters:
+def average(learner: Learner) -> NetworkParameters:
     """Return the same with the moving average of the policy's weights."""
     return learner.normaliser, learner.average, learner.networks.value
 
 
-def policy(name: str, task: Task, parameters: Parameters, provenance: Mapping[str, Any]) -> Policy:
+def policy(name: str, task: Task, parameters: NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
     """Return the deployable part of PPO parameters that were trained on `task`."""
     normaliser, actor, _ = parameters
     return Policy(
@@ -43,7 +43,7 @@ def policy(name: str, task: Task, parameters: Parameters, provenance: Mapping[st
     )
 
 
-def save_parameters(parameters: Parameters, path: Path) -> None:
+def save_parameters(parameters: NetworkParameters, path: Path) -> None:
     """Write PPO parameters so that `load_parameters` finds them again; an interrupted write leaves the old file."""
     leaves = jax.tree.leaves(parameters)
     partial = path.with_suffix(".partial")
@@ -53,7 +53,7 @@ def save_parameters(parameters: Parameters, path: Path) -> None:
     partial.replace(path)
 
 
-def load_parameters(template: Parameters, path: Path) -> Parameters:
+def load_parameters(template: NetworkParameters, path: Path) -> NetworkParameters:
     """Read PPO parameters of the same structure as `template`.
 
     Raises:

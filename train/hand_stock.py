@@ -19,9 +19,9 @@ from model.scene import CUBE
 from train.built import BuiltSimulator, draw_scenes
 from train.hands import corrections, draw_hand
 from train.simulator import Floats
-from train.stage import Stage
+from train.stage import TrainingStage
 
-Check = Callable[[], None]
+StopCheck = Callable[[], None]
 """Looks whether the run is to end, and raises if so."""
 
 
@@ -37,7 +37,7 @@ class StockedHand(NamedTuple):
 class HandStock:
     """Where the hands of a stage come from."""
 
-    stage: Stage
+    stage: TrainingStage
     settings: PolicySettings
     seed: tuple[int, ...]
     """Of the stage; hands of another seed are others."""
@@ -57,7 +57,7 @@ class HandStock:
         error_m = self.stage.hands.correction_error_m
         return StockedHand(scene, corrections([unit], self.settings, rng, error_m=error_m, threads=1)[0])
 
-    def batch(self, numbers: Sequence[int], threads: int | None, check: Check) -> BuiltSimulator:
+    def batch(self, numbers: Sequence[int], threads: int | None, check: StopCheck) -> BuiltSimulator:
         """Build the hands of these numbers as one batch."""
         made = []
         for number in numbers:

@@ -19,7 +19,7 @@ from aero.policy.settings import PolicySettings
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
 
-Range = tuple[float, float]
+Bounds = tuple[float, float]
 Floats = NDArray[np.float64]
 
 
@@ -38,39 +38,39 @@ hand's at the near ones."""
 class HandRanges:
     """Uniform ranges; one draw a channel or joint unless said."""
 
-    finger_take_up: Range = (-0.001, 0.002)
+    finger_take_up: Bounds = (-0.001, 0.002)
     """Cable to wind in before a finger moves, m; what a calibrated zero leaves of it."""
-    cmc_take_up: Range = (-0.0025, 0.001)
+    cmc_take_up: Bounds = (-0.0025, 0.001)
     """The same for the thumb's CMC cable, m."""
-    flexor_take_up: Range = (-0.0015, 0.0005)
+    flexor_take_up: Bounds = (-0.0015, 0.0005)
     """The same for the thumb's flexor, m."""
-    shaft_friction: Range = (0.001, 0.05)
+    shaft_friction: Bounds = (0.001, 0.05)
     """Dry friction of gears and spool, N m at the shaft."""
-    sheath_friction: Range = (0.2, 0.7)
+    sheath_friction: Bounds = (0.2, 0.7)
     """Dry friction of a cable in its sheaths as a share of its tension: the recorded hand's take 0.54 and random units
     0.42 to 0.70; that of hands without any is met on routed ones."""
-    towards_recorded: Range = (0.0, 1.1)
+    towards_recorded: Bounds = (0.0, 1.1)
     """How far the springs go from the default hand's (0) to the recorded hand's (1), one draw."""
-    digit_spring_factor: Range = (0.8, 1.25)
+    digit_spring_factor: Bounds = (0.8, 1.25)
     """On all springs of a digit besides, one draw a digit: the fingers of one hand differ by as much."""
-    spring_factor: Range = (0.93, 1.07)
+    spring_factor: Bounds = (0.93, 1.07)
     """On each spring besides, one draw for the proximal joint of a digit and one for those beyond it: which of them
     closes first is for `towards_recorded` to say, so that a gait can be led from hand to hand."""
-    joint_friction: Range = (0.0005, 0.006)
+    joint_friction: Bounds = (0.0005, 0.006)
     """N m"""
-    joint_damping: Range = (0.001, 0.006)
+    joint_damping: Bounds = (0.001, 0.006)
     """N m s/rad"""
-    abduction_winding: Range = (0.0, 0.006)
+    abduction_winding: Bounds = (0.0, 0.006)
     """Winding radius of abduction on the thumb's cables, m/rad."""
-    winding_scale: Range = (0.97, 1.03)
+    winding_scale: Bounds = (0.97, 1.03)
     """Winding radii over those of CAD."""
-    rotor_inertia: Range = (6.0e-4, 8.5e-4)
+    rotor_inertia: Bounds = (6.0e-4, 8.5e-4)
     """kg m², one draw."""
-    no_load_speed_counts: Range = (7370.0, 9580.0)
+    no_load_speed_counts: Bounds = (7370.0, 9580.0)
     """Of the servos at full duty, counts/s, one draw; a back-EMF of 0.040 to 0.052 N m s/rad."""
-    supply_ratio: Range = (0.9, 1.1)
+    supply_ratio: Bounds = (0.9, 1.1)
     """One draw."""
-    tip_friction: Range = (0.2, 0.8)
+    tip_friction: Bounds = (0.2, 0.8)
     """Friction of the fingertips, one draw; contact friction is the larger of the two geoms', the cube's is 0.3."""
     correction_error_m: float = 0.0005
     """By how much the correction of a cable (`corrections`) may be wrong, on both sides, m. An assumption: the
@@ -90,10 +90,10 @@ def in_training(unit: Unit) -> Unit:
 def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
     """Draw one hand with the recorded hand's servos; the friction of its fingertips is drawn with its scene."""
 
-    def channels(span: Range) -> Floats:
+    def channels(span: Bounds) -> Floats:
         return rng.uniform(*span, len(Channel))
 
-    def joints(span: Range) -> Floats:
+    def joints(span: Bounds) -> Floats:
         return rng.uniform(*span, len(Joint))
 
     take_up = channels(ranges.finger_take_up)

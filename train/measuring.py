@@ -12,11 +12,11 @@ from train import randomise
 from train.hand_stock import HandStock
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
-from train.stage import Stage
+from train.stage import TrainingStage
 
 
 def hands_to_measure(
-    stage: Stage,
+    stage: TrainingStage,
     settings: PolicySettings,
     seed: tuple[int, ...],
     count: int,
@@ -33,7 +33,11 @@ def hands_to_measure(
 
 
 def draw_routed(
-    stage: Stage, settings: PolicySettings, rng: np.random.Generator, count: int, rows: tuple[randomise.RandomRow, ...]
+    stage: TrainingStage,
+    settings: PolicySettings,
+    rng: np.random.Generator,
+    count: int,
+    rows: tuple[randomise.RandomRow, ...],
 ) -> randomise.Draws:
     """Draw what is randomised of a stage's routed hands, their cubes included."""
     limit, cubes = settings.torque_limit, None

@@ -21,7 +21,7 @@ from aero.actuation.arrays import Array
 from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
 from train.environment import CubeEnvironment, EnvironmentState, Prices
 from train.recipe import Recipe
-from train.stage import Ramp, Stage
+from train.stage import Ramp, TrainingStage
 from train.task.signals import CRITIC_SIZE
 
 AVERAGE_DECAY = 0.99
@@ -62,7 +62,7 @@ def untrained(networks: ppo_networks.PPONetworks, key: Array) -> tuple[Any, PPON
 class Ppo:
     """Networks and optimiser of one stage."""
 
-    def __init__(self, recipe: Recipe, stage: Stage, environment: CubeEnvironment) -> None:
+    def __init__(self, recipe: Recipe, stage: TrainingStage, environment: CubeEnvironment) -> None:
         self._recipe, self._stage, self._environment = recipe, stage, environment
         self._networks = networks_of(recipe)
         self._optimiser = optax.multi_transform(

@@ -15,7 +15,7 @@ from train.drop_price import DropPrice
 from train.hands import HANDS
 from train.randomise import PAPER_TIP_FRICTION, SERVO_ROWS
 from train.simulator import Floats
-from train.stage import Ramp, Redraw, Stage
+from train.stage import Ramp, Redraw, TrainingStage
 from train.task.episode import Task
 from train.task.grasp import ResetRanges
 from train.task.reward import RewardSettings, TurningWeight, Weights
@@ -68,7 +68,7 @@ class Recipe:
     """Name of the policy it makes."""
     task: Task
     """What is trained for; the stages say what is rewarded, and on which hands."""
-    stages: tuple[Stage, ...]
+    stages: tuple[TrainingStage, ...]
     """One after another; each goes on with the networks of the one before, and looks for its own best checkpoint."""
     tip_friction: tuple[float, float] = PAPER_TIP_FRICTION
     """Range of the routed hands' fingertip friction in training."""
@@ -93,7 +93,7 @@ class Recipe:
         if self.environments % self.minibatches:
             raise ValueError(f"{self.environments} environments must divide into minibatches, got {self.minibatches}")
 
-    def task_in(self, stage: Stage) -> Task:
+    def task_in(self, stage: TrainingStage) -> Task:
         """Return what is trained for in one of the stages."""
         return replace(
             self.task,
@@ -120,7 +120,7 @@ class Recipe:
         return replace(self, stages=stages, checkpoint_steps=max(batch, min(self.checkpoint_steps, steps // 10)))
 
 
-PAPER = Recipe("paper", Task(), (Stage("paper", 10_000_000),))
+PAPER = Recipe("paper", Task(), (TrainingStage("paper", 10_000_000),))
 """The paper's task, reward and settings, nothing added."""
 
 TIP_FRICTION = (0.2, 1.0)
@@ -145,8 +145,8 @@ FAST = Recipe(
         )
     ),
     (
-        Stage("find", 800_000, BOLD, actuation=SERVOS, rows=SERVO_ROWS),
-        Stage("race", 5_000_000, RewardSettings(Weights(fall=-150.0, action_rate=-0.3))),
+        TrainingStage("find", 800_000, BOLD, actuation=SERVOS, rows=SERVO_ROWS),
+        TrainingStage("race", 5_000_000, RewardSettings(Weights(fall=-150.0, action_rate=-0.3))),
     ),
     tip_friction=TIP_FRICTION,
     goal=Goal(survival=0.97),
@@ -162,7 +162,7 @@ NEAR_DEFAULT = replace(HANDS, towards_recorded=(0.0, 0.5))
 AS_PLACED = ResetRanges(joint_std_rad=0.04, cube_offset_m=0.006, random_orientation=False)
 """A cube that is put in upright, as people do, with three times the error of the trials through the bytes."""
 
-ANY_CUBE = Stage(
+ANY_CUBE = TrainingStage(
     "spread",
     1_500_000,
     RewardSettings(Weights(fall=-60.0, action_rate=-0.1, pushed=-2.0), rotation_cap_rad_s=2.0),
@@ -186,7 +186,7 @@ STEADY = Recipe(
     "steady",
     Task(settings=HALF_TORQUE),
     (
-        Stage("find", 800_000, BOLDEST, actuation=BUS, built=True, hands=NEAR_DEFAULT, measured=16),
+        TrainingStage("find", 800_000, BOLDEST, actuation=BUS, built=True, hands=NEAR_DEFAULT, measured=16),
         ANY_CUBE,
         replace(
             ANY_CUBE,

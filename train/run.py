@@ -49,7 +49,7 @@ class Order:
     """Called between two batches of physics; what it raises ends the run."""
 
 
-class Run:
+class TrainingRun:
     """A run in progress. What has been reached changes only between two updates of the networks."""
 
     def __init__(self, order: Order, standing: Standing) -> None:

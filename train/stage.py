@@ -45,7 +45,7 @@ class Redraw:
 
 
 @dataclass(frozen=True)
-class Stage:
+class TrainingStage:
     """A stretch of a run with one reward and one set of PPO's settings."""
 
     name: str

@@ -21,12 +21,12 @@ from train.ppo import Learner, Ppo
 from train.recipe import Recipe
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
-from train.stage import Stage
+from train.stage import TrainingStage
 from train.task.signals import SENSOR_COUNT
 
 Backend = Literal["native", "mjx"]
 Measure = Mapping[str, float]
-Check = Callable[[], None]
+StopCheck = Callable[[], None]
 
 EPISODE_S = 15.0
 """Length of the episodes that a checkpoint is measured over, as the paper's figures."""
@@ -47,12 +47,12 @@ class StageRun:
     def __init__(
         self,
         recipe: Recipe,
-        stage: Stage,
+        stage: TrainingStage,
         backend: Backend,
         seed: tuple[int, ...],
         *,
         threads: int | None,
-        check: Check,
+        check: StopCheck,
     ) -> None:
         self.stage = stage
         self.batch = recipe.environments * stage.unroll
@@ -117,7 +117,7 @@ class StageRun:
         renewed: EnvironmentState = self._renew(environment, jnp.array(places), starts)
         return renewed
 
-    def policy(self, parameters: export.Parameters, provenance: Mapping[str, Any]) -> Policy:
+    def policy(self, parameters: export.NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
         """Return parameters as a policy."""
         return export.policy(self._recipe.name, self._task, parameters, provenance)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from aero.safety.interrupts import noted
 from train.recipe import Recipe
-from train.run import CHECKPOINTS, Listener, Order, Run
+from train.run import CHECKPOINTS, Listener, Order, TrainingRun
 from train.run_state import STATE, Standing, read_standing
 from train.stage_run import Backend
 
@@ -26,7 +26,7 @@ STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP
 """Signals that end a run."""
 
 
-class Ending(Enum):
+class StopReason(Enum):
     """Why a run ended."""
 
     DONE = "the recipe is done"
@@ -37,15 +37,15 @@ class Ending(Enum):
 class _StoppedError(Exception):
     """The run is to end, between two batches of physics."""
 
-    def __init__(self, ending: Ending) -> None:
+    def __init__(self, ending: StopReason) -> None:
         super().__init__(ending.value)
         self.ending = ending
 
 
-class Ended(NamedTuple):
+class TrainingEnd(NamedTuple):
     """How a run ended, and what it left."""
 
-    ending: Ending
+    ending: StopReason
     standing: Standing
 
 
@@ -70,7 +70,7 @@ def train(
     resume: bool = False,
     provenance: Mapping[str, Any] | None = None,
     told: Listener | None = None,
-) -> Ended:
+) -> TrainingEnd:
     """Train until the recipe's steps or the time are over, or a signal comes; nothing that was done is lost.
 
     The folder gets the curve, the parameters of every checkpoint, the best one of the stage as `<name>.npz`, and the
@@ -99,20 +99,20 @@ def train(
 
         def check() -> None:
             if heard:
-                raise _StoppedError(Ending.STOPPED)
+                raise _StoppedError(StopReason.STOPPED)
             if time.monotonic() >= deadline:
-                raise _StoppedError(Ending.TIME)
+                raise _StoppedError(StopReason.TIME)
 
         order = Order(recipe, backend, folder, threads, dict(provenance or {}), told or Listener(), check)
-        run = Run(order, standing)
-        ending = Ending.DONE
+        run = TrainingRun(order, standing)
+        ending = StopReason.DONE
         try:
             run.go(resume)
         except _StoppedError as stopped:
             ending = stopped.ending
         finally:  # what was reached is kept, whatever the ending
             run.keep()
-    return Ended(ending, run.standing)
+    return TrainingEnd(ending, run.standing)
 
 
 def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing:

@@ -10,10 +10,10 @@ import numpy as np
 from train.environment import Prices
 from train.ppo import averaged, batched
 from train.run_state import Standing
-from train.stage_run import Check, Reached, StageRun
+from train.stage_run import Reached, StageRun, StopCheck
 
 
-def updated(prepared: StageRun, standing: Standing, reached: Reached, check: Check) -> tuple[Standing, Reached]:
+def updated(prepared: StageRun, standing: Standing, reached: Reached, check: StopCheck) -> tuple[Standing, Reached]:
     """Return where a run stands after one more update.
 
     Nothing that goes in is changed, so that a run which `check` ends in the middle has still reached what it had.

@@ -27,6 +27,7 @@ PAGES = (
     "speed",
     "grasps",
     "training",
+    "lerobot",
 )
 """Modules of this package that have tables, each named as its page."""
 PHYSICS = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"

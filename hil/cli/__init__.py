@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import click
 
-from hil.cli.drawing_library import name_it
 from hil.cli.exits import OURS, Ended, Exit, interrupted, run
 from hil.cli.logs import log_nowhere, with_log
 
@@ -93,9 +95,29 @@ class LazyGroup(click.Group):
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
-        name_it()
+        _name_drawing_library()
         log_nowhere()
         run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
+
+
+GLFW_LIBRARY = "PYGLFW_LIBRARY"
+
+
+def _name_drawing_library() -> None:
+    """Name the library that MuJoCo draws with, where `glfw` brings one and none is named; other processes inherit it.
+
+    To be called before MuJoCo is imported.
+    """
+    # Left alone, glfw starts Python once more for each library that it finds. When a command is killed meanwhile, that
+    # second process leaves a traceback.
+    found = find_spec("glfw")
+    if found is None or GLFW_LIBRARY in os.environ:
+        return
+    variant = "wayland" if os.environ.get("XDG_SESSION_TYPE") == "wayland" else "x11"
+    for folder in found.submodule_search_locations or ():
+        library = Path(folder, variant, "libglfw.so")
+        if library.is_file():
+            os.environ[GLFW_LIBRARY] = str(library)
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -41,7 +41,11 @@ class StandardInput:
 @click.option("--port", help="Serve the servos on this serial port instead, to a physical master.")
 @click.option("--echo", is_flag=True, help="The terminal gives back what it sends, as some adapters do.")
 @click.option("--seed", default=0, show_default=True, help="Of the noise of currents.")
-@click.option("--orders", is_flag=True, help="Take orders from standard input: hold, let_go, silence, heat, supply.")
+@click.option(
+    "--orders",
+    is_flag=True,
+    help="Take orders from standard input and answer each: hold, silence, heat, peek ...",
+)
 def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool, seed: int, orders: bool) -> None:
     """Serve the servos of ROBOT, a TOML file, until it is interrupted.
 
@@ -72,6 +76,6 @@ class Orders:
         *lines, self._begun = (self._begun + data).split(b"\n")
         for line in filter(None, lines):
             try:
-                obey(self._robot, line.decode(errors="replace"))
-            except ValueError as error:
-                click.echo(str(error), err=True)
+                click.echo(obey(self._robot, line.decode(errors="replace")))
+            except (ValueError, OverflowError) as error:
+                click.echo(f"refused: {error}")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hil.targets.target import Target
     from model.scene import Cube
 
-Command = Callable[..., Any]
+AnyFunction = Callable[..., Any]
 
 FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, may be given several times; `aero-hil faults` lists the names."
 
@@ -150,7 +150,7 @@ class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from C
         return seconds
 
 
-def emulation(command: Command) -> Command:
+def emulation(command: AnyFunction) -> AnyFunction:
     """Add the options that choose an emulated hand, given to the command as one `hand: ChosenHand`."""
 
     def with_hand(
@@ -166,7 +166,7 @@ def emulation(command: Command) -> Command:
         chosen = ChosenHand(named, firmware, side, unit, seed, firmware_program, others.pop("hand_id", ""))
         return command(hand=chosen, **others)
 
-    wrapped: Command = update_wrapper(with_hand, command)
+    wrapped: AnyFunction = update_wrapper(with_hand, command)
     decorators = (
         click.option(
             "--firmware", type=click.Choice(FIRMWARE), default=DEFAULT_FIRMWARE, show_default=True, help="Version."
@@ -187,7 +187,7 @@ def emulation(command: Command) -> Command:
     return wrapped
 
 
-def target(command: Command) -> Command:
+def target(command: AnyFunction) -> AnyFunction:
     """Add `--hil` and `--hand-id` to the options of an emulated hand."""
     decorators = (
         click.option(

@@ -12,8 +12,8 @@ from aero.whole_file import write_whole
 from hil.cli.exits import Ended, Exit, given
 from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
-from hil.report.guard_margins import margins_left, nearest
 from hil.report.page import BYTES_ALONE, render_report
+from hil.verdict.margins import margins_left, nearest
 from hil.verdict.validation import judge_recordings
 
 

@@ -102,14 +102,14 @@ def train(
     told = run.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))
     try:
         if only_choose:
-            ended = training.Ended(training.Ending.DONE, read_standing(out))
+            ended = training.TrainingEnd(training.StopReason.DONE, read_standing(out))
         else:
             ended = training.train(
                 chosen, on, seed, out, minutes=minutes, threads=threads, resume=resume, provenance=made_with, told=told
             )
             done = f"{ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps"
             say(f"{ended.ending.value}: {done}, in {out}")
-        if ended.ending is training.Ending.DONE:
+        if ended.ending is training.StopReason.DONE:
             choose(chosen, out, ended.standing, units=units, threads=threads, say=say)
         else:
             bound = f" --steps {steps}" if steps else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
@@ -18,23 +18,25 @@ from rich.text import Text
 
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
+from hil.checks.shared.subjects import subject_words
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import Ended, Exit, ending, given
-from hil.cli.look import ask_on_terminal
 from hil.cli.options import ChosenHand
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
-from hil.cli.told import told
 from hil.cli.viewing import Audience, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.beside_paper import compared, table
+from hil.report.evidence import first_seen
 from hil.report.results import write_figures, write_results
-from hil.targets.onlooker import Onlooker
+from hil.targets.target import Onlooker, Question
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.run_end import FINISHED, RunEnd, Way
+from hil.verdict.next_step import cause_words, on_hand
+from hil.verdict.run_end import ended_at_closing
+from hil.verdict.run_summary import header_of, summary_of
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
 
@@ -104,16 +106,11 @@ def run(
                     progress=telling(audience, lambda done, doing: bar.update(task, completed=done, description=doing)),
                     on_result=kept,
                 )
-        except FaultNeverFiredError as error:  # known only once the hand is closed
+        # Known only when the hand is closed; what was measured stands.
+        except (FaultNeverFiredError, SafetyStopError) as error:
             if result is None or folder is None:
                 raise
-            reason = f"{str(error)[0].upper()}{str(error)[1:]}."
-            end = RunEnd(Way.NO_FAULT, reason=reason) if result.end is FINISHED else result.end
-            result = replace(result, end=replace(end, error=error))
-        except SafetyStopError as error:  # from the end of the hand: it may be closed, and what was measured stands
-            if result is None or folder is None:
-                raise
-            result = replace(result, end=replace(result.end, error=error))
+            result = replace(result, end=ended_at_closing(result.end, error))
         _show(result, audience)
         _print(console, result, folder)
         write_results(result, folder)
@@ -170,3 +167,52 @@ def _table(result: Result) -> Table:
         shown.add_row(SHORT_TITLES.get(row.title, row.title), *(c.ours for c in row.cells))
         shown.add_row("  paper", *(cell.paper for cell in row.cells), style="dim")
     return shown
+
+
+def ask_on_terminal(question: Question) -> str:
+    """Ask until there is an answer that fits.
+
+    Raises:
+        KeyboardInterrupt: at the end of the input, and on Ctrl-C.
+    """
+    click.echo(question.text)
+    try:
+        answer = click.prompt(question.legend, type=click.Choice(list(question.answers)), show_choices=False)
+    except click.Abort as error:
+        raise KeyboardInterrupt from error
+    return question.answers[answer]
+
+
+CAUSES = 3
+"""That are told."""
+
+
+def told(validation: Validation) -> Iterator[Text]:
+    """Yield a line for each thing that is told; none for a run in which nothing failed."""
+    summary, header = summary_of(validation), header_of(validation)
+    for finding in summary.unexplained:
+        yield _line("failed", f"{finding.sentence}. {finding.meaning} {finding.remedy}")
+    if summary.likeliest:
+        for finding in summary.explained:
+            yield _line("failed", f"{finding.sentence} ({cause_words(summary.likeliest.cause)})")
+    for cause in summary.causes[:CAUSES]:
+        where = "hand" if cause.channel is None else subject_words(cause.channel.label)
+        look = on_hand(cause.next_look, header) if header else cause.next_look
+        share = f"{cause.probability:.0%} {cause_words(cause.cause)} ({where}): {cause.meaning} {look}"
+        yield _line("perhaps", share)
+    if summary.where:
+        yield _line("where", summary.where)
+    if since := first_seen(validation, summary.likeliest):
+        yield _line("when", since.sentence)
+    if summary.likeliest:
+        yield _line("likely", f"{cause_words(summary.likeliest.cause)}, {summary.likeliest.probability:.0%}")
+    elif summary.unlike:
+        yield _line("likely", "none of the known causes: unlike every fault that was tried")
+    if summary.step:
+        yield _line("do this", summary.step.do)
+        if summary.step.command:
+            yield Text(f"        {summary.step.command}")
+
+
+def _line(label: str, text: str) -> Text:
+    return Text.assemble((f"{label:7}", "bold"), " ", text.replace("`", ""))

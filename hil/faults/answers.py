@@ -17,11 +17,11 @@ PERIOD_S = 0.1
 ENOUGH = 0x7FFF
 READS = (Instruction.READ, Instruction.SYNC_READ)
 
-Spoil = Callable[["Answer", float, Random], bytes]
+Spoil = Callable[["BusAnswer", float, Random], bytes]
 """What arrives of an answer, given the severity."""
 
 
-class Answer:
+class BusAnswer:
     """One servo's answer, and what was asked."""
 
     def __init__(self, data: bytes, address: int | None, now: float) -> None:
@@ -72,7 +72,7 @@ class SpoiledAnswers:
             assert fault.channel is not None
             if len(data) < 6 or data[2] != WIRE_ORDER.index(fault.channel):
                 continue
-            spoiled = EFFECTS[fault.name](Answer(data, self._address, self._kernel.now), fault.severity, random)
+            spoiled = EFFECTS[fault.name](BusAnswer(data, self._address, self._kernel.now), fault.severity, random)
             if spoiled != data:
                 self._fired(fault)
             data = spoiled
@@ -89,31 +89,31 @@ def _packets(train: bytes) -> Iterator[bytes]:
         yield train
 
 
-def _silent(answer: Answer, milliseconds: float, random: Random) -> bytes:
+def _silent(answer: BusAnswer, milliseconds: float, random: Random) -> bytes:
     return b"" if answer.now % PERIOD_S < milliseconds / 1000.0 else answer.data
 
 
-def _damaged(answer: Answer, share: float, random: Random) -> bytes:
+def _damaged(answer: BusAnswer, share: float, random: Random) -> bytes:
     if random.random() >= share:
         return answer.data
     return answer.data[:-1] + bytes((answer.data[-1] ^ 0xFF,))
 
 
-def _garbage(answer: Answer, share: float, random: Random) -> bytes:
+def _garbage(answer: BusAnswer, share: float, random: Random) -> bytes:
     if random.random() >= share:
         return answer.data
     return answer.with_register("present_position", lambda value: random.randrange(-ENOUGH, ENOUGH))
 
 
-def _coarse(answer: Answer, step: float, random: Random) -> bytes:
+def _coarse(answer: BusAnswer, step: float, random: Random) -> bytes:
     return answer.with_register("present_position", lambda value: round(round(value / step) * step))
 
 
-def _warmer(answer: Answer, celsius: float, random: Random) -> bytes:
+def _warmer(answer: BusAnswer, celsius: float, random: Random) -> bytes:
     return answer.with_register("present_temperature", lambda value: round(value + celsius))
 
 
-def _current(answer: Answer, factor: float, random: Random) -> bytes:
+def _current(answer: BusAnswer, factor: float, random: Random) -> bytes:
     return answer.with_register("present_current", lambda value: round(value * factor))
 
 

@@ -15,7 +15,7 @@ from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
 from hil.faults.fault import ALL, HOMED, ONCE, SWITCH, Fault, Kind
 
-Effect = Callable[[EmulatedHand, Fault], None]
+PutInto = Callable[[EmulatedHand, Fault], None]
 
 RUNS = "board_runs_"
 """Begins the name of a fault that says which version the board runs in truth."""
@@ -137,7 +137,7 @@ KINDS = (
         reason=HOMED,
     ),
 )
-EFFECTS: dict[str, Effect] = {
+EFFECTS: dict[str, PutInto] = {
     "board_restart": _restart,
     "power_cycle": _power_cycle,
     "board_hangs": _hang,

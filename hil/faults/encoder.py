@@ -16,14 +16,14 @@ from hil.faults.fault import ALL, HOMED, Fault, Kind
 from hil.faults.motor import Layered, shaft_of
 from hil.faults.shaft_layer import Floats, ShaftLayer
 
-Reading = Callable[[float, float], float]
+ReadingChange = Callable[[float, float], float]
 """What an encoder reads, rad, at a shaft angle, rad, and a time since it went wrong, s."""
 
 
 class Encoder(ShaftLayer):
     """An encoder that reads something else."""
 
-    def __init__(self, behind: Plant, shaft: int, reading: Reading) -> None:
+    def __init__(self, behind: Plant, shaft: int, reading: ReadingChange) -> None:
         super().__init__(behind, shaft)
         self._reading = reading
         self._since = 0.0
@@ -123,15 +123,15 @@ class Stays:
         return self._at
 
 
-def _quantised(step: float) -> Reading:
+def _quantised(step: float) -> ReadingChange:
     return lambda true, seconds: step * math.floor(true / step + 0.5)
 
 
-def _noisy(rms: float, random: Random) -> Reading:
+def _noisy(rms: float, random: Random) -> ReadingChange:
     return lambda true, seconds: true + random.gauss(0.0, rms)
 
 
-def _encoder(make: Callable[[float, Random], Reading]) -> Layered:
+def _encoder(make: Callable[[float, Random], ReadingChange]) -> Layered:
     return lambda plant, fault, unit, random: Encoder(plant, shaft_of(fault), make(fault.severity, random))
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 from aero.channels import CABLES, FINGERS, Channel
 
-Layer = Literal["hand", "servo", "bus", "firmware", "link", "host"]
+FaultLayer = Literal["hand", "servo", "bus", "firmware", "link", "host"]
 ALL = tuple(Channel)
 SWITCH = (1.0, 1.0, 1.0)
 """Severities of a fault that is there or not."""
@@ -30,8 +30,8 @@ __all__ = [
     "SHARE",
     "SWITCH",
     "Fault",
+    "FaultLayer",
     "Kind",
-    "Layer",
     "quantity",
 ]
 
@@ -71,7 +71,7 @@ class Kind:
     """What all faults of one name have in common: a row of the catalogue."""
 
     name: str
-    layer: Layer
+    layer: FaultLayer
     ids: tuple[str, ...]
     """Rows of the list of faults in docs/faults.md that it stands for, such as `D7`."""
     unit: str

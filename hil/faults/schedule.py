@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from random import Random
 
 from hil.faults.catalogue import CATALOGUE, checked
-from hil.faults.fault import Fault, Layer
+from hil.faults.fault import Fault, FaultLayer
 
 NEVER_FIRED = "never fired"
 
@@ -38,7 +38,7 @@ class Schedule:
                 both = [str(f) for f in self.faults if (CATALOGUE[f.name].excludes or f.name) == word]
                 raise ValueError(f"these faults cannot be combined on one hand: {', '.join(both)}; leave one out")
 
-    def of(self, *layers: Layer) -> tuple[Fault, ...]:
+    def of(self, *layers: FaultLayer) -> tuple[Fault, ...]:
         """Return the faults of some layers."""
         return tuple(fault for fault in self.faults if CATALOGUE[fault.name].layer in layers)
 

@@ -12,7 +12,7 @@ from firmware_emulator.servo.servo import Servo
 from hil.faults.fault import ALL, FINGERS, ONCE, SWITCH, Fault, Kind
 from hil.faults.motor import ALIKE, NEIGHBOUR
 
-Effect = Callable[[EmulatedHand, Fault], None]
+PutInto = Callable[[EmulatedHand, Fault], None]
 
 THUMB_ID_NEIGHBOUR = {
     Channel.THUMB_ABDUCTION: Channel.THUMB_CMC_FLEXION,
@@ -123,7 +123,7 @@ KINDS = (
         bounds=(0, 1023),
     ),
 )
-EFFECTS: dict[str, Effect] = {
+EFFECTS: dict[str, PutInto] = {
     "servo_missing": _missing,
     "servo_id_doubled": _double,
     "finger_ids_exchanged": _exchange,

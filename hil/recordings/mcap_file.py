@@ -25,9 +25,8 @@ from zstandard import ZstdError, frame_content_size
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file
-from hil.recordings.header_check import check
 from hil.recordings.mcap_writer import McapWriter
-from hil.recordings.recording import Event, Header, Recording, Series, Severity
+from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
 from hil.recordings.seal import digest
 from hil.targets.wire_log import Direction, WireRecord
 
@@ -308,7 +307,7 @@ def _header(record: Metadata, path: Path) -> Header:
             "use the aero-hil version that wrote it"
         )
     content = json.loads(record.metadata["header"])
-    check(content)
+    check_header(content)
     if record.metadata.get(DIGEST, digest(content)) != digest(content):
         raise UnusableFileError(f"{path} is damaged: its header does not fit its SHA-256")
     return Header(**content)

@@ -1,7 +1,9 @@
-"""What an experiment writes into while it runs."""
+"""What an experiment writes into while it runs: samples, bytes, and the lines that the program logs."""
 
 from __future__ import annotations
 
+import logging
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.recordings.log_lines import LogLines
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
@@ -34,6 +35,10 @@ _UNITS: dict[str, tuple[str, ...]] = {
 }
 SERIES_UNITS = _UNITS | {REHEARSAL + name: units for name, units in _UNITS.items()}
 """Every series an experiment may leave, with the units of its seven columns."""
+
+
+LOGGERS = ("aero", "hil")
+"""Packages whose lines are taken."""
 
 
 def silent(_done: float, _doing: str) -> None:
@@ -188,3 +193,42 @@ class Recorder:
             limits=target.limits,
             faults=" ".join(map(str, target.faults)),
         )
+
+
+class LogLines(logging.Handler):
+    """Hands lines of level INFO and above to a recording, those of the thread that makes it.
+
+    Other threads only look at the hand, and a recording is for one thread.
+    """
+
+    def __init__(self, keep: Callable[[str, Severity], None]) -> None:
+        """Prepare; nothing comes before `begin`."""
+        super().__init__(logging.INFO)
+        self._keep = keep
+        self._thread = threading.get_ident()
+        self._levels: dict[str, int] = {}
+        """What the loggers let through before, for `end`."""
+
+    def begin(self) -> None:
+        """Take lines from now on."""
+        for logger in map(logging.getLogger, LOGGERS):
+            self._levels[logger.name] = logger.level
+            logger.setLevel(min(logging.INFO, logger.getEffectiveLevel()))
+            logger.addHandler(self)
+
+    def end(self) -> None:
+        """Take no more lines; a second call does nothing."""
+        while self._levels:
+            name, level = self._levels.popitem()
+            logger = logging.getLogger(name)
+            logger.removeHandler(self)
+            logger.setLevel(level)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Hand one line over."""
+        if record.thread != self._thread:
+            return
+        if record.levelno >= logging.WARNING:
+            self._keep(record.getMessage(), "error" if record.levelno >= logging.ERROR else "warning")
+        else:
+            self._keep(record.getMessage(), "info")

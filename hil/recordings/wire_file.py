@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
-from aero.channels import WIRE_ORDER, Channel
 from aero.clock import Clock
-from aero.protocol import FILLER, FRAME_SIZE, Opcode
+from aero.driver import CURRENT_A_PER_UNIT
+from aero.protocol import FILLER, FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
 from hil.recordings.recorder import LABELS, SERIES_UNITS
@@ -26,8 +26,6 @@ from model.geometry import Side
 from model.units import DEFAULT_LIMITS
 
 SESSION = "session"
-CURRENT_A = 6.5e-3
-"""Of a unit of the current register, nominal (maker's memory table of the HLS3606M)."""
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
 """Series of readings, and the reply that brings them."""
 
@@ -106,7 +104,7 @@ def _frames(recording: Recording) -> Iterator[tuple[str, float, NDArray[np.float
         if record.direction == "to_hand":
             received, asked = b"", record.data[0]
             if asked == Opcode.CTRL_POS and len(record.data) == FRAME_SIZE:
-                yield "command_codes", record.t, _words(record.data)
+                yield "command_codes", record.t, unsigned_values(parse_reply(record.data)).astype(float)
             continue
         received += record.data
         if len(received) == FRAME_SIZE and received[:2] == bytes((asked, FILLER)) and asked in name_of:
@@ -114,12 +112,7 @@ def _frames(recording: Recording) -> Iterator[tuple[str, float, NDArray[np.float
 
 
 def _reading(name: str, frame: bytes) -> NDArray[np.float64]:
-    words = _words(frame)
-    return CURRENT_A * np.where(words > 0x7FFF, words - 0x10000, words) if name == "currents" else words
-
-
-def _words(frame: bytes) -> NDArray[np.float64]:
-    """Return the seven words of a frame in command order."""
-    ordered = np.empty(len(Channel))
-    ordered[list(WIRE_ORDER)] = np.frombuffer(frame, "<u2", offset=2)
-    return ordered
+    reply = parse_reply(frame)
+    if name == "currents":
+        return CURRENT_A_PER_UNIT * signed_values(reply).astype(np.float64)
+    return unsigned_values(reply).astype(np.float64)

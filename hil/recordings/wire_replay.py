@@ -13,22 +13,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import WIRE_ORDER, Channel
-from aero.protocol import FRAME_SIZE
+from aero.channels import Channel
+from aero.protocol import FRAME_SIZE, Opcode, parse_reply, unsigned_values
 from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recorder import Progress, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
-GET_POS = 0x22
-"""Opcode of a position request and its reply."""
 LAST_REPLY_S = 0.1
 """Time the last request gets, s."""
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ReplyComparison:
     """Two recordings of the same requests."""
 
     requests: int
@@ -71,7 +69,7 @@ def replay(recording: Recording, target: Target, *, progress: Progress = silent)
     return Recording(header, {}, target.wire.since(mark, start))
 
 
-def compare_replies(first: Recording, second: Recording) -> Comparison:
+def compare_replies(first: Recording, second: Recording) -> ReplyComparison:
     """Compare, request by request, what two hands answered to the same bytes.
 
     Raises:
@@ -84,10 +82,14 @@ def compare_replies(first: Recording, second: Recording) -> Comparison:
             "compare a recording with a replay of it"
         )
     pairs = [(a, b) for (_, a), (_, b) in zip(one, other, strict=True)]
-    positions = [(_words(a), _words(b)) for a, b in pairs if len(a) == len(b) == FRAME_SIZE and a[0] == b[0] == GET_POS]
-    difference = np.array([a - b for a, b in positions]).reshape(-1, len(Channel))
+    readings = [
+        [unsigned_values(parse_reply(frame)).astype(float) for frame in pair]
+        for pair in pairs
+        if len(pair[0]) == len(pair[1]) == FRAME_SIZE and pair[0][0] == pair[1][0] == Opcode.GET_POS
+    ]
+    difference = np.array([a - b for a, b in readings]).reshape(-1, len(Channel))
     rms = np.sqrt(np.mean(np.square(difference), axis=0)) if len(difference) else np.full(len(Channel), np.nan)
-    return Comparison(len(pairs), sum(a == b for a, b in pairs), rms)
+    return ReplyComparison(len(pairs), sum(a == b for a, b in pairs), rms)
 
 
 def replies(wire: tuple[WireRecord, ...]) -> list[tuple[bytes, bytes]]:
@@ -99,14 +101,6 @@ def replies(wire: tuple[WireRecord, ...]) -> list[tuple[bytes, bytes]]:
         elif found:
             found[-1] = (found[-1][0], found[-1][1] + record.data)
     return found
-
-
-def _words(reply: bytes) -> NDArray[np.float64]:
-    """Return the seven words of a reply in command order."""
-    words = np.frombuffer(reply, "<u2", offset=2).astype(float)
-    ordered = np.empty(len(Channel))
-    ordered[list(WIRE_ORDER)] = words
-    return ordered
 
 
 def _read_until(target: Target, t: float) -> None:

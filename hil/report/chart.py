@@ -60,7 +60,7 @@ class Scale:
 
 
 @dataclass(frozen=True)
-class Box:
+class ChartBox:
     """A filled area behind the traces, in the units of the scales."""
 
     start: float
@@ -79,7 +79,7 @@ class Chart:
     traces: tuple[ChartTrace, ...]
     title: str = ""
     right: Scale | None = None
-    boxes: tuple[Box, ...] = ()
+    boxes: tuple[ChartBox, ...] = ()
 
 
 def fitted(values: Iterable[Floats], label: str = "") -> Scale:

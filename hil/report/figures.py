@@ -10,12 +10,25 @@ from functools import partial
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS
 from hil.recordings.recording import Recording
-from hil.report import lanes
 from hil.report.chart import Chart
 from hil.report.chart_svg import INK, chart_svg
 from hil.report.evidence import figure_name
-from hil.report.lanes import Lanes, Mark, lanes_chart
-from hil.report.plots import COMMAND, HAND, MODEL, RESIDUAL, panels, thumb_chart
+from hil.report.plots import (
+    COMMAND,
+    CURRENTS,
+    FOUND,
+    HAND,
+    MODEL,
+    POSITIONS,
+    RESIDUAL,
+    SIDE_BY_SIDE,
+    TEMPERATURES,
+    Lanes,
+    Mark,
+    lanes_chart,
+    panels,
+    thumb_chart,
+)
 
 COLOURS = {
     INK: "ink",
@@ -23,7 +36,7 @@ COLOURS = {
     MODEL: "simulator",
     HAND: "reading",
     RESIDUAL: "residual",
-    lanes.FOUND: "found",
+    FOUND: "found",
 }
 """Colour in a figure to the page's variable for it."""
 BACKGROUND = re.compile(r"fill: #ffffff")
@@ -52,12 +65,12 @@ class Drawn:
 
 
 MEANINGS = {
-    lanes.POSITIONS: "What each encoder reads, and in grey what was commanded. A lane that stays flat did not follow.",
-    lanes.CURRENTS: (
+    POSITIONS: "What each encoder reads, and in grey what was commanded. A lane that stays flat did not follow.",
+    CURRENTS: (
         "What each servo says it draws; the sign is the way its motor turns. A loose or torn cable draws next to none."
     ),
-    lanes.TEMPERATURES: "Whole degrees, as each servo reports them. All should rise alike, and slowly.",
-    lanes.SIDE_BY_SIDE: (
+    TEMPERATURES: "Whole degrees, as each servo reports them. All should rise alike, and slowly.",
+    SIDE_BY_SIDE: (
         "One stream (grey) on simulator (red) and hand (blue). The shapes should agree; a shift to the right is delay."
     ),
 }
@@ -70,10 +83,10 @@ ABDUCTION_NOTE = (
     "abduction it passes the palm."
 )
 LANES: dict[str, Lanes] = {
-    "positions": lanes.POSITIONS,
-    "currents": lanes.CURRENTS,
-    "temperatures": lanes.TEMPERATURES,
-    "side_by_side": lanes.SIDE_BY_SIDE,
+    "positions": POSITIONS,
+    "currents": CURRENTS,
+    "temperatures": TEMPERATURES,
+    "side_by_side": SIDE_BY_SIDE,
 }
 """Drawings that show one series of all seven channels, by the name that a check's `drawn` gives them."""
 

@@ -17,14 +17,14 @@ from model import geometry
 from model.geometry.elements import Link
 from model.routed import build_routed
 
-State = Literal["pass", "fail", "partly", "none"]
-WORDS: dict[State, str] = {
+DigitState = Literal["pass", "fail", "partly", "none"]
+WORDS: dict[DigitState, str] = {
     "pass": "all checks passed",
     "fail": "checks failed",
     "partly": "passed until the run was broken off",
     "none": "not judged",
 }
-MARKS: dict[State, str] = {"pass": "\u2713", "fail": "\u2717", "partly": "\u25d0", "none": "\u2013"}
+MARKS: dict[DigitState, str] = {"pass": "\u2713", "fail": "\u2717", "partly": "\u25d0", "none": "\u2013"}
 """Beside each name, so that no verdict is told by colour alone."""
 
 POSE = {Joint.THUMB_ABDUCTION: 0.9, Joint.THUMB_CMC: 0.25}
@@ -71,7 +71,7 @@ class Outline:
 class ChannelVerdict:
     """What a run says about one channel."""
 
-    state: State
+    state: DigitState
     failed: int
     checks: int
 
@@ -93,7 +93,7 @@ def verdicts(findings: Iterable[Finding], *, finished: bool) -> dict[Channel, Ch
     }
 
 
-def _state(passed: list[bool], *, finished: bool) -> State:
+def _state(passed: list[bool], *, finished: bool) -> DigitState:
     if not passed:
         return "none"
     if not all(passed):

@@ -17,14 +17,13 @@ from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.wire_file import with_series
 from hil.report.beside_paper import compared, notes, table, text_rows
-from hil.report.evidence import Evidence, by_finding
+from hil.report.evidence import Evidence, by_finding, first_seen
 from hil.report.figures import Drawn, figures_of, traces_of
-from hil.report.first_seen import first_seen
-from hil.report.guard_margins import margins_left
-from hil.report.hand_picture import MARKS, WORDS, State, outline, thumb_heights, verdicts
-from hil.report.lanes import Mark
+from hil.report.hand_picture import MARKS, WORDS, DigitState, outline, thumb_heights, verdicts
+from hil.report.plots import Mark
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.margins import margins_left
 from hil.verdict.next_step import cause_words, on_hand
 from hil.verdict.run_summary import summary_of
 from hil.verdict.sight import load_sight
@@ -34,7 +33,7 @@ BYTES_ALONE = (
     "them, so the driver's order, scale and sign are not judged."
 )
 """Of a recording that `emulate` or `proxy` made."""
-Verdict = Literal["pass", "fail", "broken"]
+RunVerdict = Literal["pass", "fail", "broken"]
 
 
 @dataclass(frozen=True)
@@ -138,13 +137,13 @@ def marked(text: str) -> Markup:
     )
 
 
-def _verdict(validation: Validation) -> Verdict:
+def _verdict(validation: Validation) -> RunVerdict:
     if validation.end.cut:
         return "broken"
     return "pass" if validation.passed else "fail"
 
 
-def _states(validation: Validation, *, finished: bool) -> list[State]:
+def _states(validation: Validation, *, finished: bool) -> list[DigitState]:
     """Return the verdicts that the picture of this run has, for its legend."""
     found = {verdict.state for verdict in verdicts(validation.findings, finished=finished).values()}
     return [state for state in WORDS if state in found]

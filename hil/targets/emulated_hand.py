@@ -1,24 +1,29 @@
-"""An emulated hand put together: a unit's mechanics behind the electronics of one firmware."""
+"""An emulated hand put together: a unit's mechanics behind the electronics of one firmware, and its link to a host."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from random import Random
 from typing import Any, Literal
 
+from aero import AeroHand
+from aero.channels import Channel
+from aero.clock import Clock
 from aero.transport import Transport
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import EmulatedHand, Start
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.plant import Plant
 from hil.faults.faulty_hand import FaultyHand, build_faulty
-from hil.faults.host import HeldUp, Unplugged
+from hil.faults.host import HeldUp, Passing, Unplugged
 from hil.faults.schedule import Schedule
 from model import BuiltHandPlant
 from model.cube_plant import CubePlant
 from model.scene import Cube
 from model.units import Unit
+from model.units.conditions import Conditions
 
 Rewire = Callable[[Plant], Plant]
 """Puts something between the servos' shafts and the mechanics, as a builder who mixes up two cables does."""
@@ -75,3 +80,36 @@ def host_link(electronics: EmulatedHand, schedule: Schedule) -> Transport:
             fired=partial(schedule.fire, fault),
         )
     return link
+
+
+class LateHost(Passing):
+    """A program that comes to write later than it meant to, each time."""
+
+    def __init__(self, behind: Transport, clock: Clock, late_s: float, random: Random) -> None:
+        """Be late by half of `late_s` to all of it (s)."""
+        super().__init__(behind)
+        self._clock, self._late_s, self._random = clock, late_s, random
+
+    def write(self, data: bytes) -> None:
+        """Send all of `data`, late."""
+        self._clock.sleep_until(self._clock.now() + self._random.uniform(0.5, 1.0) * self._late_s)
+        super().write(data)
+
+
+def found_as(conditions: Conditions, link: Transport, clock: Clock, *, settable: bool, seed: int) -> Transport:
+    """Return the link as a program under conditions has it; limits of an earlier program are on the board then.
+
+    Args:
+        conditions: what is found.
+        link: to a hand that nothing moves.
+        clock: of the hand.
+        settable: whether the firmware takes speed and torque limits.
+        seed: of the host's lateness.
+    """
+    earlier = AeroHand(link, clock)
+    for channel in Channel if settable else ():
+        if conditions.speed is not None:
+            earlier.set_speed(channel, conditions.speed)
+        if conditions.torque is not None:
+            earlier.set_torque(channel, conditions.torque)
+    return LateHost(link, clock, conditions.late_s, Random(seed)) if conditions.late_s else link

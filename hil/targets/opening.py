@@ -23,8 +23,7 @@ from firmware_emulator.hand import EmulatedHand
 from hil.faults.fault import Fault
 from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
-from hil.targets.emulated_hand import build_emulated, host_link
-from hil.targets.found_as import found_as
+from hil.targets.emulated_hand import build_emulated, found_as, host_link
 from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
 from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
@@ -105,12 +104,14 @@ def open_target(
     program = Path(firmware_program) if firmware_program is not None else None
     found = conditions or Conditions()
     built = found.applied(unit_named(unit)) if conditions else unit_named(unit)
-    request = Request(target, codec, version, hand, built, seed, guard, hand_id, program, homed, schedule, cube, found)
+    request = OpenRequest(
+        target, codec, version, hand, built, seed, guard, hand_id, program, homed, schedule, cube, found
+    )
     return kinds.get(target, _physical)(request)
 
 
 @dataclass(frozen=True)
-class Request:
+class OpenRequest:
     """What was asked of `open_target`, checked."""
 
     name: str
@@ -141,11 +142,11 @@ class Request:
         return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
 
-Opener = Callable[[Request], AbstractContextManager[Target]]
+Opener = Callable[[OpenRequest], AbstractContextManager[Target]]
 
 
 @contextmanager
-def _emulated(request: Request) -> Iterator[Target]:
+def _emulated(request: OpenRequest) -> Iterator[Target]:
     electronics, plant = build_emulated(
         request.unit,
         firmware=request.firmware,
@@ -162,7 +163,9 @@ def _emulated(request: Request) -> Iterator[Target]:
 
 
 @contextmanager
-def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlant, link: Transport) -> Iterator[Target]:
+def in_process(
+    request: OpenRequest, electronics: EmulatedHand, plant: BuiltHandPlant, link: Transport
+) -> Iterator[Target]:
     """Make a target of an emulated hand in this process and the link to it."""
     clock = electronics.clock
     settable = firmware_of(request.firmware).settings is not None
@@ -175,7 +178,7 @@ def in_process(request: Request, electronics: EmulatedHand, plant: BuiltHandPlan
 
 
 @contextmanager
-def _pty(request: Request) -> Iterator[Target]:
+def _pty(request: OpenRequest) -> Iterator[Target]:
     served = serve_in_process(
         firmware=request.firmware,
         hand=request.side,
@@ -191,7 +194,7 @@ def _pty(request: Request) -> Iterator[Target]:
 
 
 @contextmanager
-def _physical(request: Request) -> Iterator[Target]:
+def _physical(request: OpenRequest) -> Iterator[Target]:
     with _serial(request, request.name) as (hand, clock, wire):
         known = request.hand_id or serial_number(request.name)
         yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS, hand_id=known)
@@ -204,7 +207,7 @@ def serial_number(port: str) -> str:
 
 
 @contextmanager
-def _serial(request: Request, port: str) -> Iterator[tuple[Hand, Clock, WireLog]]:
+def _serial(request: OpenRequest, port: str) -> Iterator[tuple[Hand, Clock, WireLog]]:
     try:
         transport = SerialTransport.open(port)
     except (ConnectionError, ValueError) as error:

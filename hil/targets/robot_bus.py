@@ -7,7 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firmware_emulator.links.in_process import BusLink
+from firmware_emulator.servo.encoding import encode_signed
 from firmware_emulator.servo.frame import Mounting
+from firmware_emulator.servo.model_file import Register
 from firmware_emulator.servo.servo import Servo
 from firmware_emulator.servo_chain import MountedServo, ServoChain
 from hil.targets.robot_file import Robot, read_robot
@@ -81,6 +83,29 @@ class RobotBus:
         for one in self._servos(servo):
             one.heat_to(celsius)
 
+    def late(self, seconds: float) -> None:
+        """Let the next answers, of whatever servos, arrive this much later than they should."""
+        self.chain.bus.late_s = seconds
+
+    def peek(self, servo: int, register: str) -> int:
+        """Return what a register of the first servo of an ID holds, refreshed."""
+        one = self._servos(servo)[0]
+        row = self._register(one, register)
+        one.read(row.address, row.size)
+        return one.memory.get(register)
+
+    def poke(self, servo: int, register: str, value: int) -> None:
+        """Write a register of all servos of an ID, as over the bus."""
+        for one in self._servos(servo):
+            row = self._register(one, register)
+            word = encode_signed(value, row.sign_bit) if row.sign_bit else value
+            one.write(row.address, word.to_bytes(row.size, one.model.byte_order))
+
+    def power_cycle(self) -> None:
+        """Take the power away and give it back."""
+        for one in self.chain.servos:
+            one.power_up()
+
     def supply(self, volts: float) -> None:
         """Let all servos measure another supply (V); their motors turn as before."""
         self.chain.supply(volts)
@@ -91,6 +116,13 @@ class RobotBus:
             raise ValueError(f"no joint {joint!r}; it has {', '.join(joints)}")
         return joints[joint]
 
+    def _register(self, servo: Servo, name: str) -> Register:
+        if name not in servo.model.registers:
+            raise ValueError(
+                f"no register {name!r} in an {servo.model.name}; it has {', '.join(servo.model.registers)}"
+            )
+        return servo.model.registers[name]
+
     def _servos(self, number: int) -> list[Servo]:
         found = [servo for servo in self.chain.servos if servo.id == number]
         if not found:
@@ -98,25 +130,30 @@ class RobotBus:
         return found
 
 
-ORDERS: dict[str, tuple[str, Callable[[RobotBus, str, float], None]]] = {
-    "hold": ("JOINT DEGREES", lambda robot, joint, angle: robot.hold(joint, angle)),
-    "let_go": ("JOINT 0", lambda robot, joint, _: robot.let_go(joint)),
-    "silence": ("ID SECONDS", lambda robot, servo, seconds: robot.silence(int(servo), seconds)),
-    "heat": ("ID CELSIUS", lambda robot, servo, celsius: robot.heat(int(servo), celsius)),
-    "supply": ("all VOLTS", lambda robot, _, volts: robot.supply(volts)),
+ORDERS: dict[str, tuple[str, Callable[..., object]]] = {
+    "hold": ("JOINT DEGREES", lambda robot, joint, angle: robot.hold(joint, float(angle))),
+    "let_go": ("JOINT", lambda robot, joint: robot.let_go(joint)),
+    "silence": ("ID SECONDS", lambda robot, servo, seconds: robot.silence(int(servo), float(seconds))),
+    "late": ("SECONDS", lambda robot, seconds: robot.late(float(seconds))),
+    "heat": ("ID CELSIUS", lambda robot, servo, celsius: robot.heat(int(servo), float(celsius))),
+    "supply": ("VOLTS", lambda robot, volts: robot.supply(float(volts))),
+    "power_cycle": ("", lambda robot: robot.power_cycle()),
+    "peek": ("ID REGISTER", lambda robot, servo, name: robot.peek(int(servo), name)),
+    "poke": ("ID REGISTER VALUE", lambda robot, servo, name, value: robot.poke(int(servo), name, int(value))),
+    "now": ("", lambda robot: robot.chain.clock.now()),
 }
-"""What a line of text may order: word, how it goes on, effect."""
+"""What a line of text may order: word, how it goes on, effect and answer."""
 
 
-def obey(robot: RobotBus, line: str) -> None:
-    """Carry out one line, a word of `ORDERS`, a name and a number.
+def obey(robot: RobotBus, line: str) -> str:
+    """Carry out one line, a word of `ORDERS` and what follows it; return its answer, `done` where it has none.
 
     Raises:
         ValueError: it is no order, or names nothing of this robot; the message says what is.
     """
-    known = "; ".join(f"{word} {rest}" for word, (rest, _) in ORDERS.items())
-    parts = line.split()
-    if len(parts) != 3 or parts[0] not in ORDERS:
+    word, *rest = line.split() or [""]
+    if word not in ORDERS or len(rest) != len(ORDERS[word][0].split()):
+        known = "; ".join(f"{word} {rest}".strip() for word, (rest, _) in ORDERS.items())
         raise ValueError(f"{line.strip()!r} is no order; orders are: {known}")
-    word, name, number = parts
-    ORDERS[word][1](robot, name, float(number))
+    answer = ORDERS[word][1](robot, *rest)
+    return "done" if answer is None else str(answer)

@@ -6,7 +6,7 @@ An experiment sees a `Target` and never asks which kind it is. What only some ta
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -44,6 +44,31 @@ class GroundTruth:
     """The mechanics: joint angles, cable tensions, slack."""
     electronics: EmulatedHand
     """Board, bus and servos."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """One question about a motion that was just shown; the hand is open while it is asked."""
+
+    text: str
+    legend: str
+    """The answers, for people."""
+    answers: Mapping[str, str]
+    """What may be answered, to what it means."""
+    motion: str = ""
+    """What the progress called the motion that it is about; empty for the hand as it stands."""
+
+
+@dataclass(frozen=True)
+class Onlooker:
+    """Capability: somebody who looks at the hand and answers questions, for what no encoder can see."""
+
+    answer: Callable[[Question], str]
+    """Returns a value of the question's `answers`; raises `KeyboardInterrupt` when nobody answers any more."""
+
+
+class LookEndedError(KeyboardInterrupt):
+    """The person ended the look; the hand was opened."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from aero.firmware import DEFAULT_FIRMWARE
 from hil.checks import Measured
 from hil.faults import CATALOGUE, Fault
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import Diagnosis, Explanation
 from hil.verdict.limits import Limit
 from hil.verdict.locate import MISTAKEN, OLDER_FIRMWARE, channels_off, driver_mistaken, older_firmware, windows_moved
@@ -25,7 +25,7 @@ KEPT = 5
 def diagnose(
     numbers: Mapping[str, Measured],
     limits: Sequence[Limit],
-    ending: Ending,
+    ending: EndSignature,
     firmware: str = DEFAULT_FIRMWARE,
     others: Mapping[str, Sequence[Limit]] = MappingProxyType({}),
 ) -> Diagnosis:

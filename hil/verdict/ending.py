@@ -31,7 +31,7 @@ HAND_STOPS = {
 
 
 @dataclass(frozen=True)
-class Ending:
+class EndSignature:
     """What ended a run."""
 
     error: str = ""

@@ -10,7 +10,7 @@ from aero.actuation.window import SHIFT_CLOSING
 from aero.channels import Channel
 from aero.safety import SafetyStopError
 from hil.checks import DRIVER, Measured
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import Diagnosis, Effect, Explanation, LikelyEffect, Place, Whereabouts
 from hil.verdict.signature import Key, out_of_limits
 
@@ -58,7 +58,7 @@ LIMIT_UNANSWERED = re.compile(r"no reply to SET_(SPE|TOR)\b")
 """The driver's words for a limit that a board does not know; the guard sends one before the first motion."""
 
 
-def older_firmware(excesses: Mapping[Key, float], ending: Ending) -> bool:
+def older_firmware(excesses: Mapping[Key, float], ending: EndSignature) -> bool:
     """Return whether the board does not know limits, while no other reply was lost and it did not restart.
 
     Args:

@@ -25,7 +25,7 @@ FRESH_S = 0.1
 """Age of the last positions and currents up to which what they say can be acted on, s."""
 ANSWERED = frozenset({Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP, Opcode.SET_SPE, Opcode.SET_TOR})
 """Requests that a board answers at once; homing may take a minute."""
-Event = tuple[
+SignalEvent = tuple[
     float,
     Literal["command", "torque", "positions", "currents", "temperatures", "asked", "answered", "search"],
     Floats | None,
@@ -33,9 +33,9 @@ Event = tuple[
 """Time, s, what happened, and its values, (7,) in command order: shares of the window, A or °C."""
 
 
-def events(wire: Iterable[WireRecord]) -> list[Event]:
+def events(wire: Iterable[WireRecord]) -> list[SignalEvent]:
     """Return what crossed the link, in order; a reply is taken for that of the oldest request that it can answer."""
-    found: list[Event] = []
+    found: list[SignalEvent] = []
     pending: list[int] = []
     buffer = bytearray()
     for t, direction, data in wire:
@@ -90,7 +90,7 @@ class _State:
     last: bytes = b""
     commands: deque[tuple[float, Floats]] = field(default_factory=deque)
 
-    def take(self, event: Event) -> None:
+    def take(self, event: SignalEvent) -> None:
         """Take what happened next."""
         t, what, values = event
         if what == "asked":

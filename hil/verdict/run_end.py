@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
+from aero.safety import SafetyStopError
+from hil.faults import FaultNeverFiredError
 from hil.recordings.recording import Recording
 from hil.verdict.findings import Finding
 
@@ -70,6 +72,15 @@ class Way(Enum):
         "What was measured is that of a hand without it.",
     )
     """A fault that was asked for never had an effect: what was measured stands, a verdict does not."""
+    NOT_OPENED = (
+        "opening",
+        "stopped",
+        "open and weak at the end",
+        "the guard",
+        "{reason}",
+        "Look at the hand before anything else. What was measured stands.",
+    )
+    """Everything was run, and the guard could not leave the hand open and weak as it does after every program."""
 
 
 @dataclass(frozen=True)
@@ -106,3 +117,12 @@ def broken_off(experiment: str, error: BaseException, cut: tuple[Recording, ...]
     """Return the end of a run whose experiment an error ended."""
     way = Way.PERSON if isinstance(error, (KeyboardInterrupt, SystemExit)) else Way.DRIVER
     return RunEnd(way, experiment, str(error), error, cut)
+
+
+def ended_at_closing(end: RunEnd, error: FaultNeverFiredError | SafetyStopError) -> RunEnd:
+    """Return the end of a run when closing its hand ended with an error; how its experiments ended stays."""
+    if end is not FINISHED:
+        return replace(end, error=error)
+    way = Way.NO_FAULT if isinstance(error, FaultNeverFiredError) else Way.NOT_OPENED
+    reason = f"{str(error)[0].upper()}{str(error)[1:]}".rstrip(".")
+    return RunEnd(way, reason=f"{reason}.", error=error)

@@ -46,7 +46,7 @@ def signature(found: Places, channel: Channel | None) -> dict[str, float]:
     """Return a run's signature as seen from a channel, or from the whole hand when None.
 
     Args:
-        found: places of the run's readings, and of its ending where it has one (`Ending.places`).
+        found: places of the run's readings, and of its ending where it has one (`EndSignature.places`).
         channel: the suspect.
     """
     features: dict[str, float] = {}

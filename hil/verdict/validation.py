@@ -18,7 +18,7 @@ from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.baseline import load, regressions
 from hil.verdict.diagnose import diagnose
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import HEALTHY, Diagnosis
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
@@ -209,7 +209,7 @@ def _diagnosed(done: Validation, limits: tuple[Limit, ...]) -> Diagnosis:
         failed(result.findings) for name, result in done.judged.items() if name not in asking
     ):
         return HEALTHY
-    ending = Ending.of(done.end)
+    ending = EndSignature.of(done.end)
     if not done.results:
         return diagnose(numbers, limits, ending)
     header = next(iter(done.results.values())).recording.header

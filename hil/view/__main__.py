@@ -12,7 +12,7 @@ import threading
 import time
 from queue import SimpleQueue
 
-from hil.view.frame import End, Frame, Heading, Message, Note, Verdicts, message
+from hil.view.frame import Heading, Message, Note, Verdicts, ViewEnd, ViewFrame, message
 from hil.view.web_page import Page, keep_up
 
 POLITENESS = 10
@@ -21,14 +21,14 @@ RELOAD_S = 3.0
 """Time without any browser after which all have gone, and none is merely loading the page again, s."""
 
 
-class Session:
+class PageSession:
     """One page and what comes for it."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
         self._came: SimpleQueue[Message | None] = SimpleQueue()
         """None at the end of the input."""
-        self._end: End | None = None
+        self._end: ViewEnd | None = None
         self._closed = self._looked_at = False
         self._last_seen = time.monotonic()
 
@@ -53,13 +53,13 @@ class Session:
 
     def _show(self, came: Message | None) -> None:
         match came:
-            case Frame():
+            case ViewFrame():
                 self._page.add([came])
             case Note():
                 self._page.note(came)
             case Verdicts():
                 self._page.verdicts(came)
-            case End():
+            case ViewEnd():
                 self._end = came
                 self._page.end()
                 # Without anybody who looks, and nobody to wait for, there is no reload to wait for either.
@@ -75,7 +75,7 @@ def main() -> None:
         os.nice(POLITENESS)
     page = Page(Heading(**json.loads(sys.stdin.readline())))
     print("ready", page.url, flush=True)
-    session = Session(page)
+    session = PageSession(page)
     threading.Thread(target=session.read, daemon=True).start()
     keep_up(page, session.going_on)
     page.close()

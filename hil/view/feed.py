@@ -15,7 +15,7 @@ from dataclasses import asdict
 from queue import Empty, SimpleQueue
 from typing import IO
 
-from hil.view.frame import End, Heading, Message, Note, Severity, Verdicts
+from hil.view.frame import Heading, Message, Note, Severity, Verdicts, ViewEnd
 from hil.view.sources import Source
 
 LOOKS_PER_S = 30.0
@@ -80,7 +80,7 @@ class Feed:
         Args:
             stay: wait for a first browser too.
         """
-        self._messages.put(End(stay))
+        self._messages.put(ViewEnd(stay))
         self._ended.set()
         try:
             self._process.wait()

@@ -34,7 +34,7 @@ class Heading:
 
 
 @dataclass(frozen=True)
-class Frame:
+class ViewFrame:
     """One instant. Arrays over channels are in command order; NaN stands for what is not known."""
 
     t: float
@@ -96,7 +96,7 @@ class Verdicts:
 
 
 @dataclass(frozen=True)
-class End:
+class ViewEnd:
     """Nothing more comes."""
 
     stay: bool
@@ -107,7 +107,7 @@ class End:
         return _line("end", asdict(self))
 
 
-Message = Frame | Note | Verdicts | End
+Message = ViewFrame | Note | Verdicts | ViewEnd
 
 
 def message(line: str) -> Message:
@@ -115,8 +115,8 @@ def message(line: str) -> Message:
     ((kind, body),) = json.loads(line).items()
     if kind == "verdicts":
         return Verdicts(body["passed"], tuple(body["failed"]))
-    read: dict[str, Callable[..., Message]] = {"note": Note, "end": End}
-    return Frame.of(body) if kind == "frame" else read[kind](**body)
+    read: dict[str, Callable[..., Message]] = {"note": Note, "end": ViewEnd}
+    return ViewFrame.of(body) if kind == "frame" else read[kind](**body)
 
 
 def _line(kind: str, body: dict[str, Any]) -> str:

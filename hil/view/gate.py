@@ -17,7 +17,7 @@ import websockets.asyncio.server
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-Answer = Callable[[ServerConnection, Request], Response | None]
+HttpAnswer = Callable[[ServerConnection, Request], Response | None]
 TOKEN_BYTES = 16
 """As many as a random UUID has, and more than can be tried."""
 
@@ -41,7 +41,7 @@ def only_with(token: str) -> Iterator[None]:
     start = websockets.asyncio.server.serve
     started = []
 
-    def serve(*arguments: Any, process_request: Answer, **settings: Any) -> Any:
+    def serve(*arguments: Any, process_request: HttpAnswer, **settings: Any) -> Any:
         started.append(True)
         return start(*arguments, process_request=_asking_for(token, process_request), **settings)
 
@@ -54,7 +54,7 @@ def only_with(token: str) -> Iterator[None]:
         raise RuntimeError("this version of viser starts its server in another way, and its page would ask no token")
 
 
-def _asking_for(token: str, answer: Answer) -> Answer:
+def _asking_for(token: str, answer: HttpAnswer) -> HttpAnswer:
     def asked(connection: ServerConnection, request: Request) -> Response | None:
         path, _, query = request.path.partition("?")
         given, _, rest = path.removeprefix("/").partition("/")

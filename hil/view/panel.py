@@ -11,8 +11,8 @@ from jinja2 import Environment, PackageLoader
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
-from hil.view.frame import Frame, Heading, Note, Verdicts
-from hil.view.posed_hand import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
+from hil.view.frame import Heading, Note, Verdicts, ViewFrame
+from hil.view.scene import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
 from model.appearance import PULLEY_RGBA
 
 TEMPLATES = Environment(
@@ -48,7 +48,7 @@ def title(channel: Channel) -> str:
     return f"Thumb {THUMB_NAMES[channel]}" if channel in THUMB_NAMES else channel.label.capitalize()
 
 
-def numbers(heading: Heading, frame: Frame, state: str) -> str:
+def numbers(heading: Heading, frame: ViewFrame, state: str) -> str:
     """Return the table of all channels at one instant, with the legend of the drawn hand."""
     legend = [(TAUT, "taut cable"), (SLACK, "slack cable"), (UNSEEN, "cable, tension not known")]
     known = bool(np.isfinite(frame.loose).any())
@@ -69,7 +69,7 @@ def found(verdicts: Verdicts | None, notes: Sequence[Note]) -> str:
     return TEMPLATES.get_template("found.html").render(verdicts=verdicts, notes=notes[-LAST_NOTES:])
 
 
-def _row(frame: Frame, channel: Channel) -> TableRow:
+def _row(frame: ViewFrame, channel: Channel) -> TableRow:
     loose, tension = float(frame.loose[channel]), float(frame.tensions[channel])
     cable, colour = "", ""
     if not math.isnan(loose):

@@ -22,14 +22,14 @@ from firmware_emulator.servo.parameters import CURRENT_UNIT_MA
 from hil.recordings.recording import Recording
 from hil.targets.target import GroundTruth, Target
 from hil.targets.wire_log import WireRecord
-from hil.view.frame import Floats, Frame, unknown
+from hil.view.frame import Floats, ViewFrame, unknown
 from model import BuiltHandPlant
 
 
 class Source(Protocol):
     """Something that can be looked at."""
 
-    def frame(self) -> Frame | None:
+    def frame(self) -> ViewFrame | None:
         """Return the present instant, None while nothing is known."""
         ...
 
@@ -42,7 +42,7 @@ class EmulatedSource:
         self._plant = plant
         self._codec = codec
 
-    def frame(self) -> Frame:
+    def frame(self) -> ViewFrame:
         """Return the present instant."""
         seen = self._plant.glimpse()
         commanded, measured, currents, temperatures = (unknown() for _ in range(4))
@@ -53,7 +53,7 @@ class EmulatedSource:
             measured[shaft] = angle(registers.get("present_position"))
             currents[shaft] = abs(registers.get("present_current")) * CURRENT_UNIT_MA / 1000.0
             temperatures[shaft] = registers.get("present_temperature")
-        return Frame(
+        return ViewFrame(
             seen.time,
             seen.joints,
             _within_stops(seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured)),
@@ -87,7 +87,7 @@ class WireSource:
             self._keep(record._replace(data=bytes(self._reply)))
             self._reply.clear()
 
-    def frame(self) -> Frame | None:
+    def frame(self) -> ViewFrame | None:
         """Return the present instant; the posture is what the actuation map makes of the encoders."""
         last = dict(self._last)
         if Opcode.GET_POS not in last:
@@ -98,7 +98,7 @@ class WireSource:
         commanded = unknown()
         if (asked := last.get(Opcode.CTRL_POS)) is not None and (pulled is None or pulled.t < asked.t):
             commanded = self._angles(asked)
-        return Frame(
+        return ViewFrame(
             max(record.t for record in last.values()),
             _within_stops(_posture(self._codec, angles)),
             _within_stops(_posture(self._codec, commanded)),
@@ -149,7 +149,7 @@ def _words(record: WireRecord | None, *, signed: bool) -> Floats:
 FRAMES_PER_S = 30.0
 
 
-def frames(recording: Recording) -> list[Frame]:
+def frames(recording: Recording) -> list[ViewFrame]:
     """Return the frames of a recording, in the order of their time, at most `FRAMES_PER_S`.
 
     Raises:
@@ -160,7 +160,7 @@ def frames(recording: Recording) -> list[Frame]:
         raise ValueError(f"it was made with the coefficients {header.map!r}; shipped are {', '.join(SHIPPED)}")
     codec = ActuationMap.for_firmware(header.firmware, header.window, hand=header.hand, coefficients=header.map)
     source = WireSource(codec)
-    found: list[Frame] = []
+    found: list[ViewFrame] = []
     due = 0.0
     for record in recording.wire:
         source.take(record)

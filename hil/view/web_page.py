@@ -16,7 +16,7 @@ from viser import uplot
 
 from aero.channels import Channel
 from hil.view import panel
-from hil.view.frame import Frame, Heading, Note, Verdicts
+from hil.view.frame import Heading, Note, Verdicts, ViewFrame
 from hil.view.gate import new_token, only_with
 from hil.view.scene import DrawnHand
 
@@ -49,13 +49,13 @@ class Page:
             RuntimeError: the page would not be guarded by its token.
         """
         self._heading = heading
-        self._frames: deque[Frame] = deque(maxlen=KEPT if heading.live else None)
+        self._frames: deque[ViewFrame] = deque(maxlen=KEPT if heading.live else None)
         self._notes: list[Note] = []
         self._verdicts: Verdicts | None = None
         self._mode: Mode = "live" if heading.live else "paused"
         self._cursor_s = 0.0
         self._ended = False
-        self._drawn: Frame | None = None
+        self._drawn: ViewFrame | None = None
         self._shown: tuple[object, ...] = ()
         self._ticked = self._told = time.monotonic()
         token = new_token()
@@ -73,7 +73,7 @@ class Page:
         """Browsers that look at it now."""
         return len(self._server.get_clients())
 
-    def add(self, frames: Iterable[Frame]) -> None:
+    def add(self, frames: Iterable[ViewFrame]) -> None:
         """Add frames, in the order of their time."""
         self._frames.extend(frames)
 
@@ -148,7 +148,7 @@ class Page:
         scales = {"x": uplot.Scale(time=False)}
         return self._server.gui.add_uplot(nothing, tuple(series), scales=scales, title=title, height=PLOT_PX)
 
-    def _tell(self, frame: Frame) -> None:
+    def _tell(self, frame: ViewFrame) -> None:
         """Bring up to date what is read and not watched, where anything is new."""
         first, last = round(self._frames[0].t, 2), round(self._frames[-1].t, 2)
         shown = frame.t, first, last, self._state(), len(self._notes), self._verdicts, self._channel.value
@@ -164,7 +164,7 @@ class Page:
             self._time.value = round(frame.t, 2)  # type: ignore[misc]
         self._plot_until(frame)
 
-    def _plot_until(self, frame: Frame) -> None:
+    def _plot_until(self, frame: ViewFrame) -> None:
         """Draw what led to a frame."""
         end = self._index(frame.t) + 1
         begin = self._index(frame.t - PLOTTED_S)

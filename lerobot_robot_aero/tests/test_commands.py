@@ -1,19 +1,16 @@
 """LeRobot's own commands as docs/lerobot.md shows them, in real time, on emulated hands."""
 
-import os
 import re
-import shlex
 import shutil
 import signal
 import subprocess
 import sys
-import sysconfig
-from pathlib import Path
 
 import numpy as np
 import pytest
 from lerobot.datasets import LeRobotDataset
 from lerobot_robot_aero.angles import CURRENTS, POSITIONS
+from page_commands import OPENED, PAGE, PATIENCE_S, begun, done, wait_for
 
 from aero import AeroHand, WallClock
 from aero.firmware import DEFAULT_FIRMWARE
@@ -23,39 +20,9 @@ from hil.targets.pty_process import serve_in_process
 
 pytestmark = pytest.mark.slow
 
-PAGE = Path(__file__).parents[2] / "docs" / "lerobot.md"
-OPENED = "stopped and opened slowly. The program ended."
-"""What the guard logs of a hand that it has left open."""
 FPS, EPISODE_S = 30, 3.0
 FEWEST = 0.5
 """Share of the frames that a busy machine still takes; a quiet one takes all but one in twenty."""
-PATIENCE_S = 240.0
-"""Of one command; LeRobot alone takes 15 s to start on a machine with two cores."""
-
-
-def shown(name):
-    """Return the options of a command as docs/lerobot.md shows it, with an emulated hand on each port."""
-    page = PAGE.read_text(encoding="utf-8").replace("\\\n", "").replace("/dev/ttyACM0", "emulated")
-    line = re.search(rf"^{name} (.*)$", page, re.M)
-    return shlex.split(line.group(1))
-
-
-def begun(name, folder, *changed):
-    """Begin a command of docs/lerobot.md, with options changed, in a folder."""
-    environment = os.environ | {"HF_HUB_OFFLINE": "1", "HF_HOME": str(folder / "home")}
-    program = Path(sysconfig.get_path("scripts")) / name
-    pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    return subprocess.Popen([program, *shown(name), *changed], cwd=folder, env=environment, **pipe)
-
-
-def done(process):
-    """Wait for a command to end well, and return what it said."""
-    try:
-        said, _ = process.communicate(timeout=PATIENCE_S)
-    finally:
-        process.kill()
-    assert process.returncode == 0, said[-4000:]
-    return said
 
 
 def shorter(*, episodes):
@@ -116,9 +83,7 @@ def test_ctrl_c_in_an_episode_leaves_the_hand_open_and_the_data_set_readable(tmp
     with serve_in_process(firmware=DEFAULT_FIRMWARE, hand="right", unit="reference", seed=0) as port:
         process = begun("lerobot-record", tmp_path, *shorter(episodes=9), f"--robot.port={port}")
         try:
-            for line in process.stdout:
-                if "Recording episode 1" in line:
-                    break
+            wait_for(process, "Recording episode 1")
             with pytest.raises(subprocess.TimeoutExpired):
                 process.wait(EPISODE_S / 2)
             process.send_signal(signal.SIGINT)

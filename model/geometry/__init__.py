@@ -6,14 +6,14 @@ from typing import Literal
 
 from aero.channels import Joint
 from model.geometry import finger, thumb
-from model.geometry.elements import Hand
+from model.geometry.elements import HandGeometry
 from model.geometry.mirror import reflect
 from model.geometry.palm import mount
 
 Side = Literal["right", "left"]
 
 
-def hand(side: Side = "right") -> Hand:
+def hand(side: Side = "right") -> HandGeometry:
     """Return the description of one hand.
 
     Raises:
@@ -22,7 +22,7 @@ def hand(side: Side = "right") -> Hand:
     if side not in ("right", "left"):
         raise ValueError(f"a hand is 'right' or 'left', not {side!r}")
     digits = (*map(finger.finger, finger.PLACEMENTS), thumb.DIGIT)
-    right = Hand(
+    right = HandGeometry(
         base=mount(digits, anchors=tuple(map(finger.anchor, finger.PLACEMENTS))),
         cables=(*(cable for place in finger.PLACEMENTS for cable in finger.cables(place)), *thumb.CABLES),
         couplings=(

@@ -149,7 +149,7 @@ class Cable:
 
 
 @dataclass(frozen=True)
-class Hand:
+class HandGeometry:
     """One whole hand."""
 
     base: Link

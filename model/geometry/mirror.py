@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from model.geometry.elements import Box, Guide, Hand, Hinge, Inertia, Link, Pulley, Quaternion, Vector
+from model.geometry.elements import Box, Guide, HandGeometry, Hinge, Inertia, Link, Pulley, Quaternion, Vector
 
 
 def _point(v: Vector) -> Vector:
@@ -60,6 +60,6 @@ def _link(link: Link) -> Link:
     )
 
 
-def reflect(hand: Hand) -> Hand:
+def reflect(hand: HandGeometry) -> HandGeometry:
     """Return the other hand; names, paths, couplings and the sense of every joint stay."""
     return replace(hand, base=_link(hand.base))

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from aero import AeroHand, Channel
 from aero.errors import AeroError, DesyncError, LinkTimeoutError
-from aero.link_state import AFTER, MAY_LEAVE, Content, Event, State
+from aero.link_state import AFTER, MAY_LEAVE, Content, LinkEvent, State
 from aero.protocol import make_harmless_positions, make_query
 
 EXCHANGES = int(os.environ.get("UNASKED_EXCHANGES", "1500"))
@@ -220,10 +220,10 @@ def test_the_fragment_of_a_real_frame_is_completed_by_a_search_only(new_board):
 
 
 def test_the_tables_say_what_follows_in_every_state():
-    assert AFTER.keys() == set(itertools.product(State, Event))
+    assert AFTER.keys() == set(itertools.product(State, LinkEvent))
     assert MAY_LEAVE.keys() == set(State)
     for state in State:
         assert Content.SEARCH in MAY_LEAVE[state], "there is always a way back"
-        assert AFTER[state, Event.SEARCH_SUCCEEDS] is State.IN_STEP
-        assert Content.FRAME not in MAY_LEAVE[AFTER[state, Event.SEARCH_BEGINS]]
-        assert MAY_LEAVE[AFTER[state, Event.WRITE_FAILS]] == {Content.SEARCH}
+        assert AFTER[state, LinkEvent.SEARCH_SUCCEEDS] is State.IN_STEP
+        assert Content.FRAME not in MAY_LEAVE[AFTER[state, LinkEvent.SEARCH_BEGINS]]
+        assert MAY_LEAVE[AFTER[state, LinkEvent.WRITE_FAILS]] == {Content.SEARCH}

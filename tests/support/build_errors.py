@@ -12,7 +12,7 @@ from aero.channels import Channel, Joint
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from hil.targets.emulated_hand import build_emulated
-from hil.targets.opening import Request, in_process
+from hil.targets.opening import OpenRequest, in_process
 from model.units import Unit, load_unit
 
 
@@ -130,7 +130,7 @@ def spoiled(error: BuildError, unit: str = "reference"):
     electronics, plant = build_emulated(changed, firmware="0.2.0", hand="right", seed=1, rewire=error.rewire)
     error.electronics(electronics)
     codec = ActuationMap.for_firmware("0.2.0", error.calibration)
-    request = Request("emulated", codec, "0.2.0", "right", changed, 1)
+    request = OpenRequest("emulated", codec, "0.2.0", "right", changed, 1)
     with in_process(request, electronics, plant, error.link(electronics)) as target:
         error.prepare(target)
         yield target

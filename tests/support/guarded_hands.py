@@ -11,7 +11,7 @@ from aero.safety import Thresholds
 from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth
 from hil.targets.emulated_hand import build_emulated
-from hil.targets.opening import Request, in_process
+from hil.targets.opening import OpenRequest, in_process
 from model.units import load_unit
 
 
@@ -21,15 +21,20 @@ class Tampered:
     def __init__(self, plant, shaft, change):
         """`change` makes of the drive that the servo asks for the one that shaft gets."""
         self._plant, self._shaft, self._change = plant, shaft, change
+        self._asked = None
 
     def __getattr__(self, name):
         return getattr(self._plant, name)
 
     def drive(self, shaft, drive):
-        self._plant.drive(shaft, self._change(drive) if shaft == self._shaft else drive)
+        if shaft == self._shaft:
+            self._asked, drive = drive, self._change(drive)
+        self._plant.drive(shaft, drive)
 
     def set_setpoint(self, shaft, setpoint):
-        if shaft != self._shaft:
+        if shaft == self._shaft and self._asked is not None:
+            self.drive(shaft, dataclasses.replace(self._asked, setpoint=setpoint))
+        elif shaft != self._shaft:
             self._plant.set_setpoint(shaft, setpoint)
 
 
@@ -55,7 +60,7 @@ def guarded(*, firmware="0.2.0", rewire=None, thresholds=None, link=InProcessLin
     unit = dataclasses.replace(unit, servos=dataclasses.replace(unit.servos, **(servos or {})))
     electronics, plant = build_emulated(unit, firmware=firmware, hand="right", seed=3, rewire=rewire)
     codec = ActuationMap.for_firmware(firmware)
-    request = Request("emulated", codec, firmware, "right", unit, 3, thresholds or Thresholds())
+    request = OpenRequest("emulated", codec, firmware, "right", unit, 3, thresholds or Thresholds())
     with in_process(request, electronics, plant, link(electronics)) as target:
         yield target
 

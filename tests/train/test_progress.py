@@ -6,7 +6,7 @@ from checkpoints import POINT
 from train.actuation import SERVOS
 from train.progress import PICTURE, append, read
 from train.recipe import FAST, PAPER, RECIPES, STEADY, Goal, on_gpu
-from train.stage import Redraw, Stage
+from train.stage import Redraw, TrainingStage
 from train.task.reward import PAPER_REWARD
 
 
@@ -72,7 +72,7 @@ def test_the_last_stage_of_steady_follows_the_drops_and_weights_turning():
 
 def test_routed_hands_are_not_redrawn():
     with pytest.raises(ValueError, match="built"):
-        Stage("any", 1000, redraw=Redraw(20, 40))
+        TrainingStage("any", 1000, redraw=Redraw(20, 40))
 
 
 def test_a_recipe_that_does_not_divide_is_refused():

@@ -21,7 +21,7 @@ from train.recipe import STEADY, Stuck
 from train.run import Listener
 from train.run_state import STATE, Standing, load_arrays, read_standing, save_state
 from train.stage import Redraw
-from train.training import Ended, Ending
+from train.training import StopReason, TrainingEnd
 
 TINY = replace(
     STEADY,
@@ -76,7 +76,7 @@ def test_a_state_comes_back_as_it_went(tmp_path):
         read_standing(tmp_path / "elsewhere")
 
 
-def commanded(monkeypatch, folder, *arguments, ending=Ending.DONE):
+def commanded(monkeypatch, folder, *arguments, ending=StopReason.DONE):
     """Run the command with a training that only tells, and return what it asked for and what it said."""
     asked = []
 
@@ -85,7 +85,7 @@ def commanded(monkeypatch, folder, *arguments, ending=Ending.DONE):
         assert {"mujoco", "jax", "brax"} <= provenance["versions"].keys()
         told.epoch(EPOCH)
         told.checkpoint(POINT)
-        return Ended(ending, Standing(recipe.name, seed, steps=40_960))
+        return TrainingEnd(ending, Standing(recipe.name, seed, steps=40_960))
 
     monkeypatch.setattr(training, "train", fake)
     monkeypatch.setattr("hil.cli.train.choose", lambda *_, **__: None)
@@ -95,7 +95,7 @@ def commanded(monkeypatch, folder, *arguments, ending=Ending.DONE):
 
 def test_the_command_asks_for_the_recipe_and_says_epochs_checkpoints_and_how_to_go_on(monkeypatch, tmp_path):
     arguments = ["fast", "--backend", "native", "--steps", "102400", "--seed", "3", "--minutes", "5", "--threads", "1"]
-    asked, said = commanded(monkeypatch, tmp_path, *arguments, ending=Ending.TIME)
+    asked, said = commanded(monkeypatch, tmp_path, *arguments, ending=StopReason.TIME)
     recipe, *rest = asked
     assert (recipe.name, recipe.steps) == ("fast", 102_400)
     assert rest == ["native", 3, tmp_path, {"minutes": 5.0, "threads": 1, "resume": False}]
@@ -133,7 +133,7 @@ def unbroken(tmp_path_factory):
 @pytest.mark.slow
 def test_a_run_leaves_a_policy_every_checkpoint_and_its_curve(unbroken):
     folder, ended = unbroken
-    assert (ended.ending, ended.standing.steps, ended.standing.new_hands) == (Ending.DONE, 120, 3)
+    assert (ended.ending, ended.standing.steps, ended.standing.new_hands) == (StopReason.DONE, 120, 3)
     assert [point.steps for point in read(folder)] == [80, 120]
     names = {path.name for path in (folder / "checkpoints").iterdir()}
     assert names == {f"{kind}0_{steps:010d}.npz" for kind in ("", "average_") for steps in (80, 120)}
@@ -163,10 +163,10 @@ def test_a_signal_ends_a_run_before_the_next_batch_of_physics_and_the_resumed_on
     monkeypatch.setattr(BuiltSimulator, "advance", counted)
     calls["stop"] = int(np.random.default_rng(int(number)).integers(9, 24))  # eight prepare the starts, 15 are acted in
     ended = trained(tmp_path)
-    assert (ended.ending, calls["physics"]) == (Ending.STOPPED, calls["stop"])
+    assert (ended.ending, calls["physics"]) == (StopReason.STOPPED, calls["stop"])
     assert ended.standing.steps == 40 * ((calls["stop"] - 9) // 5)
     calls["stop"] = -1
-    assert trained(tmp_path, resume=True).ending is Ending.DONE
+    assert trained(tmp_path, resume=True).ending is StopReason.DONE
     expected, found = kept(unbroken[0]), kept(tmp_path)
     assert expected.keys() == found.keys()
     for name, array in expected.items():
@@ -207,4 +207,4 @@ def test_a_run_that_holds_the_cube_still_is_begun_again_with_another_seed(tmp_pa
 @pytest.mark.slow
 def test_a_run_stops_at_its_time_and_says_where_it_stands(tmp_path):
     ended = trained(tmp_path, minutes=1e-6)
-    assert (ended.ending, ended.standing.steps) == (Ending.TIME, 0)
+    assert (ended.ending, ended.standing.steps) == (StopReason.TIME, 0)

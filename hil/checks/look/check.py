@@ -17,8 +17,7 @@ from hil.checks.look.questions import AGAIN, NO, NONE, STRAIGHT
 from hil.checks.shared.experiment import Measured, Sampler, one_closed
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
-from hil.targets.onlooker import LookEndedError, Onlooker, Question
-from hil.targets.target import MissingCapabilityError, Target
+from hil.targets.target import LookEndedError, MissingCapabilityError, Onlooker, Question, Target
 
 NUDGE = {channel: 0.1 if channel in FINGERS or channel is Channel.THUMB_ABDUCTION else 0.15 for channel in Channel}
 """Small motion, part of the window: a taut finger bends by 10 degrees or more in all, a slack one not at all."""

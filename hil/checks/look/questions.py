@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from aero.channels import FINGERS, Channel
-from hil.targets.onlooker import Question
+from hil.targets.target import Question
 
 YES, NO, AGAIN, NONE = "yes", "no", "again", "none"
 MOTIONS = {

@@ -50,7 +50,7 @@ class Measuring:
     metrics: tuple[Metric, ...]
     """Everything that `measure` returns."""
     drawn: tuple[str, ...] = ()
-    """Figures of its recording, keys of `hil.report.figures.DRAWINGS`."""
+    """Figures of its recording, keys of `LANES` and `PANELS` in `hil/report/figures.py`."""
     seconds: str = ""
     """`all` when a finding takes the whole recording to see; the seconds in which its channel moves otherwise."""
     details: Callable[[Recording], Details] | None = None

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.lab.campaign.trial import Outcome
 from hil.verdict.dictionary import Entry
-from hil.verdict.ending import GATE, Ending
+from hil.verdict.ending import GATE, EndSignature
 from hil.verdict.explanation import Diagnosis
 from hil.verdict.limits import Limit, load_limits
 from hil.verdict.reference import Reference
@@ -33,7 +33,7 @@ def judged(outcome: Outcome) -> dict[Key, float]:
 def seen(outcome: Outcome) -> Places:
     """Return where the readings of a trial lie among those of healthy hands, and how it ended."""
     error = outcome.ended or (GATE if outcome.stopped else "")
-    return {**places(outcome.numbers, _limits(outcome)), **Ending(error, outcome.stopped).places}
+    return {**places(outcome.numbers, _limits(outcome)), **EndSignature(error, outcome.stopped).places}
 
 
 def diagnosed(outcome: Outcome, reference: Reference) -> Diagnosis:

@@ -37,6 +37,14 @@ class Prediction:
     """Median rotation until the end or the loss, rad."""
 
 
+def share(flags: Sequence[bool]) -> tuple[float, Interval]:
+    """Return the share of what is so, with Wilson's interval; NaN and all that can be without any."""
+    if not flags:
+        return np.nan, (0.0, 1.0)
+    found = binomtest(sum(flags), len(flags)).proportion_ci(CONFIDENCE, method="wilson")
+    return sum(flags) / len(flags), (float(found.low), float(found.high))
+
+
 def predicted(
     name: str, kept: Sequence[bool], rates: Sequence[float], turned: Sequence[float], seed: int
 ) -> Prediction:
@@ -54,13 +62,11 @@ def predicted(
     """
     if not kept:
         raise ValueError("nothing can be predicted from no trial")
-    count = int(np.sum(kept))
-    share = binomtest(count, len(kept)).proportion_ci(CONFIDENCE, method="wilson")
     return Prediction(
         name,
         len(kept),
-        count,
-        (float(share.low), float(share.high)),
+        int(np.sum(kept)),
+        share(kept)[1],
         float(np.mean(rates)),
         _of_mean(rates, seed),
         float(np.median(turned)),

@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.stats import binomtest
 
 from aero.whole_file import whole
 from hil.lab.policies.byte_evaluation import TURNS_RAD_S
 from hil.lab.policies.cube_trial import CubeTrial
-from hil.lab.policies.prediction import CONFIDENCE, Interval
+from hil.lab.policies.prediction import Interval, share
 from model.cubes import PROPERTIES, Property
 from model.scene import CUBE
 
@@ -55,14 +54,6 @@ class Stratum:
     turned: float
     """Share above `byte_evaluation.TURNS_RAD_S`."""
     turned_interval: Interval
-
-
-def share(flags: Sequence[bool]) -> tuple[float, Interval]:
-    """Return the share of what is so, with its interval; all that can be without any."""
-    if not flags:
-        return np.nan, (0.0, 1.0)
-    found = binomtest(sum(flags), len(flags)).proportion_ci(CONFIDENCE, method="wilson")
-    return sum(flags) / len(flags), (float(found.low), float(found.high))
 
 
 def stratum(label: str, trials: Sequence[CubeTrial]) -> Stratum:

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.stats import binomtest
 
 from aero.whole_file import whole
 from hil.lab.policies.cube_trial import CubeTrial
-from hil.lab.policies.prediction import CONFIDENCE, Interval
+from hil.lab.policies.prediction import Interval, share
 
 LONG_S = 600.0
 """Length of a trial, s."""
@@ -32,12 +31,7 @@ class StillHeld:
 
 def still_held(trials: Sequence[CubeTrial], moments_s: Sequence[float] = MOMENTS_S) -> list[StillHeld]:
     """Return how many of the trials, all of one length, hold the cube after each time up to it."""
-    found = []
-    for after_s in moments_s:
-        held = sum(one.kept or one.alive_s > after_s for one in trials)
-        share = binomtest(held, len(trials)).proportion_ci(CONFIDENCE, method="wilson")
-        found.append(StillHeld(after_s, held / len(trials), (float(share.low), float(share.high))))
-    return found
+    return [StillHeld(t, *share([one.kept or one.alive_s > t for one in trials])) for t in moments_s]
 
 
 def survival_picture(rows: Mapping[str, Sequence[CubeTrial]], path: Path) -> None:
@@ -47,8 +41,8 @@ def survival_picture(rows: Mapping[str, Sequence[CubeTrial]], path: Path) -> Non
     for number, (name, trials) in enumerate(rows.items()):
         lost_s = np.sort([one.alive_s for one in trials if not one.kept])
         times_s = np.concatenate([[0.0], lost_s, [LONG_S]])
-        share = 1.0 - np.arange(len(lost_s) + 1) / len(trials)
-        axes.step(times_s, [*share, share[-1]], where="post", label=f"{name}, {len(trials)} trials")
+        holding = 1.0 - np.arange(len(lost_s) + 1) / len(trials)
+        axes.step(times_s, [*holding, holding[-1]], where="post", label=f"{name}, {len(trials)} trials")
         for one in still_held(trials):
             x = one.after_s * (1 + 0.03 * number)  # beside each other, or the bars of one row hide those of another
             axes.plot([x, x], one.interval, color=axes.lines[-1].get_color(), alpha=0.5)

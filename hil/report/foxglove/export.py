@@ -44,7 +44,7 @@ POSTURE_S = 0.05
 """Least time from one posture to the next, s: what a film of the hand needs."""
 LAYOUT = "layout.json"
 
-Entry = tuple[float, Callable[[RecordingFile], None]]
+TimedEntry = tuple[float, Callable[[RecordingFile], None]]
 """When something happens, s since the start, and what writes it."""
 
 
@@ -73,7 +73,7 @@ def layout() -> str:
     return resources.files("hil.report.foxglove").joinpath(LAYOUT).read_text(encoding="utf-8")
 
 
-def _recorded(recording: Recording) -> Iterator[Entry]:
+def _recorded(recording: Recording) -> Iterator[TimedEntry]:
     """Return what is in the recording already."""
     for name, series in recording.series.items():
         add = partial(RecordingFile.add_sample, name=name, columns=series.columns, units=series.units)
@@ -85,7 +85,7 @@ def _recorded(recording: Recording) -> Iterator[Entry]:
         yield event.t, partial(RecordingFile.add_event, event=event)
 
 
-def _added(recording: Recording) -> Iterator[Entry]:
+def _added(recording: Recording) -> Iterator[TimedEntry]:
     """Return what Foxglove's panels need besides."""
     header = recording.header
     at = _timestamp(header, 0.0)
@@ -113,7 +113,7 @@ def _postures(recording: Recording, name: str) -> Iterator[tuple[float, NDArray[
             yield t, codec.joints_from_compact(codec.compact_from_codes(codes.astype(np.int64)))
 
 
-def _findings(recording: Recording) -> Iterator[Entry]:
+def _findings(recording: Recording) -> Iterator[TimedEntry]:
     """Return what is found in a recording that can be judged, nothing for another."""
     header = recording.header
     if header.experiment not in EXPERIMENTS or not header.finished:
@@ -150,7 +150,7 @@ def _log(header: Header, t: float, level: Log.Level.ValueType, text: str) -> Log
     return Log(timestamp=_timestamp(header, t), level=level, message=text, name=header.experiment)
 
 
-def _entry(topic: str, t: float, message: Message) -> Entry:
+def _entry(topic: str, t: float, message: Message) -> TimedEntry:
     kind, body = type(message), message.SerializeToString()
     schema = partial(_schema, kind)
     return t, partial(

@@ -16,7 +16,7 @@ from lerobot.utils.decorators import check_if_already_connected, check_if_not_co
 
 from aero.actuation import ActuationMap
 from hil.targets.target import Target
-from lerobot_robot_aero.angles import CURRENTS, POSITIONS, codes_from_degrees, degrees_from_codes, listed, named
+from lerobot_robot_aero.angles import CURRENTS, POSITIONS, AngleMap, listed, named
 from lerobot_robot_aero.config import AeroHandRobotConfig
 from lerobot_robot_aero.idle_watch import IdleWatch
 from lerobot_robot_aero.opening import opened
@@ -38,12 +38,13 @@ class AeroHandRobot(Robot):
         """Prepare a hand; nothing is opened before `connect`.
 
         Raises:
-            ValueError: an unknown side or firmware.
+            ValueError: an unknown side or firmware, or no such unit.
         """
         super().__init__(config)
         self.config = config
         self.cameras = make_cameras_from_configs(config.cameras)
-        self._map = ActuationMap.for_firmware(config.firmware, hand=config.side)
+        codec = ActuationMap.for_firmware(config.firmware, hand=config.side)
+        self._angles = AngleMap.of_unit(codec, config.calibration)
         self._lock = threading.Lock()
         self._open = ExitStack()
         self._target: Target | None = None
@@ -111,7 +112,7 @@ class AeroHandRobot(Robot):
         """
         hand = self._connected.hand
         with self._lock:
-            observation = named(degrees_from_codes(self._map, hand.read_codes()))
+            observation = named(self._angles.degrees(hand.read_codes()))
             if self.config.currents:
                 observation |= dict(zip(CURRENTS, hand.read_currents().tolist(), strict=True))
         return observation | {name: camera.read_latest() for name, camera in self.cameras.items()}
@@ -129,12 +130,12 @@ class AeroHandRobot(Robot):
         hand, wanted = self._connected.hand, listed(action)
         with self._lock:
             if self.config.max_relative_target is not None:
-                stands = degrees_from_codes(self._map, hand.read_codes())
+                stands = self._angles.degrees(hand.read_codes())
                 pairs = dict(zip(POSITIONS, zip(wanted, stands, strict=True), strict=True))
                 wanted = np.array([*ensure_safe_goal_position(pairs, self.config.max_relative_target).values()])
-            codes = codes_from_degrees(self._map, wanted)
+            codes = self._angles.codes(wanted)
             hand.command_codes(codes)
-        return named(degrees_from_codes(self._map, codes))
+        return named(self._angles.degrees(codes))
 
     @check_if_not_connected
     def disconnect(self) -> None:

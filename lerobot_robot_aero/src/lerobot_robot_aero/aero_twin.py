@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
-from lerobot_robot_aero.angles import POSITIONS, degrees_from_codes, named
+from lerobot_robot_aero.angles import POSITIONS, AngleMap, named
 from lerobot_robot_aero.config import AeroTwinConfig
 from lerobot_robot_aero.opening import opened
 from lerobot_robot_aero.playback import Playback, load_playback
@@ -76,10 +76,11 @@ class AeroTwin(Teleoperator):
             return
         with ExitStack() as stack:
             target = stack.enter_context(opened(self.config, guarded=False))
+            angles = AngleMap.of_unit(target.map, self.config.calibration)
             if self.config.limp:
                 target.hand.command_torques([0] * len(Channel))
             self._open = stack.pop_all()
-        self._source = lambda: degrees_from_codes(target.map, target.hand.read_codes())
+        self._source = lambda: angles.degrees(target.hand.read_codes())
         _LOG.info("following %s", target.describe())
 
     def configure(self) -> None:

@@ -3,38 +3,68 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
+from aero.policy.settings import PAPER_DEPLOYMENT
+from model.units.cable_correction import correction
+from model.units.naming import unit_named
 
 POSITIONS = tuple(f"{channel.label}.pos" for channel in Channel)
 """Names of the seven angles, command order."""
 CURRENTS = tuple(f"{channel.label}.current" for channel in Channel)
 """Names of the seven motor currents, command order."""
+NO_SLACK = (0.0,) * len(Channel)
 
 
-def codes_from_degrees(codec: ActuationMap, degrees: ArrayLike) -> NDArray[np.uint16]:
-    """Return the codes (7,) of angles (7,), degrees; an angle beyond the command window becomes the window's end.
+@dataclass(frozen=True)
+class AngleMap:
+    """Converts between angles and the codes of one hand.
 
-    The angles are the compact posture: one angle for all joints on a cable, 0 for the extended hand.
-
-    Raises:
-        ValueError: not seven finite numbers.
+    Angles are degrees of the compact posture: one for all joints on a cable, 0 for the extended hand.
     """
-    compact = np.deg2rad(np.asarray(degrees, np.float64))
-    travel = codec.travel_from_joints(codec.joints_from_compact(compact))
-    codes: NDArray[np.uint16] = codec.saturating_codes(codec.angles_from_travel(travel)).codes
-    return codes
 
+    codec: ActuationMap
+    """For the hand's firmware and side."""
+    slack: tuple[float, ...] = NO_SLACK
+    """Travel that each cable takes up before the joints stand where the map has them, (7,), m, abduction rad."""
 
-def degrees_from_codes(codec: ActuationMap, codes: ArrayLike) -> NDArray[np.float64]:
-    """Return the angles (..., 7), degrees, of codes (..., 7)."""
-    degrees: NDArray[np.float64] = np.rad2deg(codec.compact_from_codes(np.asarray(codes)))
-    return degrees
+    @classmethod
+    def of_unit(cls, codec: ActuationMap, unit: str) -> Self:
+        """Return the map of one hand, of which `aero-hil calibrate` has made a unit file; `unit` may be empty.
+
+        The slack is that of the paper's nominal grasp, as `aero-hil run-policy --twin` takes it.
+
+        Raises:
+            ValueError: there is no such unit.
+        """
+        if not unit:
+            return cls(codec)
+        nominal = np.array(PAPER_DEPLOYMENT.nominal)
+        longer = nominal + correction(unit_named(unit), PAPER_DEPLOYMENT)
+        return cls(codec, tuple((codec.travel_from_lengths(longer) - codec.travel_from_lengths(nominal)).tolist()))
+
+    def codes(self, degrees: ArrayLike) -> NDArray[np.uint16]:
+        """Return the codes (7,) of angles (7,), degrees; beyond the command window its end.
+
+        Raises:
+            ValueError: not seven finite numbers.
+        """
+        compact = np.deg2rad(np.asarray(degrees, np.float64))
+        travel = self.codec.travel_from_joints(self.codec.joints_from_compact(compact)) + np.array(self.slack)
+        codes: NDArray[np.uint16] = self.codec.saturating_codes(self.codec.angles_from_travel(travel)).codes
+        return codes
+
+    def degrees(self, codes: ArrayLike) -> NDArray[np.float64]:
+        """Return the angles (..., 7), degrees, of codes (..., 7)."""
+        travel = self.codec.travel_from_angles(self.codec.angles_from_codes(np.asarray(codes)))
+        degrees: NDArray[np.float64] = np.rad2deg(self.codec.compact_from_travel(travel - np.array(self.slack)))
+        return degrees
 
 
 def named(degrees: ArrayLike) -> dict[str, float]:

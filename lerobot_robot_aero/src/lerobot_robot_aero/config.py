@@ -33,6 +33,8 @@ class ChosenHandConfig:
     """Of an emulated hand's noise."""
     fault: str = ""
     """Of an emulated hand: faults as `aero-hil faults` lists them, with blanks between."""
+    calibration: str = ""
+    """Unit of this hand, a file of `aero-hil calibrate` or as `unit`: its cables are corrected for. None when empty."""
 
 
 @RobotConfig.register_subclass("aero_hand")

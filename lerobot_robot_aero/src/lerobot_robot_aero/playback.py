@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aero.actuation import ActuationMap
 from hil.recordings.mcap_file import UnusableFileError, read_recording
 from hil.recordings.wire_file import with_series
-from lerobot_robot_aero.angles import degrees_from_codes
+from lerobot_robot_aero.angles import AngleMap
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,6 @@ def load_playback(path: Path) -> Playback:
     first, last = commands.times[[0, -1]].tolist()
     return Playback(
         times=commands.times - first,
-        degrees=degrees_from_codes(codec, commands.values.astype(np.int64)),
+        degrees=AngleMap(codec).degrees(commands.values.astype(np.int64)),
         duration_s=max(last, header.duration_s) - first,  # the header of a broken-off recording says 0
     )

@@ -12,9 +12,8 @@ from hil.checks.look.questions import WHICH
 from hil.cli import main
 from hil.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
-from hil.targets.onlooker import Onlooker
 from hil.targets.opening import open_target
-from hil.targets.target import GroundTruth
+from hil.targets.target import GroundTruth, Onlooker
 from hil.verdict.findings import failed
 from hil.verdict.run_end import Way
 from hil.verdict.run_summary import summary_of

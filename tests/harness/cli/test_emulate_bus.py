@@ -43,7 +43,7 @@ def test_orders_come_by_standard_input_and_its_end_ends_nothing(tmp_path):
         assert process.stdout.readline() == f"ready {link}\n"
         process.stdin.write("silence 99 1\nheat 2 75\n")
         process.stdin.close()
-        assert "no servo with ID 99" in process.stderr.readline()
+        assert process.stdout.readline().startswith("refused: no servo with ID 99")
         with serial.Serial(str(link), 1_000_000, timeout=PATIENCE_S) as bus:
             for _ in range(50):
                 bus.write(pack(2, 1))

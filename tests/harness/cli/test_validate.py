@@ -6,15 +6,18 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import pytest
 from click.testing import CliRunner
 
 from aero import AeroHand, Channel
+from aero.safety import SafetyStopError
 from hil.checks import EXPERIMENTS
 from hil.checks.staircase.check import Staircase, run_staircase
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli import main
+from hil.cli.options import ChosenHand
 from hil.recordings.mcap_file import read_recording
 from hil.verdict import validation
 from hil.verdict.limits import load_limits
@@ -199,3 +202,22 @@ def test_emulate_does_not_take_a_link_that_is_in_use(tmp_path):
     assert "exists" in result.output
     assert (tmp_path / "hand").read_text() == "something else"
     assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == handlers
+
+
+def test_a_hand_that_may_not_be_open_at_the_end_is_not_within_limits(monkeypatch, tmp_path):
+    open_hand = ChosenHand.open
+
+    @contextmanager
+    def stays_closed(self, **options):
+        with open_hand(self, **options) as target:
+            yield target
+        raise SafetyStopError("it may still be closed")
+
+    monkeypatch.setattr(ChosenHand, "open", stays_closed)
+    run = CliRunner().invoke(main, ["validate", "--only", "presence", "--out", str(tmp_path)])
+    assert run.exit_code == 4  # docs/commands.md
+    checks = json.loads((tmp_path / "checks.json").read_text())
+    assert "It may still be closed." in json.dumps(checks["findings"])
+    page = (tmp_path / "report.html").read_text()
+    assert "It may still be closed." in page
+    assert "Within limits" not in page

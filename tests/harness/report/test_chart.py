@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from hil.report.chart import MOST_TICKS, Box, Chart, ChartTrace, Scale, fitted, nice_ticks
+from hil.report.chart import MOST_TICKS, Chart, ChartBox, ChartTrace, Scale, fitted, nice_ticks
 from hil.report.chart_svg import INCH, chart_svg, sheet_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -91,7 +91,9 @@ def test_what_lies_beyond_a_scale_is_cut():
 def test_texts_are_escaped_and_boxes_are_behind():
     scale = Scale(0, 1, ((0.5, "<b>"),), "a & b")
     svg = chart_svg(
-        Chart(scale, scale, (ChartTrace(np.arange(2.0), np.arange(2.0), RED),), boxes=(Box(0, 1, 0, 1, "#00ff00"),))
+        Chart(
+            scale, scale, (ChartTrace(np.arange(2.0), np.arange(2.0), RED),), boxes=(ChartBox(0, 1, 0, 1, "#00ff00"),)
+        )
     )
     texts = [text.text for text in ElementTree.fromstring(svg).iter(f"{SVG}text")]
     assert texts.count("<b>") == 2

@@ -7,7 +7,7 @@ from synthetic import held
 
 from aero.channels import Channel
 from hil.faults import parse_fault
-from hil.report.first_seen import first_seen, start_times
+from hil.report.evidence import first_seen, start_times
 from hil.targets.wire_log import WireRecord
 from hil.verdict import explained
 from hil.verdict.dictionary import Entry

@@ -187,11 +187,20 @@ def test_orders_silence_heat_and_starve(pendulum):
     robot.wait(0.2)
     assert master.ask(9, 1)[4] == 0x04
     obey(robot, "heat 9 30")
-    obey(robot, "supply all 3.0")
+    obey(robot, "supply 3.0")
     robot.wait(0.2)
     assert master.ask(9, 1)[4] == 0x01
     obey(robot, "hold swing 5")
-    obey(robot, "let_go swing 0")
+    obey(robot, "let_go swing")
+    assert obey(robot, "poke 9 offset -1000") == "done"
+    assert obey(robot, "peek 9 offset") == "-1000"
+    obey(robot, "power_cycle")
+    assert obey(robot, "peek 9 offset") == "0"
+    obey(robot, "late 0.05")
+    assert master.ask(9, READ, (56, 2)) == b""
+    assert len(master.link.read(8, 0.06)) == 8
+    assert len(master.ask(9, READ, (56, 2))) == 8
+    assert float(obey(robot, "now")) == pytest.approx(robot.chain.clock.now())
 
 
 @pytest.mark.parametrize(
@@ -202,6 +211,9 @@ def test_orders_silence_heat_and_starve(pendulum):
         ("silence 3 1", "no servo with ID 3; it has 9"),
         ("hold swing far", "could not convert"),
         ("hold swing nan", "finite"),
+        ("peek 9 torque", "no register 'torque' in an STS3215"),
+        ("now now", "is no order"),
+        ("", "is no order"),
     ],
 )
 def test_an_order_that_is_none_says_what_is(pendulum, line, message):

@@ -8,7 +8,7 @@ from hil.faults import CATALOGUE, parse_fault
 from hil.verdict import diagnose as module
 from hil.verdict.diagnose import diagnose, telling
 from hil.verdict.dictionary import Entry
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import Effect, Place
 from hil.verdict.limits import Limit
 from hil.verdict.locate import DRIVER_OR_MAP
@@ -43,7 +43,7 @@ def dictionary(monkeypatch):
 
 def test_the_likeliest_cause_comes_first_with_what_tells_it_from_the_next():
     numbers = {"index": {"friction": 0.5, "take_up": 0.5}, "ring": {"friction": 9.0, "take_up": 0.5}}
-    told = diagnose({"staircase": numbers}, LIMITS, Ending())
+    told = diagnose({"staircase": numbers}, LIMITS, EndSignature())
     found = told.causes
     assert len(found) == 5
     assert (found[0].cause, found[0].channel) == ("gear_friction", Channel.RING)
@@ -61,15 +61,15 @@ def test_the_likeliest_cause_comes_first_with_what_tells_it_from_the_next():
 
 
 def test_a_cause_of_the_whole_hand_is_told_by_how_the_run_ended():
-    found = diagnose({"presence": {"hand": {"round_trip": 9.0}}}, LIMITS, Ending()).causes
+    found = diagnose({"presence": {"hand": {"round_trip": 9.0}}}, LIMITS, EndSignature()).causes
     assert (found[0].cause, found[0].channel) == ("late", None)
-    found = diagnose({}, LIMITS, Ending("LinkTimeoutError")).causes
+    found = diagnose({}, LIMITS, EndSignature("LinkTimeoutError")).causes
     assert (found[0].cause, str(found[0].fault)) == ("link_silent", "link_silent=1.0@5.0")
 
 
 def test_a_failed_check_of_the_driver_is_the_cause_whatever_the_hand_reads():
     numbers = {DRIVER.name: {"ring": {"order": 5.0}}, "staircase": {"ring": {"friction": 9.0}}}
-    told = diagnose(numbers, LIMITS, Ending())
+    told = diagnose(numbers, LIMITS, EndSignature())
     assert told.where[0].place is Place.HOST_AND_DRIVER
     assert [cause.cause for cause in told.causes] == [DRIVER_OR_MAP]
     assert told.off == (("ring", 8.0),)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.verdict.ending import GATE, Ending
+from hil.verdict.ending import GATE, EndSignature
 from hil.verdict.run_end import FINISHED, RunEnd, Way
 from hil.verdict.signature import MOST
 
@@ -22,11 +22,11 @@ from hil.verdict.signature import MOST
     ],
 )
 def test_the_reason_says_why_and_for_which_channel(reason, stop, subject):
-    assert Ending("SafetyStopError", reason).places == {("ended", stop, subject): MOST}
+    assert EndSignature("SafetyStopError", reason).places == {("ended", stop, subject): MOST}
 
 
 def test_a_run_that_came_to_its_end_says_nothing():
-    assert Ending.of(FINISHED) == Ending()
-    assert Ending().places == {}
-    assert Ending.of(RunEnd(Way.GATE, "presence")).places == {("ended", GATE, "hand"): MOST}
-    assert Ending.of(RunEnd(Way.DRIVER, "audit", "cut", ConnectionError("cut"))).error == "ConnectionError"
+    assert EndSignature.of(FINISHED) == EndSignature()
+    assert EndSignature().places == {}
+    assert EndSignature.of(RunEnd(Way.GATE, "presence")).places == {("ended", GATE, "hand"): MOST}
+    assert EndSignature.of(RunEnd(Way.DRIVER, "audit", "cut", ConnectionError("cut"))).error == "ConnectionError"

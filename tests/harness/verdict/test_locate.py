@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from aero.channels import Channel
 from hil.faults import CATALOGUE
 from hil.verdict.causes import CAUSES
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import Place
 from hil.verdict.locate import (
     MISTAKEN,
@@ -50,18 +50,18 @@ def test_a_failed_check_of_the_driver_decides():
 
 def test_a_board_that_knows_no_limits_runs_older_firmware_unless_the_link_loses_more():
     silent = {("session", "unanswered_limits", "hand"): 3.0, ("session", "lost_replies", "hand"): 0.0}
-    assert older_firmware(silent, Ending())
-    assert not older_firmware({**silent, ("session", "lost_replies", "hand"): 3.0}, Ending())
-    assert not older_firmware({("session", "lost_replies", "hand"): 3.0}, Ending())
-    assert not older_firmware({}, Ending())
+    assert older_firmware(silent, EndSignature())
+    assert not older_firmware({**silent, ("session", "lost_replies", "hand"): 3.0}, EndSignature())
+    assert not older_firmware({("session", "lost_replies", "hand"): 3.0}, EndSignature())
+    assert not older_firmware({}, EndSignature())
 
 
 def test_a_hand_that_the_guard_stopped_at_the_first_limit_runs_older_firmware():
     unknown = "the board does not answer as it should (no reply to SET_SPE within 1 s)"
-    assert older_firmware({}, Ending("SafetyStopError", unknown))
-    assert not older_firmware({}, Ending("LinkTimeoutError", unknown))
-    assert not older_firmware({}, Ending("SafetyStopError", "no reply to GET_POS within 1 s"))
-    assert not older_firmware({("presence", "idle_current", "ring"): 0.2}, Ending("SafetyStopError", unknown))
+    assert older_firmware({}, EndSignature("SafetyStopError", unknown))
+    assert not older_firmware({}, EndSignature("LinkTimeoutError", unknown))
+    assert not older_firmware({}, EndSignature("SafetyStopError", "no reply to GET_POS within 1 s"))
+    assert not older_firmware({("presence", "idle_current", "ring"): 0.2}, EndSignature("SafetyStopError", unknown))
 
 
 def told_of_windows(**counts):

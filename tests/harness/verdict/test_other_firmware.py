@@ -7,7 +7,7 @@ import pytest
 from aero.firmware import firmware_of
 from hil.lab.campaign.kept_readings import parse_kept
 from hil.verdict.diagnose import diagnose
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import Place
 from hil.verdict.limits import load_limits
 from hil.verdict.other_firmware import limits_of_others, other_firmware
@@ -70,7 +70,7 @@ def test_a_diagnosis_names_the_firmware_in_place_of_a_fault():
     guarded = hand.trial.guarded
     limits = load_limits(DEFAULT_LIMITS, "0.1.5", guarded=guarded)
     others = limits_of_others(DEFAULT_LIMITS, "0.1.5", guarded=guarded)
-    found = diagnose(hand.numbers, limits, Ending(), "0.1.5", others)
+    found = diagnose(hand.numbers, limits, EndSignature(), "0.1.5", others)
     assert found.causes[0].meaning == "The hand reads as a healthy one with firmware 0.2.0 or main."
     assert "thumb_cmc_flexion" in dict(found.off)
     assert found.where[0].place is Place.BOARD

@@ -11,7 +11,7 @@ from aero.channels import FINGERS, Channel
 from hil.faults import parse_fault
 from hil.verdict.causes import CAUSES
 from hil.verdict.dictionary import Entry
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.explanation import Place
 from hil.verdict.reference import MISSED, Trust, load_reference
 from tests.support.references import TRUST, reference_of
@@ -44,7 +44,7 @@ def label(channel):
 @pytest.mark.parametrize("reference", [REFERENCE, SHIPPED], ids=["by hand", "shipped"])
 @given(READINGS, st.sampled_from(["", "LinkTimeoutError", "SafetyStopError"]))
 def test_shares_are_shares_and_add_up_to_one_at_most(reference, found, error):
-    told = reference.diagnosed({**found, **Ending(error).places}, {})
+    told = reference.diagnosed({**found, **EndSignature(error).places}, {})
     for shares in (told.where, told.effects, told.causes):
         assert all(-1e-12 <= one.probability <= 1.0 + 1e-9 for one in shares)
         assert all(one.probability >= other.probability for one, other in pairwise(shares))
@@ -97,7 +97,7 @@ def test_a_run_unlike_anything_known_is_told_so():
 
 
 def test_how_a_run_ended_is_evidence():
-    told = REFERENCE.diagnosed(Ending("LinkTimeoutError").places, {})
+    told = REFERENCE.diagnosed(EndSignature("LinkTimeoutError").places, {})
     assert told.causes[0].cause == "link_silent"
     assert told.where[0].place is Place.LINK
 

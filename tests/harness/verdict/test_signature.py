@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import Channel
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.signature import MOST, compressed, signature
 
 
@@ -25,7 +25,7 @@ def test_a_signature_sees_the_own_channel_and_the_worst_of_the_others():
         ("audit", "followed", "ring"): 2.0,
         ("audit", "followed", "pinky"): -9.0,
         ("presence", "round_trip", "hand"): 3.0,
-        **Ending("LinkTimeoutError").places,
+        **EndSignature("LinkTimeoutError").places,
     }
     seen = signature(found, Channel.INDEX)
     assert seen["own/audit/followed"] == compressed(-4.0)

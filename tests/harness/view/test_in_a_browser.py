@@ -8,8 +8,8 @@ from browser import CHROMIUM, opened
 from matplotlib import image
 
 from aero.channels import Joint
-from hil.view.frame import Frame, Heading, Note, Verdicts
-from hil.view.posed_hand import SLACK, TAUT
+from hil.view.frame import Heading, Note, Verdicts, ViewFrame
+from hil.view.scene import SLACK, TAUT
 from hil.view.web_page import Page
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")]
@@ -24,7 +24,7 @@ def closing(seconds):
         share = i / (30 * seconds)
         loose = np.array([2e-3, 0.0, 0.0, 0.0, np.nan, 0.0, 0.0])
         angles = np.full(7, 3.0 * share)
-        yield Frame(
+        yield ViewFrame(
             i / 30, np.full(len(Joint), share), np.full(len(Joint), share), angles, angles,
             currents=np.full(7, 0.5), temperatures=np.full(7, 41.0), tensions=np.full(7, 6.5), loose=loose,
         )  # fmt: skip

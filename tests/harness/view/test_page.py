@@ -21,9 +21,9 @@ from hil import open_target
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recorder import Recorder
 from hil.view.feed import Feed
-from hil.view.frame import Frame, Heading, Note, Verdicts
+from hil.view.frame import Heading, Note, Verdicts, ViewFrame
 from hil.view.panel import found, numbers
-from hil.view.posed_hand import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedHand, cable_colour
+from hil.view.scene import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedHand, cable_colour
 from hil.view.sources import source_of
 from hil.view.web_page import Page
 
@@ -95,11 +95,11 @@ def test_what_comes_from_a_recording_is_text_and_no_markup():
     assert "<script" not in told
     assert "&lt;script&gt;" in told
     assert "<img" not in told
-    assert "&lt;b&gt;" in numbers(Heading("<b>", "right", live=False), Frame(0.0, np.zeros(16)), "")
+    assert "&lt;b&gt;" in numbers(Heading("<b>", "right", live=False), ViewFrame(0.0, np.zeros(16)), "")
 
 
 def test_the_table_says_what_is_known_and_nothing_else():
-    frame = Frame(2.5, np.zeros(16), measured=np.deg2rad([90.0] * 7), currents=np.full(7, 1.25))
+    frame = ViewFrame(2.5, np.zeros(16), measured=np.deg2rad([90.0] * 7), currents=np.full(7, 1.25))
     table = numbers(heading(), frame, "live")
     assert "2.50 s" in table
     assert table.count("90.0°") == table.count("1.25 A") == 7

@@ -8,7 +8,7 @@ from hil.faults import CATALOGUE, parse_fault
 from hil.lab.campaign.kept_readings import DICTIONARY, DRAWN, parse_kept
 from hil.lab.campaign.population import kind_of
 from hil.verdict.diagnose import diagnose
-from hil.verdict.ending import Ending
+from hil.verdict.ending import EndSignature
 from hil.verdict.limits import load_limits
 
 HANDS = Path(__file__).parents[4] / "hil" / "data" / "hands"
@@ -32,7 +32,7 @@ KEPT = {
 def test_what_ships_places_the_hands_that_it_keeps(fault, where, share):
     hand = KEPT[fault]
     limits = load_limits(kind_of(hand.trial.unit), hand.trial.firmware, guarded=hand.trial.guarded)
-    told = diagnose(hand.numbers, limits, Ending())
+    told = diagnose(hand.numbers, limits, EndSignature())
     assert told.where[0].sentence == where
     assert told.where[0].probability == pytest.approx(share, abs=0.02)
     assert CATALOGUE[parse_fault(fault).name].cause in told.shown
