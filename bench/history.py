@@ -1,6 +1,7 @@
 """The picture of docs/speed.md from `history.json`: `python bench/history.py` writes docs/speed.svg.
 
-An entry of `history.json` is what `tox -e bench` printed at one commit, and the load of the machine meanwhile.
+An entry of `history.json` is what `tox -e bench` printed at one commit, under `compiled` what `tox -e bench-compiled`
+printed, and the load of the machine meanwhile.
 """
 
 from __future__ import annotations
@@ -14,20 +15,31 @@ from hil.report.chart import Chart, ChartTrace, Scale, nice_ticks
 from hil.report.chart_svg import chart_svg
 
 HERE = Path(__file__).parent
-COLOURS = ("#1f4e9c", "#c0392b", "#777777", "#2b2b2b", "#1c7a43", "#9a6700")
-MOST = 7.0
+COLOURS = {
+    "staircase of 3 levels": "#1f4e9c",
+    "idle": "#c0392b",
+    "staircase": "#777777",
+    "stream at 20 Hz": "#2b2b2b",
+    "stream at 100 Hz": "#1c7a43",
+    "validate, files, report": "#9a6700",
+}
+"""Rows that are drawn."""
+STYLES = {"ratios": (4.0, ()), "compiled": (2.5, (2.0, 2.0))}
+"""Key of an entry to dot and dashes, pt: pure Python, and the compiled wheel."""
+MOST = 8.0
 """Ratio at the top of the picture."""
 
 
 def history_svg() -> str:
     """Return the ratios of each row over the commits, as the text of an SVG file."""
     entries = json.loads((HERE / "history.json").read_text(encoding="utf-8"))
-    names = dict.fromkeys(name for entry in entries for name in entry["ratios"])
     traces = []
-    for name, colour in zip(names, COLOURS, strict=True):
-        places = [i for i, entry in enumerate(entries) if name in entry["ratios"]]
-        ratios = np.array([entries[i]["ratios"][name] for i in places])
-        traces.append(ChartTrace(np.array(places, float), ratios, colour, dot=4.0, label=name))
+    for kind, (dot, dashes) in STYLES.items():
+        for name, colour in COLOURS.items():
+            places = [i for i, entry in enumerate(entries) if name in entry.get(kind, {})]
+            ratios = np.array([entries[i][kind][name] for i in places])
+            label = name if kind == "ratios" else ""
+            traces.append(ChartTrace(np.array(places, float), ratios, colour, dashes, dot=dot, label=label))
     last = len(entries) - 1
     return chart_svg(
         Chart(

@@ -8,7 +8,8 @@ from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnected
 from lerobot.utils.import_utils import register_third_party_plugins
 from lerobot_robot_aero.angles import POSITIONS, named
 
-from aero.safety import SafetyStopError
+from aero import WallClock
+from aero.safety import SafetyStopError, Thresholds
 from hil import GroundTruth
 from hil.targets.target import NoHandError
 from lerobot_robot_aero import AeroHandRobot, AeroHandRobotConfig, AeroTwinConfig
@@ -182,3 +183,14 @@ def test_a_port_without_a_hand_is_named(tmp_path):
     with pytest.raises(NoHandError, match="/dev/nothing"):
         robot.connect()
     assert not robot.is_connected
+
+
+@pytest.mark.slow
+def test_a_closed_hand_is_watched_while_lerobot_does_not_call(tmp_path):
+    """Saving an episode with films takes longer than the 10 s that a guard lets a closed hand go unwatched."""
+    robot, clock = AeroHandRobot(AeroHandRobotConfig(port="emulated", calibration_dir=tmp_path)), WallClock()
+    robot.connect()
+    robot.send_action(GRASP)
+    clock.sleep_until(clock.now() + Thresholds.unwatched_s + 2.0)
+    assert robot.get_observation()["index.pos"] == pytest.approx(40.0, abs=5.0)
+    robot.disconnect()

@@ -1,0 +1,77 @@
+"""Take `baseline.json` anew: `tox -e bench` and `tox -e bench-compiled` in turn, three times each.
+
+`python bench/take_baseline.py [-k ROW]` takes all rows, or some; it needs tox and the extra `figures`. A ratio is the
+median of its three runs. Its band is 15 % where the three lie within that of one another, else what they differ by.
+`history.json` gets an entry; the table and the picture of docs/speed.md are written anew.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+HERE = Path(__file__).parent
+KINDS = {"pure": "bench", "compiled": "bench-compiled"}
+"""Wheel to the tox environment that measures it."""
+RUNS = 3
+BAND = 0.15
+STEP = 0.05
+"""What a wider band is a multiple of."""
+
+Ratios = dict[str, list[float]]
+"""Row to its ratio in each run."""
+
+
+def band_of(ratios: list[float]) -> float:
+    """Return how much worse than the median a later run may be, as a part of it."""
+    apart = max(ratios) / min(ratios) - 1.0
+    return BAND if apart <= BAND else round(STEP * math.ceil(apart / STEP), 2)
+
+
+def run(kind: str, path: Path, options: list[str], *, built: bool) -> dict[str, float]:
+    """Measure one wheel once; return row to ratio, whether or not it keeps to the baseline."""
+    again = ["--skip-pkg-install"] if built else []
+    command = ["tox", "run", "-e", KINDS[kind], *again, "--", f"--benchmark-json={path}", *options]
+    subprocess.run(command, cwd=HERE.parent, check=False)
+    rows = json.loads(path.read_text(encoding="utf-8"))["benchmarks"]
+    return {row["extra_info"]["row"]: row["extra_info"]["ratio"] for row in rows}
+
+
+def main(options: list[str]) -> None:
+    """Measure, and write what was measured beside what is kept of other rows."""
+    ratios: dict[str, Ratios] = {kind: {} for kind in KINDS}
+    loads = []
+    with TemporaryDirectory() as folder:
+        for turn in range(RUNS):
+            for kind in KINDS:
+                for row, ratio in run(kind, Path(folder) / f"{kind}{turn}.json", options, built=turn > 0).items():
+                    ratios[kind].setdefault(row, []).append(ratio)
+                loads.append(os.getloadavg()[0])
+    load = f"{min(loads):.0f} to {max(loads):.0f} on {os.cpu_count()} cores"
+    commit = subprocess.run(
+        ["git", "describe", "--always", "--exclude=*"], cwd=HERE, capture_output=True, text=True, check=True
+    ).stdout.strip()
+    baseline = json.loads((HERE / "baseline.json").read_text(encoding="utf-8"))
+    for kind, rows in ratios.items():
+        for row, of_runs in rows.items():
+            baseline[kind][row] = {"ratio": round(median(of_runs), 2), "band": band_of(of_runs)}
+    baseline["origin"] = f"commit {commit}, load {load}"
+    history = json.loads((HERE / "history.json").read_text(encoding="utf-8"))
+    medians = {kind: {row: round(median(of_runs), 2) for row, of_runs in rows.items()} for kind, rows in ratios.items()}
+    history.append({"commit": commit, "load": load, "ratios": medians["pure"], "compiled": medians["compiled"]})
+    for name, content in (("baseline.json", baseline), ("history.json", history)):
+        (HERE / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    subprocess.run([sys.executable, HERE / "history.py"], check=True)
+    path = os.pathsep.join(("docs", "tests/support", "examples"))
+    command = [sys.executable, "-m", "figures", "--quick", "docs/speed.md"]
+    subprocess.run(command, cwd=HERE.parent, env={**os.environ, "PYTHONPATH": path}, check=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

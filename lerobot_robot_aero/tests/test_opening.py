@@ -1,0 +1,28 @@
+import logging
+
+import pytest
+from lerobot_robot_aero.opening import opened
+
+from lerobot_robot_aero import AeroHandRobotConfig
+
+
+@pytest.mark.slow
+def test_a_fault_that_had_no_effect_yet_is_a_warning(caplog):
+    config = AeroHandRobotConfig(port="emulated", fault="encoder_slip:index=40.0@1000.0")
+    with caplog.at_level(logging.WARNING), opened(config, guarded=False) as target:
+        assert target.real_time
+        assert [str(fault) for fault in target.faults] == [config.fault]
+    assert "encoder_slip:index" in caplog.text
+    assert "never fired" in caplog.text
+
+
+def test_a_hand_on_a_port_takes_no_faults():
+    config = AeroHandRobotConfig(port="/dev/ttyACM0", fault="gear_jammed:index")
+    with pytest.raises(ValueError, match="faults are put into an emulated hand"), opened(config, guarded=True):
+        pass
+
+
+@pytest.mark.parametrize(("option", "message"), [({"fault": "none_such"}, "none_such"), ({"unit": "nobody"}, "nobody")])
+def test_what_is_unknown_is_named(option, message):
+    with pytest.raises(ValueError, match=message), opened(AeroHandRobotConfig(port="emulated", **option), guarded=True):
+        pass

@@ -1,0 +1,28 @@
+"""The bands of bench/baseline.json, and that every row of the table is one that is measured."""
+
+import json
+import runpy
+from pathlib import Path
+
+from figures.speed import MEASURED
+from hypothesis import given
+from hypothesis import strategies as st
+
+ROOT = Path(__file__).parents[2]
+TAKING = runpy.run_path(str(ROOT / "bench" / "take_baseline.py"))
+
+
+@given(st.lists(st.floats(1.0, 10.0), min_size=3, max_size=3))
+def test_a_band_is_15_percent_or_holds_every_run_that_it_was_made_from(ratios):
+    band = TAKING["band_of"](ratios)
+    assert band >= 0.15
+    assert max(ratios) <= min(ratios) * (1.0 + band) * (1.0 + 1e-9)
+    assert band == 0.15 or band - 0.05 <= max(ratios) / min(ratios) - 1.0 + 1e-9
+
+
+def test_the_table_has_only_rows_that_are_measured():
+    measured = (ROOT / "bench" / "test_speed.py").read_text(encoding="utf-8")
+    for name in MEASURED:
+        assert f'"{name}"' in measured or name.startswith(("stream at", "validate --help"))
+    baseline = json.loads((ROOT / "bench" / "baseline.json").read_text(encoding="utf-8"))
+    assert set(baseline) == {"origin", *TAKING["KINDS"]}
