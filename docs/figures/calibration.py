@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from aero.whole_file import write_whole
 from figures.cells import Cell
+from figures.intervals import coverage, twins
 from figures.sources import Row
 from figures.stored import Result, folder, stored
 from hil.lab.system_identification.search import pooled_rms
@@ -79,7 +80,11 @@ def main(runs: Path) -> None:
     write_whole(path, json.dumps(table, indent=1) + "\n")
 
 
-TABLES = {"scores": stored("calibration", scores)}
+TABLES = {
+    "scores": stored("calibration", scores),
+    "intervals": stored("intervals", coverage),
+    "twins": stored("intervals", twins),
+}
 
 if __name__ == "__main__":
     main()

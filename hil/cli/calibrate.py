@@ -24,7 +24,7 @@ from hil.lab.system_identification.replay_score import FEWEST, PARTS, held_out_r
 from hil.lab.system_identification.search import pooled_rms
 from hil.lab.system_identification.trace import load_trace
 from hil.lab.system_identification.trace_plots import trace_svg
-from hil.lab.system_identification.unit_file import PHYSICAL_UNITS, unit_toml
+from hil.lab.system_identification.unit_file import NOT_TOLD, PHYSICAL_UNITS, unit_toml
 from hil.lab.system_identification.unit_parameters import numbers
 from hil.recordings.output import prepared_file, prepared_folder
 from model.units.naming import unit_named
@@ -75,7 +75,8 @@ def calibrate_command(
         )
     stopped = result.found.interrupted
     early = ", stopped before its end" if stopped is not None else ""
-    write_whole(out, unit_toml(result.unit, f"Fitted to {len(recordings)} recordings{early}", result.intervals))
+    fitted_to = f"Fitted to {len(recordings)} recordings{early}"
+    write_whole(out, unit_toml(result.unit, fitted_to, result.intervals, result.told))
     if plots is not None and stopped is None:
         for trace, prediction in zip(result.traces, result.predictions(), strict=True):
             write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
@@ -110,12 +111,18 @@ def _fitted(result: Calibration) -> Table:
     table = Table("Fitted", "value", "95 % interval", "unit", box=SIMPLE_HEAD)
     values = numbers(result.unit)
     for name, (low, high) in result.intervals.items():
-        rows: dict[tuple[float, float, float], list[int]] = {}
-        for i, row in enumerate(zip(values[name].tolist(), low.tolist(), high.tolist(), strict=True)):
+        rows: dict[tuple[float, float, float, bool], list[int]] = {}
+        columns = (values[name].tolist(), low.tolist(), high.tolist(), result.told[name].tolist())
+        for i, row in enumerate(zip(*columns, strict=True)):
             if row[1] < row[2]:
                 rows.setdefault(row, []).append(i)
         field = name.split(".")[1]
-        for (value, below, above), entries in rows.items():
+        for (value, below, above, told), entries in rows.items():
             which = f" {', '.join(map(str, entries))}" if len(values[name]) > 1 else ""
-            table.add_row(f"{field}{which}", f"{value:.3g}", f"{below:.3g} to {above:.3g}", PHYSICAL_UNITS[field])
+            table.add_row(
+                f"{field}{which}",
+                f"{value:.3g}",
+                f"{below:.3g} to {above:.3g}{'' if told else NOT_TOLD}",
+                PHYSICAL_UNITS[field],
+            )
     return table

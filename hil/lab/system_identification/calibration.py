@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aero.firmware import DEFAULT_FIRMWARE
+from hil.lab.system_identification.interval_factors import factors_of, interval_factors
 from hil.lab.system_identification.p_damping import PDampingModel
 from hil.lab.system_identification.replay_score import held_out
 from hil.lab.system_identification.search import (
+    STEPS,
     Floats,
     Found,
     Free,
@@ -20,13 +23,14 @@ from hil.lab.system_identification.search import (
     Report,
     Residuals,
     find_slopes,
+    noise_counts,
     search,
     slope_groups,
     spreads,
 )
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import ReplayedTrace, replay
-from hil.lab.system_identification.uncertainty import Intervals, covariance, intervals
+from hil.lab.system_identification.uncertainty import Intervals, covariance, intervals, told, widened
 from hil.lab.system_identification.unit_parameters import (
     FREE,
     KEPT,
@@ -38,7 +42,7 @@ from hil.lab.system_identification.unit_parameters import (
 from hil.lab.workers import leave_interrupts_to_the_parent
 from model.units import Unit
 
-TYPICAL_ITERATIONS = 4
+TYPICAL_ITERATIONS = 3
 """Iterations that a search usually takes, for the time that is left."""
 
 
@@ -52,6 +56,8 @@ class Calibration:
     """What the hand ran."""
     intervals: Intervals
     """95 % intervals of the fields of the unit that were fitted."""
+    told: Mapping[str, NDArray[np.bool_]]
+    """Which entries of these the readings tell; the others have the width that is believed anyway."""
     found: Found
     held_out: list[Residuals]
     """Predicted less recorded, counts, of what was left out of a fit: lists by phase or part, then by trace. Empty
@@ -77,9 +83,11 @@ def calibrate(
     *,
     firmware: str | None = None,
     free: tuple[Free, ...] = FREE,
-    iterations: int = 8,
+    iterations: int = 3,
     jobs: int = 1,
+    leave_out: bool = True,
     yardstick: bool = False,
+    factors: Mapping[str, float] | None = None,
     report: Report = lambda _line: None,
     progress: Callable[[int, int], None] = lambda _done, _about: None,
 ) -> Calibration:
@@ -94,7 +102,9 @@ def calibrate(
         free: what is looked for, as far as the traces tell it.
         iterations: at most so many steps of the search.
         jobs: processes to spread the replays over.
+        leave_out: whether the unit is scored on what was left out.
         yardstick: whether the P-and-damping model is searched and scored the same way, minutes more.
+        factors: how much wider than their standard deviations intervals are, by kind of number; as shipped when None.
         report: called with lines of progress.
         progress: called after each replay with how many are done and about how many it takes.
 
@@ -105,6 +115,7 @@ def calibrate(
         raise ValueError("calibration needs at least one recording")
     kept = tuple(traces)
     firmware = _one_firmware(kept, firmware)
+    factors = interval_factors() if factors is None else factors
     moved = excited(kept)
     if not moved:
         raise ValueError("no channel moves in these recordings; `aero-hil record --excite all` moves each of them")
@@ -127,19 +138,25 @@ def calibrate(
             if found.interrupted is None:
                 report("how well each number is known")
                 hidden = find_slopes(fitted, np.zeros(len(KEPT)), found.phases_s, found.residuals)
-                report("predicting what was left out")
-                left_out = held_out(model, found)
+                if leave_out:
+                    report("predicting what was left out")
+                    left_out = held_out(model, found)
                 if yardstick:
                     report("P-and-damping model, for comparison")
                     compared = _yardstick(PDampingModel(kept), report)
         except (KeyboardInterrupt, SystemExit) as error:
             found = replace(found, interrupted=error)
     known: Intervals = {}
+    from_readings: dict[str, NDArray[np.bool_]] = {}
     if found.slopes:
         kept_slopes = hidden or [np.zeros((*r.shape, len(KEPT))) for r in found.residuals]
-        errors = covariance(found.residuals, found.slopes, spreads(model), kept_slopes, spreads(fitted))
+        noise = noise_counts(found.residuals)
+        errors = covariance(found.residuals, found.slopes, spreads(model), kept_slopes, spreads(fitted), noise=noise)
+        errors = widened(errors, factors_of(model.free, factors), spreads(model))
         known = intervals(lambda x: numbers(model.unit(x)), found.x, errors)
-    return Calibration(model.unit(found.x), kept, firmware, known, found, left_out, compared)
+        believed = intervals(lambda x: numbers(model.unit(x)), found.x, np.diag(spreads(model) ** 2))
+        from_readings = told(known, believed)
+    return Calibration(model.unit(found.x), kept, firmware, known, from_readings, found, left_out, compared)
 
 
 def _yardstick(model: Model, report: Report) -> list[Residuals]:
@@ -159,8 +176,8 @@ def _processes(jobs: int) -> AbstractContextManager[Executor | None]:
 def _replays(model: UnitModel) -> int:
     """Return about how many replays a calibration takes."""
     slopes, kept, phases = len(slope_groups(model.free)), len(slope_groups(KEPT)), len(model.phases_s)
-    iteration = slopes + 2
-    return len(model.traces) * (3 * phases + TYPICAL_ITERATIONS * iteration + slopes + kept + phases)
+    iteration = slopes + STEPS + 2
+    return len(model.traces) * (phases + TYPICAL_ITERATIONS * iteration + kept + phases)
 
 
 def _one_firmware(traces: Sequence[Trace], asked: str | None) -> str:

@@ -1,8 +1,9 @@
 """Search for the numbers that predict traces best.
 
-Damped Gauss-Newton on any `Model`, alternating with the one thing that no recording tells: where its readings lie on
-the grid of the board's telemetry. What is searched for is held near the start by a stated spread, so
-that a number which the traces do not tell stays where it was.
+Damped Gauss-Newton on any `Model`, alternating with what belongs to a recording and not to the hand: where its
+readings lie on the grid of the board's telemetry. Slopes are what costs, so several steps are taken with the same ones.
+What is searched for is held near the start by a stated spread, so that a number which the traces do not tell stays
+where it was.
 """
 
 from __future__ import annotations
@@ -23,14 +24,21 @@ Residuals = list[Floats]
 """Per trace (m, 7), predicted less recorded, counts."""
 
 NOISE_COUNTS = 5.0
-"""How far a good prediction misses a reading, counts rms; weighs the data against `Free.spread`."""
+"""How far a good prediction of a physical hand misses a reading, counts rms; readings weigh at least so much against
+`Free.spread`."""
+QUIETEST_COUNTS = 1.0
+"""How far at least: a prediction that misses by less is not believed more, counts rms."""
 STEP = 0.3
 """Step of the finite differences in units of `Free.spread`: large, for counts are whole and friction has corners."""
 LARGEST_STEP = 1.0
 """Longest step of one number in one iteration in units of `Free.spread`."""
 SHORTENED = (1.0, 0.4, 0.15)
 """Shares of a step that are tried until one lowers the cost."""
-CONVERGED = 2e-3
+STEPS = 3
+"""Steps at most that are taken with the same slopes."""
+WORTH_A_STEP = 0.05
+"""Relative gain of a step that is worth another with the same slopes."""
+CONVERGED = 0.02
 """Relative gain of an iteration that is not worth another."""
 OUTLIER_COUNTS = 40.0
 """Residuals count linearly from here on (collisions, late reads), counts."""
@@ -86,57 +94,78 @@ class Found:
     residuals: Residuals
     """With these numbers and phases."""
     slopes: list[Floats]
-    """Per trace (m, 7, p), change of the residuals with the free numbers; empty when it was interrupted before."""
+    """Per trace (m, 7, p), change of the residuals with the free numbers, where the last iteration began; empty when it
+    was interrupted before."""
     interrupted: BaseException | None = None
     """Ctrl-C or a termination that came; the numbers are the best until then."""
 
 
-def search(model: Model, *, iterations: int = 8, report: Report = lambda _line: None) -> Found:
-    """Return the free numbers that predict the traces of a model best, and the slopes there.
+def search(model: Model, *, iterations: int = 3, report: Report = lambda _line: None) -> Found:
+    """Return the free numbers that predict the traces of a model best, and the slopes on the way there.
 
     Ctrl-C and a termination (`SystemExit`) end the search with the best numbers so far, once there are any.
     """
-    n, spread = len(model.traces), spreads(model)
     x: Floats = np.zeros(len(model.free))
-    phases = _best_phases(model, x)
-    found = Found(x, phases, model.residuals([x] * n, phases), [])
+    grid = [[phase] * len(model.traces) for phase in model.phases_s]
+    apart_s = float(np.ptp(model.phases_s)) / max(len(grid) - 1, 1)
+    found = _best_phased(model, x, grid)
+    coarse = True
     try:
         for iteration in range(iterations):
             report(f"iteration {iteration}: {pooled_rms(found.residuals):.2f} counts")
-            before = _objective(found.residuals, found.x, spread)
-            found, best = _iterated(model, found, spread, before)
-            if before - best < CONVERGED * before:
-                settled, found = found.phases_s, _rephased(model, found)
-                if found.phases_s == settled:
-                    break
-        found = _rephased(model, found)
+            noise = noise_counts(found.residuals)
+            before = _objective(model, found, noise)
+            found = replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
+            found = _descended(model, found, noise)
+            settled = found.phases_s
+            if coarse:
+                found = _rephased(model, found, grid)
+                coarse = found.phases_s != settled
+            if not coarse:
+                apart_s /= 2.0
+                found = _rephased(model, found, [[phase + d for phase in found.phases_s] for d in (-apart_s, apart_s)])
+            if found.phases_s == settled and before - _objective(model, found, noise) < CONVERGED * before:
+                break
         report(f"found: {pooled_rms(found.residuals):.2f} counts")
-        return replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
+        if not found.slopes:
+            found = replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
+        return found
     except (KeyboardInterrupt, SystemExit) as error:
         return replace(found, interrupted=error)
 
 
-def _iterated(model: Model, found: Found, spread: Floats, before: float) -> tuple[Found, float]:
-    """Return what is found a step further, or the same with new slopes when no step lowers the cost; and the cost."""
-    n = len(model.traces)
-    slopes = find_slopes(model, found.x, found.phases_s, found.residuals)
-    step = gauss_newton_step(found.residuals, slopes, found.x, spread)
-    step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
-    best = before
-    for share in SHORTENED:
-        tried = found.x + share * step
-        missed = model.residuals([tried] * n, found.phases_s)
-        best = _objective(missed, tried, spread)
-        if best < before:
-            return Found(tried, found.phases_s, missed, slopes), best
-    return replace(found, slopes=slopes), best
+def _descended(model: Model, found: Found, noise: float) -> Found:
+    """Return what is found some steps further with the same slopes, or the same when no step lowers the cost."""
+    spread, n = spreads(model), len(model.traces)
+    before = _objective(model, found, noise)
+    for _ in range(STEPS):
+        step = gauss_newton_step(found.residuals, found.slopes, found.x, spread, noise)
+        step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
+        for share in SHORTENED:
+            x = found.x + share * step
+            tried = replace(found, x=x, residuals=model.residuals([x] * n, found.phases_s))
+            if (cost := _objective(model, tried, noise)) < before:
+                break
+        else:
+            return found
+        found, gain, before = tried, 1.0 - cost / before, cost
+        if gain < WORTH_A_STEP:
+            break
+    return found
 
 
-def _rephased(model: Model, found: Found) -> Found:
-    """Return the same numbers on the telemetry phases that suit them."""
-    phases = _best_phases(model, found.x)
-    residuals = model.residuals([found.x] * len(model.traces), phases)
-    return replace(found, phases_s=phases, residuals=residuals)
+def _rephased(model: Model, found: Found, phases_s: Sequence[Sequence[float]]) -> Found:
+    """Return the same numbers with each trace on that one of some phases, (phases, traces), that suits it better."""
+    best = _best_phased(model, found.x, phases_s)
+    nearer = [_cost(there) < _cost(here) for there, here in zip(best.residuals, found.residuals, strict=True)]
+    return replace(
+        found,
+        phases_s=tuple(np.where(nearer, best.phases_s, found.phases_s).tolist()),
+        residuals=[
+            there if better else here
+            for there, here, better in zip(best.residuals, found.residuals, nearer, strict=True)
+        ],
+    )
 
 
 def find_slopes(model: Model, x: Floats, phases_s: Sequence[float], residuals: Residuals) -> list[Floats]:
@@ -182,13 +211,15 @@ def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
     return tuple(map(tuple, groups))
 
 
-def gauss_newton_step(residuals: Residuals, slopes: Sequence[Floats], x: Floats, spread: Floats) -> Floats:
-    """Return the step, (p,), that minimises the weighted squares of the residuals and of `x` over `spread`."""
+def gauss_newton_step(
+    residuals: Residuals, slopes: Sequence[Floats], x: Floats, spread: Floats, noise: float = NOISE_COUNTS
+) -> Floats:
+    """Return the step, (p,), that minimises the squares of the residuals over `noise` and of `x` over `spread`."""
     normal: NDArray[np.floating] = np.diag(1.0 / np.square(spread))
     gradient: NDArray[np.floating] = x / np.square(spread)
     for residual, slope in zip(residuals, slopes, strict=True):
         flat = slope.reshape(residual.size, len(x))
-        weighted = flat * (_weights(residual).reshape(-1, 1) / NOISE_COUNTS**2)
+        weighted = flat * (_weights(residual).reshape(-1, 1) / noise**2)
         normal = normal + weighted.T @ flat
         gradient = gradient + weighted.T @ residual.ravel()
     step: Floats = -np.linalg.solve(normal, gradient)
@@ -205,10 +236,17 @@ def pooled_rms(residuals: Iterable[Floats]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2)))
 
 
-def _best_phases(model: Model, x: Floats) -> tuple[float, ...]:
-    phases = [[phase] * len(model.traces) for phase in model.phases_s]
-    costs = [[_cost(r) for r in missed] for missed in rounds(model, [x] * len(phases), phases)]
-    return tuple(model.phases_s[best] for best in np.argmin(costs, axis=0).tolist())
+def noise_counts(residuals: Residuals) -> float:
+    """Return how far a prediction is believed to miss a reading, counts rms: as far as this one does, within bounds."""
+    return float(np.clip(pooled_rms(residuals), QUIETEST_COUNTS, NOISE_COUNTS))
+
+
+def _best_phased(model: Model, x: Floats, phases_s: Sequence[Sequence[float]]) -> Found:
+    """Return some numbers with each trace on that one of its phases, (phases, traces), that suits it best."""
+    missed = rounds(model, [x] * len(phases_s), phases_s)
+    best = np.argmin([[_cost(r) for r in one] for one in missed], axis=0).tolist()
+    phases = tuple(phases_s[row][trace] for trace, row in enumerate(best))
+    return Found(x, phases, [missed[row][trace] for trace, row in enumerate(best)], [])
 
 
 def _weights(residual: Floats) -> Floats:
@@ -222,5 +260,5 @@ def _cost(residual: Floats) -> float:
     return float(np.sum(np.where(size < OUTLIER_COUNTS, size**2, OUTLIER_COUNTS * (2 * size - OUTLIER_COUNTS))))
 
 
-def _objective(residuals: Residuals, x: Floats, spread: Floats) -> float:
-    return sum(map(_cost, residuals)) / NOISE_COUNTS**2 + float(np.sum((x / spread) ** 2))
+def _objective(model: Model, found: Found, noise: float) -> float:
+    return sum(map(_cost, found.residuals)) / noise**2 + float(np.sum((found.x / spreads(model)) ** 2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil.lab.system_identification.search import NOISE_COUNTS, OUTLIER_COUNTS, Floats, Residuals
 
@@ -15,12 +16,21 @@ LONGEST_LAG = 50
 ROUNDING_COUNTS2 = 1.0 / 12.0
 """Variance of a reading that is a whole number of counts."""
 
+TOLD = 0.8
+"""Width of an interval, as a share of what was believed before, from which on the readings have not told a number."""
+
 Intervals = dict[str, tuple[Floats, Floats]]
 """Low and high of each entry of a field, by `section.field`; an entry without width was not fitted."""
 
 
 def covariance(
-    residuals: Residuals, slopes: Sequence[Floats], spread: Floats, hidden: Sequence[Floats], hidden_spread: Floats
+    residuals: Residuals,
+    slopes: Sequence[Floats],
+    spread: Floats,
+    hidden: Sequence[Floats],
+    hidden_spread: Floats,
+    *,
+    noise: float = NOISE_COUNTS,
 ) -> Floats:
     """Return the covariance of the errors of the free numbers, (p, p).
 
@@ -34,17 +44,18 @@ def covariance(
         spread: of the free numbers, (p,).
         hidden: slopes of the kept numbers, per trace (m, 7, q).
         hidden_spread: of the kept numbers, (q,).
+        noise: what the search held the residuals against, counts.
     """
     p, q = len(spread), len(hidden_spread)
     information, scatter, shared = np.zeros((p, p)), np.zeros((p, p)), np.zeros((p, q))
     for residual, slope, felt in zip(residuals, slopes, hidden, strict=True):
         for channel in range(residual.shape[1]):
             inlier = np.abs(residual[:, channel]) < OUTLIER_COUNTS
-            weighted = slope[inlier, channel] / NOISE_COUNTS
+            weighted = slope[inlier, channel] / noise
             one = weighted.T @ weighted
             information += one
-            scatter += one * _together(residual[inlier, channel]) / NOISE_COUNTS**2
-            shared += weighted.T @ felt[inlier, channel] / NOISE_COUNTS
+            scatter += one * _together(residual[inlier, channel]) / noise**2
+            shared += weighted.T @ felt[inlier, channel] / noise
     prior = np.diag(spread**-2.0)
     gain = np.linalg.inv(information + prior)
     kept = shared * hidden_spread
@@ -63,6 +74,25 @@ def _together(residual: Floats) -> float:
             break
         total += 2.0 * shared
     return max(total, ROUNDING_COUNTS2)
+
+
+def told(known: Intervals, believed: Intervals) -> dict[str, NDArray[np.bool_]]:
+    """Return which entries the readings have made clearly better known than they were before, by `section.field`."""
+    return {name: (high - low) < TOLD * (believed[name][1] - believed[name][0]) for name, (low, high) in known.items()}
+
+
+def widened(errors: Floats, factor: Floats, spread: Floats) -> Floats:
+    """Return errors whose standard deviations are `factor` times as large, but nowhere beyond what is believed anyway.
+
+    Args:
+        errors: covariance of the free numbers, (p, p).
+        factor: by how much each is known less well than `errors` says, (p,).
+        spread: what is believed of each before data are seen, (p,).
+    """
+    deviation = np.sqrt(np.diag(errors))
+    scale = np.minimum(factor * deviation, spread) / np.maximum(deviation, np.finfo(float).tiny)
+    wider: Floats = errors * np.outer(scale, scale)
+    return wider
 
 
 def intervals(numbers: Callable[[Floats], Mapping[str, Floats]], x: Floats, errors: Floats) -> Intervals:

@@ -29,11 +29,15 @@ PHYSICAL_UNITS: Mapping[str, str] = {
 }
 """Unit of each field that a written file may explain."""
 STARTING = "as the starting unit"
+NOT_TOLD = " (not told by the recordings)"
+"""Follows an interval that is as wide as what is believed of any such hand."""
 DIGITS = 5
 """Significant digits of a written number: counts are whole, a prediction knows no more."""
 
 
-def unit_toml(unit: Unit, description: str, intervals: Intervals) -> str:
+def unit_toml(
+    unit: Unit, description: str, intervals: Intervals, told: Mapping[str, NDArray[np.bool_]] | None = None
+) -> str:
     """Return a unit as TOML: what departs from the defaults and does not follow from the rest, with its source.
 
     Args:
@@ -41,7 +45,9 @@ def unit_toml(unit: Unit, description: str, intervals: Intervals) -> str:
         description: which hand it is.
         intervals: 95 % intervals of the fitted fields. Entries without width, and fields that are not named, are
             marked as taken over.
+        told: which of these entries the readings tell; all of a field that is not named.
     """
+    told = told or {}
     lines = [f"description = {json.dumps(description, ensure_ascii=False)}"]
     default = Unit()
     if unit.limits != default.limits:
@@ -52,16 +58,21 @@ def unit_toml(unit: Unit, description: str, intervals: Intervals) -> str:
         if changed:
             lines += ["", f"[{section}]"]
         for key, value in changed.items():
-            source = _source(intervals.get(f"{section}.{key}"))
+            source = _source(intervals.get(name := f"{section}.{key}"), told.get(name))
             lines += [f"# {PHYSICAL_UNITS[key]}; {source}" if key in PHYSICAL_UNITS else f"# {source}"]
             lines += [f"{key} = {_value(value)}"]
     return "\n".join(lines) + "\n"
 
 
-def _source(interval: tuple[NDArray[np.float64], NDArray[np.float64]] | None) -> str:
+def _source(interval: tuple[NDArray[np.float64], NDArray[np.float64]] | None, told: NDArray[np.bool_] | None) -> str:
     if interval is None:
         return STARTING
-    spans = [f"{low:.3g} to {high:.3g}" if low < high else STARTING for low, high in zip(*interval, strict=True)]
+    low, high = interval
+    told = np.ones(low.shape, bool) if told is None else told
+    spans = [
+        STARTING if below >= above else f"{below:.3g} to {above:.3g}{'' if of_readings else NOT_TOLD}"
+        for below, above, of_readings in zip(low, high, told, strict=True)
+    ]
     return f"fitted, 95 % interval{' of each' if len(spans) > 1 else ''}: {'; '.join(spans)}"
 
 

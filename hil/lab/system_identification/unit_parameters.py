@@ -28,6 +28,12 @@ SPRUNG: tuple[tuple[Channel, tuple[int, ...]], ...] = (
     (Channel.THUMB_FLEXOR, (Joint.THUMB_MCP, Joint.THUMB_IP)),
 )
 """Joints whose springs load a cable; the knuckle closes first, so its springs show in another part of the stroke."""
+JOINTS: tuple[tuple[Channel, tuple[int, ...]], ...] = (
+    *((finger, (3 * finger, 3 * finger + 1, 3 * finger + 2)) for finger in FINGERS),
+    (Channel.THUMB_ABDUCTION, (Joint.THUMB_ABDUCTION,)),
+    *SPRUNG[-2:],
+)
+"""Joints that move with a channel."""
 PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
 """Where a recording may lie on the board's 10 ms telemetry grid, s."""
 
@@ -44,9 +50,9 @@ FREE: tuple[Free, ...] = (
     Free("servos.goal_delay_s", (), ALL, 0.15),
     Free("servos.duty_per_count", (), ALL, 0.15),
     Free("servos.duty_per_count_per_s", (), ALL, 0.4),
-    Free("servos.no_load_speed_counts", (), ALL, 0.03),
-    Free("hand.rotor_inertia", ALL, ALL, 0.3),
-    Free("hand.cable_friction", CABLES, CABLES, 0.5),
+    Free("servos.no_load_speed_counts", (), ALL, 0.06),
+    *_each("hand.rotor_inertia", 0.3),
+    *_each("hand.cable_friction", 0.5, CABLES),
     *_each("hand.spool_friction", 0.7),
     *_springs("hand.spring_open", 0.4),
     *_springs("hand.spring_rise", 0.6),
@@ -64,8 +70,8 @@ KEPT: tuple[Free, ...] = (
     Free("hand.supply_ratio", (), ALL, 0.1),
     Free("hand.cable_compliance", (), ALL, 0.4),
     *_each("hand.winding_scale", 0.02, tuple(CABLES)),
-    Free("hand.joint_friction", tuple(range(16)), ALL, 0.7),
-    Free("hand.joint_damping", tuple(range(16)), ALL, 0.7),
+    *(Free("hand.joint_friction", joints, (channel,), 0.7) for channel, joints in JOINTS),
+    *(Free("hand.joint_damping", joints, (channel,), 0.7) for channel, joints in JOINTS),
 )
 """Numbers that encoders tell only against those above, with how far each may be off; they widen the intervals."""
 MOVED = 0.01

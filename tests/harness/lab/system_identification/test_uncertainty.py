@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hil.lab.system_identification.search import gauss_newton_step
-from hil.lab.system_identification.uncertainty import COVERAGE_SIGMA, covariance, intervals
+from hil.lab.system_identification.uncertainty import COVERAGE_SIGMA, covariance, intervals, told
 
 SPREAD = np.array([1.0, 0.7, 0.3])
 
@@ -54,3 +54,9 @@ def test_an_entry_that_was_not_fitted_has_no_width():
     low, high = intervals(lambda x: {"gain": np.array([x[0], 0.3])}, np.ones(1), np.eye(1))["gain"]
     assert low[1] == high[1] == 0.3
     assert low[0] < 1.0 < high[0]
+
+
+def test_what_readings_tell_is_narrower_than_what_was_believed():
+    believed = intervals(lambda x: {"take_up": x}, np.zeros(2), np.eye(2))
+    known = intervals(lambda x: {"take_up": x}, np.zeros(2), np.diag([0.7, 0.9]) ** 2)
+    assert told(known, believed)["take_up"].tolist() == [True, False]

@@ -97,3 +97,11 @@ def test_a_written_unit_says_what_was_fitted_and_how_surely():
     assert above.startswith(f"# N m; fitted, 95 % interval of each: {low[0]:.3g} to {high[0]:.3g}; ")
     assert above.endswith("; as the starting unit" * 5)
     assert "as the starting unit" in lines[lines.index(next(x for x in lines if x.startswith("rotor_inertia"))) - 1]
+
+
+def test_a_written_unit_says_which_intervals_the_recordings_do_not_tell():
+    friction = np.array(plausible_unit(1).hand.spool_friction)
+    known = {"hand.spool_friction": (friction * 0.9, friction * 1.1)}
+    text = unit_toml(plausible_unit(1), "", known, {"hand.spool_friction": np.arange(7) != 2})
+    assert text.count("(not told by the recordings)") == 1
+    assert f"{friction[2] * 1.1:.3g} (not told by the recordings); {friction[3] * 0.9:.3g}" in text
