@@ -37,6 +37,8 @@ class GearedShaft:
     """Turns of the shaft a turn of the joint, not zero."""
     start: float = 0.0
     """Angle of the joint at time zero, rad."""
+    damping: float | None = None
+    """Damping of the joint beside the motor's voltage, N m s/rad; that of the file when None."""
 
 
 class JointPlant:
@@ -70,6 +72,9 @@ class JointPlant:
         self._setpoints = np.zeros(self._count)
         self._time = 0.0
         self.data.qpos[self._qpos] = [shaft.start for shaft in shafts]
+        for dof, geared in zip(self._dofs, shafts, strict=True):
+            if geared.damping is not None:
+                model.dof_damping[dof] = geared.damping
         for shaft in range(self._count):
             self.drive(shaft, UNPOWERED)
 

@@ -32,7 +32,7 @@ class RobotBus:
         """
         parameters = [servo.parameters for servo in robot.servos]
         shafts = [
-            GearedShaft(servo.joint, own.back_emf, servo.gear, math.radians(servo.start_deg))
+            GearedShaft(servo.joint, own.back_emf, servo.gear, math.radians(servo.start_deg), servo.joint_damping)
             for servo, own in zip(robot.servos, parameters, strict=True)
         ]
         mounted = [

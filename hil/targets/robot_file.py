@@ -10,9 +10,10 @@
     zero_counts = 2048              # reading at joint angle zero
     gear = 1.0                      # turns of the servo a turn of the joint
     start_deg = 0.0                 # joint angle at time zero
+    joint_damping = 0.1             # N m s/rad, without the motor's voltage; left out: that of the MJCF file
     physics = {stall_torque = 1.9}  # fields of ServoParameters other than the model's
 
-`id`, `model` and `joint` are needed; the other values above are the defaults, but for `physics`, which is empty.
+`id`, `model` and `joint` are needed; the others have defaults: 1, 2048, 1, 0, and nothing for the last two.
 """
 
 from __future__ import annotations
@@ -47,6 +48,8 @@ class RobotServo:
     """Turns of the servo a turn of the joint, positive."""
     start_deg: float = 0.0
     """Joint angle at time zero, degrees."""
+    joint_damping: float | None = None
+    """Of the joint without the motor's voltage, N m s/rad; that of the MJCF file when None."""
     physics: Mapping[str, float] = field(default_factory=dict)
     """Fields of `ServoParameters` that differ from what the model's data sheet states."""
 
@@ -59,6 +62,8 @@ class RobotServo:
             raise ValueError(f"a gear is positive, not {self.gear}")
         if not (math.isfinite(self.zero_counts) and math.isfinite(self.start_deg)):
             raise ValueError("zero_counts and start_deg are finite")
+        if self.joint_damping is not None and not 0.0 <= self.joint_damping < math.inf:
+            raise ValueError(f"a joint_damping is not negative, not {self.joint_damping}")
 
     @property
     def parameters(self) -> ServoParameters:
@@ -115,7 +120,8 @@ def _servo(row: Mapping[str, Any], path: Path, number: int) -> RobotServo:
             raise ValueError(f"{', '.join(sorted(missing))} missing")
         hints = get_type_hints(RobotServo)
         for name, value in row.items():
-            wanted: Any = {int: int, float: (int, float), str: str}.get(hints[name], dict)
+            numeric = (int, float)
+            wanted: Any = {int: int, float: numeric, float | None: numeric, str: str}.get(hints[name], dict)
             if not isinstance(value, wanted) or isinstance(value, bool):
                 raise ValueError(f"{name} cannot be {value!r}")
         model = row["model"]

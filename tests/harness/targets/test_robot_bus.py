@@ -96,6 +96,7 @@ def test_a_new_robot_is_one_toml_beside_its_mjcf(pendulum):
         ([("id = 9", 'id = "nine"')], "servo 1: id cannot be 'nine'"),
         ([("id = 9\n", "")], "servo 1: id missing"),
         ([("gear = 2.0", "gears = 2.0")], "unknown gears"),
+        ([("gear = 2.0", "joint_damping = -1")], "joint_damping is not negative"),
         ([("gear = 2.0", "gear = 0")], "a gear is positive"),
         ([("direction = -1", "direction = 0")], "a direction is 1 or -1"),
         ([("STS3215", "STS9999")], "unknown servo model 'STS9999'"),
@@ -134,6 +135,21 @@ def test_a_blocked_joint_pushes_no_harder_than_its_servo_times_its_gear(pendulum
     assert abs(robot.plant.efforts()[0]) == pytest.approx(2.94, rel=0.01)
     pushed = robot.plant.data.qfrc_actuator[robot.plant.model.joint("swing").dofadr[0]]
     assert abs(pushed) == pytest.approx(2 * 2.94, rel=0.02)
+
+
+def test_a_damping_replaces_that_of_the_file(pendulum):
+    """The servo's own voltage stays: 2.94 N m over 4.71 rad/s at the shaft, four times that behind a gear of 2."""
+    damped = PENDULUM.replace('armature="0.01"', 'armature="0.01" damping="9"')
+    speeds = []
+    for mjcf, damping in ((damped, "gear = 2.0"), (damped, "gear = 2.0\njoint_damping = 0")):
+        robot = pendulum(("gear = 2.0", damping), mjcf=mjcf)
+        Master(robot).go_to(9, 3500)
+        robot.wait(0.2)
+        robot.joint_deg("swing")
+        speeds.append(abs(robot.plant.speeds()[0]))
+    slow, fast = speeds
+    assert fast == pytest.approx(4.71, rel=0.05)
+    assert slow < 0.4 * fast
 
 
 def test_the_hand_of_a_person_moves_a_limp_joint_and_no_driven_one(pendulum):
