@@ -34,4 +34,13 @@ def held(result: Result) -> list[Row]:
     ]
 
 
-TABLES = {"held": stored("grasps", held)}
+def skins(result: Result) -> list[Row]:
+    """How many grasps hold with each skin, and which do not."""
+    header = ("skin", "hand", f"held, of {len(GRASPS)}", "not held")
+    return [
+        header,
+        *((row["skin"], row["hand"], str(row["held"]), ", ".join(map(str, row["lost"]))) for row in result.rows),
+    ]
+
+
+TABLES = {"held": stored("grasps", held), "skins": stored("grasp_skins", skins)}
