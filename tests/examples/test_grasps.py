@@ -10,6 +10,7 @@ from grasps.trial import hold
 
 from aero.channels import Channel
 from model.units import load_unit
+from model.units.skin import Skin, with_skin
 
 NAMED = {grasp.name: grasp for grasp in GRASPS}
 IDEAL = load_unit("ideal")
@@ -20,6 +21,20 @@ def test_an_easy_grasp_is_held(name):
     result = hold(NAMED[name], IDEAL)
     assert result.held, result.failure
     assert result.survived == 12
+
+
+@pytest.mark.parametrize("name", ["quadpod", "sphere 3 finger", "palmar pinch"])
+def test_what_the_search_found_is_held_with_a_skin(name):
+    result = hold(NAMED[name], with_skin(IDEAL, Skin.SILICONE))
+    assert result.held, result.failure
+    assert NAMED[name].margin > 0.8
+
+
+def test_the_joint_that_gives_way_is_named():
+    grasp = NAMED["tip pinch"]
+    result = hold(grasp, with_skin(load_unit("reference"), Skin.SILICONE))
+    assert result.failure.startswith("taken by gravity")
+    assert result.gave_way.startswith("index_mcp closes by")
 
 
 @pytest.mark.parametrize("change", [{"mass_kg": 20.0}, {"friction": 0.01}], ids=["too heavy", "slippery"])
