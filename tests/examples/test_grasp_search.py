@@ -106,7 +106,7 @@ def easy():
 
 
 def test_a_search_gets_no_worse_and_finds_what_was_spoilt(easy):
-    found = list(islice(search(easy, [IDEAL]), 4))
+    found = list(islice(search(easy, [IDEAL]), 8))
     worths = [one.worth for one in found]
     assert worths == sorted(worths)
     assert worths[0] < 0.0 < worths[-1]
