@@ -20,6 +20,7 @@ from firmware_emulator.kernel import Kernel
 from firmware_emulator.native.program import READY, FirmwareProgramError, Turn
 from firmware_emulator.native.program import SERVOS as SERVO_BYTES
 from firmware_emulator.native.program_board import ProgramBoard
+from firmware_emulator.servo.models import HLS3606M
 from firmware_emulator.servo.registers import REGISTERS
 from firmware_emulator.servo.servo import Servo
 
@@ -47,6 +48,7 @@ class Rehearsed:
 class _StalledServo:
     """As much of a `Servo` as the bus needs: answers everything, holds what was written, and is always at its stop."""
 
+    model = HLS3606M
     status = 0
     response_level = 1
     silent_until = 0.0
