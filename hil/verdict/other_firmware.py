@@ -35,8 +35,8 @@ at 47 to 50 % of those before; telemetry comes every 20 ms from `pre`, every 10 
 LEAST = 2
 """Readings that must be off by the named version; one alone could be any fault's."""
 SURE = 0.9
-"""How likely such a run is of another firmware: of drawn hands with one fault it was so on all but about 1 in 500, and
-another firmware is one of 57 causes (`docs/campaign.md`)."""
+"""How likely such a run is of another firmware (assumption). None of 111 drawn hands with another fault read so, and 13
+of 14 with another firmware did (`docs/campaign.md`); 0.9 holds while fewer than 1 in 500 of the others do."""
 
 
 def limits_of_others(kind: str, named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...]]:
@@ -59,10 +59,9 @@ def other_firmware(
     found = [version for version, limits in others.items() if _reads_as(numbers, off, named, version, limits)]
     if not found:
         return None
-    shifted = bool(len(firmware_of(named).calibrations) > 1)
     words = " or ".join(_alike(version) for version in found)
     causes = [("version", f"The hand reads as a healthy one with firmware {words}.", Effect.VERSION)]
-    if shifted and any(len(firmware_of(version).calibrations) == 1 for version in found):
+    if _shifts(named) and not all(_shifts(version) for version in found):
         causes.append(("nvs_lost", "The board was not homed since it was flashed, or lost its zeros.", Effect.RESTART))
     share = SURE / len(causes)
     return Diagnosis(
@@ -100,6 +99,12 @@ def _changed(one: Firmware, other: Firmware) -> Collection[str]:
     return [channel.label for channel in SHIFT_CLOSING] if one.calibrations != other.calibrations else []
 
 
+def _shifts(version: str) -> bool:
+    """Return whether a version moves windows when it homes; one that was not homed has those of an older version."""
+    return len(firmware_of(version).calibrations) > 1
+
+
 def _alike(version: str) -> str:
-    group = next(group for group in ALIKE if version in group)
-    return version if len(group) == 1 else f"{group[0]} to {group[-1]}" if group[-1] != "main" else "0.2.0 or main"
+    """Return the versions that move as this one, in words."""
+    first, *rest = next(group for group in ALIKE if version in group)
+    return f"{first} or {rest[-1]}" if len(rest) == 1 else f"{first} to {rest[-1]}" if rest else first

@@ -74,3 +74,37 @@ def test_a_diagnosis_names_the_firmware_in_place_of_a_fault():
     assert found.causes[0].meaning == "The hand reads as a healthy one with firmware 0.2.0 or main."
     assert "thumb_cmc_flexion" in dict(found.off)
     assert found.where[0].place is Place.BOARD
+
+
+def told_with(off):
+    """Return what is said of a kept hand of 0.2.0 of which 0.1.5 was named, when these readings are off by 0.1.5."""
+    hand = next(hand for hand in KEPT if hand.trial.firmware == "0.2.0")
+    others = limits_of_others(DEFAULT_LIMITS, "0.1.5", guarded=hand.trial.guarded)
+    return other_firmware(hand.numbers, off, "0.1.5", others)
+
+
+STOPS = {
+    ("excursion", "closed_percent", "thumb_cmc_flexion"): 9.0,
+    ("coupling", "stop_without_abduction", "thumb_cmc_flexion"): 9.0,
+}
+
+
+def test_a_channel_whose_window_no_version_moves_is_a_fault():
+    assert told_with(STOPS) is not None
+    # Soft cables let CMC flexion close as far as 0.2.0 does, and the flexor a little further.
+    assert told_with({**STOPS, ("excursion", "closed_percent", "thumb_flexor"): 1.1}) is None
+
+
+def test_readings_that_versions_share_are_not_enough():
+    # A derailed cable at the first experiments, of which no reading differs between versions.
+    derailed = {("audit", "followed", "thumb_cmc_flexion"): -1.7, ("audit", "pull", "thumb_cmc_flexion"): 1.4}
+    assert told_with(derailed) is None
+    assert told_with({**derailed, **STOPS}) is not None
+
+
+def test_what_the_map_of_the_named_version_reads_does_not_count():
+    hand = next(hand for hand in KEPT if hand.trial.firmware == "0.2.0")
+    numbers = {name: {on: dict(found) for on, found in table.items()} for name, table in hand.numbers.items()}
+    # `--unit plausible:199001 --firmware 0.1.5 --fault board_runs_0.2.0` reads 61°; hands of 0.2.0 read up to 54°.
+    numbers["excursion"]["thumb_cmc_flexion"]["closed_angle"] = 61.0
+    assert told(hand, "0.1.5", numbers) is not None
