@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.verdict import baseline as baselines
 
 
@@ -18,6 +18,6 @@ def baseline(*, results: Path, folder: Path) -> None:
 
     Later runs of `aero-hil validate --baseline FOLDER` say what has become worse.
     """
-    with given():
+    with usage_errors():
         baselines.store(results, folder)
     click.echo(f"baseline {folder}; compare with `aero-hil validate --baseline {folder}`")

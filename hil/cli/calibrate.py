@@ -15,7 +15,7 @@ from aero.channels import Channel
 from aero.firmware import FIRMWARE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import NewFolder
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
@@ -56,13 +56,13 @@ def calibrate_command(
     """
     console = new_console()
     columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with given():
+    with usage_errors():
         unit = unit_named(start)
         prepared_file(out)
         if plots is not None:
             prepared_folder(plots)
         traces = [load_trace(path) for path in recordings]
-    with given(), unwinding(), ProgressBar(*columns, console=console, transient=True) as bar:
+    with usage_errors(), unwinding(), ProgressBar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("replays, about", total=None)
         result = calibrate(
             traces,

@@ -13,7 +13,7 @@ from aero.firmware import FIRMWARE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import SEED
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
@@ -88,7 +88,7 @@ def campaign(
     --out goes on.
     """
     console = new_console()
-    with given():
+    with usage_errors():
         trials = healthy_hands(first_seed, healthy, firmware, conditions or None) if healthy else []
         trials += shipped_hands() if shipped else []
         trials += drawn_hands(first_seed, drawn, firmware) if drawn else []

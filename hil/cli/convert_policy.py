@@ -9,7 +9,7 @@ import click
 from aero.policy.file import save
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.recordings.output import prepared_file
 from train.convert import Origin, convert
 
@@ -33,7 +33,7 @@ def convert_policy(*, checkpoint: Path, policy: Path, name: str | None, settings
     is run: what it names beyond the few classes of such a checkpoint is refused. Folders need the `train` extra.
     """
     origin = Origin(PRESETS[settings], ShownAction(shown_action))
-    with given():
+    with usage_errors():
         prepared_file(policy)
         converted = convert(checkpoint, origin, name)
     save(converted, policy)

@@ -15,7 +15,7 @@ from aero.clock import WallClock
 from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.pty import PtyServer
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation
 from hil.cli.viewing import viewing, with_view
 from hil.faults import Schedule, parse_fault
@@ -63,7 +63,7 @@ def emulate(
     if bus_echo and bus_link is None:
         raise click.UsageError("--bus-echo needs --bus-link: it is the adapter of that terminal")
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
-        with given():
+        with usage_errors():
             schedule = Schedule(map(parse_fault, faults), hand.seed)
             refuse_at_a_port(schedule.faults)
             unit = unit_named(hand.unit)
@@ -86,7 +86,7 @@ def emulate(
             )
         with ExitStack() as files, server, closing(electronics), viewing(view, hand, stay=False) as audience:
             if record is not None:
-                with given():
+                with usage_errors():
                     # An extra that a hand without a recording needs not.
                     from hil.recordings.wire_file import WireFile  # noqa: PLC0415
 

@@ -11,7 +11,7 @@ import click
 
 from aero.safety.interrupts import noted
 from firmware_emulator.links.bus_pty import BusServer
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.targets.robot_bus import RobotBus, obey
 
 
@@ -54,7 +54,7 @@ def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool,
     if port is not None and (link is not None or echo):
         raise click.UsageError("--port takes neither --link nor --echo: they are of the terminal that it replaces")
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
-        with given():
+        with usage_errors():
             built = RobotBus.of_file(robot, seed=seed)
             server = BusServer(built.chain, link=link, port=port, echo=echo)
         with server:

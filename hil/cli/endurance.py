@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import ChosenHand, target
 from hil.cli.terminal import ProgressBar
 from hil.lab.endurance import drift, read_cycles, run_endurance
@@ -29,7 +29,7 @@ def endurance(
     log: Path,
 ) -> None:
     """Open and close the whole hand many times and report what drifts."""
-    with given():
+    with usage_errors():
         prepared_file(log)
         read_cycles(log)
     with hand.open() as opened, ProgressBar() as bar:

@@ -19,7 +19,7 @@ from aero.policy.task import CHANNELS
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.evaluation_tables import print_figures, print_gaps, print_lost, print_strata, print_survival
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import SEED, NewFolder, Seconds
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
@@ -124,7 +124,7 @@ def evaluate(
     and with cubes of other sizes, masses, frictions and centres of mass.
     """
     console = new_console(width=None if sys.stdout.isatty() else WIDTH)
-    with given():
+    with usage_errors():
         policy = find_policy(policy_name)
         _prepare(out, backends, with_video=with_video)
     seed = int(np.random.default_rng().integers(FRESH_SEEDS)) if seed is None else seed

@@ -16,6 +16,8 @@ from typing import Any
 
 import click
 
+from hil.recordings.errors import FULL_DISK, CannotBeWrittenError
+
 _LOG = logging.getLogger(__name__)
 
 
@@ -57,13 +59,22 @@ class Ended(click.ClickException):
 
 
 @contextmanager
-def given() -> Iterator[None]:
-    """Around the use of options, arguments and files that were given: what is refused ends with `Exit.USAGE`."""
+def usage_errors() -> Iterator[None]:
+    """End with `Exit.USAGE` when options, arguments or user-supplied files are refused.
+
+    It belongs around parsing alone: what is computed from them afterwards fails as what it is. A full disk is never
+    wrong usage.
+    """
     try:
         yield
-    except (ValueError, OSError, KeyError, OverflowError) as error:
-        text = error.args[0] if isinstance(error, KeyError) else error
-        raise Ended(str(text), Exit.USAGE) from error
+    except CannotBeWrittenError:
+        raise
+    except OSError as error:
+        if error.errno in FULL_DISK:
+            raise
+        raise Ended(str(error), Exit.USAGE) from error
+    except (ValueError, OverflowError) as error:
+        raise Ended(str(error), Exit.USAGE) from error
 
 
 CODES = (
@@ -75,6 +86,8 @@ CODES = (
     ("firmware_emulator.native.program.FirmwareProgramError", Exit.FIRMWARE),
     ("hil.targets.target.MissingCapabilityError", Exit.USAGE),
     ("hil.faults.schedule.FaultNeverFiredError", Exit.USAGE),
+    ("hil.recordings.errors.CannotBeMeasuredError", Exit.USAGE),
+    ("hil.recordings.errors.UnusableFileError", Exit.USAGE),
     ("hil.lab.campaign.conduct.NoSchedulerError", Exit.USAGE),
     ("hil.lab.campaign.store.StoreError", Exit.USAGE),
     ("builtins.OSError", Exit.NOT_WRITTEN),

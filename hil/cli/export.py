@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from aero.whole_file import write_whole
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
 from hil.report.foxglove.export import LAYOUT, export, layout
@@ -31,7 +31,7 @@ def export_command(*, recording: Path, out: Path | None, layout_file: Path | Non
     file, and take the layout.
     """
     path = recording.with_name(f"{recording.stem}-foxglove.mcap") if out is None else out
-    with given():
+    with usage_errors():
         prepared_file(path)
         if layout_file is not None:
             prepared_file(layout_file)

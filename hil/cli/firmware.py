@@ -17,7 +17,7 @@ from firmware_emulator.compare.trace_file import Recorded, TraceFileError, is_tr
 from firmware_emulator.native.build import build
 from firmware_emulator.native.compilers import FirmwareBuildError
 from firmware_emulator.native.program import FirmwareProgramError
-from hil.cli.exits import Ended, Exit, given
+from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.options import SEED
 from hil.recordings.output import prepared_file
 
@@ -53,7 +53,7 @@ def build_command(
 
     Needs a compiler whose `long` has 32 bits: g++ with its 32-bit libraries, or the extra `firmware`.
     """
-    with given():
+    with usage_errors():
         prepared_file(out)
     sanitizers = [name.strip() for name in sanitize.split(",") if name.strip()]
     try:
@@ -98,7 +98,7 @@ def compare_command(
     frames = packets = differing = 0
     seconds = 0.0
     kept: list[Recorded] = []
-    with given():
+    with usage_errors():
         if write is not None:
             prepared_file(write)
         one = contender(first, hand)

@@ -9,7 +9,7 @@ import click
 from rich.table import Table
 
 from aero.whole_file import write_whole
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import NewFolder
 from hil.cli.terminal import console as new_console
 from hil.lab.map_identification.figure import draw_thumb_figure
@@ -38,7 +38,7 @@ def identify_command(*, hand: Side, out: Path, figure: str) -> None:
     `ActuationMap.for_firmware(..., coefficients=FILE)`.
     """
     console = new_console()
-    with given():
+    with usage_errors():
         prepared_folder(out)
     result = identify(RoutedHand(hand), lambda step: console.print(step, style="dim"))
     radii = {"two_pose_m_per_rad": two_pose_radii(hand).tolist(), "flexor_m_per_rad": flexor_radius(hand)}

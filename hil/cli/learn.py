@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from aero.whole_file import write_whole
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.lab.campaign.detected_faults import by_fault, detected_text
 from hil.lab.campaign.kept_readings import DICTIONARY, DRAWN, write_kept
 from hil.lab.campaign.learning import entries, telling
@@ -46,7 +46,7 @@ GENERATOR = "model/units/plausible.py, homed, both sides, with a fault of the ca
 )
 def learn(*, campaign: Path, out: Path, detected: Path | None, drawn: bool, hands_only: bool) -> None:
     """Learn from CAMPAIGN, a folder that `aero-hil campaign --healthy N --fault all` made, by the present limits."""
-    with given(), opened(campaign, read_only=True) as store:
+    with usage_errors(), opened(campaign, read_only=True) as store:
         outcomes, commands = store.whole_outcomes(), store.commands()
         faulty = telling(outcomes)
         learned = learn_from(faulty, load_dictionary(dictionary.FILE)) if drawn else None

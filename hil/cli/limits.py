@@ -9,7 +9,7 @@ import click
 
 from aero.whole_file import write_whole
 from hil.checks import CHECKS, DEFAULT, DRIVER, WHOLE_RUN
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.lab.campaign.held_out import held_out
 from hil.lab.campaign.kept_readings import write_kept
 from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of, require_enough
@@ -51,7 +51,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool, widen: bool) -> None:
     beside the present limits of the others. A campaign with too few healthy hands for limits is refused. Of a larger
     one it is said how many hands its limits accuse that they were not made from.
     """
-    with given(), opened(campaign, read_only=True) as store:
+    with usage_errors(), opened(campaign, read_only=True) as store:
         commands = store.commands()
         outcomes = [outcome for outcome in store.whole_outcomes() if not outcome.trial.faults]
         made = kinds_of(outcomes)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 
 PACKAGES = ("aero", "hil")
 """Whose lines are shown and kept."""
@@ -49,7 +49,7 @@ def _show(context: click.Context, _option: click.Parameter, count: int) -> None:
 
 def _keep(context: click.Context, _option: click.Parameter, path: Path | None) -> None:
     if path is not None:
-        with given():
+        with usage_errors():
             _add(context, logging.FileHandler(path, encoding="utf-8"), logging.DEBUG)
 
 

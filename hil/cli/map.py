@@ -11,7 +11,7 @@ import numpy as np
 from aero.actuation import CALIBRATIONS, ActuationMap
 from aero.actuation.representations import REPRESENTATIONS, Representation, convert
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 
 MOST_CHARACTERS = 2**20
 """Longest posture that is read; one has some hundred characters."""
@@ -48,7 +48,7 @@ def map_command(
     \b
     echo '[30, 30, 30, 30, 45, 20, 10]' | aero-hil map --from compact --to codes
     """  # noqa: D301 - the backspace tells Click to keep the paragraph as it is
-    with given():
+    with usage_errors():
         codec = ActuationMap.for_firmware(firmware, calibration, hand=hand, coefficients=coefficients)
         values = _read(posture, source)
         result = convert(codec, values, source, target, saturate=saturate)

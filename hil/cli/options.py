@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 
 if TYPE_CHECKING:
     from aero.safety import Thresholds
@@ -51,7 +51,7 @@ class ChosenHand:
         """Return the hand as a context manager, see `hil.open_target`."""
         from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
 
-        with given():
+        with usage_errors():
             return _unwound(
                 open_target(
                     self.target,

@@ -14,7 +14,7 @@ from rich.table import Table
 from aero.firmware import FIRMWARE
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import SEED, Seconds
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
@@ -56,7 +56,7 @@ def predict(
 
     Emulated hands with a cube are run through every byte, as the deployment does it, and the simulator beside them.
     """
-    with given():
+    with usage_errors():
         policy = find_policy(policy_name)
         deployment = load_deployments()[deployment_name]
         deployment = replace(deployment, unit=unit or deployment.unit, firmware=firmware or deployment.firmware)

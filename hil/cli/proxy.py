@@ -13,7 +13,7 @@ from aero.clock import WallClock
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
-from hil.cli.exits import Ended, Exit, given
+from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.options import FAULT_HELP, RECORD
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
@@ -44,14 +44,14 @@ def proxy(
     Prints one line `ready PATH` when a client may open PATH.
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
-        with given():
+        with usage_errors():
             schedule = Schedule(map(parse_fault, faults), seed)
         try:
             transport = SerialTransport.open(port)
         except ConnectionError as error:
             raise Ended(str(error), Exit.NO_HAND) from error
         with closing(transport), ExitStack() as files:
-            with given():
+            with usage_errors():
                 between = LinkProxy(transport, schedule, link=link)
                 if record is not None:
                     # An extra that a proxy without a recording needs not.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from hil.cli.exits import Ended, Exit, given
+from hil.cli.exits import Ended, Exit, usage_errors
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording
 
@@ -21,7 +21,7 @@ def read(path: Path) -> Recording:
     Raises:
         Ended: it is none; the message says why.
     """
-    with given():
+    with usage_errors():
         return read_recording(path)
 
 

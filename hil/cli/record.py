@@ -8,7 +8,7 @@ import click
 
 from aero.channels import Channel
 from hil.cli.before_moving import before_moving
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import ChosenHand, Finite, target
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
@@ -51,7 +51,7 @@ def record_command(
     beyond the thresholds shown. What was recorded until an interruption is kept.
     """
     console = new_console()
-    with given():
+    with usage_errors():
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
         prepared_file(out)
     with hand.open() as opened:

@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from aero.channels import Channel
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.options import ChosenHand, target
 from hil.cli.reading import RECORDING, read
 from hil.cli.viewing import telling, viewing, with_view
@@ -34,10 +34,10 @@ def replay(
 ) -> None:
     """Send the bytes of RECORDING to a hand again and compare what comes back."""
     recorded = read(recording)
-    with given():
+    with usage_errors():
         if out is not None:
             prepared_file(out)
-    with viewing(view, hand) as audience, hand.open() as opened, given():
+    with viewing(view, hand) as audience, hand.open() as opened, usage_errors():
         audience.follow(source_of(opened))
         replayed = run_replay(recorded, opened, progress=telling(audience, silent))
         comparison = compare_replies(recorded, replayed)

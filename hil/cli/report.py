@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from aero.whole_file import write_whole
-from hil.cli.exits import Ended, Exit, given
+from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
 from hil.report.page import BYTES_ALONE, render_report
@@ -25,7 +25,7 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
 
     One that was broken off is shown and not judged: the exit code is 2 then, unless something else is out of limits.
     """
-    with given():
+    with usage_errors():
         prepared_file(out)
     made = {path: read(path) for path in recordings}
     with judging(*recordings):

@@ -18,7 +18,7 @@ from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction
 from aero.safety import Thresholds
-from hil.cli.exits import Exit, given
+from hil.cli.exits import Exit, usage_errors
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
@@ -98,7 +98,7 @@ def run_policy(
     """
     console = new_console()
     holds_cube = hand.target == "emulated" and not (dry_run or empty)
-    with given():
+    with usage_errors():
         policy = find_policy(policy_name)
         settings = RunSettings(
             seconds=seconds,

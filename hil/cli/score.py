@@ -11,7 +11,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from aero.channels import Channel
-from hil.cli.exits import given
+from hil.cli.exits import usage_errors
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.lab.system_identification.replay_score import ReplayScore, score
@@ -29,7 +29,7 @@ def score_command(*, recordings: tuple[Path, ...], unit: str) -> None:
     hand differs from itself, where recordings hold the same commands. Nothing is fitted.
     """
     console = new_console()
-    with given():
+    with usage_errors():
         emulated = unit_named(unit)
         traces = [load_trace(path) for path in recordings]
     with ProgressBar(console=console, transient=True) as bar:

@@ -9,7 +9,7 @@ from typing import Literal
 import click
 
 from aero.policy.file import load
-from hil.cli.exits import Ended, Exit, given
+from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.cli.policy_choice import choose
 from hil.cli.terminal import console as new_console
@@ -75,7 +75,7 @@ def train(
     same weights as without the break. At the end the last checkpoints and the average of the weights are compared on
     hands that no training has seen, and the best one is written.
     """
-    with given():
+    with usage_errors():
         prepared_folder(out)
         if with_video:
             check_video()

@@ -20,7 +20,7 @@ from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.shared.subjects import subject_words
 from hil.cli.before_moving import before_moving
-from hil.cli.exits import Ended, Exit, ending, given
+from hil.cli.exits import Ended, Exit, ending, usage_errors
 from hil.cli.options import ChosenHand
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
@@ -69,7 +69,7 @@ def run(
     """
     console = new_console()
     columns = (description(28), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with given():
+    with usage_errors():
         if baseline is not None:
             load(baseline)
         opening = hand.open(homed=homed, faults=[parse_fault(text) for text in faults])

@@ -25,6 +25,7 @@ from zstandard import ZstdError, frame_content_size
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file
+from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_writer import McapWriter
 from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
 from hil.recordings.seal import digest
@@ -84,10 +85,6 @@ LOG_SCHEMA = {
         "t": NUMBER,
     },
 }
-
-
-class UnusableFileError(ValueError):
-    """A file that cannot be used as a recording; the message names it and says why."""
 
 
 class RecordingFile:

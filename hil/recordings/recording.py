@@ -15,6 +15,7 @@ from typing import Any, Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hil.recordings.errors import CannotBeMeasuredError
 from hil.targets.wire_log import WireRecord
 from model.geometry import Side
 
@@ -121,10 +122,10 @@ class Series:
         """Return one column, (n,) float.
 
         Raises:
-            KeyError: there is no such column; the message lists those there are.
+            CannotBeMeasuredError: there is no such column; the message lists those there are.
         """
         if name not in self.columns:
-            raise KeyError(f"no column {name!r}; there are {', '.join(self.columns)}")
+            raise CannotBeMeasuredError(f"no column {name!r}; there are {', '.join(self.columns)}")
         return self.values[:, self.columns.index(name)]
 
 
@@ -152,11 +153,13 @@ class Recording:
         """Return one series.
 
         Raises:
-            KeyError: there is no such series; the message lists those there are.
+            CannotBeMeasuredError: there is no such series; the message lists those there are.
         """
         if name not in self.series:
             known = ", ".join(self.series) or "none"
-            raise KeyError(f"this recording of {self.header.experiment!r} has no series {name!r}; it has {known}")
+            raise CannotBeMeasuredError(
+                f"this recording of {self.header.experiment!r} has no series {name!r}; it has {known}"
+            )
         return self.series[name]
 
 

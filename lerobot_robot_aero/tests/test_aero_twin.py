@@ -15,7 +15,7 @@ import hil
 from aero import ActuationMap, AeroHand, WallClock
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import Opcode
-from hil.recordings.mcap_file import UnusableFileError
+from hil.recordings.errors import UnusableFileError
 from hil.recordings.recorder import Recorder
 from hil.targets.pty_process import serve_in_process
 from lerobot_robot_aero import AeroTwin, AeroTwinConfig, aero_twin

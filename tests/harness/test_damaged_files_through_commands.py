@@ -18,7 +18,8 @@ from damaged_files import damaged
 from hil import open_target
 from hil.cli import main
 from hil.cli import view as view_command
-from hil.recordings.mcap_file import UnusableFileError, read_recording, write_recording
+from hil.recordings.errors import UnusableFileError
+from hil.recordings.mcap_file import read_recording, write_recording
 from hil.report.results import write_results
 from hil.verdict.validation import validate
 

@@ -17,7 +17,8 @@ from firmware_emulator.firmware.nvs import Nvs
 from hil import open_target
 from hil.lab.endurance import read_cycles
 from hil.lab.system_identification.trace import load_trace
-from hil.recordings.mcap_file import UnusableFileError, read_recording, write_recording
+from hil.recordings.errors import UnusableFileError
+from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recorder import Recorder
 from hil.verdict import baseline
 from model.units import load_unit

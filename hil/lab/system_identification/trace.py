@@ -14,7 +14,8 @@ from aero.channels import WIRE_ORDER, Channel
 from aero.npz import read_npz
 from aero.protocol import MAX_CODE
 from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO, HandSide
-from hil.recordings.mcap_file import UnusableFileError, read_recording
+from hil.recordings.errors import UnusableFileError
+from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
-from hil.recordings.mcap_file import UnusableFileError, read_recording
+from hil.recordings.errors import UnusableFileError
+from hil.recordings.mcap_file import read_recording
 from hil.recordings.wire_file import with_series
 from lerobot_robot_aero.angles import AngleMap
 

@@ -12,6 +12,7 @@ from hypothesis.extra import numpy as hnp
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.mcap_file import TOGETHER, RecordingFile, read_recording, write_recording
 from hil.recordings.mcap_writer import McapWriter
 from hil.recordings.recording import Event, Header, Recording, Series
@@ -169,7 +170,7 @@ def test_a_malformed_series_is_refused(times, values, message):
 
 def test_a_wrong_name_lists_the_right_ones():
     command = Series.of(["index"], ["m"], [0.0], [[0.1]])
-    with pytest.raises(KeyError, match="no column 'thumb'; there are index"):
+    with pytest.raises(CannotBeMeasuredError, match="no column 'thumb'; there are index"):
         command.column("thumb")
-    with pytest.raises(KeyError, match="no series 'hand'; it has command"):
+    with pytest.raises(CannotBeMeasuredError, match="no series 'hand'; it has command"):
         Recording(HEADER, {"command": command})["hand"]

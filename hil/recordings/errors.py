@@ -1,0 +1,34 @@
+"""Errors about files and recordings. None of them says anything about the hand."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+FULL_DISK = {errno.ENOSPC, errno.EDQUOT}
+"""Error numbers of a disk, or of a share of one, that takes no more."""
+
+
+class CannotBeWrittenError(OSError):
+    """A result could not be written, for example because the disk is full; the message names the file."""
+
+
+class CannotBeMeasuredError(ValueError):
+    """A recording lacks what a measurement needs; the message says what."""
+
+
+class UnusableFileError(ValueError):
+    """A file that cannot be used as a recording; the message names it and says why."""
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn every `OSError` of the block, in which nothing but `path` is written, into `CannotBeWrittenError`."""
+    try:
+        yield
+    except CannotBeWrittenError:
+        raise
+    except OSError as error:
+        raise CannotBeWrittenError(error.errno, f"cannot be written: {error.strerror or error}", str(path)) from error
