@@ -6,9 +6,14 @@ be sent is a `ValueError`; what is here is wrong beyond the port.
 
 from __future__ import annotations
 
+from aero.protocol import Opcode
+
 
 class AeroError(Exception):
     """Base of the errors below, for programs that treat them alike."""
+
+    unanswered: Opcode | None = None
+    """The request that got no usable reply; None when the error is about something else."""
 
 
 class LinkTimeoutError(AeroError, TimeoutError):

@@ -8,7 +8,7 @@ from itertools import cycle, islice
 from typing import NamedTuple
 
 from aero.clock import Clock, Deadline
-from aero.errors import DesyncError, LinkTimeoutError
+from aero.errors import AeroError, DesyncError, LinkTimeoutError
 from aero.link_state import AFTER, MAY_LEAVE, REASON, Content, LinkEvent, State
 from aero.overdue import HELD_BACK_S, Overdue
 from aero.protocol import (
@@ -296,7 +296,12 @@ class HostLink:
                 self.name,
             )
 
-    def _no_reply(self, opcode: Opcode, timeout_s: float) -> Exception:
+    def _no_reply(self, opcode: Opcode, timeout_s: float) -> AeroError:
+        error = self._describe_no_reply(opcode, timeout_s)
+        error.unanswered = opcode
+        return error
+
+    def _describe_no_reply(self, opcode: Opcode, timeout_s: float) -> AeroError:
         stray, asked = self._stray, f"{self.name}: no reply to {opcode.name} within {timeout_s:g} s"
         if holds_boot_text(stray):
             return DesyncError(

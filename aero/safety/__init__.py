@@ -4,7 +4,7 @@ from aero.safety.guarded import GuardedHand
 from aero.safety.interrupts import unwinding
 from aero.safety.standby import Standby
 from aero.safety.state import Health
-from aero.safety.stop import LinkLostError, SafetyStopError
+from aero.safety.stop import LinkLostError, SafetyReason, SafetyStopError
 from aero.safety.thresholds import Thresholds
 from aero.safety.watched_clock import WatchedClock
 
@@ -12,6 +12,7 @@ __all__ = [
     "GuardedHand",
     "Health",
     "LinkLostError",
+    "SafetyReason",
     "SafetyStopError",
     "Standby",
     "Thresholds",

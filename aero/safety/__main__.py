@@ -12,7 +12,7 @@ import sys
 
 from aero.clock import Deadline, WallClock
 from aero.driver import AeroHand
-from aero.safety.opening import SWITCH_OFF, open_and_relax
+from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
 from aero.safety.standby import ALL_WELL, READY
 from aero.safety.thresholds import Thresholds
 
@@ -38,9 +38,11 @@ def main(port: str, settings: str) -> None:
         with _opened(port) as hand:
             doubt = open_and_relax(hand, WallClock(), thresholds, settable=asked["settable"])
     except ConnectionError as error:
-        doubt = str(error)
+        doubt = Doubt(str(error))
     if doubt:
-        sys.exit(f"{port}: the program that moved the hand has ended without opening it. {SWITCH_OFF}, because {doubt}")
+        sys.exit(
+            f"{port}: the program that moved the hand has ended without opening it. {SWITCH_OFF}, because {doubt.text}"
+        )
 
 
 def _opened(port: str) -> AeroHand:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.channels import Channel
 from aero.safety.debounce import Debounce
 from aero.safety.reading import Reading
+from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
 
 Floats = NDArray[np.float64]
@@ -27,7 +28,7 @@ class Encoders:
         """Expect encoders anywhere until a command is old enough.
 
         Args:
-            thresholds: when to object.
+            thresholds: what an encoder may do.
             spans_counts: (7,) servo counts of the channels' windows.
             telemetry_s: age that a value may have when the board sends it, s.
         """
@@ -40,7 +41,7 @@ class Encoders:
         self._commands: deque[tuple[float, Floats]] = deque()
         self._known_from = math.inf
         self._believed: Reading | None = None
-        self._suspect: tuple[Reading, str] | None = None
+        self._suspect: tuple[Reading, Violation] | None = None
         self._rest: Floats | None = None
 
     def commanded(self, t: float, shares: Floats) -> None:
@@ -63,8 +64,8 @@ class Encoders:
         self._debounce.clear()
         self._believed = self._suspect = self._rest = None
 
-    def objections(self, reading: Reading) -> Iterator[str]:
-        """Yield why to stop after a reading."""
+    def violations(self, reading: Reading) -> Iterator[Violation]:
+        """Yield the violations that a reading shows."""
         sampled = reading.asked - self._telemetry_s
         if sampled < self._known_from:
             self._believed, self._suspect = reading, None
@@ -79,8 +80,8 @@ class Encoders:
         resting = len(self._commands) == 1 and self._commands[0][0] < sampled - self._thresholds.follow_s
         yield from self._moved_at_rest(reading.replied, reading.positions, resting)
 
-    def _jumped(self, reading: Reading) -> Iterator[str]:
-        """Object to a jump that the next reading does not take back; one wrong reading is not the hand's fault."""
+    def _jumped(self, reading: Reading) -> Iterator[Violation]:
+        """Report a jump that the next reading does not take back; one wrong reading is not the hand's fault."""
         before, suspect, self._suspect = self._believed, self._suspect, None
         if before is None:
             self._believed = reading
@@ -95,20 +96,23 @@ class Encoders:
         else:
             yield suspect[1]
 
-    def _faster_than_a_servo(self, earlier: Reading, later: Reading) -> str | None:
-        """Return what is wrong with a step that is too fast even over the longest time that its readings allow."""
+    def _faster_than_a_servo(self, earlier: Reading, later: Reading) -> Violation | None:
+        """Return the violation of a step that is too fast even over the longest time that its readings allow."""
         moved = later.positions - earlier.positions
         speeds = np.abs(moved) * self._spans / later.longest_s(earlier, self._telemetry_s)
         fastest = int(np.argmax(speeds))
         if speeds[fastest] <= self._thresholds.jump_counts_s:
             return None
-        return (
-            f"{Channel(fastest).label}'s encoder jumped by {moved[fastest]:+.0%} of its window, at "
+        channel = Channel(fastest)
+        return Violation(
+            SafetyReason.JUMP,
+            f"{channel.label}'s encoder jumped by {moved[fastest]:+.0%} of its window, at "
             f"{speeds[fastest]:.0f} counts/s or more (limit {self._thresholds.jump_counts_s:.0f}): no servo turns "
-            "that fast, so its zero is lost or its reading is wrong; home the hand"
+            "that fast, so its zero is lost or its reading is wrong; home the hand",
+            channel,
         )
 
-    def _strayed(self, t: float, positions: Floats, lowest: Floats, highest: Floats) -> Iterator[str]:
+    def _strayed(self, t: float, positions: Floats, lowest: Floats, highest: Floats) -> Iterator[Violation]:
         for channel in Channel:
             at = positions[channel]
             short = lowest[channel] - at > self._thresholds.short
@@ -117,13 +121,15 @@ class Encoders:
                 asked = f"{lowest[channel]:.0%}"
                 if highest[channel] > lowest[channel]:
                     asked += f" to {highest[channel]:.0%}"
-                yield (
+                yield Violation(
+                    SafetyReason.STRAY,
                     f"{channel.label} stands at {at:.0%} of its window, and was only sent to {asked} in the last "
                     f"{self._thresholds.follow_s:g} s: it is blocked or without torque, its servo has another ID, its "
-                    "zero is lost, or it turns the wrong way; home the hand and try one channel at a time"
+                    "zero is lost, or it turns the wrong way; home the hand and try one channel at a time",
+                    channel,
                 )
 
-    def _moved_at_rest(self, t: float, positions: Floats, resting: bool) -> Iterator[str]:
+    def _moved_at_rest(self, t: float, positions: Floats, resting: bool) -> Iterator[Violation]:
         if not resting or self._rest is None:
             self._rest = positions if resting else None
             return
@@ -131,7 +137,10 @@ class Encoders:
         most = int(np.argmax(np.abs(moved)))
         away = bool(abs(moved[most]) > self._thresholds.rest)
         if self._debounce.seconds("rest", away, t) >= self._thresholds.stray_s:
-            yield (
-                f"{Channel(most).label} moved by {moved[most]:+.0%} of its window without a command (limit "
-                f"{self._thresholds.rest:.0%}): another program may be moving the hand, or something pulls at it"
+            channel = Channel(most)
+            yield Violation(
+                SafetyReason.MOTION_AT_REST,
+                f"{channel.label} moved by {moved[most]:+.0%} of its window without a command (limit "
+                f"{self._thresholds.rest:.0%}): another program may be moving the hand, or something pulls at it",
+                channel,
             )

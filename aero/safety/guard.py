@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,16 +18,14 @@ from aero.protocol import MAX_CODE
 from aero.safety.interrupts import uninterrupted
 from aero.safety.kept_limits import KeptLimits
 from aero.safety.lookout import Lookout
-from aero.safety.opening import OPEN, SWITCH_OFF, move_slowly, open_and_relax
+from aero.safety.opening import OPEN, SWITCH_OFF, Doubt, move_slowly, open_and_relax
 from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
-from aero.safety.stop import LinkLostError, SafetyStopError
+from aero.safety.stop import LinkLostError, SafetyReason, SafetyStopError, Violation
 from aero.safety.thresholds import Thresholds
 from aero.safety.watched_clock import WatchedClock
 
 _LOG = logging.getLogger(__name__)
-PROGRAM_ENDED, LINK_LOST = "The program ended", "The link was lost"
-"""Why a hand is opened when nothing else was wrong."""
 
 
 class Guard:
@@ -59,7 +58,7 @@ class Guard:
         self._lookout = Lookout(hand, clock, thresholds, spans_counts, telemetry_s)
         self._closed = False
         self._is_open = True
-        self._stop = ""
+        self._stop: SafetyStopError | None = None
 
     def permit(self) -> AeroHand:
         """Look at the hand if it is time, and return it for one exchange.
@@ -74,15 +73,20 @@ class Guard:
         """Read what a hand at rest says; `GuardedHand.check`."""
         hand = self.permit()
         health = Health(hand.read_codes(), hand.read_currents(), hand.read_temperatures())
-        objection = self._lookout.watch.temperatures(health.temperatures_c)
-        most = int(np.argmax(np.abs(health.currents_a)))
-        if objection is None and abs(health.currents_a[most]) > self.thresholds.current_a:
-            objection = (
-                f"{Channel(most).label} draws {abs(health.currents_a[most]):.1f} A at rest (limit "
-                f"{self.thresholds.current_a:g} A): it holds against something; take it out, or open the hand by hand"
+        violation = self._lookout.watch.temperatures(health.temperatures_c)
+        most = Channel(int(np.argmax(np.abs(health.currents_a))))
+        drawn = abs(health.currents_a[most])
+        if violation is None and drawn > self.thresholds.current_a:
+            violation = Violation(
+                SafetyReason.CURRENT_AT_REST,
+                f"{most.label} draws {drawn:.1f} A at rest (limit {self.thresholds.current_a:g} A): it holds against "
+                "something; take it out, or open the hand by hand",
+                most,
             )
-        if objection is not None:
-            raise SafetyStopError(f"{self._hand.name}: not moved. {objection}.")
+        if violation is not None:
+            raise SafetyStopError(
+                f"{self._hand.name}: not moved. {violation.text}.", violation.reason, violation.channel
+            )
         return health
 
     def start(self, goal: ArrayLike = OPEN) -> None:
@@ -146,7 +150,7 @@ class Guard:
         standby, self._standby = self._standby, None
         try:
             if self.phase in {Phase.OPENING, Phase.MOVING}:
-                self._open(PROGRAM_ENDED)
+                self._open(None)
         finally:
             self._hand.close()
             if standby is not None:
@@ -156,42 +160,52 @@ class Guard:
         """Look at the hand if it is time; nothing happens before the first motion."""
         if os.getpid() != self._owner:
             raise SafetyStopError(
-                f"{self._hand.name}: this process was forked; the hand belongs to the one that opened it."
+                f"{self._hand.name}: this process was forked; the hand belongs to the one that opened it.",
+                SafetyReason.FORKED,
             )
-        if self.phase is Phase.STOPPED:
-            raise SafetyStopError(self._stop)
+        if self._stop is not None:
+            raise SafetyStopError(str(self._stop), self._stop.reason, self._stop.channel, self._stop.unanswered)
         if self.phase not in {Phase.OPENING, Phase.MOVING}:
             return
-        objection = self._lookout.look(closed=self._closed, restore=lambda: self.limits.restore(self.last_codes))
-        if objection is not None:
-            self._abort(objection.reason, silent=objection.silent)
+        stop = self._lookout.look(closed=self._closed, restore=lambda: self.limits.restore(self.last_codes))
+        if stop is not None:
+            self._abort(stop.violation, silent=stop.silent)
 
     def _expect_open(self) -> None:
         shares = self._hand.read_codes() / MAX_CODE
-        worst = int(np.argmax(shares))
+        worst = Channel(int(np.argmax(shares)))
         if shares[worst] > self.thresholds.arrival:
-            self._abort(
-                f"{Channel(worst).label} is still {shares[worst]:.0%} closed after the hand was opened slowly: it is "
+            text = (
+                f"{worst.label} is still {shares[worst]:.0%} closed after the hand was opened slowly: it is "
                 "blocked, its servo has no torque, or its zero is lost; home the hand"
             )
+            self._abort(Violation(SafetyReason.STILL_CLOSED, text, worst))
         self._lookout.watch.encoders.found(self._bare_clock.now(), shares)
 
-    def _abort(self, objection: str, *, silent: bool = False) -> None:
-        self._open(objection + self._lookout.remark(), silent=silent)
-        raise SafetyStopError(self._stop)
+    def _abort(self, violation: Violation, *, silent: bool = False) -> NoReturn:
+        remark = self._lookout.remark()
+        raise self._open(violation._replace(text=violation.text + remark), silent=silent)
 
-    def _open(self, reason: str, *, silent: bool = False) -> None:
+    def _open(self, violation: Violation | None, *, silent: bool = False) -> SafetyStopError:
         """Open slowly and leave weak; the hand takes no more commands of the program.
 
         A board that was just found `silent` is not asked first where its hand stands.
 
         A signal that comes meanwhile is carried out afterwards, but for a hand that may be closed.
 
+        Args:
+            violation: what stops the hand; None when the program ended.
+            silent: whether the board has just left questions unanswered.
+
+        Returns:
+            What every later call raises.
+
         Raises:
             SafetyStopError: the hand may not be open; this has to be said, whatever the signal was.
             LinkLostError: the same, because the link was lost, and nothing else was wrong.
         """
         self.phase = Phase.ENDING
+        stop = violation or Violation(SafetyReason.ENDED, "The program ended")
         kind: type[SafetyStopError] = SafetyStopError
         with uninterrupted():
             try:
@@ -204,17 +218,19 @@ class Guard:
                     silent=silent,
                 )
             except ConnectionError as error:
-                doubt = str(error)
-                if reason == PROGRAM_ENDED:
-                    reason, kind = LINK_LOST, LinkLostError
+                doubt = Doubt(str(error))
+                if violation is None:
+                    stop, kind = Violation(SafetyReason.LINK_LOST, "The link was lost"), LinkLostError
             finally:
                 self.phase = Phase.STOPPED
-            self._is_open = not doubt
-            done = "stopped and opened slowly" if self._is_open else "stopped"
-            self._stop = f"{self._hand.name}: {done}. {reason}."
-            if doubt:
-                self._stop += f" {SWITCH_OFF}, because {doubt}"
-            level = logging.ERROR if doubt else logging.INFO if reason == PROGRAM_ENDED else logging.WARNING
-            _LOG.log(level, self._stop)
-            if doubt:
-                raise kind(self._stop)
+            self._is_open = doubt is None
+            text = f"{self._hand.name}: {'stopped and opened slowly' if doubt is None else 'stopped'}. {stop.text}."
+            if doubt is None:
+                self._stop = SafetyStopError(text, stop.reason, stop.channel)
+                _LOG.log(logging.INFO if violation is None else logging.WARNING, text)
+                return self._stop
+            text += f" {SWITCH_OFF}, because {doubt.text}"
+            reason = SafetyReason.NOT_OPENED if stop.reason is SafetyReason.ENDED else stop.reason
+            self._stop = kind(text, reason, stop.channel, doubt.unanswered)
+            _LOG.error(text)
+            raise self._stop

@@ -14,18 +14,19 @@ from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from aero.safety.lateness import Lateness
 from aero.safety.reading import Reading
+from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
 from aero.safety.watch import Watch
 
 _LOG = logging.getLogger(__name__)
 
 
-class Objection(NamedTuple):
-    """Why to stop a hand."""
+class Stop(NamedTuple):
+    """What a poll found that stops the hand."""
 
-    reason: str
+    violation: Violation
     silent: bool
-    """Whether the board left the look unanswered."""
+    """Whether the board left the poll unanswered."""
 
 
 class Lookout:
@@ -39,7 +40,7 @@ class Lookout:
         Args:
             hand: what is looked at.
             clock: of the hand.
-            thresholds: when to look, and when to object.
+            thresholds: when to look, and what the hand must not exceed.
             spans_counts: (7,) servo counts of the channels' windows.
             telemetry_s: age that a value may have when the board sends it, s.
         """
@@ -59,8 +60,8 @@ class Lookout:
         """Return what to say about late looks and late replies, empty when all was in time."""
         return self._lateness.remark()
 
-    def look(self, *, closed: bool, restore: Callable[[], None]) -> Objection | None:
-        """Look if it is time, and return why to stop, None to go on.
+    def look(self, *, closed: bool, restore: Callable[[], None]) -> Stop | None:
+        """Look if it is time, and return what stops the hand, or None.
 
         Args:
             closed: whether the hand may be closed, so that it must not go unwatched.
@@ -79,34 +80,35 @@ class Lookout:
             if self._lateness.began(now, late_s):
                 _LOG.info("%s: a look began %.2f s late", self._hand.name, late_s)
         try:
-            reason = self._unwatched(now, closed) or self._read()
+            violation = self._unwatched(now, closed) or self._read()
             self._lateness.answered(self._clock.now(), self._clock.now() - now)
             restore()
         except AeroError as error:
             _LOG.info("%s: a look was not answered: %s", self._hand.name, error)
             # What the program itself has asked in vain counts too.
             asked = now if self._hand.silent_from is None else min(now, self._hand.silent_from)
-            reason = self.watch.unanswered(asked, self._clock.now())
+            violation = self.watch.unanswered(asked, self._clock.now())
             silent = True
         self._looked_at = self._clock.now()
         self._due = now + self._thresholds.look_s
-        return None if reason is None else Objection(reason, silent)
+        return None if violation is None else Stop(violation, silent)
 
-    def _unwatched(self, now: float, closed: bool) -> str | None:
-        """Return why to stop when nobody has looked at a hand that is not open for too long."""
+    def _unwatched(self, now: float, closed: bool) -> Violation | None:
+        """Return the violation when nobody has looked at a hand that is not open for too long."""
         unwatched_s = now - self._looked_at
         if not closed or unwatched_s <= self._thresholds.unwatched_s:
             return None
-        return (
+        return Violation(
+            SafetyReason.UNWATCHED,
             f"nobody has looked at the hand for {unwatched_s:.0f} s (limit {self._thresholds.unwatched_s:g} s): this "
-            "machine was suspended, or the program was stopped or did not call; wait on the hand's clock"
+            "machine was suspended, or the program was stopped or did not call; wait on the hand's clock",
         )
 
-    def _read(self) -> str | None:
+    def _read(self) -> Violation | None:
         asked, codes = self._clock.now(), self._hand.read_codes()
         reading = Reading(asked, self._clock.now(), codes / MAX_CODE)
-        reason = self.watch.look(reading, self._hand.read_currents())
-        if reason is None and reading.replied >= self._temperatures_due:
+        violation = self.watch.look(reading, self._hand.read_currents())
+        if violation is None and reading.replied >= self._temperatures_due:
             self._temperatures_due = reading.replied + self._thresholds.temperature_look_s
-            reason = self.watch.temperatures(self._hand.read_temperatures())
-        return reason
+            violation = self.watch.temperatures(self._hand.read_temperatures())
+        return violation

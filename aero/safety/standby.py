@@ -19,7 +19,7 @@ import weakref
 from contextlib import suppress
 from pathlib import Path
 
-from aero.safety.stop import SafetyStopError
+from aero.safety.stop import SafetyReason, SafetyStopError
 from aero.safety.thresholds import Thresholds
 
 _LOG = logging.getLogger(__name__)
@@ -75,7 +75,8 @@ class Standby:
             self._process = None
             raise SafetyStopError(
                 f"not moved. The second process, which opens the hand should this one be killed, did not start within "
-                f"{START_S:g} s; what it printed is above."
+                f"{START_S:g} s; what it printed is above.",
+                SafetyReason.NO_STANDBY,
             )
 
     def stand_down(self) -> None:

@@ -1,6 +1,61 @@
-"""The exceptions of a guarded hand."""
+"""Why a guard stops a hand, and the exceptions that say so."""
 
 from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple
+
+from aero.channels import Channel
+from aero.protocol import Opcode
+
+
+class SafetyReason(Enum):
+    """Why a hand was stopped, or not moved at all. Programs decide by this, never by a message's text."""
+
+    CURRENT = "current"
+    """A channel drew more than `Thresholds.current_a` for too long."""
+    CURRENT_AT_REST = "current at rest"
+    """A channel drew more than that before anything moved."""
+    TEMPERATURE = "temperature"
+    """A servo is too hot."""
+    STALE = "stale telemetry"
+    """Readings repeat to the last digit."""
+    SILENT = "no answer"
+    """The board has left readings unanswered for too long."""
+    UNWATCHED = "unwatched"
+    """Nobody polled a hand that is not open for too long."""
+    JUMP = "jump"
+    """An encoder moved faster than a servo can turn."""
+    STRAY = "stray"
+    """An encoder is not where its channel was commanded to be."""
+    MOTION_AT_REST = "motion at rest"
+    """An encoder moved without a command."""
+    STILL_CLOSED = "still closed"
+    """An encoder did not arrive at the slow opening before the first motion."""
+    NOT_OPENED = "not opened"
+    """The program ended, and the hand may not be open; nothing else was wrong."""
+    LINK_LOST = "link lost"
+    """The link was lost while a hand may have been closed; nothing else was wrong."""
+    ENDED = "ended"
+    """The program has ended this hand, and asks for more."""
+    ENDING = "ending"
+    """The hand is being opened for the last time, and another thread asks for more."""
+    FORKED = "forked"
+    """A forked process used the hand of its parent."""
+    NO_STANDBY = "no standby process"
+    """The second process did not start."""
+    NOT_PERMITTED = "not permitted"
+    """What was asked for would stop the hand."""
+
+
+class Violation(NamedTuple):
+    """What is wrong with a hand."""
+
+    reason: SafetyReason
+    text: str
+    """The same for people, with what to do."""
+    channel: Channel | None = None
+    """The channel that it is about; None for all of them."""
 
 
 class SafetyStopError(Exception):
@@ -8,6 +63,20 @@ class SafetyStopError(Exception):
 
     Not an `AeroError`: a program that puts up with a lost reading must not put up with this.
     """
+
+    def __init__(
+        self,
+        message: str,
+        reason: SafetyReason = SafetyReason.NOT_PERMITTED,
+        channel: Channel | None = None,
+        unanswered: Opcode | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.reason = reason
+        self.channel = channel
+        """The channel that the reason is about; None for all of them."""
+        self.unanswered = unanswered
+        """The request without a usable reply that kept the hand from being opened; None when there was none."""
 
 
 class LinkLostError(SafetyStopError, ConnectionError):

@@ -1,4 +1,4 @@
-"""Watching a hand: from readings to a reason to stop. Pure: no hand, no clock, no output."""
+"""Watching a hand: from readings to violations of the thresholds. Pure: no hand, no clock, no output."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from aero.channels import Channel
 from aero.safety.debounce import Debounce
 from aero.safety.encoders import Encoders
 from aero.safety.reading import Reading
+from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
 
 Floats = NDArray[np.float64]
@@ -31,7 +32,7 @@ class Watch:
         """Start watching.
 
         Args:
-            thresholds: when to object.
+            thresholds: what the hand must not exceed.
             spans_counts: (7,) servo counts of the channels' command windows.
             telemetry_s: age that a value may have when the board sends it, s.
         """
@@ -48,52 +49,59 @@ class Watch:
         self._debounce.clear()
         self._silent_from = None
 
-    def unanswered(self, asked: float, t: float) -> str | None:
-        """Return why to stop when a reading was asked for in vain from `asked` to `t` (s), None to go on."""
+    def unanswered(self, asked: float, t: float) -> Violation | None:
+        """Return the violation when a reading was asked for in vain from `asked` to `t` (s), or None."""
         if self._silent_from is None:
             self._silent_from = asked
         silent_s = t - self._silent_from
         if silent_s < self._thresholds.silent_s - ROUNDING_S:
             return None
-        return (
+        return Violation(
+            SafetyReason.SILENT,
             f"the hand has not answered for {silent_s:.2f} s (limit {self._thresholds.silent_s:g} s): check its supply "
-            "and its USB cable"
+            "and its USB cable",
         )
 
-    def temperatures(self, celsius: Floats) -> str | None:
-        """Return why to stop after a look at the temperatures (7,) °C, None to go on."""
+    def temperatures(self, celsius: Floats) -> Violation | None:
+        """Return the violation that temperatures (7,) °C show, or None."""
         hottest = int(np.argmax(celsius))
         if celsius[hottest] < self._thresholds.temperature_c:
             return None
-        return (
-            f"{Channel(hottest).label} is at {celsius[hottest]:.0f} °C (limit {self._thresholds.temperature_c:.0f} "
-            "°C): let the hand cool, and look for a cable that is too tight or a motion that holds against a stop"
+        channel = Channel(hottest)
+        return Violation(
+            SafetyReason.TEMPERATURE,
+            f"{channel.label} is at {celsius[hottest]:.0f} °C (limit {self._thresholds.temperature_c:.0f} "
+            "°C): let the hand cool, and look for a cable that is too tight or a motion that holds against a stop",
+            channel,
         )
 
-    def look(self, reading: Reading, currents_a: Floats) -> str | None:
-        """Return why to stop after a look at positions and currents (7,) A, taken together; None to go on."""
+    def look(self, reading: Reading, currents_a: Floats) -> Violation | None:
+        """Return the violation that positions and currents (7,) A, read together, show; or None."""
         self._silent_from = None
-        return next(self._objections(reading, currents_a), None)
+        return next(self._violations(reading, currents_a), None)
 
-    def _objections(self, reading: Reading, currents_a: Floats) -> Iterator[str]:
+    def _violations(self, reading: Reading, currents_a: Floats) -> Iterator[Violation]:
         yield from self._over_current(reading.replied, currents_a)
         yield from self._repeated(reading.replied, reading.positions.tobytes() + currents_a.tobytes())
-        yield from self.encoders.objections(reading)
+        yield from self.encoders.violations(reading)
 
-    def _over_current(self, t: float, currents_a: Floats) -> Iterator[str]:
+    def _over_current(self, t: float, currents_a: Floats) -> Iterator[Violation]:
         limit_a, limit_s = self._thresholds.current_a, self._thresholds.current_s
         for channel in Channel:
             drawn = abs(currents_a[channel])
             if self._debounce.seconds(("current", channel), drawn > limit_a, t) >= limit_s:
-                yield (
+                yield Violation(
+                    SafetyReason.CURRENT,
                     f"{channel.label} has drawn more than {limit_a:g} A for {limit_s:g} s, now {drawn:.1f} A: look "
-                    "for what blocks it"
+                    "for what blocks it",
+                    channel,
                 )
 
-    def _repeated(self, t: float, reading: bytes) -> Iterator[str]:
+    def _repeated(self, t: float, reading: bytes) -> Iterator[Violation]:
         same, self._last_reading = reading == self._last_reading, reading
         if self._debounce.seconds("repeated", same, t) > self._thresholds.stale_s:
-            yield (
+            yield Violation(
+                SafetyReason.STALE,
                 f"positions and currents have repeated to the last digit for {self._thresholds.stale_s:g} "
-                "s: the board no longer reaches all its servos; check the servo cables and the servos' supply"
+                "s: the board no longer reaches all its servos; check the servo cables and the servos' supply",
             )

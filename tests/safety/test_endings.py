@@ -17,6 +17,7 @@ import pytest
 from aero import serial_transport
 from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, guard, standby
 from aero.safety.interrupts import uninterrupted, unwinding
+from aero.safety.opening import Doubt
 from aero.serial_transport import SerialTransport
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
@@ -182,7 +183,7 @@ def test_signals_wait_for_the_end_of_an_opening():
 @pytest.mark.usefixtures("_ctrl_c_raises")
 @pytest.mark.parametrize(
     ("doubt", "ending", "after"),
-    [("", KeyboardInterrupt, "stand_down"), ("a finger is closed", SafetyStopError, "take_over")],
+    [(None, KeyboardInterrupt, "stand_down"), (Doubt("a finger is closed"), SafetyStopError, "take_over")],
 )
 def test_ctrl_c_during_the_last_opening_hides_no_hand_that_may_be_closed(monkeypatch, doubt, ending, after):
     """The signal comes after the opening, unless the hand may be closed: then that is said instead."""

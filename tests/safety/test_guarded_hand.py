@@ -1,6 +1,7 @@
 """A guarded hand on the emulated electronics: every reason to stop is provoked, and the hand is looked at after it."""
 
 import dataclasses
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -12,12 +13,26 @@ from aero.driver import AeroHand
 from aero.errors import LinkTimeoutError
 from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
-from aero.safety import GuardedHand, LinkLostError, SafetyStopError, Thresholds
+from aero.safety import GuardedHand, LinkLostError, SafetyReason, SafetyStopError, Thresholds
+from aero.safety.stop import Violation
+from firmware_emulator.bench import Bench
 from firmware_emulator.firmware.profiles import PROFILES
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth, open_target
 from hil.cli.exits import ending
 
+THUMB = Channel.THUMB_CMC_FLEXION
 LIMP = Thresholds().limp_torque
+HOT = Violation(SafetyReason.TEMPERATURE, "it is hot", Channel.RING)
+
+
+@contextmanager
+def stops(reason, channel=None, match=""):
+    """Demand that the hand is stopped for a reason and a channel, and that its message says so."""
+    with pytest.raises(SafetyStopError, match=match) as stop:
+        yield
+    assert (stop.value.reason, stop.value.channel) == (reason, channel)
 
 
 def assert_open_and_limp(target):
@@ -135,7 +150,11 @@ def test_a_blocked_channel_is_stopped_for_its_current():
     with guarded(thresholds=Thresholds(stop_torque=700)) as target:
         close(target, Channel.THUMB_CMC_FLEXION)
         start = target.clock.now()
-        with pytest.raises(SafetyStopError, match=r"thumb_cmc_flexion has drawn more than 4 A for 0.3 s, now 4\.\d A"):
+        with stops(
+            SafetyReason.CURRENT,
+            Channel.THUMB_CMC_FLEXION,
+            r"thumb_cmc_flexion has drawn more than 4 A for 0.3 s, now 4\.\d A",
+        ):
             wait(target, 3.0)
         assert_open_and_limp(target)
     opened = target.clock.now() - start
@@ -161,7 +180,7 @@ def test_every_channel_of_a_healthy_hand_closes_without_a_stop(share):
 def test_a_hot_hand_is_not_moved():
     with (
         guarded(servos={"start_temperature_c": 67.0}) as target,
-        pytest.raises(SafetyStopError, match=r"not moved.*66"),
+        stops(SafetyReason.TEMPERATURE, Channel.INDEX, r"not moved.*66"),
     ):
         close(target, Channel.INDEX)
     assert Opcode.CTRL_POS not in wire_opcodes(target)
@@ -172,7 +191,11 @@ def test_a_hand_that_holds_against_something_is_not_moved():
         electronics = target.get(GroundTruth).electronics
         electronics.receive(bytes([Opcode.CTRL_POS, 0, 0, 0, 0xFF, 0xFF]) + bytes(10))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
-        with pytest.raises(SafetyStopError, match=r"not moved. thumb_cmc_flexion draws 4\.\d A at rest"):
+        with stops(
+            SafetyReason.CURRENT_AT_REST,
+            Channel.THUMB_CMC_FLEXION,
+            r"not moved. thumb_cmc_flexion draws 4\.\d A at rest",
+        ):
             close(target, Channel.INDEX)
 
 
@@ -192,7 +215,7 @@ def test_a_servo_that_falls_off_the_bus_stops_the_hand():
         wait(target, 1.0)
         servos = target.get(GroundTruth).electronics.bus.servos
         servos.pop()
-        with pytest.raises(SafetyStopError, match=r"repeated to the last digit.*SUPPLY OFF.*readings stand still"):
+        with stops(SafetyReason.STALE, None, r"repeated to the last digit.*SUPPLY OFF.*readings stand still"):
             wait(target, 1.0)
         assert torque_limits(target)[:6] == [LIMP] * 6
 
@@ -202,12 +225,21 @@ def test_a_board_that_goes_silent_stops_the_hand_and_is_opened_blindly():
         close(target, Channel.INDEX, share=0.5)
         wait(target, 1.0)
         target.wire._transport.silent = True
-        with pytest.raises(SafetyStopError, match="not answered"):
+        with stops(SafetyReason.SILENT, None, "not answered"):
             wait(target, 2.0)
     electronics = target.get(GroundTruth).electronics
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
     assert np.abs(np.rad2deg(target.get(GroundTruth).plant.joint_angles())).max() < 15.0
+
+
+def test_a_board_too_old_for_limits_names_the_request_that_it_did_not_answer():
+    electronics = EmulatedHand(Bench(), firmware="pre")
+    settings = firmware_of("0.2.0").settings
+    hand = GuardedHand(InProcessLink(electronics), electronics.clock, spans_counts=[3278] * 7, usual=settings)
+    with pytest.raises(SafetyStopError) as stop, hand:
+        hand.begin()
+    assert (stop.value.reason, stop.value.unanswered) == (SafetyReason.NOT_OPENED, Opcode.SET_SPE)
 
 
 def test_a_hand_that_is_unplugged_is_reported_with_what_to_do():
@@ -217,6 +249,7 @@ def test_a_hand_that_is_unplugged_is_reported_with_what_to_do():
         said = r"stopped\. The link was lost\. SWITCH THE HAND'S SUPPLY OFF.*cannot write"
         with pytest.raises(LinkLostError, match=said) as lost:
             target.hand.close()
+    assert lost.value.reason is SafetyReason.LINK_LOST
     assert ending(lost.value)[0] == 3
 
 
@@ -226,7 +259,7 @@ def test_a_hand_that_is_unplugged_while_it_is_stopped_was_stopped_by_the_guard()
 
         def hot(_celsius):
             target.wire._transport.unplugged = True
-            return "it is hot"
+            return HOT
 
         target.hand._guard._lookout.watch.temperatures = hot
         with pytest.raises(SafetyStopError, match=r"it is hot.*SUPPLY OFF") as stop:
@@ -266,7 +299,7 @@ def test_a_channel_without_torque_is_stopped_for_its_encoder():
         rewire=lambda plant: Tampered(plant, Channel.RING, lambda drive: type(drive)(powered=False))
     ) as target:
         close(target, Channel.RING, share=0.9)
-        with pytest.raises(SafetyStopError, match=r"ring stands at 0% of its window, and was only sent to .*90%"):
+        with stops(SafetyReason.STRAY, Channel.RING, r"ring stands at 0% of its window, and was only sent to .*90%"):
             wait(target, 4.0)
 
 
@@ -277,7 +310,7 @@ def test_a_channel_that_runs_away_is_stopped_for_its_encoder():
 
     with guarded(rewire=lambda plant: Tampered(plant, Channel.PINKY, runs_away)) as target:
         close(target, Channel.PINKY, share=0.2)
-        with pytest.raises(SafetyStopError, match="pinky"):
+        with stops(SafetyReason.STRAY, Channel.PINKY, "pinky"):
             wait(target, 2.0)
 
 
@@ -289,7 +322,7 @@ def test_a_channel_that_does_not_open_is_not_given_its_usual_torque():
         electronics = target.get(GroundTruth).electronics
         electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
-        with pytest.raises(SafetyStopError, match=r"index is still \d+% closed after"):
+        with stops(SafetyReason.STILL_CLOSED, Channel.INDEX, r"index is still \d+% closed after"):
             close(target, Channel.MIDDLE)
         assert max(torque_limits(target)) <= Thresholds().gentle_torque
 
@@ -352,7 +385,7 @@ def test_an_encoder_whose_zero_shifts_stops_the_hand():
         servo = target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(Channel.MIDDLE)]
         servo.frame.set_offset(900)
         servo.feedback.invalidate()
-        with pytest.raises(SafetyStopError, match="middle's encoder jumped"):
+        with stops(SafetyReason.JUMP, Channel.MIDDLE, "middle's encoder jumped"):
             wait(target, 1.0)
 
 
@@ -361,7 +394,7 @@ def test_another_program_that_moves_the_hand_stops_it():
         close(target, Channel.INDEX, share=0.4)
         wait(target, 3.0)
         target.get(GroundTruth).electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
-        with pytest.raises(SafetyStopError, match=r"index moved by -\d+% of its window without a command"):
+        with stops(SafetyReason.MOTION_AT_REST, Channel.INDEX, r"index moved by -\d+% of its window without a command"):
             wait(target, 1.0)
         assert_open_and_limp(target)
 
@@ -407,11 +440,11 @@ def test_a_guarded_hand_offers_every_exchange_and_refuses_each_after_a_stop():
     assert exchanges == CALLS.keys()
     with guarded() as target:
         close(target, Channel.INDEX, share=0.5)
-        target.hand._guard._lookout.watch.temperatures = lambda _celsius: "it is hot"
-        with pytest.raises(SafetyStopError, match="it is hot"):
+        target.hand._guard._lookout.watch.temperatures = lambda _celsius: HOT
+        with stops(SafetyReason.TEMPERATURE, Channel.RING, "it is hot"):
             wait(target, 2.0)
         mark = target.wire.mark()
         for name, arguments in CALLS.items():
-            with pytest.raises(SafetyStopError, match="it is hot"):
+            with stops(SafetyReason.TEMPERATURE, Channel.RING, "it is hot"):
                 getattr(target.hand, name)(*arguments)
         assert target.wire.mark() == mark

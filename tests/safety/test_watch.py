@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero import Channel
-from aero.safety import Thresholds
+from aero.safety import SafetyReason, Thresholds
 from aero.safety import watch as watching
 from aero.safety.reading import Reading
 
@@ -29,12 +29,12 @@ def look_at(watch, t, positions, currents, late_s=0.0):
 
 
 def looks(watch, seconds, positions=OPEN, currents=OPEN, start=0.0):
-    """Look every 40 ms; return the first objection with its time. The last digit of the currents is never still."""
+    """Look every 40 ms; return the first violation with its time. The last digit of the currents is never still."""
     for i in range(round(seconds / LIMITS.look_s)):
         t = start + i * LIMITS.look_s
-        objection = look_at(watch, t, positions, currents + 0.0065 * (i % 2))
-        if objection:
-            return t, objection
+        violation = look_at(watch, t, positions, currents + 0.0065 * (i % 2))
+        if violation:
+            return t, violation
     return None
 
 
@@ -42,10 +42,11 @@ def looks(watch, seconds, positions=OPEN, currents=OPEN, start=0.0):
 def test_current_over_the_limit_stops_within_the_time_limit_and_one_look(channel, amperes, sign):
     currents = OPEN.copy()
     currents[channel] = sign * amperes
-    t, objection = looks(watched(LIMITS, SPANS), 1.0, currents=currents)
+    t, violation = looks(watched(LIMITS, SPANS), 1.0, currents=currents)
     assert LIMITS.current_s <= t < LIMITS.current_s + LIMITS.look_s
-    assert channel.label in objection
-    assert "4 A" in objection
+    assert (violation.reason, violation.channel) == (SafetyReason.CURRENT, channel)
+    assert channel.label in violation.text
+    assert "4 A" in violation.text
 
 
 @given(st.lists(st.tuples(st.integers(1, 7), st.integers(1, 5)), min_size=1, max_size=10))
@@ -63,7 +64,8 @@ def test_a_hot_servo_stops_at_the_limit_and_not_a_degree_below(channel):
     celsius = np.full(7, LIMITS.temperature_c - 1)
     assert watched(LIMITS, SPANS).temperatures(celsius) is None
     celsius[channel] += 1
-    assert channel.label in watched(LIMITS, SPANS).temperatures(celsius)
+    violation = watched(LIMITS, SPANS).temperatures(celsius)
+    assert (violation.reason, violation.channel) == (SafetyReason.TEMPERATURE, channel)
 
 
 def test_readings_that_repeat_to_the_last_digit_stop():
@@ -77,7 +79,9 @@ def test_no_answer_stops_once_it_is_older_than_the_limit():
     watch = watched(LIMITS, SPANS)
     look_at(watch, 1.0, OPEN, OPEN)
     assert watch.unanswered(1.1, 1.1 + 0.99 * LIMITS.silent_s) is None
-    assert "not answered for 1.25 s" in watch.unanswered(2.2, 1.1 + 1.25)
+    violation = watch.unanswered(2.2, 1.1 + 1.25)
+    assert (violation.reason, violation.channel) == (SafetyReason.SILENT, None)
+    assert "not answered for 1.25 s" in violation.text
 
 
 @given(
@@ -107,9 +111,9 @@ def test_an_encoder_beyond_what_was_commanded_stops(channel, goal, excess):
     watch.encoders.found(-1.0, np.full(7, goal))
     positions = np.full(7, goal)
     positions[channel] += excess
-    t, objection = looks(watch, 1.0, positions)  # there from the first look on, so it did not jump
+    t, violation = looks(watch, 1.0, positions)  # there from the first look on, so it did not jump
     assert t == pytest.approx(LIMITS.stray_s, abs=LIMITS.look_s)
-    assert channel.label in objection
+    assert (violation.reason, violation.channel) == (SafetyReason.STRAY, channel)
 
 
 @given(channels, st.floats(0.51, 1.0))
@@ -117,9 +121,9 @@ def test_an_encoder_that_does_not_follow_stops_when_the_slowest_firmware_would_h
     watch = watched(LIMITS, SPANS)
     watch.encoders.found(0.0, OPEN)
     watch.encoders.commanded(0.0, np.where(np.arange(7) == channel, goal, 0.0))
-    t, objection = looks(watch, 4.0)
+    t, violation = looks(watch, 4.0)
     assert t < LIMITS.follow_s + LIMITS.stray_s + 2 * LIMITS.look_s
-    assert channel.label in objection
+    assert (violation.reason, violation.channel) == (SafetyReason.STRAY, channel)
 
 
 def test_nothing_is_expected_of_the_encoders_after_homing():
@@ -129,7 +133,7 @@ def test_nothing_is_expected_of_the_encoders_after_homing():
     assert looks(watch, 1.0, np.ones(7)) is None
     watch.encoders.commanded(1.0, OPEN)
     assert looks(watch, LIMITS.follow_s, np.ones(7), start=1.0) is None
-    assert "stands at 100%" in looks(watch, 1.0, np.ones(7), start=1.0 + LIMITS.follow_s)[1]
+    assert "stands at 100%" in looks(watch, 1.0, np.ones(7), start=1.0 + LIMITS.follow_s)[1].text
 
 
 @pytest.mark.parametrize("field", [field.name for field in dataclasses.fields(Thresholds)])
@@ -161,9 +165,9 @@ def test_an_encoder_stops_the_hand_when_it_moves_faster_than_a_servo_can(channel
     now = then.copy()
     now[channel] = end
     assert look_at(watch, begin + seconds, now, OPEN + 0.1) is None
-    objection = look_at(watch, begin + seconds + LIMITS.look_s, now, OPEN + 0.2)
+    violation = look_at(watch, begin + seconds + LIMITS.look_s, now, OPEN + 0.2)
     too_fast = abs(end - start) * SPANS[channel] / (seconds + TELEMETRY_S) > LIMITS.jump_counts_s
-    assert (objection is not None and "jumped" in objection) == too_fast
+    assert (violation is not None and violation.reason is SafetyReason.JUMP) == too_fast
 
 
 @given(channels, st.floats(0.0, 1.0), st.floats(0.5, 1.0))
@@ -196,9 +200,9 @@ def test_motion_without_a_command_stops_a_hand_at_rest(channel, moved):
     watch.encoders.commanded(0.0, OPEN)
     assert looks(watch, 3.0) is None
     positions = np.where(np.arange(7) == channel, moved, 0.0)
-    t, objection = looks(watch, 1.0, positions, start=3.0)
+    t, violation = looks(watch, 1.0, positions, start=3.0)
     assert t - 3.0 == pytest.approx(LIMITS.stray_s, abs=LIMITS.look_s)
-    assert f"{channel.label} moved" in objection
+    assert (violation.reason, violation.channel) == (SafetyReason.MOTION_AT_REST, channel)
 
 
 def test_the_palm_may_push_a_blocked_thumb_while_another_channel_is_commanded():

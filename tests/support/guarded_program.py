@@ -19,7 +19,7 @@ from aero.errors import AeroError
 from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError, Thresholds, unwinding
-from aero.safety.opening import SWITCH_OFF, open_and_relax
+from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
 from aero.safety.state import Phase
 from hil.faults import Schedule, parse_fault
 from hil.faults.board import EFFECTS as BOARD_EFFECTS
@@ -263,8 +263,8 @@ class GuardedProgram:
             settable = firmware_of(self.firmware).settings is not None
             doubt = open_and_relax(second, self.clock, self._thresholds, settable=settable)
         except ConnectionError as error:
-            doubt = str(error)
-        self.said = f"{SWITCH_OFF}, because {doubt}" if doubt else ""
+            doubt = Doubt(str(error))
+        self.said = f"{SWITCH_OFF}, because {doubt.text}" if doubt else ""
 
     def _demand_open(self):
         self.clock.sleep_until(self.clock.now() + SETTLES_S)

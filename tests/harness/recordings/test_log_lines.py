@@ -6,7 +6,8 @@ import pytest
 from guarded_hands import close, guarded, wait
 
 from aero.channels import Channel
-from aero.safety import SafetyStopError
+from aero.safety import SafetyReason, SafetyStopError
+from aero.safety.stop import Violation
 from hil import open_target
 from hil.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
@@ -39,7 +40,9 @@ def test_a_stop_is_an_event_of_its_time():
         close(target, Channel.INDEX, share=0.5)
         recorder = Recorder(target, "hold")
         recorder.begin()
-        target.hand._guard._lookout.watch.temperatures = lambda _celsius: "it is hot"
+        target.hand._guard._lookout.watch.temperatures = lambda _celsius: Violation(
+            SafetyReason.TEMPERATURE, "it is hot"
+        )
         with pytest.raises(SafetyStopError):
             wait(target, 2.0)
         (stop,) = recorder.finish(ended=False).events
