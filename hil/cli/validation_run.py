@@ -112,7 +112,7 @@ def run(
                 raise
             result = replace(result, end=ended_at_closing(result.end, error))
         _show(result, audience)
-        _print(console, result, folder)
+        print_run(console, result, folder)
         write_results(result, folder)
     _end(result, folder)
 
@@ -138,7 +138,7 @@ def _furthest(names: Sequence[str]) -> Sequence[float]:
     return tuple(np.max([EXPERIMENTS[name].furthest for name in names], axis=0))
 
 
-def _print(console: Console, result: Validation, out: Path) -> None:
+def print_run(console: Console, result: Validation, out: Path) -> None:
     """Print a run for a terminal, which shows its end: what is told first on the page comes last here."""
     if (beside := compared(result)) is not None:
         console.print(_table(beside))

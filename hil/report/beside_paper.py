@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib import resources
 
 from aero.channels import Channel
-from hil.checks import EXPERIMENTS
+from hil.checks import EXPERIMENTS, reading
 from hil.checks.shared.declaration import Metric, Published
 from hil.checks.shared.signals import display_unit
 from hil.recordings.recorder import LENGTH_UNITS
@@ -95,7 +95,7 @@ def table(result: Result) -> tuple[PaperRow, ...]:
         cells = []
         for column in measuring.columns:
             metric = measuring.metric(column.name, channel.label)
-            value = float(result.measured[channel.label][metric.name])
+            value = reading(result.measured, channel.label, metric.name)
             cells.append(_cell(metric, channel.label, value, judged.get((metric.name, channel.label))))
         rows.append(PaperRow(channel.title, length_unit(channel), tuple(cells)))
     return tuple(rows)
@@ -122,14 +122,14 @@ def text_rows(validation: Validation) -> list[TextRow]:
 
 def _text_row(figure: Published, metric: Metric, experiment: str, validation: Validation) -> TextRow:
     result = validation.results[experiment]
-    ours = f"{result.measured[figure.subject][metric.name]:.4g} {metric.unit}"
-    model = f"{result.measured[figure.subject][figure.model]:.4g} {metric.unit}" if figure.model else ""
+    ours = metric.text(reading(result.measured, figure.subject, metric.name))
+    model = metric.text(reading(result.measured, figure.subject, figure.model)) if figure.model else ""
     limits = {(finding.check, finding.subject): finding.expected for finding in result.findings}
     limit = limits.get((metric.name, figure.subject), "none")
     return TextRow(figure.figure, figure.says, model, ours, limit, metric.differs or figure.note)
 
 
-def _cell(metric: Metric, subject: str, ours: float, finding: Finding | None) -> Cell:
+def _cell(metric: Metric, subject: str, ours: float | None, finding: Finding | None) -> Cell:
     assert metric.column is not None
     paper = metric.paper.get(subject)
     failed = finding is not None and not finding.passed
@@ -140,9 +140,16 @@ def _cell(metric: Metric, subject: str, ours: float, finding: Finding | None) ->
         "" if paper is None else _number(paper, metric.column.digits),
         "" if finding is None else finding.expected,
         failed,
-        metric.differs if not failed and paper and abs(ours - paper) > NOTABLE * abs(paper) else "",
+        metric.differs if not failed and ours is not None and _differs(ours, paper) else "",
     )
 
 
-def _number(value: float, digits: int) -> str:
+def _differs(ours: float, paper: float | None) -> bool:
+    return paper is not None and abs(ours - paper) > NOTABLE * abs(paper)
+
+
+def _number(value: float | None, digits: int) -> str:
+    """Return a number for a table; an en dash where it was withheld, `none` where it could not be measured."""
+    if value is None:
+        return "\u2013"
     return "none" if math.isnan(value) else f"{value:.{digits}f}"

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 from urllib.parse import quote
 
 import markupsafe
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
+from hil.checks.shared.declaration import NOT_MEASURABLE
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.wire_file import with_series
@@ -84,21 +87,13 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         recordings = [validation.whole_run.recording]
     if not recordings:
         raise ValueError("no experiment began; there is nothing to report on")
-    environment = Environment(
-        loader=PackageLoader("hil.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"marked": marked, "subject": subject_words, "cause": cause_words}
     seen = by_finding(validation.judged)
     sections = _sections(validation, seen)
     shown = _shown(validation, seen, sections)
     header = recordings[0].header
     summary = summary_of(validation)
     finished = validation.end.finding is None
-    return environment.get_template("report.html.j2").render(
+    return _template().render(
         header=header,
         validation=validation,
         verdict=_verdict(validation),
@@ -127,6 +122,24 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         session=WHOLE_RUN.name,
         subjects=SUBJECTS,
     )
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(
+        loader=PackageLoader("hil.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"marked": marked, "subject": subject_words, "cause": cause_words, "number": number}
+    return environment.get_template("report.html.j2")
+
+
+def number(value: float) -> str:
+    """Return a reading in four digits, in words where it could not be measured."""
+    return NOT_MEASURABLE if math.isnan(value) else f"{value:.4g}"
 
 
 def marked(text: str) -> Markup:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from aero.channels import Channel
 from aero.whole_file import write_whole
-from hil.checks import EXPERIMENTS
+from hil.checks import EXPERIMENTS, reading
 from hil.checks.shared.declaration import Metric
 from hil.recordings.seal import sealed
 from hil.report.beside_paper import compared, length_unit
@@ -48,7 +48,7 @@ def write_results(validation: Validation, out: Path) -> None:
 def metrics_json(validation: Validation) -> dict[str, object] | None:
     """Return the content of `metrics.json`, the table beside the paper, None when nothing of it was measured.
 
-    A number that could not be measured is null.
+    A number that was withheld or could not be measured is null.
     """
     result = compared(validation)
     if result is None:
@@ -64,14 +64,18 @@ def metrics_json(validation: Validation) -> dict[str, object] | None:
         "wall_seconds": validation.wall_seconds,
         "channels": {
             channel.label: {"unit": length_unit(channel)}
-            | {metric.name: _published(metric, result.measured[channel.label][metric.name]) for metric in columns}
+            | {
+                metric.name: _published(metric, reading(result.measured, channel.label, metric.name))
+                for metric in columns
+            }
             for channel in Channel
         },
     }
 
 
-def _published(metric: Metric, value: float) -> float | None:
-    return int(value) if metric.column is not None and metric.column.count else _jsonable(value)
+def _published(metric: Metric, value: float | None) -> float | None:
+    finite = _jsonable(value)
+    return int(finite) if finite is not None and metric.column is not None and metric.column.count else finite
 
 
 def checks_json(validation: Validation) -> dict[str, object]:
@@ -103,5 +107,5 @@ def _sight(validation: Validation) -> dict[str, Sight]:
     return {check: known[check] for check in sorted(names & known.keys())}
 
 
-def _jsonable(value: float) -> float | None:
+def _jsonable(value: float | None) -> float | None:
     return None if isinstance(value, float) and not math.isfinite(value) else value

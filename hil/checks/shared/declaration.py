@@ -39,6 +39,10 @@ from aero.channels import Channel
 from hil.checks.shared.subjects import GROUPS
 
 LimitSide = Literal["above", "below", "both"]
+NOT_JUDGED = "not judged"
+"""Shown for a reading that was withheld."""
+NOT_MEASURABLE = "not measurable"
+"""Shown for a reading that the hand did not let be measured."""
 
 
 @dataclass(frozen=True)
@@ -159,10 +163,12 @@ class Metric:
         """What to do on either side."""
         return _either(self.low, self.high).remedy
 
-    def text(self, value: float) -> str:
-        """Return a value as people read it, with its unit."""
+    def text(self, value: float | None) -> str:
+        """Return a reading as people read it, with its unit; one may be withheld (None) or not measurable (NaN)."""
+        if value is None:
+            return NOT_JUDGED
         if math.isnan(value):
-            return "not measurable"
+            return NOT_MEASURABLE
         return self.says[round(value)] if self.says else f"{value:.4g} {self.unit}"
 
     def advice(self, value: float, at_least: float, at_most: float) -> Advice:

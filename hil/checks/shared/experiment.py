@@ -21,6 +21,13 @@ Floats = NDArray[np.float64]
 Measured = Mapping[str, Mapping[str, float]]
 """Subject (a channel's label, or `hand`) to metric to value."""
 
+
+def reading(measured: Measured, subject: str, metric: str) -> float | None:
+    """Return one reading: None where it was withheld or never taken, NaN where the hand did not let it be measured."""
+    # Every access goes through here: a late host withholds readings, and a sparse recording whole subjects.
+    return measured.get(subject, {}).get(metric)
+
+
 SAMPLE_S = 0.02
 """Time from one encoder reading to the next, s."""
 CURRENT_EVERY = 5

@@ -1,0 +1,13 @@
+"""One validation of a healthy emulated hand, made once: what the tests of the report take readings away from."""
+
+import pytest
+
+from hil import open_target
+from hil.checks import DEFAULT
+from hil.verdict.validation import validate
+
+
+@pytest.fixture(scope="session")
+def validated():
+    with open_target(seed=3) as target:
+        return validate(target, (*DEFAULT, "short_staircase", "repeatability"))
