@@ -12,7 +12,7 @@ from importlib.resources.abc import Traversable
 from typing import Any
 
 from hil.checks.shared.declaration import parse_metric
-from hil.checks.shared.experiment import Experiment, Measured, Measuring, reading
+from hil.checks.shared.experiment import Experiment, Measured, Measuring
 
 
 def _read(folder: Traversable) -> Measuring:
@@ -47,15 +47,4 @@ JUDGED: dict[str, Measuring] = {**EXPERIMENTS, WHOLE_RUN.name: WHOLE_RUN, DRIVER
 CHECKS = tuple(check for found in JUDGED.values() for metric in found.metrics for check in metric.checks)
 """Every bound, in the order of the limits."""
 
-__all__ = [
-    "CHECKS",
-    "DEFAULT",
-    "DRIVER",
-    "EXPERIMENTS",
-    "JUDGED",
-    "WHOLE_RUN",
-    "Experiment",
-    "Measured",
-    "Measuring",
-    "reading",
-]
+__all__ = ["CHECKS", "DEFAULT", "DRIVER", "EXPERIMENTS", "JUDGED", "WHOLE_RUN", "Experiment", "Measured", "Measuring"]

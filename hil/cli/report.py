@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
@@ -12,9 +13,16 @@ from aero.whole_file import write_whole
 from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
+from hil.recordings.recording import Recording
 from hil.report.page import BYTES_ALONE, render_report
 from hil.verdict.margins import margins_left, nearest
 from hil.verdict.validation import judge_recordings
+
+NOT_JUDGED = {
+    "excitation": "was made by `aero-hil record` and is not judged; `aero-hil calibrate` reads it",
+    "policy": "was made by `aero-hil run-policy` and is not judged; `aero-hil view` and `aero-hil export` read it",
+}
+"""Name in the header of a recording that is of no check to what to do with it."""
 
 
 @click.command()
@@ -23,19 +31,18 @@ from hil.verdict.validation import judge_recordings
 def report(*, recordings: tuple[Path, ...], out: Path) -> None:
     """Judge RECORDINGS again and write the report; exits as `validate` does.
 
-    One that was broken off is shown and not judged: the exit code is 2 then, unless something else is out of limits.
+    A recording that was cut short is shown and not judged: the exit code is 2 then, unless something else is out of
+    limits.
     """
-    with usage_errors():
-        prepared_file(out)
-    made = {path: read(path) for path in recordings}
+    made = {path: _judgeable(path) for path in recordings}
+    # Only this may fail for what a file lacks; an error of the page is a defect.
     with judging(*recordings):
         judged = judge_recordings(list(made.values()))
-        # Both as they are on this disk: a relative path through a link would lead elsewhere.
-        folder = out.parent.resolve()
-        files = {
-            r.header.experiment: Path(os.path.relpath(path.resolve(), folder)).as_posix() for path, r in made.items()
-        }
-        page = render_report(judged, files)
+    if not judged.results and not judged.end.cut and judged.whole_run is None:
+        raise Ended("no experiment began; there is nothing to report on", Exit.USAGE)
+    page = render_report(judged, _links(made, out))
+    with usage_errors():
+        prepared_file(out)
     write_whole(out, page)
     if not judged.results and not judged.end.cut:
         click.echo(BYTES_ALONE)
@@ -47,3 +54,22 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
         raise Ended(f"broken off, and not judged: {', '.join(cut)}{rest}; {out}", Exit.USAGE)
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(Exit.WITHIN_LIMITS if judged.passed else Exit.OUT_OF_LIMITS)
+
+
+def _judgeable(path: Path) -> Recording:
+    """Return a recording of an experiment or a session.
+
+    Raises:
+        Ended: it is of something else; the message says what reads it.
+    """
+    recording = read(path)
+    if reason := NOT_JUDGED.get(recording.header.experiment):
+        raise Ended(f"{path} {reason}", Exit.USAGE)
+    return recording
+
+
+def _links(made: Mapping[Path, Recording], out: Path) -> dict[str, str]:
+    """Return the experiment of each recording to its path relative to the page."""
+    # Both as they are on this disk: a relative path through a link would lead elsewhere.
+    folder = out.parent.resolve()
+    return {r.header.experiment: Path(os.path.relpath(path.resolve(), folder)).as_posix() for path, r in made.items()}

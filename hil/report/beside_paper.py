@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from importlib import resources
 
 from aero.channels import Channel
-from hil.checks import EXPERIMENTS, reading
+from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric, Published
+from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import display_unit
 from hil.recordings.recorder import LENGTH_UNITS
 from hil.verdict.findings import Finding

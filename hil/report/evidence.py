@@ -7,8 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
-from hil.checks import JUDGED, Measuring, reading
+from hil.checks import JUDGED, Measuring
 from hil.checks.shared.declaration import Metric
+from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import CommandStep, find_steps
 from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.recording import Recording

@@ -25,6 +25,7 @@ from hil.report.plots import (
     TEMPERATURES,
     Lanes,
     Mark,
+    has_samples,
     lanes_chart,
     panels,
     thumb_chart,
@@ -119,7 +120,7 @@ def figures_of(experiment: str, recording: Recording, marks: Iterable[tuple[str,
     for drawing in EXPERIMENTS[experiment].drawn:
         if drawing in PANELS:
             found |= PANELS[drawing](recording)
-        elif (kind := LANES[drawing]).series in recording.series:
+        elif has_samples(recording, (kind := LANES[drawing]).series):
             own = [mark for name, mark in marked if name == figure_name(experiment, kind.series)]
             found[kind.series] = _lanes_panel(kind, recording, own)
     return [_drawn(experiment, name, panel) for name, panel in found.items()]
@@ -130,7 +131,7 @@ def traces_of(recording: Recording) -> list[Drawn]:
     return [
         _drawn(f"broken-{recording.header.experiment}", kind.series, _lanes_panel(kind, recording))
         for kind in LANES.values()
-        if kind.series in recording.series and recording[kind.series].times.size
+        if has_samples(recording, kind.series)
     ]
 
 

@@ -15,7 +15,6 @@ from markupsafe import Markup
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
-from hil.checks.shared.declaration import NOT_MEASURABLE
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.wire_file import with_series
@@ -139,7 +138,7 @@ def _template() -> Template:
 
 def number(value: float) -> str:
     """Return a reading in four digits, in words where it could not be measured."""
-    return NOT_MEASURABLE if math.isnan(value) else f"{value:.4g}"
+    return "not measurable" if math.isnan(value) else f"{value:.4g}"
 
 
 def marked(text: str) -> Markup:

@@ -60,11 +60,16 @@ TEMPERATURES = Lanes("temperatures", "Temperatures", "\u00b0C", 1.0, 4.0)
 SIDE_BY_SIDE = Lanes("hand", "Hand and simulator", "", 1.0, 0.0, (("command", COMMAND), ("model", MODEL)), True)
 
 
+def has_samples(recording: Recording, series: str) -> bool:
+    """Return whether a recording has a series, and anything in it: one that was damaged may not."""
+    return series in recording.series and recording[series].times.size > 0
+
+
 def lanes_chart(recording: Recording, lanes: Lanes, marks: Iterable[Mark] = ()) -> Chart:
     """Return a series of seven columns; its least and greatest reading stand at the right of each lane."""
     series = recording[lanes.series]
     least, span = _scales(recording, lanes)
-    layers = (*((name, colour) for name, colour in lanes.behind if name in recording.series), (lanes.series, HAND))
+    layers = (*((name, colour) for name, colour in lanes.behind if has_samples(recording, name)), (lanes.series, HAND))
     traces = [
         ChartTrace(
             recording[name].times,
@@ -101,7 +106,7 @@ def _row(channel: Channel) -> int:
 
 def _scales(recording: Recording, lanes: Lanes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the value at the bottom of each lane and the range of each, (7,) float, in the unit of the lanes."""
-    names = [name for name in (lanes.series, *(name for name, _ in lanes.behind)) if name in recording.series]
+    names = [name for name in (lanes.series, *(name for name, _ in lanes.behind)) if has_samples(recording, name)]
     values = [lanes.scale * recording[name].values for name in names]
     least = np.min([rows.min(axis=0) for rows in values], axis=0)
     most = np.max([rows.max(axis=0) for rows in values], axis=0)

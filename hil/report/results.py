@@ -9,8 +9,9 @@ from pathlib import Path
 
 from aero.channels import Channel
 from aero.whole_file import write_whole
-from hil.checks import EXPERIMENTS, reading
+from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric
+from hil.checks.shared.experiment import reading
 from hil.recordings.seal import sealed
 from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report

@@ -39,10 +39,6 @@ from aero.channels import Channel
 from hil.checks.shared.subjects import GROUPS
 
 LimitSide = Literal["above", "below", "both"]
-NOT_JUDGED = "not judged"
-"""Shown for a reading that was withheld."""
-NOT_MEASURABLE = "not measurable"
-"""Shown for a reading that the hand did not let be measured."""
 
 
 @dataclass(frozen=True)
@@ -164,11 +160,11 @@ class Metric:
         return _either(self.low, self.high).remedy
 
     def text(self, value: float | None) -> str:
-        """Return a reading as people read it, with its unit; one may be withheld (None) or not measurable (NaN)."""
+        """Return a value as people read it, with its unit; None was withheld."""
         if value is None:
-            return NOT_JUDGED
+            return "not judged"
         if math.isnan(value):
-            return NOT_MEASURABLE
+            return "not measurable"
         return self.says[round(value)] if self.says else f"{value:.4g} {self.unit}"
 
     def advice(self, value: float, at_least: float, at_most: float) -> Advice:

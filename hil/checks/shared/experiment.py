@@ -19,13 +19,20 @@ from hil.targets.target import Target
 
 Floats = NDArray[np.float64]
 Measured = Mapping[str, Mapping[str, float]]
-"""Subject (a channel's label, or `hand`) to metric to value."""
+"""Subject (a channel's label, or `hand`) to metric to value: NaN where the hand did not let it be measured; a metric is
+not there where this computer was too late to take it. `reading` asks for one."""
 
 
 def reading(measured: Measured, subject: str, metric: str) -> float | None:
-    """Return one reading: None where it was withheld or never taken, NaN where the hand did not let it be measured."""
-    # Every access goes through here: a late host withholds readings, and a sparse recording whole subjects.
-    return measured.get(subject, {}).get(metric)
+    """Return a reading, NaN where the hand did not let it be measured, None where it is not there."""
+    value = measured.get(subject, {}).get(metric)
+    return None if value is None else float(value)
+
+
+def finite(measured: Measured, subject: str, metric: str) -> float | None:
+    """Return a reading that is a number, None otherwise."""
+    value = reading(measured, subject, metric)
+    return value if value is not None and np.isfinite(value) else None
 
 
 SAMPLE_S = 0.02

@@ -239,3 +239,25 @@ def test_a_file_that_is_no_recording_is_bad_usage(tmp_path, content):
     result = invoke("report", path)
     assert result.exit_code == 2
     assert "junk.mcap" in result.output
+
+
+def test_a_recording_of_record_is_not_judged_and_one_line_says_so(results, tmp_path):
+    audit = read_recording(results / "audit.mcap")
+    header = dataclasses.replace(audit.header, experiment="excitation")
+    write_recording(dataclasses.replace(audit, header=header), tmp_path / "excitation.mcap")
+    result = invoke("report", tmp_path / "excitation.mcap", "--out", tmp_path / "new" / "r.html")
+    assert result.exit_code == 2
+    assert "was made by `aero-hil record` and is not judged" in result.output
+    assert len(result.output.splitlines()) == 1
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_defect_of_the_page_is_no_wrong_usage(results, tmp_path, monkeypatch):
+    def broken(*_):
+        raise KeyError("rise_hand_ms")
+
+    monkeypatch.setattr("hil.cli.report.render_report", broken)
+    result = invoke("report", results / "audit.mcap", "--out", tmp_path / "r.html")
+    assert result.exit_code == 70
+    assert "a defect of aero-hil" in result.output
+    assert not (tmp_path / "r.html").exists()

@@ -14,8 +14,6 @@ from hil.cli.validation_run import print_run
 from hil.report.beside_paper import compared, table, text_rows
 from hil.report.page import render_report
 from hil.report.results import checks_json, metrics_json
-from hil.verdict.limits import compare
-from hil.verdict.validation import limits_of
 
 METRICS = [(name, metric) for name, check in JUDGED.items() for metric in dict.fromkeys(m.name for m in check.metrics)]
 ABSENT, NAN = "absent", "NaN"
@@ -26,11 +24,6 @@ def without(measured, metric, how):
     if how == ABSENT:
         return {subject: {k: v for k, v in row.items() if k != metric} for subject, row in measured.items()}
     return {subject: {k: math.nan if k == metric else v for k, v in row.items()} for subject, row in measured.items()}
-
-
-def judged_again(result, name, measured):
-    limits = limits_of(result.recording.header)
-    return replace(result, measured=measured, findings=compare(JUDGED[name], measured, limits))
 
 
 def with_result(validation, name, result):
@@ -61,7 +54,7 @@ def test_a_complete_run_says_no_nan(validated):
 def test_a_reading_may_be_absent_or_nan(validated, check, metric, how):
     if (result := validated.judged.get(check)) is None:
         pytest.skip(f"{check} is not part of the run")
-    spoiled = judged_again(result, check, without(result.measured, metric, how))
+    spoiled = replace(result, measured=without(result.measured, metric, how))
     text = shown(with_result(validated, check, spoiled))
     assert not re.search(r"\bnan\b", text)
 
@@ -72,4 +65,11 @@ def test_a_whole_subject_may_be_absent(validated, check):
         pytest.skip(f"{check} is not part of the run")
     for subject in result.measured:
         left = {name: row for name, row in result.measured.items() if name != subject}
-        shown(with_result(validated, check, judged_again(result, check, left)))
+        shown(with_result(validated, check, replace(result, measured=left)))
+
+
+def test_the_numbers_of_a_withheld_reading_are_null(validated):
+    result = validated.results["staircase"]
+    spoiled = replace(result, measured=without(result.measured, "rise_hand_ms", ABSENT))
+    content = metrics_json(with_result(validated, "staircase", spoiled))
+    assert {row["rise_hand_ms"] for row in content["channels"].values()} == {None}
