@@ -21,7 +21,6 @@ PAGES = (
     "driver",
     "electronics",
     "campaign",
-    "detection",
     "safety",
     "promises",
     "speed",

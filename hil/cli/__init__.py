@@ -36,7 +36,6 @@ COMMANDS: dict[str, Command] = {
     "baseline": Command("hil.cli.baseline:baseline", "Keep a hand's figures, to be compared with later."),
     "campaign": Command("hil.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
     "limits": Command("hil.cli.limits:limits", "Compute the limits from the healthy hands of a campaign.", "campaign"),
-    "learn": Command("hil.cli.learn:learn", "Learn what faults do to the readings, for the diagnosis.", "campaign"),
     "endurance": Command("hil.cli.endurance:endurance", "Open and close the hand many times."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "emulate-bus": Command("hil.cli.emulate_bus:emulate_bus", "Serve any robot of bus servos on a port.", "emulate"),

@@ -20,14 +20,12 @@ from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.lab.campaign.campaign_page import render_campaign
 from hil.lab.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
-from hil.lab.campaign.drawn import drawn_hands
-from hil.lab.campaign.learning import accused
 from hil.lab.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
 from hil.lab.campaign.store import NAME, missing, opened
+from hil.lab.campaign.summary import flagged
 from hil.lab.campaign.trial import Outcome
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import command_line
-from hil.verdict.reference import load_reference
 from model.units.conditions import KINDS
 
 MOST = 1_000_000
@@ -45,10 +43,6 @@ MOST = 1_000_000
     "--fault", "faults", multiple=True,
     help="A fault as `aero-hil faults` lists it, several for one hand with commas between, or `all` for each of the "
     "list in its three severities; repeatable.",
-)  # fmt: skip
-@click.option(
-    "--drawn", type=click.IntRange(0, MOST), default=0,
-    help="Hands with one fault each, drawn at random with its channel, severity and beginning.",
 )  # fmt: skip
 @click.option("--hands", type=click.IntRange(1, MOST), default=5, show_default=True, help="Hands for each fault.")
 @click.option("--first-seed", type=SEED, default=0, show_default=True, help="Seed of the first hand.")
@@ -71,7 +65,6 @@ def campaign(
     conditions: tuple[str, ...],
     shipped: bool,
     faults: tuple[str, ...],
-    drawn: int,
     hands: int,
     first_seed: int,
     firmware: tuple[str, ...],
@@ -91,7 +84,6 @@ def campaign(
     with usage_errors():
         trials = healthy_hands(first_seed, healthy, firmware, conditions or None) if healthy else []
         trials += shipped_hands() if shipped else []
-        trials += drawn_hands(first_seed, drawn, firmware) if drawn else []
         trials += faulty_hands(_written(faults), first_seed, hands, firmware)
         if names:
             trials = [replace(trial, experiments=names) for trial in trials]
@@ -118,13 +110,13 @@ def campaign(
         conduct(left, executor, keep, at_once=AHEAD * count)
         outcomes = list(store.outcomes())
     page = folder / "campaign.html"
-    write_whole(page, render_campaign(outcomes, load_reference()))
+    write_whole(page, render_campaign(outcomes))
     for name, some in (
         ("healthy", [outcome for outcome in outcomes if not outcome.trial.faults]),
         ("faulty", [outcome for outcome in outcomes if outcome.trial.faults]),
     ):
         if some:
-            console.print(f"{sum(map(accused, some))} of {len(some)} {name} hands accused")
+            console.print(f"{sum(map(flagged, some))} of {len(some)} {name} hands flagged")
     console.print(str(page))
 
 

@@ -18,7 +18,6 @@ from rich.text import Text
 
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
-from hil.checks.shared.subjects import subject_words
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import Ended, Exit, ending, usage_errors
 from hil.cli.options import ChosenHand
@@ -34,9 +33,7 @@ from hil.targets.target import Onlooker, Question
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.next_step import cause_words, on_hand
 from hil.verdict.run_end import ended_at_closing
-from hil.verdict.run_summary import header_of, summary_of
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
 
@@ -183,35 +180,25 @@ def ask_on_terminal(question: Question) -> str:
     return question.answers[answer]
 
 
-CAUSES = 3
-"""That are told."""
-
-
 def told(validation: Validation) -> Iterator[Text]:
-    """Yield a line for each thing that is told; none for a run in which nothing failed."""
-    summary, header = summary_of(validation), header_of(validation)
-    for finding in summary.unexplained:
+    """Yield a line for each thing that a person is told; none for a run in which nothing failed."""
+    diagnosis = validation.diagnosis
+    for withheld in validation.withheld:
+        yield _line("grey", withheld.sentence)
+    for finding in diagnosis.unexplained:
         yield _line("failed", f"{finding.sentence}. {finding.meaning} {finding.remedy}")
-    if summary.likeliest:
-        for finding in summary.explained:
-            yield _line("failed", f"{finding.sentence} ({cause_words(summary.likeliest.cause)})")
-    for cause in summary.causes[:CAUSES]:
-        where = "hand" if cause.channel is None else subject_words(cause.channel.label)
-        look = on_hand(cause.next_look, header) if header else cause.next_look
-        share = f"{cause.probability:.0%} {cause_words(cause.cause)} ({where}): {cause.meaning} {look}"
-        yield _line("perhaps", share)
-    if summary.where:
-        yield _line("where", summary.where)
-    if since := first_seen(validation, summary.likeliest):
+    for indication in diagnosis.evidence:
+        yield _line("failed", f"{indication.finding.sentence}. {indication.finding.meaning}")
+    if diagnosis.location:
+        yield _line("where", diagnosis.location.words)
+    if since := first_seen(validation):
         yield _line("when", since.sentence)
-    if summary.likeliest:
-        yield _line("likely", f"{cause_words(summary.likeliest.cause)}, {summary.likeliest.probability:.0%}")
-    elif summary.unlike:
-        yield _line("likely", "none of the known causes: unlike every fault that was tried")
-    if summary.step:
-        yield _line("do this", summary.step.do)
-        if summary.step.command:
-            yield Text(f"        {summary.step.command}")
+    if diagnosis.location:
+        yield _line("what", diagnosis.sentence)
+    if diagnosis.step:
+        yield _line("do this", diagnosis.step.do)
+        if diagnosis.step.command:
+            yield Text(f"        {diagnosis.step.command}")
 
 
 def _line(label: str, text: str) -> Text:

@@ -13,8 +13,6 @@ from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import CommandStep, find_steps
 from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.recording import Recording
-from hil.verdict.explained import missed
-from hil.verdict.explanation import Explanation
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 
@@ -112,25 +110,15 @@ class FirstSeen:
     """Since the hand was opened, s."""
     passed_until_s: float
     """End of the last experiment before it, s; all of those passed."""
-    began_in_run: bool
-    """Whether the likeliest cause would have been seen before, had it been there."""
 
     @property
     def sentence(self) -> str:
         """When, in words."""
-        if self.began_in_run:
-            between = f"between {self.passed_until_s:.0f} and {self.seen_s:.0f} s"
-            return f"it began {between} after the start; this cause would have shown before, and nothing was off"
         return f"from {self.seen_s:.0f} s after the start on, in {self.experiment}; every check before passed"
 
 
-def first_seen(validation: Validation, cause: Explanation | None) -> FirstSeen | None:
-    """Return when something was first seen, None when the first experiment that moves the hand shows it already.
-
-    Args:
-        validation: the run.
-        cause: its likeliest cause, None when none is known.
-    """
+def first_seen(validation: Validation) -> FirstSeen | None:
+    """Return when something was first seen, None when the first experiment that moves the hand shows it already."""
     whole, results = validation.whole_run, validation.results
     if whole is None:
         return None
@@ -142,8 +130,7 @@ def first_seen(validation: Validation, cause: Explanation | None) -> FirstSeen |
     name, before = names[bad], names[:bad]
     seen = [where.start for where in by_finding(validation.judged).values() if where.experiment == name]
     ended = starts[before[-1]] + results[before[-1]].recording.header.duration_s
-    began = cause is not None and missed(validation, cause, before)
-    return FirstSeen(name, starts[name] + min(seen, default=0.0), ended, began)
+    return FirstSeen(name, starts[name] + min(seen, default=0.0), ended)
 
 
 def start_times(whole: Recording, parts: Sequence[Recording]) -> Mapping[str, float]:

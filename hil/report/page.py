@@ -26,9 +26,6 @@ from hil.report.plots import Mark
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.margins import margins_left
-from hil.verdict.next_step import cause_words, on_hand
-from hil.verdict.run_summary import summary_of
-from hil.verdict.sight import load_sight
 
 BYTES_ALONE = (
     "These are the bytes of a program and a hand, without an experiment: the link is judged. What was meant is not in "
@@ -60,8 +57,6 @@ class Shown:
 
     anchor: str
     finding: Finding
-    worth: str
-    """What its check is worth; empty when no campaign tried it."""
     evidence: Evidence | None
     target: str
     """What the link to its figure points at; empty when nothing shows it."""
@@ -90,7 +85,8 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     sections = _sections(validation, seen)
     shown = _shown(validation, seen, sections)
     header = recordings[0].header
-    summary = summary_of(validation)
+    diagnosis = validation.diagnosis
+    spoken = [indication.finding for indication in diagnosis.evidence]
     finished = validation.end.finding is None
     return _template().render(
         header=header,
@@ -104,11 +100,10 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         states=_states(validation, finished=finished),
         first_finding={item.finding.subject: item.anchor for item in reversed(shown)},
         shown=shown,
-        summary=summary,
-        since=first_seen(validation, summary.likeliest),
-        explained=[item for item in shown if item.finding in summary.explained],
-        unexplained=[item for item in shown if item.finding in summary.unexplained],
-        looks=[on_hand(cause.next_look, header) for cause in summary.causes],
+        diagnosis=diagnosis,
+        since=first_seen(validation),
+        explained=[item for item in shown if item.finding in spoken],
+        unexplained=[item for item in shown if item.finding not in spoken],
         sections=sections,
         beside=_beside_paper(validation),
         text_rows=text_rows(validation),
@@ -132,7 +127,7 @@ def _template() -> Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"marked": marked, "subject": subject_words, "cause": cause_words, "number": number}
+    environment.filters |= {"marked": marked, "subject": subject_words, "number": number}
     return environment.get_template("report.html.j2")
 
 
@@ -186,14 +181,12 @@ def _marks(findings: Iterable[Finding], seen: Mapping[Finding, Evidence]) -> lis
 def _shown(validation: Validation, seen: Mapping[Finding, Evidence], sections: Iterable[Section]) -> list[Shown]:
     """Return the failed findings, each with where it can be seen: its figure, else its experiment."""
     figures = {figure.name for section in sections for figure in section.figures}
-    known = load_sight()
     owner = {finding: name for name, result in validation.judged.items() for finding in failed(result.findings)}
 
     def shown(number: int, finding: Finding) -> Shown:
         where, name = seen.get(finding), owner.get(finding, "")
-        sight = known.get(f"{name}/{finding.check}")
         target = "" if where is None else where.figure if where.figure in figures else f"run-{name}"
-        return Shown(f"finding-{number}", finding, sight.sentence if sight else "", where, target, name)
+        return Shown(f"finding-{number}", finding, where, target, name)
 
     return [shown(number, finding) for number, finding in enumerate(failed(validation.findings), start=1)]
 

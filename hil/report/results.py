@@ -17,7 +17,6 @@ from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report
 from hil.report.plots import validation_figure
 from hil.verdict.judged_run import Validation
-from hil.verdict.sight import Sight, load_sight
 
 
 def write_figures(validation: Validation, out: Path) -> None:
@@ -92,20 +91,25 @@ def checks_json(validation: Validation) -> dict[str, object]:
             for name, measured in validation.numbers.items()
         },
         "findings": [dataclasses.asdict(finding) for finding in validation.findings],
-        "sight": {check: dataclasses.asdict(sight) for check, sight in _sight(validation).items()},
-        "explanations": [
-            dataclasses.asdict(explanation)
-            | {"channel": None if explanation.channel is None else explanation.channel.label}
-            for explanation in validation.explanations
-        ],
+        "diagnosis": diagnosis_json(validation),
+        "withheld": [dataclasses.asdict(withheld) for withheld in validation.withheld],
     }
 
 
-def _sight(validation: Validation) -> dict[str, Sight]:
-    """Return what the checks of a run can see, as far as it is known."""
-    known = load_sight()
-    names = {f"{name}/{finding.check}" for name, result in validation.results.items() for finding in result.findings}
-    return {check: known[check] for check in sorted(names & known.keys())}
+def diagnosis_json(validation: Validation) -> dict[str, object]:
+    """Return where something is wrong, which causes the evidence leaves, and what to do; all empty for a good run."""
+    found = validation.diagnosis
+    return {
+        "where": None if found.location is None else found.location.words,
+        "channels": [] if found.location is None else [channel.label for channel in found.location.channels],
+        "causes": list(found.causes),
+        "evidence": [
+            {"finding": indication.finding.sentence, "effects": [effect.value for effect in indication.effects]}
+            for indication in found.evidence
+        ],
+        "unexplained": [finding.sentence for finding in found.unexplained],
+        "step": None if found.step is None else dataclasses.asdict(found.step),
+    }
 
 
 def _jsonable(value: float | None) -> float | None:

@@ -1,4 +1,4 @@
-"""A finding: one thing that was checked, with the verdict in words a builder of the hand can act on."""
+"""A finding, one reading compared with its limit in words a builder of the hand can act on; and what was not judged."""
 
 from __future__ import annotations
 
@@ -29,6 +29,10 @@ class Finding:
     """What to do then."""
     words: str = ""
     """What was checked, for people; the check's name with blanks when empty."""
+    experiment: str = ""
+    """The check's folder; empty for what is about the run."""
+    excess: float = 0.0
+    """How far it lies beyond healthy readings, see `Limit.excess`: beyond 1 it fails, negative is too low."""
 
     @property
     def name(self) -> str:
@@ -40,6 +44,25 @@ class Finding:
         """The finding in one sentence."""
         where = subject_words(self.subject)
         return f"{where[0].upper()}{where[1:]}: {self.name} is {self.measured}, should be {self.expected}"
+
+
+@dataclass(frozen=True)
+class Withheld:
+    """A reading that was not judged, because this computer was too late to take it."""
+
+    experiment: str
+    metric: str
+    subject: str
+    words: str
+    """Name of the metric for people."""
+    reason: str
+    """Why, inside a sentence."""
+
+    @property
+    def sentence(self) -> str:
+        """The same in one sentence."""
+        where = subject_words(self.subject)
+        return f"{where[0].upper()}{where[1:]}: {self.words} was not judged: {self.reason}"
 
 
 def failed(findings: Iterable[Finding]) -> tuple[Finding, ...]:

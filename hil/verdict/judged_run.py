@@ -1,14 +1,14 @@
-"""A judged run of experiments: what was recorded, what was measured, and what was found."""
+"""A judged run of experiments: what was recorded and measured, what was found, how it ended, and what that means."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hil.checks import DRIVER, WHOLE_RUN, Measured
-from hil.recordings.recording import Recording
-from hil.verdict.explanation import HEALTHY, Diagnosis, Explanation
-from hil.verdict.findings import Finding, failed
+from hil.checks import DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
+from hil.recordings.recording import Header, Recording
+from hil.verdict.diagnosis import NOTHING, Diagnosis
+from hil.verdict.findings import Finding, Withheld, failed
 from hil.verdict.run_end import RunEnd
 
 
@@ -19,6 +19,8 @@ class Result:
     recording: Recording
     measured: Measured
     findings: tuple[Finding, ...]
+    withheld: tuple[Withheld, ...] = ()
+    """Readings that were not judged."""
 
 
 @dataclass(frozen=True)
@@ -38,16 +40,10 @@ class Validation:
     """What the bytes of the session say about the link; None when judged without them."""
     driver: Result | None = None
     """What the bytes of the experiments say about driver and map; None where no experiment ended."""
-    diagnosis: Diagnosis = HEALTHY
+    diagnosis: Diagnosis = NOTHING
     """Where something is wrong, and what; empty for a run without failures."""
-
     left_out: tuple[str, ...] = ()
     """Experiments that the guard permits no hand with this firmware; the verdict is on the others."""
-
-    @property
-    def explanations(self) -> tuple[Explanation, ...]:
-        """Causes that may explain what failed, the likeliest first; none for a run without failures."""
-        return self.diagnosis.causes
 
     @property
     def numbers(self) -> Mapping[str, Measured]:
@@ -66,10 +62,27 @@ class Validation:
         return result if result is not None and result.measured else None
 
     @property
+    def header(self) -> Header | None:
+        """The header of the first recording, None when nothing was recorded."""
+        recordings = [*(result.recording for result in self.results.values()), *self.end.cut]
+        recordings += [self.whole_run.recording] if self.whole_run else []
+        return recordings[0].header if recordings else None
+
+    @property
     def findings(self) -> tuple[Finding, ...]:
         """Every finding, and the reason for stopping if there is one."""
         found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
         return found if self.end.finding is None else (self.end.finding, *found)
+
+    @property
+    def withheld(self) -> tuple[Withheld, ...]:
+        """Every reading that was not judged."""
+        return tuple(withheld for result in self.judged.values() for withheld in result.withheld)
+
+    @property
+    def answers(self) -> tuple[Finding, ...]:
+        """Findings that a person's answers make."""
+        return tuple(f for name, result in self.results.items() if EXPERIMENTS[name].asks for f in result.findings)
 
     @property
     def remark(self) -> str:

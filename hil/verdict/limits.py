@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib import resources
@@ -18,16 +18,15 @@ from typing import Any
 from aero.firmware import ALIKE
 from hil.checks import CHECKS, Measured, Measuring
 from hil.checks.shared.declaration import Check, Metric
+from hil.checks.shared.experiment import reading
 from hil.checks.shared.subjects import SUBJECTS
-from hil.verdict.findings import Finding
+from hil.verdict.findings import Finding, Withheld
 
 LIMITS = resources.files("hil") / "data" / "limits"
 UNMEASURED = 3.0
 """Excess of a reading that is not there."""
 NARROWEST = 0.05
 """Half the range of healthy readings is at least this part of the distance from them to the limit."""
-GIVEN = 0.2
-"""Part of a given bound that stands for half the range of healthy readings, which nobody has measured."""
 REQUIRED = ("experiment", "metric", "subjects", "source")
 
 
@@ -60,24 +59,24 @@ class Limit:
         A side without a limit has nothing to exceed: 0.
         A reading that could not be measured, or is beyond a given bound, counts as `UNMEASURED`.
         """
-        if self.healthy is None or math.isnan(value):
-            return 0.0 if self.at_least <= value <= self.at_most else UNMEASURED
+        if math.isnan(value):
+            return UNMEASURED
+        if self.healthy is None:
+            return (
+                0.0 if self.at_least <= value <= self.at_most else UNMEASURED if value > self.at_most else -UNMEASURED
+            )
         low, high = self.healthy
         if value > high:
             return (value - high) / (self.at_most - high)
         return (value - low) / (low - self.at_least) if value < low else 0.0
 
-    def place(self, value: float) -> float:
+    def side(self, value: float) -> float:
         """Return where a reading lies among the healthy ones: 0 in their middle, 1 at the greatest, -1 at the least.
 
-        A reading that could not be measured lies at `UNMEASURED`.
+        0 for one that could not be measured, and where nobody has measured healthy hands.
         """
-        if math.isnan(value):
-            return UNMEASURED
-        if self.healthy is None:
-            bounds = [bound for bound in (self.at_least, self.at_most) if math.isfinite(bound)]
-            middle = sum(bounds) / 2 if len(bounds) == 2 else 0.0
-            return (value - middle) / (GIVEN * (abs(bounds[-1] - middle) or 1.0))
+        if math.isnan(value) or self.healthy is None:
+            return 0.0
         low, high = self.healthy
         margin = max(margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin))
         return (value - (low + high) / 2) / max((high - low) / 2, NARROWEST * margin)
@@ -108,6 +107,8 @@ class Limit:
             meaning=advice.meaning,
             remedy=advice.remedy,
             words=metric.words,
+            experiment=self.experiment,
+            excess=UNMEASURED if at_the_end else self.excess(value),
         )
 
 
@@ -193,19 +194,48 @@ def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, .
     return tuple(left)
 
 
-def compare(measuring: Measuring, measured: Measured, limits: tuple[Limit, ...]) -> tuple[Finding, ...]:
+def compare(
+    measuring: Measuring, measured: Measured, limits: tuple[Limit, ...], late: str
+) -> tuple[tuple[Finding, ...], tuple[Withheld, ...]]:
     """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
 
     A number that was withheld, because the host was too late to tell, is not there and not judged. One that the hand
     did not let be measured is NaN, and fails.
+
+    Args:
+        measuring: what measured it.
+        measured: its readings.
+        limits: of the hand.
+        late: why a reading is not there, inside a sentence.
     """
-    return tuple(
-        limit.judge(measuring.metric(limit.metric, subject), subject, float(measured[subject][limit.metric]))
+    found, withheld = list[Finding](), list[Withheld]()
+    for limit in limits:
+        for subject in limit.subjects if limit.experiment == measuring.name else ():
+            metric, value = measuring.metric(limit.metric, subject), reading(measured, subject, limit.metric)
+            if value is None:
+                withheld.append(Withheld(limit.experiment, limit.metric, subject, metric.words, late))
+            else:
+                found.append(limit.judge(metric, subject, value))
+    return tuple(found), tuple(withheld)
+
+
+Key = tuple[str, str, str]
+"""Experiment, metric and subject."""
+
+
+def out_of_limits(excess: float) -> bool:
+    """Return whether a reading with this excess (`Limit.excess`) is beyond its limit."""
+    return abs(excess) > 1.0
+
+
+def excesses(numbers: Mapping[str, Measured], limits: Iterable[Limit]) -> dict[Key, float]:
+    """Return the excess of every judged reading of a run (`Limit.excess`); what was not measured is left out."""
+    return {
+        (limit.experiment, limit.metric, subject): limit.excess(value)
         for limit in limits
-        if limit.experiment == measuring.name
         for subject in limit.subjects
-        if limit.metric in measured[subject]
-    )
+        if (value := reading(numbers.get(limit.experiment, {}), subject, limit.metric)) is not None
+    }
 
 
 def parse_limit(table: Mapping[str, Any]) -> Limit:

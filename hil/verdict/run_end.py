@@ -1,18 +1,21 @@
-"""How a run ended, as one value: in which way, at which experiment, why, and what was recorded until then."""
+"""How a run ended, as one value: in which way, at which experiment, why, on which channel, and what was recorded."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from aero.errors import AeroError
 from aero.safety import SafetyStopError
+from firmware_emulator.native.program import FirmwareProgramError
 from hil.faults import FaultNeverFiredError
+from hil.recordings.errors import CannotBeWrittenError
 from hil.recordings.recording import Recording
 from hil.verdict.findings import Finding
 
 
-class Way(Enum):
-    """How a run may end; the values are what a finding says, `{at}` and `{reason}` being those of the run.
+class EndKind(Enum):
+    """The ways in which a run may end; the values are what a finding says, with `{at}` and `{reason}` of the run.
 
     Check, measured, expected, source, meaning, remedy.
     """
@@ -28,7 +31,7 @@ class Way(Enum):
         "Mend what {at} found, then validate again.",
     )
     """A gate failed."""
-    GUARD = (
+    NOT_PERMITTED = (
         "{at}",
         "not run",
         "run",
@@ -37,33 +40,68 @@ class Way(Enum):
         "Validate with firmware 0.1.0 or later, or run the other experiments.",
     )
     """The guard permits none of the experiments that were asked for."""
-    DRIVER = (
+    STOPPED = (
         "{at}",
-        "broken off",
+        "aborted",
+        "run to its end",
+        "the guard",
+        "{reason}",
+        "Mend this first; what comes after it was not run.",
+    )
+    """The guard stopped the hand."""
+    LINK = (
+        "{at}",
+        "aborted",
         "run to its end",
         "the driver",
         "{reason}",
         "Mend this first; what comes after it was not run.",
     )
-    """Driver, guard or link ended an experiment with an error."""
-    PERSON = (
+    """Driver or link ended an experiment with an error."""
+    FIRMWARE = (
         "{at}",
-        "broken off",
+        "aborted",
+        "run to its end",
+        "the firmware program",
+        "{reason}",
+        "Mend the firmware; what comes after it was not run.",
+    )
+    NOT_WRITTEN = (
+        "{at}",
+        "aborted",
+        "run to its end",
+        "the disk",
+        "{reason}",
+        "Make room on the disk, or choose another folder by --out; this says nothing about the hand.",
+    )
+    """A recording could not be written."""
+    INTERRUPTED = (
+        "{at}",
+        "aborted",
         "run to its end",
         "a person or a signal",
         "The program was told to stop.",
         "Run it again.",
     )
-    CUT = (
+    HOST_BUSY = (
         "{at}",
-        "broken off",
+        "not judged",
+        "judged",
+        "this computer",
+        "{reason}",
+        "Close what else runs on this computer, then validate again.",
+    )
+    """This computer was too late too often for a verdict."""
+    INCOMPLETE = (
+        "{at}",
+        "aborted",
         "run to its end",
         "the recording",
         "The recording ends before the experiment does.",
         "Run it again.",
     )
     """A recording that is judged does not come to its end."""
-    NO_FAULT = (
+    FAULT_NEVER_FIRED = (
         "fault",
         "absent",
         "present",
@@ -83,14 +121,19 @@ class Way(Enum):
     """Everything was run, and the guard could not leave the hand open and weak as it does after every program."""
 
 
+SAYS_NOTHING = {EndKind.INTERRUPTED, EndKind.INCOMPLETE, EndKind.NOT_WRITTEN, EndKind.HOST_BUSY}
+"""Endings that say nothing about the hand."""
+
+
 @dataclass(frozen=True)
 class RunEnd:
     """How one run ended."""
 
-    way: Way
+    kind: EndKind
     at: str = ""
     """Experiments it is about."""
     reason: str = ""
+    """Why, for people."""
     error: BaseException | None = None
     """What ended the program's work on the hand; it decides the exit code."""
     cut: tuple[Recording, ...] = ()
@@ -99,30 +142,40 @@ class RunEnd:
     @property
     def finding(self) -> Finding | None:
         """What kept the rest from running, None when all ran."""
-        if self.way is Way.FINISHED:
+        if self.kind is EndKind.FINISHED:
             return None
-        check, *texts = (text.format(at=self.at, reason=self.reason) for text in self.way.value)
+        check, *texts = (text.format(at=self.at, reason=self.reason) for text in self.kind.value)
         return Finding(check, "hand", False, *texts)
 
     @property
     def error_name(self) -> str:
-        """Name of the kind of error, as the dictionary of faults knows it; empty when there was none."""
+        """Name of the kind of error; empty when there was none."""
         return "" if self.error is None else type(self.error).__name__
 
 
-FINISHED = RunEnd(Way.FINISHED)
+FINISHED = RunEnd(EndKind.FINISHED)
+STOPPING: dict[type[BaseException], EndKind] = {
+    SafetyStopError: EndKind.STOPPED,
+    FirmwareProgramError: EndKind.FIRMWARE,
+    CannotBeWrittenError: EndKind.NOT_WRITTEN,
+    AeroError: EndKind.LINK,
+    OSError: EndKind.LINK,
+    KeyboardInterrupt: EndKind.INTERRUPTED,
+    SystemExit: EndKind.INTERRUPTED,
+}
+"""What ends a run before its time, and leaves what was recorded; the first that fits counts."""
 
 
-def broken_off(experiment: str, error: BaseException, cut: tuple[Recording, ...]) -> RunEnd:
-    """Return the end of a run whose experiment an error ended."""
-    way = Way.PERSON if isinstance(error, (KeyboardInterrupt, SystemExit)) else Way.DRIVER
-    return RunEnd(way, experiment, str(error), error, cut)
+def aborted(experiment: str, error: BaseException, cut: tuple[Recording, ...]) -> RunEnd:
+    """Return the end of a run whose experiment an error of `STOPPING` ended."""
+    kind = next(kind for errors, kind in STOPPING.items() if isinstance(error, errors))
+    return RunEnd(kind, experiment, str(error), error, cut)
 
 
 def ended_at_closing(end: RunEnd, error: FaultNeverFiredError | SafetyStopError) -> RunEnd:
     """Return the end of a run when closing its hand ended with an error; how its experiments ended stays."""
     if end is not FINISHED:
         return replace(end, error=error)
-    way = Way.NO_FAULT if isinstance(error, FaultNeverFiredError) else Way.NOT_OPENED
+    kind = EndKind.FAULT_NEVER_FIRED if isinstance(error, FaultNeverFiredError) else EndKind.NOT_OPENED
     reason = f"{str(error)[0].upper()}{str(error)[1:]}".rstrip(".")
-    return RunEnd(way, reason=f"{reason}.", error=error)
+    return RunEnd(kind, reason=f"{reason}.", error=error)

@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
 from aero.channels import Channel
 from aero.errors import AeroError
+from aero.firmware import firmware_of
+from aero.protocol import Opcode
 from aero.safety import SafetyStopError
-from firmware_emulator.native.program import FirmwareProgramError
-from hil.checks import DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN, Experiment, Measured
+from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.experiment import map_of
 from hil.recordings.recorder import Progress, Recorder, silent
-from hil.recordings.recording import Header, Recording
-from hil.targets.target import PHYSICAL, Target
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
 from hil.verdict.baseline import load, regressions
-from hil.verdict.diagnose import diagnose
-from hil.verdict.ending import EndSignature
-from hil.verdict.explanation import HEALTHY, Diagnosis
-from hil.verdict.findings import Finding, failed
+from hil.verdict.findings import failed
+from hil.verdict.judge import Judge
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.limits import Limit, compare, load_limits
-from hil.verdict.other_firmware import limits_of_others
-from hil.verdict.own_limits import OwnLimits
-from hil.verdict.run_end import FINISHED, RunEnd, Way, broken_off
-from model.units import DEFAULT_LIMITS, shipped_units
-from model.units.naming import PLAUSIBLE, unit_named
+from hil.verdict.run_end import FINISHED, STOPPING, EndKind, RunEnd, aborted
 
-STOPPING = (AeroError, SafetyStopError, OSError, FirmwareProgramError, KeyboardInterrupt, SystemExit)
-"""What ends a run before its time, and leaves what was recorded."""
 STOP_SHARE = 0.97
 """Part of a window from which on a channel may meet its stop."""
 
@@ -48,7 +41,8 @@ def validate(
 
     Ctrl-C and a signal that `aero.safety.unwinding` turns into an exit end the run and are noted in what is returned.
 
-    The firmware's own speed and torque limits hold meanwhile; those that this program had set are given back.
+    The firmware's own speed and torque limits hold meanwhile; those that this program had set are restored. That and
+    the recordings end with the run, whatever ends it: an error of `on_result` too.
 
     Args:
         target: the hand; most experiments move it through its whole range.
@@ -67,48 +61,92 @@ def validate(
         ValueError: the baseline is none.
     """
     start = time.perf_counter()
-    limits = load_limits(target.limits, target.firmware, guarded=target.guard is not None)
-    before = load(baseline) if baseline else {}
+    judge, before = Judge.of_target(target), load(baseline) if baseline else {}
+    left_out = tuple(name for name in names if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops)
+    chosen = [name for name in names if name not in left_out]
     results: dict[str, Result] = {}
-    left_out = [name for name in names if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops]
-    names = [name for name in names if name not in left_out]
+    end = _nothing_run(left_out, target.firmware) if left_out and not chosen else FINISHED
 
     def so_far(end: RunEnd = FINISHED) -> Validation:
         measured = {name: result.measured for name, result in results.items()}
         worse = regressions(before, measured, str(baseline))
-        return Validation(dict(results), end, time.perf_counter() - start, worse, left_out=tuple(left_out))
+        return Validation(dict(results), end, time.perf_counter() - start, worse, left_out=left_out)
 
     def recorder(name: str) -> Recorder:
         return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")
 
-    session, end, limits_on_board = recorder(WHOLE_RUN.name), FINISHED, OwnLimits(target)
-    session.begin(from_opening=True)
-    for name in names:
-        experiment, record = EXPERIMENTS[name], recorder(name)
-        gate = _failed_gate(results)
-        if gate is not None and not (experiment.gentle and _gentle_allowed(gate)):
-            end = RunEnd(Way.GATE, gate.recording.header.experiment)
-            break
-        try:
-            if any(experiment.furthest):
-                limits_on_board.set()
-                target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
-            experiment.run(target, record, progress)
-        except STOPPING as error:
-            end = broken_off(name, error, (record.finish(ended=False),) if record.begun else ())
-            break
-        results[name] = _judged(experiment, record.finish(), limits)
-        on_result(so_far())
-    if left_out and not names:
-        end = _nothing_run(left_out, target.firmware)
-    limits_on_board.give_back()
-    whole = session.finish(ended=end.error is None)
-    done = replace(
-        so_far(end), session=whole, whole_run=_link_judged(whole, limits), driver=_driver_judged(results, limits)
-    )
-    if not done.passed:
-        done = replace(done, diagnosis=_diagnosed(done, limits))
-    return done
+    with _recorded(recorder(WHOLE_RUN.name)) as session:
+        session.begin(from_opening=True)
+        with _own_limits(target) as set_limits:
+            for name in chosen:
+                gate = _failed_gate(results)
+                if gate is not None and not (EXPERIMENTS[name].gentle and _gentle_allowed(gate)):
+                    end = RunEnd(EndKind.GATE, gate.recording.header.experiment)
+                    break
+                with _recorded(recorder(name)) as record:
+                    try:
+                        _run(target, name, record, progress, set_limits)
+                    except tuple(STOPPING) as error:
+                        end = aborted(name, error, (record.finish(ended=False),) if record.begun else ())
+                        break
+                    recording = record.finish()
+                results[name] = judge.experiment(EXPERIMENTS[name], recording)
+                on_result(so_far())
+        whole = session.finish(ended=end.error is None)
+    return judge.judged(replace(so_far(end), session=whole, whole_run=judge.link(whole)))
+
+
+@contextmanager
+def _recorded(recorder: Recorder) -> Iterator[Recorder]:
+    """Finish a recorder that an exception leaves begun, so that its file, its log handler and its tap end."""
+    try:
+        yield recorder
+    except BaseException:
+        if recorder.begun:
+            recorder.finish(ended=False)
+        raise
+
+
+def _run(target: Target, name: str, record: Recorder, progress: Progress, set_limits: Callable[[], None]) -> None:
+    """Run one experiment."""
+    experiment = EXPERIMENTS[name]
+    if any(experiment.furthest):
+        set_limits()
+        target.begin(stops=[channel for channel in Channel if experiment.furthest[channel] >= STOP_SHARE])
+    experiment.run(target, record, progress)
+
+
+@contextmanager
+def _own_limits(target: Target) -> Iterator[Callable[[], None]]:
+    """Yield what gives a board its firmware's own limits; at the end those that this program had set before return.
+
+    A board does not tell its limits. So those that another program has left are replaced for good, as a restart of the
+    board would do. A guarded hand has its limits from its guard. A board that knows no limits runs an older firmware
+    than was said, which what follows shows. A hand that can no longer be reached is left as it is.
+    """
+    hand, before = target.hand, target.hand.settings_sent
+    own = None if target.guard is not None else firmware_of(target.firmware).settings
+    asked = changed = False
+
+    def set_once() -> None:
+        nonlocal asked, changed
+        if asked:
+            return
+        asked = True
+        if own is None or not hand.knows_limits():
+            return
+        changed = True
+        for channel in Channel:
+            hand.set_speed(channel, own.speed)
+            hand.set_torque(channel, own.torque)
+
+    try:
+        yield set_once
+    finally:
+        if changed:
+            with suppress(AeroError, SafetyStopError, OSError):
+                for (opcode, channel), value in before.items():
+                    (hand.set_speed if opcode is Opcode.SET_SPE else hand.set_torque)(channel, value)
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
@@ -122,99 +160,22 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     start = time.perf_counter()
     results: dict[str, Result] = {}
     session: Result | None = None
+    judges = [Judge.of_recording(recording.header) for recording in recordings]
     cut = tuple(r for r in recordings if not r.header.finished and r.header.experiment != WHOLE_RUN.name)
-    for recording in recordings:
-        header = recording.header
-        map_of(header)  # an unknown firmware or window is the file's fault, and no finding about the hand
-        if header.experiment == WHOLE_RUN.name:
-            session = _link_judged(recording, limits_of(header)) if header.finished else None
-            continue
-        if header.experiment not in EXPERIMENTS:
-            raise ValueError(f"there is no experiment {header.experiment!r}; there are {', '.join(EXPERIMENTS)}")
-        if not header.finished:
-            continue
-        limits = limits_of(header)
-        results[header.experiment] = _judged(EXPERIMENTS[header.experiment], recording, limits)
-    end = RunEnd(Way.CUT, cut[0].header.experiment, cut=cut) if cut else FINISHED
+    for recording, judge in zip(recordings, judges, strict=True):
+        name = recording.header.experiment
+        map_of(recording.header)  # an unknown firmware or window is the file's fault, and no finding about the hand
+        if name == WHOLE_RUN.name:
+            session = judge.link(recording) if recording.header.finished else None
+        elif name not in EXPERIMENTS:
+            raise ValueError(f"there is no experiment {name!r}; there are {', '.join(EXPERIMENTS)}")
+        elif recording.header.finished:
+            results[name] = judge.experiment(EXPERIMENTS[name], recording)
+    end = RunEnd(EndKind.INCOMPLETE, cut[0].header.experiment, cut=cut) if cut else FINISHED
     done = Validation(results, end, time.perf_counter() - start, whole_run=session)
     if not results:
         return done
-    limits = limits_of(next(iter(results.values())).recording.header)
-    done = replace(done, driver=_driver_judged(results, limits))
-    return done if done.passed else replace(done, diagnosis=_diagnosed(done, limits))
-
-
-def _link_judged(session: Recording, limits: tuple[Limit, ...]) -> Result:
-    measured = WHOLE_RUN.measure(session)
-    return Result(session, measured, compare(WHOLE_RUN, measured, limits))
-
-
-def _driver_judged(results: Mapping[str, Result], limits: tuple[Limit, ...]) -> Result | None:
-    """Return what the bytes of all experiments say about driver and map, None where no experiment ended."""
-    if not results:
-        return None
-    recordings = [result.recording for result in results.values()]
-    measured = _worst([DRIVER.measure(recording) for recording in recordings])
-    return Result(recordings[-1], measured, compare(DRIVER, measured, limits))
-
-
-def _worst(measured: Sequence[Measured]) -> Measured:
-    return {
-        subject: {name: max(one[subject][name] for one in measured) for name in metrics}
-        for subject, metrics in measured[0].items()
-    }
-
-
-def limits_of(header: Header) -> tuple[Limit, ...]:
-    """Return the limits that a recording is judged by.
-
-    Raises:
-        ValueError: the header does not name them, and its unit is none that ships.
-    """
-    return load_limits(_kind(header), header.firmware, guarded=bool(header.safety))
-
-
-def _kind(header: Header) -> str:
-    """Return the kind of hand of a recording.
-
-    Raises:
-        ValueError: as `limits_of`.
-    """
-    return header.limits or _limits_of_unit(header.unit)
-
-
-def _limits_of_unit(unit: str) -> str:
-    """Return the kind of hand of a recording that does not name it, as those of version 0.1.0 do not.
-
-    Raises:
-        ValueError: the unit was a file, which is not opened because a recording names it.
-    """
-    if unit == PHYSICAL or unit.startswith(PLAUSIBLE):
-        return DEFAULT_LIMITS
-    if unit not in shipped_units():
-        raise ValueError(f"this recording of unit {unit!r} does not say which limits it is judged by; record it again")
-    return unit_named(unit).limits
-
-
-def _diagnosed(done: Validation, limits: tuple[Limit, ...]) -> Diagnosis:
-    """Return where a run's failures come from, and what caused them.
-
-    Nothing is known where a person or the guard ended it, or where a person sees what no reading shows.
-    """
-    if done.end.way in {Way.PERSON, Way.GUARD}:
-        return HEALTHY
-    asking = {name for name, experiment in EXPERIMENTS.items() if experiment.asks}
-    numbers = {name: measured for name, measured in done.numbers.items() if name not in asking}
-    if done.end.error is None and not any(
-        failed(result.findings) for name, result in done.judged.items() if name not in asking
-    ):
-        return HEALTHY
-    ending = EndSignature.of(done.end)
-    if not done.results:
-        return diagnose(numbers, limits, ending)
-    header = next(iter(done.results.values())).recording.header
-    others = limits_of_others(_kind(header), header.firmware, guarded=bool(header.safety))
-    return diagnose(numbers, limits, ending, header.firmware, others)
+    return Judge.of_recording(next(iter(results.values())).recording.header).judged(done)
 
 
 def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:
@@ -224,7 +185,7 @@ def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:
         f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, and the guard "
         "would stop the hand for its current."
     )
-    return RunEnd(Way.GUARD, at, reason, SafetyStopError(f"{at} not run. {reason}"))
+    return RunEnd(EndKind.NOT_PERMITTED, at, reason, SafetyStopError(f"{at} not run. {reason}"))
 
 
 def _failed_gate(results: Mapping[str, Result]) -> Result | None:
@@ -236,25 +197,3 @@ def _gentle_allowed(result: Result) -> bool:
     """Return whether what failed at a gate lets the hand be moved gently."""
     allowed = EXPERIMENTS[result.recording.header.experiment].gentle_after
     return all(finding.check in allowed for finding in failed(result.findings))
-
-
-def _judged(experiment: Experiment, recording: Recording, limits: tuple[Limit, ...]) -> Result:
-    """Measure and judge; a hand that moved in no way that can be measured fails, and is no mistake of the program."""
-    try:
-        measured = experiment.measure(recording)
-    except ValueError as error:
-        return Result(recording, {}, (_not_measured(experiment.name, str(error)),))
-    return Result(recording, measured, compare(experiment, measured, limits))
-
-
-def _not_measured(name: str, reason: str) -> Finding:
-    return Finding(
-        check=name,
-        subject="hand",
-        passed=False,
-        measured="not measurable",
-        expected="measured",
-        source="the recording",
-        meaning=f"The hand did not move in a way that can be measured: {reason}.",
-        remedy="Mend what the other checks found, then validate again.",
-    )

@@ -163,7 +163,7 @@ def units(good, folder, count):
 def stores(good, folder, count):
     seen = {"refused": 0, "used": 0}
     content = (good / "campaign" / "campaign.duckdb").read_bytes()
-    lines = ("learn C --out L", "limits C --out L", "campaign --healthy 1 --only presence --workers 1 --out C")
+    lines = ("limits C --out L", "campaign --healthy 1 --only presence --workers 1 --out C")
     for seed in range(count):
         shutil.rmtree(folder / "c", ignore_errors=True)
         (folder / "c").mkdir()

@@ -64,7 +64,6 @@ def test_a_policy_replaces_a_link(victim, tmp_path):
     ("line", "outputs"),
     [
         ("campaign --healthy 1 --only presence --workers 1 --out C", ("C/campaign.html",)),
-        ("learn C --out L --detected L/detected.json", ("L/dictionary.json", "L/sight.json", "L/detected.json")),
         ("record --excite steps --channel index --scale 0.1 --out r.mcap", ("r.mcap",)),
         ("run-policy --seconds 0.1 --wait 0 --empty --record r.mcap", ("r.mcap",)),
         ("identify --out I", ("I/coefficients.toml", "I/report.json", "I/thumb.svg")),

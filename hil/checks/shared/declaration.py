@@ -20,6 +20,7 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `worse` | `by` how much, or which `share`, it may grow over a hand's baseline, and the `meaning` of growth |
 | `column`, `paper`, `differs` | its column in the table beside the paper, the paper's number, why ours may differ |
 | `published` | a figure of the paper's text, and the metric of the simulator that corresponds (`model`) |
+| `witness` | `low` and `high`: the effects (`Effect`) that a reading beyond that side is a witness of |
 | `shown_in`, `seconds` | figure that shows it; `last closing` where only the last one counts |
 | `worst_at` | metric with the instant of its worst sample |
 
@@ -33,12 +34,37 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
+from enum import Enum
 from typing import Any, Literal
 
 from aero.channels import Channel
 from hil.checks.shared.subjects import GROUPS
 
 LimitSide = Literal["above", "below", "both"]
+
+
+class Effect(Enum):
+    """What something wrong does to a hand; the values are the words of `checks.toml`."""
+
+    SLACK = "slack"
+    """The cable pulls late, or not at all."""
+    TORQUE = "torque"
+    """Too little torque."""
+    FRICTION = "friction"
+    BLOCKED = "blocked"
+    SPRING = "spring"
+    """A return spring pulls too little or too much."""
+    SENSOR = "sensor"
+    HEAT = "heat"
+    INTERMITTENT = "intermittent"
+    LATE = "late"
+    BYTES = "bytes"
+    """Bytes are lost, added or altered."""
+    RESTART = "restart"
+    SETTINGS = "settings"
+    """Another firmware version, or other settings."""
+    EXCHANGED = "exchanged"
+    DRIVER = "driver"
 
 
 @dataclass(frozen=True)
@@ -148,6 +174,9 @@ class Metric:
     shown_in: str = ""
     seconds: str = ""
     worst_at: str = ""
+    witness_low: tuple[Effect, ...] = ()
+    """What a reading that is too low is a witness of."""
+    witness_high: tuple[Effect, ...] = ()
 
     @property
     def meaning(self) -> str:
@@ -158,6 +187,12 @@ class Metric:
     def remedy(self) -> str:
         """What to do on either side."""
         return _either(self.low, self.high).remedy
+
+    def witness(self, excess: float) -> tuple[Effect, ...]:
+        """Return what a failed reading is a witness of; one that could not be measured is one of both sides."""
+        if math.isnan(excess):
+            return tuple(dict.fromkeys((*self.witness_low, *self.witness_high)))
+        return self.witness_low if excess < 0 else self.witness_high
 
     def text(self, value: float | None) -> str:
         """Return a value as people read it, with its unit; None was withheld."""
@@ -177,7 +212,7 @@ class Metric:
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
 TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
 SEEN = {"end_of_scale", "differs", "shown_in", "seconds", "worst_at"}
-KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
+KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", "witness", *BOUND, *TEXTS, *SEEN}
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
@@ -252,6 +287,8 @@ def _metric(
         column=Column(**table["column"]) if "column" in table else None,
         paper=numbers,
         published=tuple(figure for figure in figures if figure.subject in subjects),
+        witness_low=tuple(map(Effect, table.get("witness", {}).get("low", ()))),
+        witness_high=tuple(map(Effect, table.get("witness", {}).get("high", ()))),
         **{key: table[key] for key in SEEN & table.keys()},
     )
 

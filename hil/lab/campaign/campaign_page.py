@@ -9,29 +9,27 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from hil.lab.campaign.learning import judged
-from hil.lab.campaign.summary import Detection, confusion, detections, false_alarms
+from hil.lab.campaign.summary import Detection, detections, false_alarms, judged
 from hil.lab.campaign.trial import Outcome
 from hil.lab.matplotlib_svg import svg_of
-from hil.verdict.reference import Reference
 
 LISTED = 10
 """Rows of the slowest and the strangest."""
 CURVES_A_ROW = 7
 
 
-def render_campaign(outcomes: Sequence[Outcome], reference: Reference) -> str:
+def render_campaign(outcomes: Sequence[Outcome]) -> str:
     """Return the page about a campaign; it loads nothing from anywhere."""
     healthy = [outcome for outcome in outcomes if not outcome.trial.faults]
     alarms, by_check = false_alarms(outcomes) if healthy else (None, {})
-    rows = detections(outcomes, reference)
-    confused = {pair: count for pair, count in confusion(outcomes, reference).items() if pair[0] != pair[1]}
-    found, named = sum(row.found.count for row in rows), sum(row.first for row in rows)
+    rows = detections(outcomes)
+    found = sum(row.found.count for row in rows)
     wall, hand = sum(o.wall_s for o in outcomes), sum(o.hand_s for o in outcomes)
     facts = f"{hand / 3600:.1f} hours of hand time in {wall / 3600:.2f} hours of work."
     if found:
         facts += (
-            f" Of {sum(row.found.of for row in rows)} faulty hands {found} were found, {named} with the right cause."
+            f" Of {sum(row.found.of for row in rows)} faulty hands {found} were found: the right place of "
+            f"{sum(row.located for row in rows)} was told, and the right cause of {sum(row.explained for row in rows)}."
         )
     environment = Environment(
         loader=PackageLoader("hil.lab.campaign"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
@@ -44,7 +42,6 @@ def render_campaign(outcomes: Sequence[Outcome], reference: Reference) -> str:
         rows=rows,
         matrix=svg_of(_matrix(rows)) if rows else "",
         curves=svg_of(_curves(rows)) if rows else "",
-        confused=sorted(confused.items(), key=lambda item: -item[1])[: 3 * LISTED],
         slowest=[(o.trial.key, o.wall_s) for o in sorted(outcomes, key=lambda o: -o.wall_s)[:LISTED]],
         strangest=_strangest(healthy),
     )

@@ -8,7 +8,7 @@ from hil.checks import CHECKS
 from hil.lab.campaign.population import healthy_hands_of
 from hil.lab.campaign.trial import Outcome
 from hil.lab.limits.compute import computed_limits
-from hil.verdict.signature import excesses
+from hil.verdict.limits import excesses
 from model.units.naming import PLAUSIBLE
 
 FOLDS = 5

@@ -15,19 +15,11 @@ from pathlib import Path
 
 from aero.whole_file import write_whole
 from hil.checks.shared.declaration import Check
-from hil.faults import parse_fault
-from hil.lab.campaign.population import kind_of
 from hil.lab.campaign.trial import Outcome, Trial
 from hil.recordings.output import prepared_folder
-from hil.verdict.dictionary import LEAST
-from hil.verdict.limits import load_limits
-from hil.verdict.signature import Signature, places, signature
 
 FOLDER = "hands"
-"""Beside the data; one file for each kind of hand, and one for each part of the dictionary."""
-DICTIONARY, DRAWN = "dictionary", "drawn"
-CONFUSED = 2 * LEAST
-"""Distance among the readings of healthy hands from which on causes begin to be confused."""
+"""Beside the limits; one file for each kind of hand."""
 ROUNDED = 1.001
 """Room for the rounding of what is kept: some readings come in steps of just the floor."""
 Numbers = Mapping[str, Mapping[str, Mapping[str, float]]]
@@ -59,21 +51,6 @@ class Kept:
                         f"{self.commit}, reads {now:.5g}; healthy hands are told apart from {check.floor:g} on"
                     )
 
-    def features(self, numbers: Numbers) -> Signature:
-        """Return where readings of a hand with this one's fault lie among those of healthy hands."""
-        limits = load_limits(kind_of(self.trial.unit), self.trial.firmware, guarded=self.trial.guarded)
-        return signature(places(numbers, limits), parse_fault(self.trial.faults[0]).channel)
-
-    def moved_features(self, outcome: Outcome) -> Iterator[str]:
-        """Yield a line for each reading that moved so far, among those of healthy hands, that causes get confused."""
-        then, now = self.features(self.numbers), self.features(outcome.numbers)
-        for name in sorted(then.keys() | now.keys()):
-            if abs(then.get(name, 0.0) - now.get(name, 0.0)) > CONFUSED:
-                yield (
-                    f"{self.trial.key}: {name} lay at {then.get(name, 0.0):.2f} among healthy readings at "
-                    f"{self.commit}, lies at {now.get(name, 0.0):.2f}"
-                )
-
 
 def _reading(numbers: Numbers, check: Check, subject: str) -> float | None:
     return numbers.get(check.experiment, {}).get(subject, {}).get(check.metric)
@@ -87,7 +64,7 @@ def kept(outcomes: Iterable[Outcome]) -> tuple[Kept, ...]:
 
 
 def write_kept(out: Path, name: str, outcomes: Iterable[Outcome]) -> None:
-    """Write what is kept of a campaign beside the data in `out`, for a kind of hand or `DICTIONARY`.
+    """Write what is kept of a campaign beside the data in `out`, for a kind of hand.
 
     Raises:
         OSError: the folder cannot be made.

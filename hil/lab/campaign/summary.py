@@ -1,19 +1,21 @@
-"""What a campaign says about the checks: who is accused, by which check, from which severity on, and named as what."""
+"""What a campaign says about the checks: which hands they flag, from which severity on, and what is said of them."""
 
 from __future__ import annotations
 
+import tomllib
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 
 from scipy.stats import binomtest
 
-from hil.faults import CATALOGUE, parse_fault
-from hil.lab.campaign.learning import accused, cause_of, diagnosed, judged
+from hil.checks.shared.subjects import subject_words
+from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.lab.campaign.trial import Outcome
-from hil.verdict.reference import Reference
-from hil.verdict.sight import Seen, Sight
-from hil.verdict.signature import out_of_limits
+from hil.verdict.limits import Key, excesses, load_limits, out_of_limits
+from model.units.naming import unit_named
 
 CONFIDENCE = 0.95
 NOT_FIRED = "FaultNeverFiredError"
@@ -52,14 +54,43 @@ class Detection:
     found: Share
     checks: tuple[tuple[str, int], ...]
     """`experiment/metric` and in how many hands it failed, the most first."""
-    first: int
-    """Hands on which the cause named first is right, of those found."""
-    among_three: int
+    located: int
+    """Hands, of those found, whose diagnosis names the right place."""
+    explained: int
+    """Hands, of those found, whose causes hold the right one."""
     furthest: float
     """Of the hands that were not found, the largest part of the way from healthy readings to a limit, 0 to 1."""
 
 
-def detections(outcomes: Iterable[Outcome], reference: Reference) -> tuple[Detection, ...]:
+def flagged(outcome: Outcome) -> bool:
+    """Return whether the present limits flag the hand of a trial."""
+    return bool(outcome.stopped) or any(out_of_limits(excess) for excess in judged(outcome).values())
+
+
+def judged(outcome: Outcome) -> dict[Key, float]:
+    """Return the excesses of a trial by the present limits of its hand."""
+    trial = outcome.trial
+    return excesses(outcome.numbers, load_limits(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded))
+
+
+@cache
+def _expected() -> Mapping[str, Mapping[str, Sequence[str]]]:
+    text = resources.files("hil.lab.campaign").joinpath("expected.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def right_place(fault: Fault, place: str) -> bool:
+    """Return whether a diagnosis that names a place, `Location.words`, is right about a fault."""
+    places = _expected()["place"].get(CATALOGUE[fault.name].cause, ())
+    return place in places or (fault.channel is not None and subject_words(fault.channel.label) in place)
+
+
+def right_cause(fault: Fault, row: str) -> bool:
+    """Return whether a row of `diagnoses.toml` holds the cause of a fault."""
+    return row in _expected()["row"].get(CATALOGUE[fault.name].cause, ())
+
+
+def detections(outcomes: Iterable[Outcome]) -> tuple[Detection, ...]:
     """Return a row for each fault and severity, in the order of the catalogue."""
     groups: dict[tuple[str, float], list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
@@ -68,17 +99,17 @@ def detections(outcomes: Iterable[Outcome], reference: Reference) -> tuple[Detec
             groups[fault.name, fault.severity].append(outcome)
     order = list(CATALOGUE)
     return tuple(
-        _detection(name, severity, groups[name, severity], reference)
+        _detection(name, severity, groups[name, severity])
         for name, severity in sorted(groups, key=lambda key: (order.index(key[0]), _rank(*key)))
     )
 
 
-def _detection(name: str, severity: float, group: Sequence[Outcome], reference: Reference) -> Detection:
+def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detection:
     failed: dict[str, int] = defaultdict(int)
-    found = first = among_three = 0
+    found = located = explained = 0
     furthest = 0.0
     for outcome in group:
-        if not accused(outcome):
+        if not flagged(outcome):
             furthest = max(furthest, *map(abs, judged(outcome).values()), 0.0)
             continue
         found += 1
@@ -86,73 +117,26 @@ def _detection(name: str, severity: float, group: Sequence[Outcome], reference: 
             failed[check] += 1
         if outcome.stopped:
             failed[f"stopped: {outcome.ended or 'gate'}"] += 1
-        causes = [cause.cause for cause in diagnosed(outcome, reference).causes[:3]]
-        wanted = cause_of(parse_fault(outcome.trial.faults[0]))
-        first += causes[:1] == [wanted]
-        among_three += wanted in causes
+        fault = parse_fault(outcome.trial.faults[0])
+        located += right_place(fault, outcome.place)
+        explained += right_cause(fault, outcome.row)
     ranked = tuple(sorted(failed.items(), key=lambda item: (-item[1], item[0])))
-    return Detection(
-        name, severity, CATALOGUE[name].unit, Share(found, len(group)), ranked, first, among_three, furthest
-    )
+    unit = CATALOGUE[name].unit
+    return Detection(name, severity, unit, Share(found, len(group)), ranked, located, explained, furthest)
 
 
 def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
-    """Return how many healthy hands are accused, and how often each check, `experiment/metric/subject`, did it."""
+    """Return how many healthy hands are flagged, and how often each check, `experiment/metric/subject`, did it."""
     healthy = [outcome for outcome in outcomes if not outcome.trial.faults]
     by_check: dict[str, int] = defaultdict(int)
     for outcome in healthy:
         for key, excess in judged(outcome).items():
             if out_of_limits(excess):
                 by_check["/".join(key)] += 1
-    return Share(sum(map(accused, healthy)), len(healthy)), dict(by_check)
-
-
-def confusion(outcomes: Iterable[Outcome], reference: Reference) -> dict[tuple[str, str], int]:
-    """Return how often a cause (first) was named as another (second)."""
-    counts: dict[tuple[str, str], int] = defaultdict(int)
-    for outcome in outcomes:
-        if len(outcome.trial.faults) == 1 and outcome.ended != NOT_FIRED and accused(outcome):
-            named = diagnosed(outcome, reference).causes
-            if named:
-                counts[cause_of(parse_fault(outcome.trial.faults[0])), named[0].cause] += 1
-    return dict(counts)
+    return Share(sum(map(flagged, healthy)), len(healthy)), dict(by_check)
 
 
 def _rank(name: str, severity: float) -> float:
     """Return how severe a severity of a fault is; for some faults less is worse."""
     mild, _, severe = CATALOGUE[name].severities
     return severity if severe >= mild else -severity
-
-
-def sights(outcomes: Sequence[Outcome]) -> dict[str, Sight]:
-    """Return what each check, `experiment/metric`, can see: a fault counts that it found on every hand."""
-    alarms: dict[str, int] = defaultdict(int)
-    judged_hands: dict[str, int] = defaultdict(int)
-    tried: dict[tuple[str, float], int] = defaultdict(int)
-    found: dict[tuple[str, float], dict[str, int]] = defaultdict(lambda: defaultdict(int))
-    for outcome in outcomes:
-        excesses = judged(outcome)
-        failing = {f"{key[0]}/{key[1]}" for key, excess in excesses.items() if out_of_limits(excess)}
-        if not outcome.trial.faults:
-            for check in {f"{key[0]}/{key[1]}" for key in excesses}:
-                judged_hands[check] += 1
-                alarms[check] += check in failing
-        elif len(outcome.trial.faults) == 1 and outcome.ended != NOT_FIRED:
-            fault = parse_fault(outcome.trial.faults[0])
-            tried[fault.name, fault.severity] += 1
-            for check in failing:
-                found[fault.name, fault.severity][check] += 1
-    seen: dict[str, dict[str, Seen]] = defaultdict(dict)
-    for name, severity in sorted(tried, key=lambda key: _rank(*key), reverse=True):
-        for check, count in found[name, severity].items():
-            if count == tried[name, severity]:
-                seen[check][name] = Seen(name, severity, CATALOGUE[name].unit, count)
-    return {
-        check: Sight(
-            alarms[check],
-            hands,
-            Share(alarms[check], hands).interval[1],
-            tuple(sorted(seen[check].values(), key=lambda item: item.fault)),
-        )
-        for check, hands in judged_hands.items()
-    }

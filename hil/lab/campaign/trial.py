@@ -99,6 +99,10 @@ class Outcome:
     """Hand time of the recordings, s."""
     commit: str = ""
     """Of this project's source."""
+    place: str = ""
+    """Where the diagnosis locates what is wrong; empty when nothing is."""
+    row: str = ""
+    """Row of `diagnoses.toml`; empty when nothing known explains it."""
 
 
 def perform(trial: Trial) -> Outcome:
@@ -128,7 +132,7 @@ def perform(trial: Trial) -> Outcome:
         done, stopped = decided.so_far, STOPPED_EARLY
     except (FaultNeverFiredError, SafetyStopError) as error:
         stopped, ended = stopped or str(error), ended or type(error).__name__
-    except (AeroError, OSError, ArithmeticError) as error:
+    except (AeroError, OSError) as error:
         stopped, ended = f"the hand does not answer: {error}", type(error).__name__
     return Outcome(
         trial,
@@ -143,5 +147,7 @@ def perform(trial: Trial) -> Outcome:
         time.perf_counter() - wall,
         time.process_time() - processor,
         done.hand_seconds,
-        commit=source_commit(),
+        source_commit(),
+        "" if done.diagnosis.location is None else done.diagnosis.location.words,
+        done.diagnosis.name,
     )

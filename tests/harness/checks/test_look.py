@@ -15,8 +15,7 @@ from hil.recordings.mcap_file import read_recording
 from hil.targets.opening import open_target
 from hil.targets.target import GroundTruth, Onlooker
 from hil.verdict.findings import failed
-from hil.verdict.run_end import Way
-from hil.verdict.run_summary import summary_of
+from hil.verdict.run_end import EndKind
 from hil.verdict.validation import judge_recordings, validate
 
 
@@ -43,7 +42,7 @@ def seeds(first):
 def test_no_healthy_hand_is_accused(seed, homed):
     result, _ = looked_at(Person(), unit=f"plausible:{seed}", homed=homed)
     assert found(result) == {}
-    assert summary_of(result).step is None
+    assert result.diagnosis.step is None
 
 
 @pytest.mark.parametrize("fault", ["finger_cables_swapped:middle", "finger_ids_exchanged:middle"])
@@ -53,9 +52,9 @@ def test_exchanged_fingers_are_found_and_named(fault):
         ("middle", "another_moved"): "the ring finger",
         ("ring", "another_moved"): "the middle finger",
     }
-    summary = summary_of(result)
-    assert summary.where == "middle finger and ring finger"
-    assert "exchange" in summary.step.do
+    diagnosis = result.diagnosis
+    assert diagnosis.location.words == "middle finger and ring finger"
+    assert "exchange" in diagnosis.step.do
 
 
 @pytest.mark.parametrize("seed", seeds(90221))
@@ -89,7 +88,7 @@ def test_answers_are_in_the_recording_and_are_judged_again(tmp_path):
 def test_a_person_who_leaves_finds_the_hand_open(answers, guarded, tmp_path):
     person = Person(leaves_after=answers)
     result, codes = looked_at(person, unit="reference", homed=False, folder=tmp_path, guarded=guarded)
-    assert result.end.way is Way.PERSON
+    assert result.end.kind is EndKind.INTERRUPTED
     assert str(result.end.error) == "the look was ended before its end; the hand is open"
     assert np.all(codes[: Channel.THUMB_ABDUCTION] < 1500)
     assert read_recording(tmp_path / "look.mcap").events[-1].text == "the look was ended; the hand is open"

@@ -22,7 +22,7 @@ from hil.report.page import render_report
 from hil.report.plots import panels, validation_figure
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.run_end import FINISHED, RunEnd, Way
+from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
 GOOD = Finding("rise_hand_ms", "ring", True, "50 ms", "at most 70 ms", "logs", "slow <servo>", "look")
 BAD = Finding("tracking_rms", "index", False, "1.2 mm", "at most 0.9 mm", "paper", "A loose cable.", "Tighten it.")
@@ -220,21 +220,21 @@ def test_each_limit_stands_beside_its_number(spoiled_page):
     assert row.index("paper 0.45") < row.index("at most 0.9 mm") < row.index("</td>")
 
 
-def test_a_run_that_was_broken_off_says_so_and_shows_what_it_had(recording):
+def test_a_run_that_was_aborted_says_so_and_shows_what_it_had(recording):
     cut = replace(recording, header=replace(recording.header, finished=False, duration_s=12.5))
-    html = render_report(Validation({}, RunEnd(Way.PERSON, "staircase", cut=(cut,)), 1.0))
+    html = render_report(Validation({}, RunEnd(EndKind.INTERRUPTED, "staircase", cut=(cut,)), 1.0))
     assert "Broken off" in html
     assert "staircase after 12.5 s" in html
     assert "Out of limits" not in html
     assert Elements(html).figures == [f"broken-staircase-{name}" for name in ("codes", "currents", "hand")]
 
 
-def test_what_passed_in_a_run_that_was_broken_off_has_passed_only_partly(recording):
+def test_what_passed_in_a_run_that_was_aborted_has_passed_only_partly(recording):
     cut = replace(recording, header=replace(recording.header, finished=False))
-    channels = Elements(page(recording, [GOOD, BAD], end=RunEnd(Way.CUT, "staircase", cut=(cut,)))).channels
+    channels = Elements(page(recording, [GOOD, BAD], end=RunEnd(EndKind.INCOMPLETE, "staircase", cut=(cut,)))).channels
     assert (channels["ring"], channels["index"]) == (["channel", "partly"], ["channel", "fail"])
 
 
 def test_nothing_to_report_is_an_error():
     with pytest.raises(ValueError, match="nothing to report"):
-        render_report(Validation({}, RunEnd(Way.DRIVER, "presence"), 0.0))
+        render_report(Validation({}, RunEnd(EndKind.LINK, "presence"), 0.0))

@@ -5,13 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aero.channels import Channel
-from hil.faults import Fault
 from hil.recordings.recording import Recording, Series
-from hil.verdict.explanation import Explanation
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.run_end import FINISHED, RunEnd, Way
+from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 from tests.support.synthetic import HEADER, LABELS
 
 GOOD = Finding("friction", "ring", True, "0.2 A", "at most 0.3 A", "test", "", "")
@@ -36,7 +33,7 @@ def test_a_run_passes_when_each_finding_of_every_kind_does():
     assert run(whole_run=whole, regressions=(GOOD,)).findings == (GOOD, GOOD, GOOD)
     assert not run(regressions=(BAD,)).passed
     assert not run(whole_run=replace(whole, findings=(BAD,))).passed
-    stopped = RunEnd(Way.CUT, "audit")
+    stopped = RunEnd(EndKind.INCOMPLETE, "audit")
     assert not replace(run(), end=stopped).passed
     assert replace(run(), end=stopped).findings == (stopped.finding, GOOD)
     assert failed((GOOD, BAD, GOOD)) == (BAD,)
@@ -56,8 +53,5 @@ def test_hand_time_is_that_of_all_experiments():
     assert run().hand_seconds == pytest.approx(19.5)
 
 
-def test_a_finding_and_an_explanation_are_sentences():
+def test_a_finding_is_a_sentence():
     assert BAD.sentence == "Ring finger: friction is 0.4 A, should be at most 0.3 A"
-    cause = Explanation("slack", Channel.RING, 0.756, Fault("cable_slack", 4.0), "A cable is slack.")
-    assert cause.sentence == "76% slack (ring): A cable is slack."
-    assert replace(cause, channel=None).sentence == "76% slack (the hand): A cable is slack."

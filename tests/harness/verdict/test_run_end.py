@@ -5,7 +5,7 @@ import pytest
 from aero.errors import LinkTimeoutError
 from aero.safety import SafetyStopError
 from hil.faults import FaultNeverFiredError
-from hil.verdict.run_end import FINISHED, RunEnd, Way, broken_off, ended_at_closing
+from hil.verdict.run_end import FINISHED, EndKind, RunEnd, aborted, ended_at_closing
 
 
 def test_a_run_that_finished_has_nothing_to_say():
@@ -16,16 +16,16 @@ def test_a_run_that_finished_has_nothing_to_say():
 @pytest.mark.parametrize(
     ("end", "check", "measured", "source", "meaning"),
     [
-        (RunEnd(Way.GATE, "presence"), "after presence", "not run", "fails presence", "presence failed"),
+        (RunEnd(EndKind.GATE, "presence"), "after presence", "not run", "fails presence", "presence failed"),
         (
-            RunEnd(Way.GUARD, "coupling, replay", "Too hot."),
+            RunEnd(EndKind.NOT_PERMITTED, "coupling, replay", "Too hot."),
             "coupling, replay",
             "not run",
             "the guard",
             "Too hot.",
         ),
-        (RunEnd(Way.CUT, "audit"), "audit", "broken off", "the recording", "before the experiment does"),
-        (RunEnd(Way.NO_FAULT, reason="It never came."), "fault", "absent", "--fault", "It never came."),
+        (RunEnd(EndKind.INCOMPLETE, "audit"), "audit", "aborted", "the recording", "before the experiment does"),
+        (RunEnd(EndKind.FAULT_NEVER_FIRED, reason="It never came."), "fault", "absent", "--fault", "It never came."),
     ],
 )
 def test_each_way_to_end_has_its_finding(end, check, measured, source, meaning):
@@ -40,32 +40,32 @@ def test_each_way_to_end_has_its_finding(end, check, measured, source, meaning):
 @pytest.mark.parametrize(
     ("error", "way", "name"),
     [
-        (KeyboardInterrupt(), Way.PERSON, "KeyboardInterrupt"),
-        (SystemExit(143), Way.PERSON, "SystemExit"),
-        (LinkTimeoutError("no reply"), Way.DRIVER, "LinkTimeoutError"),
-        (OSError("gone"), Way.DRIVER, "OSError"),
+        (KeyboardInterrupt(), EndKind.INTERRUPTED, "KeyboardInterrupt"),
+        (SystemExit(143), EndKind.INTERRUPTED, "SystemExit"),
+        (LinkTimeoutError("no reply"), EndKind.LINK, "LinkTimeoutError"),
+        (OSError("gone"), EndKind.LINK, "OSError"),
     ],
 )
 def test_what_broke_off_is_a_person_or_the_driver(error, way, name):
-    end = broken_off("audit", error, ())
-    assert (end.way, end.at, end.error, end.error_name) == (way, "audit", error, name)
-    assert (str(error) in end.finding.meaning) or way is Way.PERSON
+    end = aborted("audit", error, ())
+    assert (end.kind, end.at, end.error, end.error_name) == (way, "audit", error, name)
+    assert (str(error) in end.finding.meaning) or way is EndKind.INTERRUPTED
 
 
 @pytest.mark.parametrize(
     ("error", "way"),
     [
-        (FaultNeverFiredError("motor_dead:ring never had an effect."), Way.NO_FAULT),
-        (SafetyStopError("SWITCH THE HAND'S SUPPLY OFF: it may still be closed"), Way.NOT_OPENED),
+        (FaultNeverFiredError("motor_dead:ring never had an effect."), EndKind.FAULT_NEVER_FIRED),
+        (SafetyStopError("SWITCH THE HAND'S SUPPLY OFF: it may still be closed"), EndKind.NOT_OPENED),
     ],
 )
 def test_a_whole_run_whose_hand_ended_with_an_error_has_a_finding(error, way):
     end = ended_at_closing(FINISHED, error)
-    assert (end.way, end.error, end.finding.passed) == (way, error, False)
+    assert (end.kind, end.error, end.finding.passed) == (way, error, False)
     assert str(error)[1:].rstrip(".") in end.finding.meaning
 
 
-def test_a_run_that_was_broken_off_before_keeps_its_reason():
-    before = broken_off("audit", LinkTimeoutError("no reply"), ())
+def test_a_run_that_was_aborted_before_keeps_its_reason():
+    before = aborted("audit", LinkTimeoutError("no reply"), ())
     end = ended_at_closing(before, error := SafetyStopError("it may still be closed"))
-    assert (end.way, end.at, end.reason, end.error) == (Way.DRIVER, "audit", "no reply", error)
+    assert (end.kind, end.at, end.reason, end.error) == (EndKind.LINK, "audit", "no reply", error)

@@ -8,11 +8,9 @@ from pathlib import Path
 import pytest
 
 from hil.checks import CHECKS
-from hil.lab.campaign.kept_readings import DICTIONARY, DRAWN, parse_kept
+from hil.lab.campaign.kept_readings import parse_kept
 from hil.lab.campaign.trial import perform
-from hil.verdict.dictionary import LEAST, load_dictionary
-from hil.verdict.limits import kinds, load_limits
-from hil.verdict.signature import excesses
+from hil.verdict.limits import excesses, kinds, load_limits
 from model.units import DEFAULT_LIMITS
 
 ROOT = Path(__file__).parents[4]
@@ -23,13 +21,6 @@ LIMITS = {
     for kind in kinds()
     for place, hand in enumerate(parse_kept((DATA / "limits" / "hands" / f"{kind}.json").read_text(encoding="utf-8")))
 }
-FAULTY = tuple(
-    hand
-    for part in (DICTIONARY, DRAWN)
-    for hand in parse_kept((DATA / "hands" / f"{part}.json").read_text(encoding="utf-8"))
-)
-OLDER_THAN_LIMITS = ("late_goals=30.0", "spring_strong:index=2.0")
-"""Kept hands of `dictionary.json`."""
 
 
 def taken_with(mujoco):
@@ -40,8 +31,6 @@ def taken_with(mujoco):
 
 
 LIMITS_PHYSICS = taken_with("4.0.")
-DICTIONARY_PHYSICS = taken_with("3.17.")
-"""`tox -e train` has it."""
 
 
 def out_of_date(moved, name):
@@ -68,13 +57,6 @@ def test_the_others_that_made_limits_read_the_same(name):
     measured_again(name)
 
 
-@DICTIONARY_PHYSICS
-@pytest.mark.slow
-@pytest.mark.parametrize("hand", FAULTY, ids=lambda hand: hand.trial.faults[0])
-def test_faulty_hands_that_made_the_dictionary_read_the_same(hand):
-    assert not (said := out_of_date(hand.moved_features(perform(hand.trial)), "dictionary")), said
-
-
 @pytest.mark.parametrize("name", LIMITS)
 def test_limits_were_computed_from_readings_that_hold_those_of_their_hands(name):
     kind, hand = LIMITS[name]
@@ -86,34 +68,8 @@ def test_limits_were_computed_from_readings_that_hold_those_of_their_hands(name)
     assert len(found) > 100
 
 
-@pytest.mark.parametrize(
-    "hand",
-    [
-        pytest.param(
-            hand,
-            id=hand.trial.faults[0],
-            # dictionary.json tells places by the limits before; strict, so that it is seen when it is made anew.
-            marks=pytest.mark.xfail(strict=True, reason="dictionary.json is older than the limits")
-            if hand.trial.faults[0] in OLDER_THAN_LIMITS
-            else (),
-        )
-        for hand in FAULTY
-    ],
-)
-def test_the_dictionary_holds_its_hands(hand):
-    features = hand.features(hand.numbers)
-    assert [str(entry.fault) for entry in load_dictionary() if alike(entry.features, features)] == [*hand.trial.faults]
-
-
-def alike(one, other):
-    """Whether features agree to the 0.1 that the dictionary keeps; it leaves out what is below 0.3."""
-    names = {name for name, value in (*one.items(), *other.items()) if abs(value) >= LEAST}
-    return all(one.get(name, 0.0) == pytest.approx(other.get(name, 0.0), abs=0.06) for name in names)
-
-
-def test_three_hands_are_kept_of_each_kind_and_some_of_the_dictionary():
+def test_three_hands_are_stored_of_each_kind():
     assert len(LIMITS) == 3 * len(kinds())
-    assert len(FAULTY) >= 2
 
 
 @pytest.mark.parametrize("name", RECIPES)

@@ -3,11 +3,11 @@
 import pytest
 
 from hil.lab.campaign.conduct import conduct, cores, usable_cores
-from hil.lab.campaign.learning import accused
 from hil.lab.campaign.plan import faulty_hands, healthy_hands
+from hil.lab.campaign.summary import flagged
 
 FIRST_HEALTHY, FIRST_FAULTY = 900_000, 910_000
-"""Seeds that the limits and the dictionary do not know."""
+"""Seeds that the limits do not know."""
 FAULTS = (
     "cable_friction:middle=severe",
     "cable_snapped:ring",
@@ -38,8 +38,8 @@ def test_the_healthy_pass_and_the_faulty_do_not():
     outcomes = []
     conduct(trials, lambda: cores(usable_cores()), outcomes.append, at_once=2 * usable_cores())
     assert len(outcomes) == len(trials)
-    missed = [outcome.trial.key for outcome in outcomes if outcome.trial.faults and not accused(outcome)]
+    missed = [outcome.trial.key for outcome in outcomes if outcome.trial.faults and not flagged(outcome)]
     assert missed == []
     # Of hands of which 1 in 100 is accused, two or more among twenty are seen once in sixty campaigns.
-    wrongly = [outcome.trial.key for outcome in outcomes if not outcome.trial.faults and accused(outcome)]
+    wrongly = [outcome.trial.key for outcome in outcomes if not outcome.trial.faults and flagged(outcome)]
     assert len(wrongly) <= 1, wrongly

@@ -1,4 +1,4 @@
-"""Whether a run reads as a healthy hand that runs another firmware than was named.
+"""Whether a run reads as a healthy hand that runs another firmware than was named, or whose windows were moved.
 
 No board tells its version. But each version has limits of its own, from healthy hands that ran it. A hand whose
 readings are off by the limits of the version that was named, and all within those of another, is a healthy hand with
@@ -13,9 +13,7 @@ from aero.actuation.window import SHIFT_CLOSING
 from aero.channels import Channel
 from aero.firmware import ALIKE, Firmware, firmware_of
 from hil.checks import Measured
-from hil.verdict.explanation import Diagnosis, Effect, Explanation, LikelyEffect, Place, Whereabouts
-from hil.verdict.limits import Limit, load_limits
-from hil.verdict.signature import Key, excesses, out_of_limits
+from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits
 
 OF_THE_MAP = {
     ("excursion", "closed_angle"),
@@ -34,9 +32,8 @@ TELLING = {("coupling", "stop_without_abduction"), ("excursion", "closed_percent
 at 47 to 50 % of those before; telemetry comes every 20 ms from `pre`, every 10 ms from the others."""
 LEAST = 2
 """Readings that must be off by the named version; one alone could be any fault's."""
-SURE = 0.9
-"""How likely such a run is of another firmware (assumption). None of 111 drawn hands with another fault read so, and 13
-of 14 with another firmware did (`docs/campaign.md`); 0.9 holds while fewer than 1 in 500 of the others do."""
+ROUNDED_COUNTS = 2.0
+"""Room for the rounding of whole degrees, counts."""
 
 
 def limits_of_others(kind: str, named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...]]:
@@ -45,10 +42,27 @@ def limits_of_others(kind: str, named: str, *, guarded: bool) -> dict[str, tuple
     return {version: load_limits(kind, version, guarded=guarded) for version in others}
 
 
-def other_firmware(
+def moved_windows(numbers: Mapping[str, Measured], off: Mapping[Key, float]) -> dict[Channel, float]:
+    """Return the channels whose window begins elsewhere than homing leaves it, and by how many counts."""
+    return {
+        channel: numbers["window"][channel.label]["window_moved"]
+        for channel in Channel
+        if out_of_limits(off.get(("window", "window_moved", channel.label), 0.0))
+    }
+
+
+def has_other_windows(moved: Mapping[Channel, float]) -> bool:
+    """Return whether just the windows moved that 0.2.0 moves, by as much and both to the same version's side."""
+    return moved.keys() == SHIFT_CLOSING.keys() and any(
+        all(abs(counts - sign * SHIFT_CLOSING[channel]) <= ROUNDED_COUNTS for channel, counts in moved.items())
+        for sign in (-1, 1)
+    )
+
+
+def other_versions(
     numbers: Mapping[str, Measured], off: Mapping[Key, float], named: str, others: Mapping[str, Sequence[Limit]]
-) -> Diagnosis | None:
-    """Return what is said of a run that reads as a healthy hand with another firmware; None when it does not.
+) -> tuple[str, ...]:
+    """Return the versions, each the oldest of those that move alike, as which a run reads as a healthy hand.
 
     Args:
         numbers: what was measured, by experiment.
@@ -56,20 +70,18 @@ def other_firmware(
         named: version that was named.
         others: limits by version, see `limits_of_others`.
     """
-    found = [version for version, limits in others.items() if _reads_as(numbers, off, named, version, limits)]
-    if not found:
-        return None
-    words = " or ".join(_alike(version) for version in found)
-    causes = [("version", f"The hand reads as a healthy one with firmware {words}.", Effect.VERSION)]
-    if _shifts(named) and not all(_shifts(version) for version in found):
-        causes.append(("nvs_lost", "The board was not homed since it was flashed, or lost its zeros.", Effect.RESTART))
-    share = SURE / len(causes)
-    return Diagnosis(
-        (Whereabouts(Place.BOARD, None, SURE),),
-        tuple(LikelyEffect(effect, share) for _, _, effect in causes),
-        tuple(Explanation(cause, None, share, None, meaning) for cause, meaning, _ in causes),
-        tuple(cause for cause, _, _ in causes),
-    )
+    return tuple(version for version, limits in others.items() if _reads_as(numbers, off, named, version, limits))
+
+
+def may_be_unhomed(named: str, found: Collection[str]) -> bool:
+    """Return whether a board of the named version that was not homed would read as one of the versions found."""
+    return _shifts(named) and not all(_shifts(version) for version in found)
+
+
+def versions_alike(version: str) -> str:
+    """Return the versions that move as this one, in words."""
+    first, *rest = next(group for group in ALIKE if version in group)
+    return f"{first} or {rest[-1]}" if len(rest) == 1 else f"{first} to {rest[-1]}" if rest else first
 
 
 def _reads_as(
@@ -102,9 +114,3 @@ def _changed(one: Firmware, other: Firmware) -> Collection[str]:
 def _shifts(version: str) -> bool:
     """Return whether a version moves windows when it homes; one that was not homed has those of an older version."""
     return len(firmware_of(version).calibrations) > 1
-
-
-def _alike(version: str) -> str:
-    """Return the versions that move as this one, in words."""
-    first, *rest = next(group for group in ALIKE if version in group)
-    return f"{first} or {rest[-1]}" if len(rest) == 1 else f"{first} to {rest[-1]}" if rest else first

@@ -1,0 +1,227 @@
+"""The judge of one hand: it measures recordings, compares them with the hand's limits, and says what failures mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from aero.channels import Channel
+from hil.checks import DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
+from hil.checks.shared.declaration import Effect
+from hil.checks.shared.experiment import Experiment, Measuring
+from hil.recordings.errors import CannotBeMeasuredError
+from hil.recordings.recording import Header, Recording
+from hil.targets.target import PHYSICAL, Target
+from hil.verdict.diagnosis import Component, Diagnosis, Indication, Location, NextStep, command_again, filled
+from hil.verdict.findings import Finding, failed
+from hil.verdict.firmware_version import (
+    has_other_windows,
+    limits_of_others,
+    may_be_unhomed,
+    moved_windows,
+    other_versions,
+    versions_alike,
+)
+from hil.verdict.judged_run import Result, Validation
+from hil.verdict.limits import Limit, compare, excesses, load_limits
+from hil.verdict.rules import Failures, Row, rows, rule_for
+from hil.verdict.run_end import SAYS_NOTHING, EndKind
+from model.units import DEFAULT_LIMITS, shipped_units
+from model.units.naming import PLAUSIBLE, unit_named
+
+LATE = "this computer was too late to take it"
+
+
+class Judge:
+    """Judges runs of one kind of hand with one firmware, guarded or not."""
+
+    def __init__(self, kind: str, firmware: str, *, guarded: bool) -> None:
+        """Load the limits of such hands.
+
+        Raises:
+            ValueError: there are none, or their file has a mistake.
+        """
+        self._kind, self._firmware, self._guarded = kind, firmware, guarded
+        self.limits: tuple[Limit, ...] = load_limits(kind, firmware, guarded=guarded)
+
+    @classmethod
+    def of_target(cls, target: Target) -> Judge:
+        """Return the judge of a hand that is open."""
+        return cls(target.limits, target.firmware, guarded=target.guard is not None)
+
+    @classmethod
+    def of_recording(cls, header: Header) -> Judge:
+        """Return the judge of the hand of a recording.
+
+        Raises:
+            ValueError: the header does not name its limits, and its unit is none that ships.
+        """
+        return cls(header.limits or _limits_of_unit(header.unit), header.firmware, guarded=bool(header.safety))
+
+    def experiment(self, experiment: Experiment, recording: Recording) -> Result:
+        """Measure and judge one experiment; a hand that moved in no way that can be measured fails."""
+        try:
+            measured = experiment.measure(recording)
+        except CannotBeMeasuredError as error:
+            return Result(recording, {}, (_not_measured(experiment.name, str(error)),))
+        return self._compared(experiment, recording, measured)
+
+    def link(self, session: Recording) -> Result:
+        """Judge what the bytes of a whole session say about the link."""
+        return self._compared(WHOLE_RUN, session, WHOLE_RUN.measure(session))
+
+    def driver(self, results: Mapping[str, Result]) -> Result | None:
+        """Judge what the bytes of all experiments say about driver and map, None where no experiment ended."""
+        if not results:
+            return None
+        recordings = [result.recording for result in results.values()]
+        return self._compared(DRIVER, recordings[-1], _worst([DRIVER.measure(recording) for recording in recordings]))
+
+    def _compared(self, measuring: Measuring, recording: Recording, measured: Measured) -> Result:
+        findings, withheld = compare(measuring, measured, self.limits, LATE)
+        return Result(recording, measured, findings, withheld)
+
+    def judged(self, run: Validation) -> Validation:
+        """Return a run whose experiments and session are judged, with what concerns it as a whole."""
+        run = replace(run, driver=self.driver(run.results))
+        return run if run.passed else replace(run, diagnosis=self.diagnosis(run))
+
+    def diagnosis(self, run: Validation) -> Diagnosis:
+        """Return where the failures of a run come from, and what they leave.
+
+        Nothing is known where a person or the guard's refusal ended it.
+        """
+        failures = failed(run.findings)
+        if run.end.kind in SAYS_NOTHING or run.end.kind is EndKind.NOT_PERMITTED:
+            return Diagnosis(unexplained=failures, step=_again(run))
+        numbers = {name: measured for name, measured in run.numbers.items() if not _asks(name)}
+        readings = tuple(f for name, result in run.judged.items() if not _asks(name) for f in failed(result.findings))
+        if answers := failed(run.answers):
+            if not readings:
+                return _answered(run, answers)
+        elif not readings and run.end.error is None:
+            return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
+        location, name, changed = self._rule(run, numbers)
+        row = rows().get(name, Row((), (), ""))
+        if changed:
+            row = replace(row, causes=changed)
+        spoken, rest = _sorted(run, location, row)
+        return Diagnosis(
+            location,
+            name,
+            row.causes,
+            spoken,
+            rest,
+            _step(run, location, row, failed(run.findings)),
+        )
+
+    def _rule(self, run: Validation, numbers: Mapping[str, Measured]) -> tuple[Location, str, tuple[str, ...]]:
+        """Return place and row of a run, and its causes where the row's are to be put more exactly."""
+        off = excesses(numbers, self.limits)
+        found = Failures(off, _sides(numbers, self.limits))
+        board = Location(Component.BOARD)
+        if not any(experiment == "driver" for experiment, _, _ in found.failed):
+            moved = moved_windows(numbers, off)
+            if has_other_windows(moved):
+                return board, "windows", ()
+            if len(moved) == 1:
+                return Location(Component.CHANNEL, tuple(moved)), "trim", ()
+            others = limits_of_others(self._kind, self._firmware, guarded=self._guarded)
+            if read_as := other_versions(numbers, off, self._firmware, others):
+                first = f"firmware {' or '.join(map(versions_alike, read_as))} on the board"
+                unhomed = may_be_unhomed(self._firmware, read_as)
+                return board, "windows", (first, rows()["windows"].causes[1]) if unhomed else (first,)
+        return (*rule_for(found, run.end), ())
+
+
+def _asks(name: str) -> bool:
+    return name in EXPERIMENTS and EXPERIMENTS[name].asks
+
+
+def _sides(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[tuple[str, str, str], float]:
+    return {
+        (limit.experiment, limit.metric, subject): limit.side(measured[limit.metric])
+        for limit in limits
+        for subject in limit.subjects
+        if limit.metric in (measured := numbers.get(limit.experiment, {}).get(subject, {}))
+    }
+
+
+def _sorted(run: Validation, location: Location, row: Row) -> tuple[tuple[Indication, ...], tuple[Finding, ...]]:
+    """Return the failed findings that speak for a row at a place, and the others."""
+    own = {channel.label for channel in location.channels} | {"hand"}
+    spoken, rest = list[Indication](), list[Finding]()
+    for finding in failed(run.findings):
+        effects = tuple(effect for effect in _effects(finding) if effect in row.effects)
+        here = not location.channels or finding.subject in own or finding.check == "others_moved"
+        about_the_end = finding == run.end.finding
+        if row.causes and ((effects and here) or about_the_end):
+            spoken.append(Indication(finding, effects))
+        else:
+            rest.append(finding)
+    return tuple(spoken), tuple(rest)
+
+
+def _effects(finding: Finding) -> tuple[Effect, ...]:
+    measuring = JUDGED.get(finding.experiment)
+    if measuring is None:
+        return ()
+    return measuring.metric(finding.check, finding.subject).witness(finding.excess)
+
+
+def _step(run: Validation, location: Location | None, row: Row, failures: Sequence[Finding]) -> NextStep | None:
+    header = run.header
+    if header is None or not failures:
+        return None
+    if row.test:
+        return NextStep(filled(row.test, location, header), filled(row.command, location, header))
+    return NextStep(failures[0].remedy)
+
+
+def _again(run: Validation) -> NextStep | None:
+    """Return the step after a run that says nothing about the hand."""
+    if run.end.finding is None or run.header is None:
+        return None
+    return NextStep(run.end.finding.remedy, command_again(run.header))
+
+
+def _answered(run: Validation, answers: Sequence[Finding]) -> Diagnosis:
+    """Return what a person's answers say, where no reading failed."""
+    seen = tuple(channel for channel in Channel if any(finding.subject == channel.label for finding in answers))
+    component = (Component.HAND, Component.CHANNEL, Component.CHANNELS)[min(len(seen), 2)]
+    step = NextStep(answers[0].remedy, command_again(run.header) if run.header else "")
+    return Diagnosis(Location(component, seen), "answers", unexplained=tuple(answers), step=step)
+
+
+def _worst(measured: Sequence[Measured]) -> Measured:
+    return {
+        subject: {name: max(one[subject][name] for one in measured) for name in metrics}
+        for subject, metrics in measured[0].items()
+    }
+
+
+def _limits_of_unit(unit: str) -> str:
+    """Return the kind of hand of a recording that does not name it, as those of version 0.1.0 do not.
+
+    Raises:
+        ValueError: the unit was a file, which is not opened because a recording names it.
+    """
+    if unit == PHYSICAL or unit.startswith(PLAUSIBLE):
+        return DEFAULT_LIMITS
+    if unit not in shipped_units():
+        raise ValueError(f"this recording of unit {unit!r} does not say which limits it is judged by; record it again")
+    return unit_named(unit).limits
+
+
+def _not_measured(name: str, reason: str) -> Finding:
+    return Finding(
+        check=name,
+        subject="hand",
+        passed=False,
+        measured="not measurable",
+        expected="measured",
+        source="the recording",
+        meaning=f"The hand did not move in a way that can be measured: {reason}.",
+        remedy="Mend what the other checks found, then validate again.",
+        experiment=name,
+    )
