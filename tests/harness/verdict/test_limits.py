@@ -40,15 +40,16 @@ def test_a_value_that_could_not_be_measured_fails():
 def test_each_subject_of_the_experiment_is_compared():
     other = parse_limit({**TABLE, "experiment": "latency", "subjects": ["hand"]})
     measured = {"index": {"tracking_rms": 0.5}, "ring": {"tracking_rms": 1.5}}
-    findings = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE), other))
+    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE), other), "late")
+    assert withheld == ()
     assert [finding.subject for finding in findings] == ["index", "ring"]
     assert [finding.subject for finding in failed(findings)] == ["ring"]
 
 
 def test_a_number_that_was_withheld_is_not_judged_and_one_that_is_not_measurable_fails():
-    findings = compare(
-        EXPERIMENTS["staircase"], {"index": {}, "ring": {"tracking_rms": math.nan}}, (parse_limit(TABLE),)
-    )
+    measured = {"index": {}, "ring": {"tracking_rms": math.nan}}
+    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE),), "it was late")
+    assert [one.sentence for one in withheld] == ["Index finger: tracking error was not judged: it was late"]
     assert [(finding.subject, finding.passed) for finding in findings] == [("ring", False)]
 
 
@@ -230,7 +231,7 @@ def test_excess_counts_margins_between_healthy_readings_and_limit():
 
 def test_beyond_a_given_bound_an_excess_is_three():
     given = bounded(at_least=1.0, at_most=2.0)
-    assert [given.excess(value) for value in (0.9, 1.0, 2.0, 2.1, math.nan)] == [3.0, 0.0, 0.0, 3.0, 3.0]
+    assert [given.excess(value) for value in (0.9, 1.0, 2.0, 2.1, math.nan)] == [-3.0, 0.0, 0.0, 3.0, 3.0]
 
 
 def test_limits_that_a_kind_has_of_its_own_take_the_place_of_the_others():

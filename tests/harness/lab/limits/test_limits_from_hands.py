@@ -93,24 +93,19 @@ def test_an_excess_above_one_is_a_reading_out_of_limits(low, high, value):
 @given(st.floats(-50, 50))
 def test_a_place_is_one_at_the_greatest_healthy_reading(value):
     limit = Limit("staircase", "take_up", ("index",), "", at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
-    assert (abs(limit.place(value)) <= 1.0) == (-1.0 <= value <= 2.0)
-    assert limit.place(0.5) == 0.0
-
-
-@pytest.mark.parametrize(("bounds", "value", "place"), [((-math.inf, 1.0), 2.0, 10.0), ((5.0, math.inf), 5.0, 5.0)])
-def test_a_place_is_known_where_a_bound_is_given(bounds, value, place):
-    limit = Limit("presence", "lost_replies", ("hand",), "", at_least=bounds[0], at_most=bounds[1])
-    assert limit.place(value) == pytest.approx(place)
+    assert (abs(limit.side(value)) <= 1.0) == (-1.0 <= value <= 2.0)
+    assert limit.side(0.5) == 0.0
 
 
 def test_a_place_is_finite_where_all_healthy_hands_read_the_same():
     limit = Limit("staircase", "take_up", ("index",), "", at_most=1.0, healthy=(0.0, 0.0))
-    assert limit.place(0.1) == pytest.approx(2.0)
+    assert limit.side(0.1) == pytest.approx(2.0)
 
 
 def test_a_reading_that_is_not_there_counts():
     limit = Limit("staircase", "take_up", ("index",), "", at_most=4.0, healthy=(-1.0, 2.0))
-    assert limit.excess(math.nan) == limit.place(math.nan) == UNMEASURED
+    assert limit.excess(math.nan) == UNMEASURED
+    assert limit.side(math.nan) == 0.0
 
 
 @pytest.mark.parametrize(
