@@ -7,11 +7,15 @@ package, and neither should load a physics engine to print its help.
 from __future__ import annotations
 
 from importlib import import_module
+from pkgutil import extend_path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hil.targets.opening import open_target
     from hil.targets.target import GroundTruth, MissingCapabilityError, NoHandError, Target
+
+# A project's own folder `hil` that is no package goes on being importable beside this one.
+__path__ = extend_path(__path__, __name__)
 
 _HOMES = {
     "GroundTruth": "hil.targets.target",

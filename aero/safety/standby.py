@@ -61,7 +61,7 @@ class Standby:
         # its own, so that Ctrl-C and a closed terminal do not reach it.
         code = _RUN.format(path=[str(Path(entry).absolute()) for entry in sys.path], arguments=self._arguments)
         self._process = subprocess.Popen(
-            [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+            [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
         )
         assert self._process.stdout is not None
         late = threading.Timer(START_S, self._process.kill)

@@ -6,6 +6,11 @@
 
 from __future__ import annotations
 
+from aero_hil import hidden
+
+if _line := hidden():
+    raise ImportError(_line)
+
 from hil.faults.catalogue import CATALOGUE, parse_fault
 from hil.faults.fault import Fault, Kind
 from hil.faults.schedule import FaultNeverFiredError, Schedule

@@ -108,7 +108,7 @@ def served_bus(robot: Path) -> Iterator[ServedBus]:
     """
     with tempfile.TemporaryDirectory() as folder:
         link = Path(folder) / "bus"
-        command = [sys.executable, "-m", "hil.cli", "emulate-bus", str(robot), "--link", str(link), "--orders"]
+        command = [sys.executable, "-P", "-m", "hil.cli", "emulate-bus", str(robot), "--link", str(link), "--orders"]
         pipe = subprocess.PIPE
         with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as process:
             try:

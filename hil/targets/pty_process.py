@@ -33,7 +33,7 @@ def serve_in_process(
         FaultNeverFiredError: a fault had no effect until it was stopped.
         RuntimeError: it did not start, or did not stop cleanly; the message carries what it printed.
     """
-    command = [sys.executable, "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
+    command = [sys.executable, "-P", "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
     command += ["--unit", unit, "--seed", str(seed), "--parent", str(os.getpid())]
     if program is not None:
         command += ["--firmware-program", str(program)]

@@ -33,7 +33,7 @@ class Feed:
         """
         # In a session of its own, so that Ctrl-C in a terminal ends the hand's program and not what it is seen by.
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "hil.view"],
+            [sys.executable, "-P", "-m", "hil.view"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -1,8 +1,13 @@
 """The plugin as an installed project registers it: options, header, fixtures, and what it says when it is wrong."""
 
+import os
+import re
+import subprocess
+import sys
+
 import pytest
 
-import hil.targets.target  # noqa: F401 - loaded before pytester's snapshot, because NumPy can be loaded only once
+from hil.targets.pty_process import serve_in_process
 
 pytest_plugins = ["pytester"]
 
@@ -180,18 +185,26 @@ def test_in_any_order_presence_comes_first_and_homing_last(pytester):
         import pytest
 
         @pytest.mark.homes
-        def test_homes():
+        def test_homes(aero_target):
             pass
 
-        def test_ordinary():
+        def test_of_another_kind():
+            pass
+
+        def test_ordinary(aero_target):
             pass
 
         @pytest.mark.presence
-        def test_presence():
+        def test_presence(aero_target):
             pass
     """)
     listed = pytester.runpytest("--collect-only", "-q", "-p", "no:randomly").outlines
-    assert [line.partition("::")[2] for line in listed[:3]] == ["test_presence", "test_ordinary", "test_homes"]
+    assert [line.partition("::")[2] for line in listed if "::" in line] == [
+        "test_presence",
+        "test_of_another_kind",
+        "test_ordinary",
+        "test_homes",
+    ]
 
 
 LEFT_OUT = """
@@ -233,3 +246,172 @@ def test_the_summary_says_what_was_left_out_and_which_flag_runs_it(pytester):
 
 def test_a_session_in_which_everything_ran_says_nothing_of_it(run):
     assert "left out" not in run().stdout.str()
+
+
+RIG = {
+    "conftest.py": """
+import pytest
+
+def pytest_addoption(parser):
+    parser.addoption("--hil", action="store_true", help="run on the rig")
+    parser.addoption("--hil-seed", default="theirs")
+
+def pytest_configure(config):
+    for mark in ("fault", "presence", "homes"):
+        config.addinivalue_line("markers", f"{mark}: of the rig")
+""",
+    "hil/__init__.py": "",
+    "hil/rig.py": "VOLTS = 24",
+    "tests/model.py": "MASS = 3",
+    "tests/test_rig.py": """
+import model, pytest
+from hil.rig import VOLTS
+
+@pytest.mark.homes
+def test_homes(request):
+    assert (model.MASS, VOLTS) == (3, 24)
+    assert request.config.getoption("--hil") is True
+    assert request.config.getoption("--hil-seed") == "theirs"
+
+@pytest.mark.fault(3, what="a fault of the rig")
+def test_fault():
+    pass
+
+@pytest.mark.presence
+@pytest.mark.parametrize("number", range(5))
+def test_presence(number):
+    pass
+""",
+}
+NEIGHBOURS = ["--randomly-seed=3", "--timeout=60", "--asyncio-mode=strict"]
+"""Plugins that tox puts into the folder PYTEST_NEIGHBOURS, with an option of each."""
+
+
+@pytest.fixture
+def rig(pytester):
+    """Another project; returns what runs its tests and returns what is printed, without times."""
+    for name, text in RIG.items():
+        (pytester.path / name).parent.mkdir(exist_ok=True)
+        (pytester.path / name).write_text(text)
+
+    def lines(*arguments, **environment):
+        command = [sys.executable, "-m", "pytest", "-v", "--hil", "-p", "no:cacheprovider", *arguments]
+        done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        shown = re.sub(r"in \d+\.\d+s|\[gw\d\]|\[ *\d+%\]|plugins: .*", "", done.stdout + done.stderr)
+        return [line.strip(" =") for line in shown.splitlines()]
+
+    return lines
+
+
+@pytest.mark.parametrize("beside", ["nothing", "xdist", "randomly, timeout and asyncio"])
+def test_a_project_that_never_uses_us_runs_as_without_us(rig, pytester, beside):
+    """Its own package `hil`, module `model`, option `--hil` and marks, all at once, beside other plugins."""
+    arguments, environment = {"nothing": ([], {}), "xdist": (["-n", "1"], {})}.get(beside, (NEIGHBOURS, {}))
+    if arguments is NEIGHBOURS:
+        if "PYTEST_NEIGHBOURS" not in os.environ:
+            pytest.skip("needs PYTEST_NEIGHBOURS, a folder with pytest-randomly, pytest-timeout and pytest-asyncio")
+        environment = {"PYTHONPATH": os.environ["PYTEST_NEIGHBOURS"]}
+    without, with_us = (rig(*arguments, *more, **environment) for more in (["-p", "no:aero_hil"], []))
+    extra = [line for line in with_us if line not in without]
+    assert [line for line in without if line not in with_us] == []
+    assert len(extra) == 1
+    assert extra[0].startswith(f"aero-hil stands aside: {pytester.path}/hil/__init__.py has the name of aero-hil's")
+
+
+def test_a_folder_that_is_no_package_goes_on_being_importable(rig, pytester):
+    (pytester.path / "hil/__init__.py").unlink()
+    assert "7 passed" in rig()[-1]
+
+
+def test_an_option_that_the_project_has_is_the_projects_and_ours_has_another_name(pytester):
+    pytester.makeconftest("def pytest_addoption(parser):\n    parser.addoption('--hil', action='store_true')")
+    pytester.makepyfile(
+        """
+        def test_reads(aero_target, request):
+            assert request.config.getoption("--hil") is True
+            assert aero_target.name == "pty"
+            assert aero_target.seed == 4
+        """
+    )
+    result = pytester.runpytest_subprocess("--hil", "--aero-hil=pty", "--hil-seed=4")
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines(["aero-hil: --hil is this project's own; aero-hil's is --aero-hil"])
+
+
+def test_a_module_beside_a_test_that_hides_ours_is_named_in_one_line(pytester):
+    pytester.makepyfile(model="", test_reads="def test_reads(aero_target):\n    pass")
+    result = pytester.runpytest_subprocess("-p", "no:hypothesispytest")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    (line,) = [line for line in result.errlines + result.outlines if line.startswith("ERROR")]
+    assert f"{pytester.path}/model.py has the name of aero-hil's package `model`" in line
+
+
+def test_a_module_beside_a_program_does_not_reach_the_child_that_serves_a_hand(pytester):
+    pytester.makepyfile(test_reads="def test_reads(aero_target):\n    aero_target.hand.read_codes()")
+    pytester.mkdir("other")
+    for module in ("model", "train", "hil"):
+        (pytester.path / f"other/{module}.py").write_text("raise SystemError")
+    command = [sys.executable, "-P", "-m", "pytest", "--hil=pty", "--rootdir=..", "../test_reads.py"]
+    done = subprocess.run(command, cwd=pytester.path / "other", capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_marks_of_other_tests_mean_what_their_project_says(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.fixture
+        def aero_target():
+            return 3
+
+        @pytest.mark.homes
+        def test_homes(aero_target):
+            assert aero_target == 3
+
+        @pytest.mark.fault(3, what="of ours")
+        def test_fault(aero_target):
+            pass
+
+        @pytest.mark.presence
+        def test_presence():
+            assert False
+
+        def test_ordinary():
+            pass
+        """
+    )
+    result = pytester.runpytest("-v")
+    result.assert_outcomes(passed=3, failed=1)
+    run = [line.split()[0].partition("::")[2] for line in result.outlines if "::" in line and "%]" in line]
+    assert run == ["test_homes", "test_fault", "test_presence", "test_ordinary"]
+
+
+def test_one_worker_of_xdist_uses_the_port_and_says_what_it_skips(pytester):
+    pytester.makepyfile(SUITE.format(there=True))
+    with serve_in_process(firmware="0.2.0", hand="right", unit="reference", seed=0) as port:
+        result = pytester.runpytest_subprocess(f"--hil={port}", "-n", "1", "--hil-still")
+    result.assert_outcomes(passed=2, skipped=4)
+    result.stdout.fnmatch_lines(["*aero-hil: left out*"])
+
+
+def test_a_missing_hand_is_one_error_in_a_worker_too(pytester):
+    pytester.makepyfile(SUITE.format(there=True))
+    result = pytester.runpytest_subprocess("--hil=/dev/ttyNoSuchHand", "-n", "1")
+    result.assert_outcomes(errors=1, skipped=5)
+    result.stdout.fnmatch_lines(["no hand at '/dev/ttyNoSuchHand'*"])
+
+
+def test_hypothesis_gives_every_example_the_hand_of_the_session(pytester):
+    pytester.makepyfile(
+        """
+        from hypothesis import given, settings, strategies as st
+
+        @settings(max_examples=3)
+        @given(code=st.integers(0, 100))
+        def test_codes(aero_target, code):
+            aero_target.hand.command_codes([code] * 7)
+        """
+    )
+    pytester.runpytest().assert_outcomes(passed=1)

@@ -49,7 +49,7 @@ def attempt(backend: str | None, patience_s: float = PATIENCE_S) -> Attempt:
     environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
     if backend is not None:
         environment["MUJOCO_GL"] = backend
-    command = [sys.executable, "-c", PROGRAM]
+    command = [sys.executable, "-P", "-c", PROGRAM]
     try:
         ran = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=patience_s, check=False)
     except subprocess.TimeoutExpired as error:
