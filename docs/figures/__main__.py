@@ -1,35 +1,28 @@
-"""`python -m figures [--check] [--quick] [PAGE...]`: write the tables of measured figures, or compare them."""
+"""`python -m figures [NAME...]`: measure tables, and write all tables into their pages."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import click
+import mujoco
 
 from aero.whole_file import write_whole
-from figures.pages import measured, moved, pages
-from figures.sources import Cost
+from figures import functions, load, pages, store, written
+
+PHYSICS = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"
 
 
 @click.command()
-@click.option("--check", is_flag=True, help="Write nothing; exit with 1 when a figure moved beyond its tolerance.")
-@click.option("--quick", is_flag=True, help="Leave out what takes more than a few seconds.")
-@click.argument("chosen", nargs=-1, metavar="[PAGE]...", type=click.Path(exists=True, path_type=Path))
-def main(check: bool, quick: bool, chosen: tuple[Path, ...]) -> None:
-    """Measure the tables of README.md and docs/*.md anew, of all pages or of those that are named."""
-    costs = (Cost.QUICK, Cost.STORED) if quick else tuple(Cost)
-    changed = False
-    for page in [path.resolve() for path in chosen] or pages():
-        now = measured(page, costs)
-        for line in moved(page, now):
-            changed = True
-            click.echo(line)
-        if not check:
-            write_whole(page, now)
-    if check and changed:
-        click.echo("figures moved by more than their tolerance; `tox -e figures` writes what is measured", err=True)
-        sys.exit(1)
+@click.argument("names", nargs=-1, metavar="[NAME]...")
+def main(names: tuple[str, ...]) -> None:
+    """Measure the tables NAME (or `all`), then write every stored table into its page."""
+    known = functions() if names else {}
+    for name in known if names == ("all",) else names:
+        if name not in known:
+            raise click.UsageError(f"{name} is not measured here; measured are {', '.join(known)}, or all")
+        store(name, known[name](), origin=PHYSICS if load(name)["origin"] else "")
+        click.echo(name)
+    for page in pages():
+        write_whole(page, written(page))
 
 
 if __name__ == "__main__":

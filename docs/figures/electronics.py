@@ -9,9 +9,7 @@ import numpy as np
 import hil
 from aero import AeroHand
 from aero.channels import Channel
-from figures.cells import Cell
-from figures.emulated import EXACT, SEEDED
-from figures.sources import Row, Source
+from figures import Rows
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
@@ -30,7 +28,7 @@ STEP = 0.05
 HOMED_WITH = ("0.1.0", "0.2.0")
 
 
-def current() -> list[Row]:
+def current() -> Rows:
     """The static current curve beside the recorded one."""
     errors = list(RECORDED_MA)
     efforts = [error * HLS3606M.duty_per_count * HLS3606M.stall_torque for error in errors]
@@ -40,19 +38,19 @@ def current() -> list[Row]:
     return [
         ("error, counts", *map(str, errors)),
         ("recorded, mA a count", *RECORDED_MA.values()),
-        ("here", *(Cell.of("{:.1f}", value) for value in here)),
+        ("here", *(f"{value:.1f}" for value in here)),
     ]
 
 
-def steps() -> list[Row]:
+def steps() -> Rows:
     """Steps of 5 % on bare shafts: rise, and the largest overshoot."""
     names = ("abduction", "CMC flexion", "flexor", "finger")
-    rows: list[Row] = [("10-90 % rise, ms", *names, "overshoot, % of the step")]
+    rows = [["10-90 % rise, ms", *names, "overshoot, % of the step"]]
     for firmware in ("pre", "0.2.0"):
         found = [_step(firmware, channel) for channel in STEPPED]
         overshoot = 100.0 * max(response.overshoot for response in found)
-        rises = (Cell.of("{:.0f}", 1e3 * response.rise) for response in found)
-        rows.append((f"`{firmware}`", *rises, Cell.of("{:.1f}", overshoot)))
+        rises = (f"{1e3 * response.rise:.0f}" for response in found)
+        rows.append([f"`{firmware}`", *rises, f"{overshoot:.1f}"])
     return rows
 
 
@@ -80,7 +78,7 @@ def _step(firmware: str, channel: Channel) -> Response:
     return respond(step, np.array(times), np.array(angles))
 
 
-def homing() -> list[Row]:
+def homing() -> Rows:
     """How long homing takes on the built hand."""
     taken = []
     for firmware in HOMED_WITH:
@@ -90,14 +88,8 @@ def homing() -> list[Row]:
             taken.append(target.clock.now() - start)
     return [
         ("", *HOMED_WITH),
-        ("duration on the built hand (`reference`), s", *(Cell.of("{:.1f}", seconds) for seconds in taken)),
+        ("duration on the built hand (`reference`), s", *(f"{seconds:.1f}" for seconds in taken)),
     ]
 
 
-CURVE = "Held by `pytest tests/firmware_emulator/test_servo_physics.py`"
-STEPS = "Steps of 5 % from the middle of the window, firmware and servos as shipped"
-TABLES = {
-    "current": Source(current, CURVE, EXACT, origin=""),
-    "steps": Source(steps, STEPS, EXACT, origin=""),
-    "homing": Source(homing, "`aero-hil validate --only homing --firmware FIRMWARE`", SEEDED),
-}
+TABLES = (current, steps, homing)

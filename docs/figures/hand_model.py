@@ -20,13 +20,11 @@ from servo_law import towards
 
 from aero.actuation.coefficients import load_coefficients
 from aero.channels import CABLES, FINGERS
-from figures.cells import Cell
-from figures.emulated import SEEDED
-from figures.sources import Row, Source
+from figures import Rows
 from firmware_emulator.plant import Drive
 from hil.checks.staircase.reachable_range import calibrated_range
-from hil.lab.map_identification.captures import thumb_grid
-from hil.lab.map_identification.identify import fit_inverse, fit_joints
+from hil.lab.map_identification import fit_inverse, fit_joints
+from hil.lab.map_sweeps import thumb_grid
 from model import RoutedHand, build_routed
 
 ABDUCTION = 0.8
@@ -35,7 +33,7 @@ CLOSING = (0.05, 0.2, 0.5, 0.75, 0.9)
 ABDUCTIONS = (0.0, 0.5, 0.75, 1.0)
 
 
-def routed() -> list[Row]:
+def routed() -> Rows:
     """The routed hand beside the released tendon model."""
     hand = RoutedHand()
     spans = np.ptp(calibrated_range(hand), axis=1)
@@ -45,25 +43,25 @@ def routed() -> list[Row]:
     return [
         ("one actuator swept over its range, the others extended", "here", "released model"),
         ("index / middle / ring / pinky, mm", _each("{:.2f}", 1e3 * spans[:4]), "45.93 / 46.06 / 45.93 / 45.64"),
-        ("abduction, rad", Cell.of("{:.3f}", spans[4]), "1.742-1.747"),
-        ("thumb CMC cable, mm", Cell.of("{:.2f}", 1e3 * spans[5]), "10.98"),
-        ("thumb flexor cable, mm", Cell.of("{:.2f}", 1e3 * spans[6]), "26.66"),
+        ("abduction, rad", f"{spans[4]:.3f}", "1.742-1.747"),
+        ("thumb CMC cable, mm", f"{1e3 * spans[5]:.2f}", "10.98"),
+        ("thumb flexor cable, mm", f"{1e3 * spans[6]:.2f}", "26.66"),
         (
             "CMC gain, offset (mm/m, mm), abduction at 0.8 rad",
-            Cell.of("{:.1f}, {:.1f}", *(1e3 * cmc.coefficients[0])),
+            _each("{:.1f}", 1e3 * cmc.coefficients[0], ", "),
             "-972 to -973, 37.4",
         ),
-        ("flexor gain, offset", Cell.of("{:.1f}, {:.1f}", *(1e3 * flexor.coefficients[0])), "-1222, 135.2"),
+        ("flexor gain, offset", _each("{:.1f}", 1e3 * flexor.coefficients[0], ", "), "-1222, 135.2"),
         (
             "R² of CMC / MCP / IP over the two cables",
-            _each("{:.4f}", fit_joints("first order", grid).r_squared),
+            _each("{:.4f}", fit_joints(grid).r_squared),
             "0.9998 / 0.9992 / 0.9992",
         ),
-        ("mass, kg", Cell.of("{:.4f}", mass), "0.4467"),
+        ("mass, kg", f"{mass:.4f}", "0.4467"),
     ]
 
 
-def built() -> list[Row]:
+def built() -> Rows:
     """The built hand with its defaults beside the physical hand and the paper."""
     released = max(opening_seconds(Drive(powered=False)), opening_seconds(towards(0.0)))
     rise, overshoot = step_rise()
@@ -84,8 +82,8 @@ def built() -> list[Row]:
             _each("{:.3f}", [blocked_flexion(abduction) for abduction in ABDUCTIONS]),
             "0.605 / 0.73 / 0.93 / 0.97",
         ),
-        ("flexor blocked without abduction", Cell.of("{:.3f}", blocked_flexor()), "0.826"),
-        ("opening after release, unpowered or driven, s", Cell.of("{:.2f}", released), "not measured"),
+        ("flexor blocked without abduction", f"{blocked_flexor():.3f}", "0.826"),
+        ("opening after release, unpowered or driven, s", f"{released:.2f}", "not measured"),
         (
             "cable tension at stall, reached slowly, N",
             _range("{:.1f}", [tension_at_stall(channel) for channel in CABLES]),
@@ -106,22 +104,18 @@ def built() -> list[Row]:
             _each("{:.1f}", [fingertip_force("thumb", channel) for channel in ("thumb_flexor", "thumb_cmc_flexion")]),
             "about 12",
         ),
-        ("164-count step, 10-90 %, ms", Cell.of("{:.0f}", 1e3 * rise), "about 50"),
-        ("its overshoot, % of the step", Cell.of("{:.1f}", 100.0 * overshoot), "none"),
+        ("164-count step, 10-90 %, ms", f"{1e3 * rise:.0f}", "about 50"),
+        ("its overshoot, % of the step", f"{100.0 * overshoot:.1f}", "none"),
     ]
 
 
-def _each(template: str, values: Iterable[float]) -> Cell:
+def _each(template: str, values: Iterable[float], between: str = " / ") -> str:
+    return between.join(map(template.format, values))
+
+
+def _range(template: str, values: Iterable[float]) -> str:
     listed = [*values]
-    return Cell.of(" / ".join([template] * len(listed)), *listed)
+    return f"{template.format(min(listed))} to {template.format(max(listed))}"
 
 
-def _range(template: str, values: Iterable[float]) -> Cell:
-    listed = [*values]
-    return Cell.of(f"{template} to {template}", min(listed), max(listed))
-
-
-TABLES = {
-    "routed": Source(routed, 'Held by `pytest tests/model -k "routed or geometry"`', SEEDED),
-    "built": Source(built, 'Held by `pytest tests/model -k "plant or built or fingertip"`', SEEDED),
-}
+TABLES = (routed, built)

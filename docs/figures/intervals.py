@@ -17,10 +17,7 @@ import click
 import numpy as np
 
 from aero.whole_file import write_whole
-from figures.cells import Cell
-from figures.pages import ROOT
-from figures.sources import Row
-from figures.stored import Result, folder
+from figures import ROOT, Rows, store
 from hil.lab.system_identification.calibration import calibrate
 from hil.lab.system_identification.excitation import EXPERIMENT, MOTIONS, excitation, play
 from hil.lab.system_identification.interval_factors import FILE, conformal_factor, deviations
@@ -94,26 +91,19 @@ def pooled(lines: Iterable[dict[str, Any]]) -> dict[str, list[float]]:
     return kinds
 
 
-def coverage(result: Result) -> list[Row]:
+def coverage(lines: Iterable[dict[str, Any]]) -> Rows:
     """Numbers in their 95 % intervals by kind, and of all."""
-    kinds = pooled(result.rows)
+    kinds = pooled(lines)
     kinds["all"] = [one for off in kinds.values() for one in off]
     inside = {name: sum(one <= COVERAGE_SIGMA for one in off) for name, off in kinds.items()}
-    return [
-        ("number", "in their intervals", "of"),
-        *((f"`{name}`", Cell.of("{:.0f}", inside[name]), Cell.of("{:.0f}", len(off))) for name, off in kinds.items()),
-    ]
+    rows = [[f"`{name}`", str(inside[name]), str(len(off))] for name, off in kinds.items()]
+    return [["number", "in their intervals", "of"], *rows]
 
 
-def twins(result: Result) -> list[Row]:
+def twins(lines: Iterable[dict[str, Any]]) -> Rows:
     """Error of each twin on the recording that it was fitted to and on one that it was not."""
-    return [
-        ("hand", "fitted, counts rms", "not fitted, counts rms"),
-        *(
-            (f"`{row['hand']}`", Cell.of("{:.2f}", row["fitted_rms"]), Cell.of("{:.2f}", row["left_out_rms"]))
-            for row in result.rows
-        ),
-    ]
+    rows = [[f"`{row['hand']}`", f"{row['fitted_rms']:.2f}", f"{row['left_out_rms']:.2f}"] for row in lines]
+    return [["hand", "fitted, counts rms", "not fitted, counts rms"], *rows]
 
 
 def _lines(path: Path) -> list[dict[str, Any]]:
@@ -176,15 +166,12 @@ def factors(*, measured: Path) -> None:
 @main.command()
 @FILES
 def keep(*, measured: Path) -> None:
-    """Keep MEASURED, made with the shipped factors, as the result of docs/calibration.md."""
-    rows = [line for line in _lines(measured) if not line["plain"]]
-    provenance = {
-        "command": f"python -m figures.intervals measure --motion {rows[0]['motion']} --out FILE",
-        "seeds": ", ".join(row["hand"].split(":")[1] for row in rows),
-        "commit": ", ".join(sorted({row["commit"] for row in rows})),
-        "generator": "`plausible:SEED`, hands drawn by `model/units/plausible.py`",
-    }
-    write_whole(folder() / "intervals.json", json.dumps({"provenance": provenance, "rows": rows}, indent=1) + "\n")
+    """Store MEASURED, made with the shipped factors, as the results of docs/calibration.md."""
+    lines = [line for line in _lines(measured) if not line["plain"]]
+    command = f"`python -m figures.intervals measure --motion {lines[0]['motion']} --out FILE`"
+    hands, commits = (", ".join(sorted({line[key] for line in lines})) for key in ("hand", "commit"))
+    for name, rows in (("intervals", coverage(lines)), ("twins", twins(lines))):
+        store(f"calibration.{name}", rows, command=command, origin=f"{hands}; commit {commits}")
 
 
 if __name__ == "__main__":

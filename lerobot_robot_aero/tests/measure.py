@@ -1,11 +1,11 @@
-"""Measures the figures of docs/lerobot.md, in real time: `python lerobot_robot_aero/tests/measure.py FOLDER`.
+"""Measure the figures of docs/lerobot.md, in real time.
 
-Runs the page's commands in a folder and writes `docs/figures/stored/lerobot.json`.
+`PYTHONPATH=docs python lerobot_robot_aero/tests/measure.py FOLDER` runs the page's commands in a folder and stores the
+result, `docs/figures/stored/lerobot.commands.json`.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import signal
@@ -18,9 +18,10 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from figures import store
 from lerobot.datasets import LeRobotDataset
 from lerobot_robot_aero.angles import AngleMap
-from page_commands import OPENED, PAGE, begun, done, wait_for
+from page_commands import OPENED, begun, done, wait_for
 
 import hil
 from aero import JOINT_BOX_RAD, ActuationMap, AeroHand, Channel
@@ -30,7 +31,6 @@ from hil.recordings.mcap_file import read_recording
 from hil.recordings.provenance import source_commit
 from hil.recordings.wire_file import with_series
 
-STORED = PAGE.parent / "figures" / "stored" / "lerobot.json"
 FPS, EPISODES, EPISODE_S, TELEOPERATED_S = 30, 3, 10, 30
 PATIENCE_S = 900.0
 SEEDS, POSTURES = range(83000, 83004), 5
@@ -156,19 +156,16 @@ def corrected() -> dict[str, str]:
 
 
 def main(folder: Path) -> None:
-    """Measure everything and keep it."""
+    """Measure everything and store it."""
     command = "aero-hil run-policy --empty --seconds 10 --record motion.mcap"
     subprocess.run([sys.executable, "-m", "hil.cli", *command.split()[1:]], cwd=folder, check=True)
     broken_off = (interrupted(folder, episode) for episode in (2, 0))
     rows = [recorded(folder), replayed(folder), teleoperated(folder), *broken_off, corrected()]
-    provenance = {
-        "command": "python lerobot_robot_aero/tests/measure.py FOLDER",
-        "seeds": f"0 and {SEEDS[0]} to {SEEDS[-1]}",
-        "commit": source_commit()[:7],
-        "generator": f"LeRobot {version('lerobot')}, unit reference in real time, {os.cpu_count()} cores at a load of "
-        f"{os.getloadavg()[2]:.0f}",
-    }
-    STORED.write_text(json.dumps({"provenance": provenance, "rows": rows}, indent=1) + "\n", encoding="utf-8")
+    origin = (
+        f"seeds 0 and {SEEDS[0]} to {SEEDS[-1]}; LeRobot {version('lerobot')}, unit reference in real time, "
+        f"{os.cpu_count()} cores at a load of {os.getloadavg()[2]:.0f}; commit {source_commit()[:7]}"
+    )
+    store("lerobot.commands", [list(rows[0]), *(list(row.values()) for row in rows)], origin=origin)
 
 
 if __name__ == "__main__":

@@ -29,7 +29,30 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path):
 
 def test_a_guarded_hand_closes_as_often_as_it_should(tmp_path):
     with open_target(guarded=True) as target:
-        assert len(run_endurance(target, 3, tmp_path / "cycles.jsonl")) == 3
+        run_endurance(target, 3, tmp_path / "cycles.jsonl")
+    assert len(read_cycles(tmp_path / "cycles.jsonl")) == 3
+
+
+def test_a_last_line_that_was_cut_is_passed_over_and_replaced(tmp_path):
+    log = tmp_path / "cycles.jsonl"
+    assert run(log, 2).exit_code == 0
+    whole = log.read_text()
+    log.write_text(whole[:-40])
+    assert len(read_cycles(log)) == 1
+    assert run(log, 2).exit_code == 0
+    assert len(read_cycles(log)) == 2
+
+
+def test_ctrl_c_leaves_a_summary(tmp_path, monkeypatch):
+    def interrupted(target, cycles, log, *, progress):
+        run_endurance(target, 2, log)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hil.cli.endurance.run_endurance", interrupted)
+    result = CliRunner().invoke(main, ["endurance", "--cycles", "50", "--log", str(tmp_path / "cycles.jsonl")])
+    assert result.exit_code == 130
+    assert "2 cycles in" in result.output
+    assert "thumb_flexor: range" in result.output
 
 
 def test_a_cycle_needs_every_channel(tmp_path):

@@ -1,1 +1,0 @@
-"""Identification of the actuation map on the routed hand (paper, section "The actuation map")."""
