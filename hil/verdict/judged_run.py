@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hil.checks import DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
+from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
 from hil.recordings.recording import Header, Recording
 from hil.verdict.diagnosis import NOTHING, Diagnosis
 from hil.verdict.findings import Finding, Withheld, failed
@@ -40,6 +40,8 @@ class Validation:
     """What the bytes of the session say about the link; None when judged without them."""
     driver: Result | None = None
     """What the bytes of the experiments say about driver and map; None where no experiment ended."""
+    alike: Result | None = None
+    """What the readings of the channels say beside each other; None where nothing compares them."""
     diagnosis: Diagnosis = NOTHING
     """Where something is wrong, and what; empty for a run without failures."""
     left_out: tuple[str, ...] = ()
@@ -53,7 +55,7 @@ class Validation:
     @property
     def judged(self) -> Mapping[str, Result]:
         """Every experiment that ended; `session`, the whole run; `driver`, the bytes of all experiments."""
-        whole = {WHOLE_RUN.name: self.whole_run, DRIVER.name: self.driver}
+        whole = {WHOLE_RUN.name: self.whole_run, DRIVER.name: self.driver, ALIKE.name: self.alike}
         return {**self.results, **{name: result for name, result in whole.items() if result is not None}}
 
     def measured(self, name: str) -> Result | None:

@@ -60,7 +60,8 @@ class Measuring:
     """Name on the command line, in files and in limits: that of its folder."""
     title: str
     """What it finds out, one line."""
-    measure: Callable[[Recording], Measured]
+    measure: Callable[..., Measured]
+    """From a recording, or of `alike` from what was measured, by experiment."""
     metrics: tuple[Metric, ...]
     """Everything that `measure` returns."""
     drawn: tuple[str, ...] = ()
