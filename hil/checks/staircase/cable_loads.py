@@ -81,7 +81,7 @@ class Load:
 
     @property
     def friction_line(self) -> tuple[float, float]:
-        """Friction that no load makes, and the scatter of the friction about a line over the load, A; NaN without load."""
+        """Friction that no load makes, and the scatter about a line of friction over load, A; NaN without load."""
         rows = self._part(EARLY[0], LATE[1])
         load, friction = self.spring_a[rows], self.friction_a[rows]
         if len(load) < LEAST_LEVELS or float(np.ptp(load)) < TAUT_A:

@@ -97,7 +97,7 @@ def test_two_levels_are_enough():
 
 
 def test_a_load_that_grows_evenly_has_its_shape():
-    """Of twenty levels the fourth to the ninth, and the twelfth to the seventeenth; the sixth is 20 % above the fifth."""
+    """Of twenty levels the fourth to the ninth, and the twelfth to the seventeenth, the fourth 25 % above the third."""
     springs = np.arange(1, 21) / 20
     found = load(springs, 0.1 + 0.5 * springs)
     assert found.spring_shape == pytest.approx(14.5 / 6.5)
