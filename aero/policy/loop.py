@@ -220,7 +220,8 @@ class _Session:
 
     def _act(self, period: int, observation: Floats) -> Floats:
         if self._script is not None:
-            return self._script[period]
+            row: Floats = self._script[period]
+            return row
         return self._policy.network.act(observation).astype(np.float64)
 
     def _asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:

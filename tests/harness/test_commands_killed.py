@@ -28,7 +28,7 @@ ENDINGS = {"SIGINT": {130, -signal.SIGINT}, "SIGTERM": {143, -signal.SIGTERM}, "
 LINES = {
     "campaign": "campaign --healthy 4 --only presence --workers 2 --out kept",
     "calibrate": "calibrate recorded.mcap --jobs 2 --out unit.toml",
-    "evaluate": "evaluate --on bytes --trials 2 --units 2 --seconds 2 --out kept",
+    "evaluate": "evaluate --on hands --units 8 --seconds 2 --out kept",
 }
 LATEST_S = {"campaign": 15.0, "calibrate": 20.0, "evaluate": 25.0}
 ROOT = Path(__file__).parents[2]

@@ -25,13 +25,15 @@ NAME = ("none", "")
 UNIT = ("golden", "", "golden.toml")
 
 OPTIONS = {
-    "evaluate --on mujoco --out OUT": {
+    "evaluate --on simulation --out OUT": {
         "--episodes": COUNT,
         "--trials": COUNT,
-        "--units": (*WHOLE, "-1", TOO_LARGE),
+        "--units": COUNT,
         "--seconds": (*NUMBER, "0"),
         "--seed": SEED,
         "--on": NAME,
+        "--correction": ("golden", ""),
+        "--disturbance": ("golden", ""),
     },
     "run-policy": {
         "--seconds": (*NUMBER, "0", "1e308", "604801"),
@@ -78,7 +80,7 @@ READERS = {
     "calibrate WRONG --out OUT.toml": "mcap",
     "calibrate --out OUT.toml WRONG": "npz",
     "run-policy WRONG": "npz",
-    "evaluate --on mujoco --out OUT WRONG": "npz",
+    "evaluate --on simulation --out OUT WRONG": "npz",
     "validate --out OUT --unit WRONG": "toml",
     "emulate --unit WRONG": "toml",
     "run-policy --twin WRONG": "toml",
@@ -115,7 +117,7 @@ FILE_WRITERS = (
 )
 FOLDER_WRITERS = (
     "validate --only presence --out WRONG",
-    "evaluate --on mujoco --episodes 1 --seconds 0.1 --out WRONG",
+    "evaluate --on simulation --episodes 1 --seconds 0.1 --out WRONG",
     "identify --out WRONG",
     "train --steps 1 --out WRONG",
     "calibrate RECORDING --out OUT.toml --plots WRONG",

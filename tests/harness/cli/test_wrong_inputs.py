@@ -13,7 +13,7 @@ from wrong_inputs import cases, filled, make_files
 from aero.whole_file import write_whole
 from firmware_emulator.firmware.nvs import Nvs
 from hil.cli import main
-from train.evaluation import figures
+from train.evaluation import rollouts
 
 ALLOWED_CODES = {"option": {2}, "file": {2}, "output": {2}, "device": {2, 3}}
 """Bad usage, or no hand at a port."""
@@ -63,7 +63,7 @@ def test_a_video_that_cannot_be_made_is_refused_before_any_work(command, lacking
         raise RuntimeError("no display")
 
     if lacking == "imageio":
-        monkeypatch.setattr(figures, "find_spec", lambda name: None)
+        monkeypatch.setattr(rollouts, "find_spec", lambda name: None)
     monkeypatch.setattr(mujoco, "Renderer", no_context)
     result = CliRunner().invoke(main, [command, "--video", "--out", str(tmp_path / "out")])
     assert result.exit_code == 2

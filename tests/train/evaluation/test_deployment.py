@@ -1,7 +1,7 @@
 """Deployments as data, and what a set of trials says about one."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -12,10 +12,9 @@ from aero.policy.file import save
 from aero.policy.settings import PAPER_DEPLOYMENT
 from aero.policy.task import ShownAction
 from hil.cli import main
-from hil.lab.policies.cube_trial import run_trial
-from hil.lab.policies.deployment import ANY_HAND, load_deployments
-from hil.lab.policies.prediction import predicted
-from train.evaluation.backends import beside_a_deployment
+from train.evaluation.cube_trial import run_trial
+from train.evaluation.deployment import ANY_HAND, load_deployments
+from train.evaluation.simulation import beside_a_deployment
 
 NODE = load_deployments()["ros2-node"]
 CHANGES = {
@@ -76,24 +75,6 @@ def test_the_node_shows_the_last_action_to_every_policy():
     assert case.settings.one_period_late
 
 
-def test_what_trials_say_has_intervals():
-    """Of 18 of 20, Wilson's interval is 69.9 to 97.2 %; that of a mean is about two standard errors to each side."""
-    rates = np.random.default_rng(0).normal(0.5, 0.1, 20)
-    found = predicted("here", [True] * 18 + [False] * 2, rates, 15.0 * rates, seed=0)
-    assert (found.trials, found.kept) == (20, 18)
-    assert found.kept_interval == pytest.approx((0.699, 0.972), abs=0.001)
-    error = np.std(rates, ddof=1) / np.sqrt(20)
-    assert found.rate_interval == pytest.approx((rates.mean() - 2 * error, rates.mean() + 2 * error), abs=0.5 * error)
-    assert found.turned_rad == pytest.approx(15.0 * np.median(rates))
-
-
-def test_two_trials_say_nothing_about_the_mean_and_equal_ones_all():
-    assert np.isnan(predicted("here", [True] * 2, [0.1, 0.2], [1.0, 2.0], seed=0).rate_interval).all()
-    assert predicted("here", [True] * 3, [0.1] * 3, [1.0] * 3, seed=0).rate_interval == (0.1, 0.1)
-    with pytest.raises(ValueError, match="no trial"):
-        predicted("here", [], [], [], seed=0)
-
-
 def test_the_command_prints_data_with_everything_that_it_depends_on(tmp_path):
     save(policy(), tmp_path / "policy.npz")
     arguments = ["predict", str(tmp_path / "policy.npz"), "--trials", "1", "--seconds", "0.5", "--unit", "reference"]
@@ -129,3 +110,23 @@ def test_a_unit_that_is_not_there_is_bad_usage():
     result = CliRunner().invoke(main, ["predict", "--unit", "golden"])
     assert result.exit_code == 2
     assert "golden" in result.output
+
+
+DEPLOYED = {
+    "ros2-node": ("paper", "pre", "deployment", True, "last", False),
+    "ros2-node-0.2.0": ("plausible", "0.2.0", "deployment", True, "last", False),
+    "run-policy": ("plausible", "0.2.0", "own", False, "own", False),
+    "run-policy-twin": ("plausible", "0.2.0", "own", False, "own", True),
+}
+"""Unit, firmware, settings, a period late, shown action, corrected. The first is the paper's section "Zero-shot
+deployment" on its hand, run as the official node `rl_z_rotation_deploy` does, a period late."""
+
+
+def test_deployments_are_those_that_are_described():
+    found = {name: tuple(asdict(row).values())[2:8] for name, row in load_deployments().items()}
+    assert found == DEPLOYED
+    settings = load_deployments()["ros2-node"].run_settings(15.0)
+    assert settings.settings == PAPER_DEPLOYMENT
+    assert (settings.one_period_late, settings.shown_action) == (True, ShownAction.LAST)
+    own = load_deployments()["run-policy"].run_settings(15.0)
+    assert (own.settings, own.one_period_late, own.shown_action) == (None, False, None)

@@ -7,10 +7,9 @@ import pytest
 from policies import holding
 
 from aero.policy.running import RunSettings
-from hil.lab.policies.cube_trial import run_trial
-from hil.lab.policies.disturbance import CoarseHand, step_codes
-from hil.lab.policies.mismatches import NO_MISMATCH, lost, mismatch_picture, over_mismatches
 from model.units import load_unit
+from train.evaluation.cube_trial import CoarseHand, run_trial, step_codes
+from train.evaluation.mismatches import NO_MISMATCH, lost, mismatch_picture, over_mismatches
 
 
 def differing(one, other):

@@ -11,9 +11,11 @@ from aero.policy.file import Policy
 from aero.policy.running import RunSettings
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
-from hil.lab.policies.byte_evaluation import Case
+from model.scene import CUBE, Cube
 from model.units.cable_correction import correction
 from model.units.naming import PLAUSIBLE, unit_named
+from train.evaluation.cube_trial import Surroundings
+from train.evaluation.trials import Case
 
 OWN = "own"
 """Stands for what the policy was trained with."""
@@ -53,8 +55,8 @@ class Deployment:
             shown_action=None if self.shown_action == OWN else ShownAction(self.shown_action),
         )
 
-    def cases(self, policy: Policy, trials: int, *, seconds: float, seed: int) -> list[Case]:
-        """Return the trials through the bytes, with seeds from `seed` on.
+    def cases(self, policy: Policy, trials: int, *, seconds: float, seed: int, cube: Cube = CUBE) -> list[Case]:
+        """Return the trials with `cube` through the bytes, with seeds from `seed` on.
 
         Raises:
             ValueError: there is no such unit.
@@ -66,12 +68,12 @@ class Deployment:
             if self.corrected:
                 row = correction(unit, settings.settings or policy.settings)
                 settings = replace(settings, correction=tuple(row.tolist()))
-            found.append(Case(self.name, unit, self.firmware, seed + k, settings))
+            found.append(Case(self.name, unit, self.firmware, seed + k, settings, Surroundings(cube)))
         return found
 
 
 @cache
 def load_deployments() -> dict[str, Deployment]:
     """Return what `deployments.toml` holds, by name."""
-    table = tomllib.loads((files("hil") / "data" / "deployments.toml").read_text(encoding="utf-8"))
+    table = tomllib.loads((files("train") / "evaluation" / "deployments.toml").read_text(encoding="utf-8"))
     return {name: Deployment(name=name, **row) for name, row in table.items()}

@@ -64,7 +64,7 @@ def test_an_episode_counts_to_its_loss_and_no_further(sensors):
     assert episodes.rotation_rad[1] == pytest.approx(9 * PERIOD_S * 2.0 + PERIOD_S * 100.0)
     summary = episodes.summary()
     assert summary["survival"] == pytest.approx(2 / 3)
-    assert summary["rate_rad_s"] == pytest.approx((1.0 + episodes.rotation_rad[1] / 0.5 + 1.0) / 3)
+    assert summary["rate_rad_s"] == pytest.approx((2.0 + episodes.rotation_rad[1] + 2.0) / 4.5)
     assert summary["rotation_median_rad"] == pytest.approx(2.0)
 
 

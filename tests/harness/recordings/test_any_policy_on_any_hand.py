@@ -16,7 +16,7 @@ from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.firmware.profiles import PROFILES
 from hil import GroundTruth
 from hil.faults import FaultNeverFiredError, parse_fault
-from hil.lab.policies.policy_run import record_policy
+from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
 from hil.targets.opening import open_target
 from model.routed import COMMAND_RANGE
@@ -117,7 +117,7 @@ def played(case):
 )
 @given(cases)
 @example(Case("left", "reference", "0.2.0", 0, None, "steady"))
-@example(Case("right", "paper", "pre", 1, "reply_lost=0.3", "fast"))
+@example(Case("right", "paper", "pre", 1, "reply_lost=0.3", 7))
 def test_any_policy_on_any_hand(case):
     policy, outcome = policy_of(case), played(case)
     assert played(case).wire == outcome.wire, "the same case gives the same bytes"

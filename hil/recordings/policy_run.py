@@ -17,9 +17,9 @@ from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings, Step
-from hil.lab.policies.cube_watch import CubeWatch
 from hil.recordings.recorder import REHEARSAL, Progress, Recorder, silent
 from hil.targets.target import Target
+from model.cube_plant import CubeWatch
 
 EMPTY = "rehearsal, leave the hand empty"
 
@@ -95,7 +95,7 @@ def record_policy(
     def take(step: Step) -> None:
         keep(step)
         if cube is not None:
-            cube.look()
+            cube.sample()
         lateness.append(step.late_s)
         progress(min(1.0, len(lateness) * period_s / settings.seconds), policy.name)
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from hil.lab.policies.cube_watch import GAP_M
-from hil.lab.policies.disturbance import AT_S, JOLT_S, NONE, Disturbance, Disturber
-from model.cube_plant import CubePlant
+from model.cube_plant import GAP_M, CubePlant
 from model.units import load_unit
+from train.evaluation.cube_trial import JOLT_S, NONE, SHOVED_AT_S, Disturbance, Disturber
 
 
 @pytest.fixture
@@ -39,7 +38,7 @@ def test_a_jolt_is_horizontal_and_lasts_a_tenth_of_a_second(plant):
         disturber.act(t)
         felt.append(plant.gravity_m_s2 - before)
     strength = np.linalg.norm(felt, axis=1)
-    jolted = (times >= AT_S) & (times < AT_S + JOLT_S)
+    jolted = (times >= SHOVED_AT_S) & (times < SHOVED_AT_S + JOLT_S)
     np.testing.assert_allclose(strength, 5.0 * jolted, atol=1e-12)
     assert jolted.sum() == 2
     np.testing.assert_array_equal(np.array(felt)[:, 2], 0.0)

@@ -6,10 +6,8 @@ from checkpoints import EPISODES
 from policies import holding, policy
 
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
-from train.evaluation.backends import beside_a_deployment
-from train.evaluation.conditions import conditions, delay_sweep, lag_sweep, measure
-from train.evaluation.figures import delay_picture
 from train.evaluation.rollouts import log, run, task_of
+from train.evaluation.simulation import BUILT, beside_a_deployment, conditions, delay_sweep, lag_sweep, measure
 from train.scene import build_scene
 from train.simulator import Simulator
 
@@ -47,39 +45,37 @@ def test_a_hand_that_opens_loses_the_cube_and_counts_only_until_then(batch):
 
 
 def test_the_conditions_are_the_papers_and_the_sweep_reaches_a_control_period():
-    trained, quiet, late, deployed = conditions(policy())
-    assert trained.task.settings == policy().settings
-    assert max(quiet.task.settings.noise) == 0
-    assert late.task.actuation.delay_s == (0.05, 0.05)
-    assert deployed.task.settings == PAPER_DEPLOYMENT
-    assert deployed.task.reset.joint_std_rad == 0
-    delays = [delay for delay, _ in delay_sweep(policy())]
-    assert delays[0] == 0
-    assert delays[-1] == policy().settings.period_s
-    assert len({case.task.actuation.lag_s for case in lag_sweep(policy())}) == len(lag_sweep(policy()))
-    assert all(case.task.actuation.delay_s == (delay, delay) for delay, case in delay_sweep(policy()))
+    trained, quiet, late, deployed = conditions(policy()).values()
+    assert trained.settings == policy().settings
+    assert max(quiet.settings.noise) == 0
+    assert late.actuation.delay_s == (0.05, 0.05)
+    assert deployed.settings == PAPER_DEPLOYMENT
+    assert deployed.reset.joint_std_rad == 0
+    delays = delay_sweep(policy())
+    assert next(iter(delays)) == 0
+    assert list(delays)[-1] == policy().settings.period_s
+    assert len({task.actuation.lag_s for task in lag_sweep(policy()).values()}) == len(lag_sweep(policy()))
+    assert all(task.actuation.delay_s == (delay, delay) for delay, task in delays.items())
 
 
-def test_every_condition_is_measured_by_name(batch):
-    cases = conditions(policy())[:2]
+def test_every_condition_is_measured_by_name_and_the_delays_are_drawn(tmp_path):
     told = []
-    found = measure(policy(), cases, batch, seconds=0.5, seed=0, progress=told.append)
-    assert list(found) == told == [case.name for case in cases]
+    found = measure(
+        policy(), 2, seconds=0.2, seed=0, picture=tmp_path / "delay.png", progress=lambda _, name: told.append(name)
+    )
+    assert list(found) == told
+    assert set(conditions(policy())) | {BUILT, "lag 25, delay 50 ms", "lag 60, delay 25 ms"} <= set(found)
+    assert {row["episodes"] for row in found.values()} == {2.0}
+    assert (tmp_path / "delay.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_summary_is_of_the_episodes():
-    summary = EPISODES.and_then(EPISODES).summary()
-    assert summary["episodes"] == 4.0
+    summary = EPISODES.summary()
+    assert summary["episodes"] == 2.0
     assert summary["survival"] == 0.5
-    assert summary["rate_rad_s"] == pytest.approx(1.5)
+    assert summary["rate_rad_s"] == pytest.approx(20.0 / 15.0)
     assert summary["airborne"] == pytest.approx(0.1)
     assert summary["finger_travel_m_s"] == pytest.approx(0.01)
-
-
-def test_pictures_are_drawn(tmp_path, batch):
-    episodes = [run(policy(), task_of(policy()), batch, 0.5, seed) for seed in (0, 1)]
-    delay_picture([0.0, 0.05], episodes, tmp_path / "delay.png")
-    assert (tmp_path / "delay.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_log_keeps_every_step_of_an_episode():

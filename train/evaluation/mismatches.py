@@ -13,17 +13,19 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.stats import bootstrap
+from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.running import RunSettings
 from aero.whole_file import whole
-from hil.lab.policies.byte_evaluation import BOOTSTRAP_SEED, Case
-from hil.lab.policies.cube_trial import CubeTrial, Surroundings
-from hil.lab.policies.prediction import CONFIDENCE, LEAST, Interval
 from model.parameters import BuiltHandParameters
 from model.units import Unit, load_unit
+from train.evaluation.cube_trial import CubeTrial, Surroundings
+from train.evaluation.trial_set import Interval, mean_interval
+from train.evaluation.trials import Case
+
+Floats = NDArray[np.float64]
 
 GRAVITY = 9.81
 """m/s²; the unit `ideal` hangs in no field, and a cube would float."""
@@ -107,7 +109,7 @@ class Lost:
     lost_rad_s: float
     """Rate without any mismatch less this one's, mean over the trials, which have the same starts."""
     interval: Interval
-    """Bootstrapped interval of that mean; NaN for no mismatch, and with fewer than `prediction.LEAST` trials."""
+    """Bootstrapped interval of that mean; NaN for no mismatch, and with fewer than `trial_set.LEAST` trials."""
 
 
 def lost(rows: Mapping[str, Sequence[CubeTrial]]) -> list[Lost]:
@@ -118,7 +120,7 @@ def lost(rows: Mapping[str, Sequence[CubeTrial]]) -> list[Lost]:
         rates = np.array([one.rate_rad_s for one in trials])
         cost = without[: len(rates)] - rates
         kept = float(np.mean([one.kept for one in trials]))
-        found.append(Lost(name, len(trials), kept, float(rates.mean()), float(cost.mean()), _interval(cost)))
+        found.append(Lost(name, len(trials), kept, float(rates.mean()), float(cost.mean()), _interval(name, cost)))
     return found
 
 
@@ -139,8 +141,5 @@ def mismatch_picture(rows: Sequence[Lost], path: Path) -> None:
         figure.savefig(draft, dpi=120)
 
 
-def _interval(cost: np.ndarray) -> Interval:
-    if len(cost) < LEAST or np.ptp(cost) == 0.0:
-        return (np.nan, np.nan)
-    found = bootstrap((cost,), np.mean, confidence_level=CONFIDENCE, rng=BOOTSTRAP_SEED)
-    return (float(found.confidence_interval.low), float(found.confidence_interval.high))
+def _interval(name: str, cost: Floats) -> Interval:
+    return (np.nan, np.nan) if name == NO_MISMATCH else mean_interval(cost)
