@@ -11,6 +11,7 @@ import dataclasses
 import json
 import struct
 from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -24,8 +25,8 @@ from zstandard import ZstdError, frame_content_size
 
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
-from aero.whole_file import begin_file
-from hil.recordings.errors import UnusableFileError
+from aero.whole_file import begin_file, whole
+from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.mcap_writer import McapWriter
 from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
 from hil.recordings.seal import digest
@@ -135,6 +136,12 @@ class RecordingFile:
         # What `json.dumps` makes of it, at half the cost.
         self._add_bytes(f"/{name}", t, (self._formats[name] % (t, *row.tolist())).encode())
 
+    def add_whole_series(self, name: str, series: Series) -> None:
+        """Write all samples of a series."""
+        self.add_series(name, series.columns, series.units)
+        for t, row in zip(series.times.tolist(), series.values, strict=True):
+            self.add_sample(name, series.columns, series.units, t, row)
+
     def add_wire(self, record: WireRecord, start: float = 0.0) -> None:
         """Write bytes that crossed the link; times are from `start` on."""
         at, direction, data = record
@@ -156,10 +163,18 @@ class RecordingFile:
 
     def finish(self, header: Header) -> None:
         """Write the final header and what readers need to jump about, and close the file."""
-        with uninterrupted():
-            self._write_pending()
-            self._add_header(header)
-            self._writer.finish()
+        try:
+            with uninterrupted():
+                self._write_pending()
+                self._add_header(header)
+                self._writer.finish()
+                self._stream.flush()
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """Close the file as it is; a second call does nothing."""
+        with suppress(OSError):  # what is left in its buffer cannot be written
             self._stream.close()
 
     def _add_header(self, header: Header) -> None:
@@ -202,21 +217,19 @@ def epoch_ns(header: Header) -> int:
 
 
 def write_recording(recording: Recording, path: Path) -> None:
-    """Write `recording` to `path`, replacing what is there.
+    """Write `recording` to `path`, replacing what is there when all went well.
 
     Raises:
-        OSError: the file cannot be written.
+        CannotBeWrittenError: the file cannot be written.
     """
-    file = RecordingFile(path, recording.header)
-    for name, series in recording.series.items():
-        file.add_series(name, series.columns, series.units)
-        for t, row in zip(series.times.tolist(), series.values, strict=True):
-            file.add_sample(name, series.columns, series.units, t, row)
-    for record in recording.wire:
-        file.add_wire(record)
-    for event in recording.events:
-        file.add_event(event)
-    file.finish(recording.header)
+    with writing(path), whole(path) as draft, closing(RecordingFile(draft, recording.header)) as file:
+        for name, series in recording.series.items():
+            file.add_whole_series(name, series)
+        for record in recording.wire:
+            file.add_wire(record)
+        for event in recording.events:
+            file.add_event(event)
+        file.finish(recording.header)
 
 
 def read_recording(path: Path) -> Recording:
