@@ -106,9 +106,9 @@ def test_what_no_series_can_hold_is_refused_and_the_file_stays_readable(name, t,
 
 
 @pytest.mark.skipif(not available, reason="needs a limit on the size of files")
-def test_a_full_disk_closes_the_file_and_leaves_what_was_written(begun, target, tmp_path, monkeypatch):
+def test_a_full_disk_closes_the_file_and_leaves_what_was_written(begun, target, tmp_path):
     before = len(target.wire.listeners)
-    with full_disk(monkeypatch, 40_000):
+    with full_disk(40_000):
         with pytest.raises(CannotBeWrittenError, match=r"a\.mcap"):
             fill(begun)
         target.hand.read_codes()  # the link is not the recorder's to end
@@ -121,9 +121,9 @@ def test_a_full_disk_closes_the_file_and_leaves_what_was_written(begun, target, 
 
 
 @pytest.mark.skipif(not available, reason="needs a limit on the size of files")
-def test_a_disk_that_is_full_at_the_end_closes_the_file_too(begun, target, monkeypatch):
+def test_a_disk_that_is_full_at_the_end_closes_the_file_too(begun):
     begun.add("codes", begun.start, CODES)
-    with full_disk(monkeypatch, 10):
+    with full_disk(10):
         assert begun.finish().series.keys() == {"codes"}
     assert isinstance(begun.failure, CannotBeWrittenError)
     assert not [name for name in open_files() if name.endswith("a.mcap")]

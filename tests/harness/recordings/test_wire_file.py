@@ -64,10 +64,10 @@ def test_the_report_judges_the_link_and_says_what_it_cannot(replies, code, said,
 
 
 @pytest.mark.skipif(not available, reason="needs a limit on the size of files")
-def test_a_full_disk_ends_the_file_and_is_said_once(tmp_path, monkeypatch):
+def test_a_full_disk_ends_the_file_and_is_said_once(tmp_path):
     said = []
     file = begun(tmp_path / "wire.mcap", VirtualClock(Kernel()), on_failure=said.append)
-    with full_disk(monkeypatch, FULL_AT):
+    with full_disk(FULL_AT):
         for i in range(5000):
             file.add("from_hand", i.to_bytes(2) * 8)
     file.close()
