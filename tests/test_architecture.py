@@ -27,7 +27,7 @@ EMULATOR_FOR_MODEL = {"firmware_emulator.plant", "firmware_emulator.servo.parame
 """What `model` may know of the electronics: the interface behind the servos, and one servo's constants."""
 HIL_LAYERS = (
     {"faults"},
-    {"targets"},
+    {"targets", "robots"},
     {"recordings"},
     {"checks"},
     {"verdict"},

@@ -12,7 +12,7 @@ import click
 from aero.safety.interrupts import noted
 from firmware_emulator.links.bus_pty import BusServer
 from hil.cli.exits import usage_errors
-from hil.targets.robot_bus import RobotBus, obey
+from hil.robots.robot_bus import RobotBus, obey
 
 
 class StandardInput:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from hil.cli.doctor.finding import Examined, Subject, Verdict
-from hil.cli.servo_check.survey import READS, Surveyed
+from hil.robots.finding import Examined, Subject, Verdict
+from hil.robots.survey import READS, Surveyed
 
 Found = tuple[Verdict, str, str]
 """Verdict, what was found, what to do."""
@@ -190,6 +190,11 @@ def judge(found: Sequence[Surveyed], expected: Sequence[int] = ()) -> Iterator[E
             subject=Subject.HAND,
         )  # fmt: skip
     for one in found:
+        if expected and one.id not in expected:
+            yield Examined(
+                f"servo {one.id}", Verdict.WRONG, "it answers, and was not expected",
+                "unplug it, give it another ID, or name it in --expect", subject=Subject.HAND,
+            )  # fmt: skip
         wrong = [
             Examined(f"servo {one.id} {name}", verdict, said, remedy, subject=Subject.HAND)
             for name, rule in EACH.items()

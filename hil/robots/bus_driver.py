@@ -74,7 +74,7 @@ class ServedBus:
         self._process = process
 
     def order(self, *words: object) -> str:
-        """Give an order of `hil.targets.robot_bus.ORDERS`; return what it says.
+        """Give an order of `hil.robots.robot_bus.ORDERS`; return what it says.
 
         Raises:
             ValueError: it was refused.

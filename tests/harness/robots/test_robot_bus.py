@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from firmware_emulator.packets import pack
-from hil.targets.robot_bus import RobotBus, obey
-from hil.targets.robot_file import read_robot
+from hil.robots.robot_bus import RobotBus, obey
+from hil.robots.robot_file import read_robot
 
 pytest_plugins = ["pytester"]
 ROOT = Path(__file__).parents[3]

@@ -13,7 +13,7 @@ from aero.transport import Transport
 
 PATIENCE_S = 0.02
 """How long an answer may take, s: 0.3 ms on the wire, and what a USB adapter holds back (16 ms of an FTDI chip)."""
-PING, READ, WRITE = 1, 2, 3
+PING, READ, WRITE, CALIBRATE = 1, 2, 3, 11
 OVERHEAD = 6
 """Bytes of an answer without parameters."""
 
@@ -28,7 +28,7 @@ class ServoAnswer(NamedTuple):
 
 
 class NoAnswerError(Exception):
-    """Nothing came within the time."""
+    """Nothing came within the time, or nothing but the request itself."""
 
 
 class DamagedAnswerError(Exception):
@@ -61,13 +61,16 @@ def parse_answer(received: bytes, servo: int, count: int) -> ServoAnswer:
 class FeetechBus:
     """A master on a bus.
 
-    Input is dropped before each request, so that an answer that came too late is never taken for the next one.
+    Input is dropped before each request, so that an answer that came too late is never taken for the next one. Many
+    half-duplex adapters give back what they send: such an echo is recognised and taken off.
     """
 
     def __init__(self, transport: Transport, *, patience_s: float = PATIENCE_S) -> None:
         """Use an open byte stream at the servos' baud rate; `patience_s` is the longest wait for an answer."""
         self._transport = transport
         self._patience_s = patience_s
+        self.echoes: bool | None = None
+        """Whether the line gives back what is sent; None before the first request."""
 
     def ping(self, servo: int) -> ServoAnswer:
         """Ask whether a servo is there; raises what `parse_answer` does."""
@@ -81,7 +84,21 @@ class FeetechBus:
         """Write registers; raises what `parse_answer` does, as when a servo acknowledges nothing."""
         return self._ask(servo, WRITE, bytes((address,)) + data, 0)
 
+    def calibrate(self, servo: int) -> ServoAnswer:
+        """Let a servo make its present position the middle; raises what `parse_answer` does."""
+        return self._ask(servo, CALIBRATE, b"", 0)
+
     def _ask(self, servo: int, code: int, parameters: bytes, count: int) -> ServoAnswer:
+        if self.echoes is None:
+            # A ping and the answer with the voltage bit are the same bytes; a read of one register and its answer,
+            # which is shorter, never are.
+            probe = request(servo, READ, b"\x03\x01")
+            self.echoes = self._exchange(probe, len(probe) + OVERHEAD + 1).startswith(probe)
+        sent = request(servo, code, parameters)
+        received = self._exchange(sent, count + OVERHEAD + len(sent) * self.echoes)
+        return parse_answer(received.removeprefix(sent) if self.echoes else received, servo, count)
+
+    def _exchange(self, sent: bytes, size: int) -> bytes:
         self._transport.discard_input()
-        self._transport.write(request(servo, code, parameters))
-        return parse_answer(self._transport.read(count + OVERHEAD, self._patience_s), servo, count)
+        self._transport.write(sent)
+        return self._transport.read(size, self._patience_s)

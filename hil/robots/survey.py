@@ -4,40 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
-from aero.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError
+from hil.robots.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError
 
 READS = 20
 """How often the measurements are read, to tell a good line from a bad one."""
 TRIES = 3
 """Of what has to be known once."""
+ID, LIMITS, CURRENT, OFFSET, MODE, TORQUE = 5, 9, 28, 31, 33, 40
 FEEDBACK, FEEDBACK_SIZE = 56, 15
-OFFSET, MODE = 31, 33
 BAUD_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)
 """By the value of register 6: maker's SDK, `SMS_STS.h`."""
 
 
 @dataclass(frozen=True)
-class KnownModel:
-    """What has to be known of a kind of servo to read it."""
+class ServoKind:
+    """What has to be known of a kind of servo to read it and to set it up."""
 
     name: str
     offset_sign_bit: int | None
     """None where there is no offset."""
     lock: int
     """Address of the lock of the EEPROM."""
+    largest_counts: int
+    """Largest position."""
+    largest_current: int | None = None
+    """Largest protection current, register units; None where there is none."""
+    calibrates: bool = False
+    """Whether an instruction makes the present position the middle."""
+    zeros_make_a_motor: bool = False
+    """Whether both angle limits at 0 make a motor of it, without positions."""
 
 
 KINDS = {
-    2570: KnownModel("HLS3606M", 15, 55),
-    777: KnownModel("STS3215", 11, 55),
-    2825: KnownModel("STS3250", 11, 55),
-    11272: KnownModel("SM8512BL", 11, 55),
-    1284: KnownModel("SCS0009", None, 48),
+    2570: ServoKind("HLS3606M", 15, 55, 4095, 1023, calibrates=True),
+    777: ServoKind("STS3215", 11, 55, 4095, 511, calibrates=True),
+    2825: ServoKind("STS3250", 11, 55, 4095, 511, calibrates=True),
+    11272: ServoKind("SM8512BL", 11, 55, 4095, 511),
+    1284: ServoKind("SCS0009", None, 48, 1023, zeros_make_a_motor=True),
 }
-"""By model number. Sources: LeRobot 0.6.1, motors/feetech/tables.py; the HLS3606M of the Aero Hand."""
-BIG_ENDIAN = KnownModel("SCS series", None, 48)
-LITTLE_ENDIAN = KnownModel("STS, SMS or HLS series", 11, 55)
+"""By model number. Sources: LeRobot 0.6.1, motors/feetech/tables.py; the HLS3606M of the Aero Hand; currents: the
+transcribed memory tables."""
+BIG_ENDIAN = ServoKind("SCS series", None, 48, 1023)
+LITTLE_ENDIAN = ServoKind("STS, SMS or HLS series", 11, 55, 4095)
 
 
 @dataclass(frozen=True)
@@ -55,13 +65,15 @@ class Surveyed:
     """Of `TRIES`."""
     model: int | None
     """Model number, None where it could not be read; then the rest is empty too."""
-    kind: KnownModel = LITTLE_ENDIAN
+    kind: ServoKind = LITTLE_ENDIAN
     big_endian: bool = False
     firmware: tuple[int, int] = (0, 0)
     status: int = 0
     """Error bits."""
     response_level: int = 1
     limits_counts: tuple[int, int] = (0, 0)
+    current_limit: int | None = None
+    """Protection current, register units (nominally 6.5 mA); None where there is none."""
     max_temperature_c: int = 0
     voltage_limits_v: tuple[float, float] = (0.0, 0.0)
     offset_word: int = 0
@@ -73,6 +85,11 @@ class Surveyed:
     position_counts: int = 0
     voltage_v: float = 0.0
     temperature_c: int = 0
+
+    @property
+    def byte_order(self) -> Literal["big", "little"]:
+        """Order of the bytes of a register of two."""
+        return "big" if self.big_endian else "little"
 
     @property
     def offset_counts(self) -> int:
@@ -112,7 +129,7 @@ def survey(bus: FeetechBus, servo: int, baud: int) -> Surveyed:
         except DamagedAnswerError:
             damaged += 1
     pings_damaged = sum(not _pinged(bus, servo) for _ in range(TRIES))
-    head = _read(bus, servo, 0, 20)
+    head = _read(bus, servo, 0, CURRENT + 2)
     rest = _read(bus, servo, OFFSET, 30)
     feedback = _read(bus, servo, FEEDBACK, 10)
     if head is None or rest is None or feedback is None:
@@ -137,12 +154,13 @@ def survey(bus: FeetechBus, servo: int, baud: int) -> Surveyed:
         (head[0], head[1]),
         status=feedback[9],
         response_level=head[8],
-        limits_counts=(word(head, 9), word(head, 11)),
+        limits_counts=(word(head, LIMITS), word(head, LIMITS + 2)),
+        current_limit=None if kind.largest_current is None else word(head, CURRENT),
         max_temperature_c=head[13],
         voltage_limits_v=(head[15] / 10.0, head[14] / 10.0),
         offset_word=0 if kind.offset_sign_bit is None else word(rest, 0),
         mode=0 if kind.offset_sign_bit is None else rest[MODE - OFFSET],
-        torque=rest[40 - OFFSET],
+        torque=rest[TORQUE - OFFSET],
         unlocked=not rest[kind.lock - OFFSET],
         position_counts=position if big or position < 0x8000 else 0x8000 - position,
         voltage_v=feedback[6] / 10.0,

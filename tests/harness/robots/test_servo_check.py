@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aero.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError, parse_answer, request
-from hil.cli.doctor.finding import Verdict
-from hil.cli.servo_check.rules import judge
-from hil.cli.servo_check.small_move import small_move
-from hil.cli.servo_check.survey import READS, find, survey
-from hil.targets.robot_bus import RobotBus
+from hil.robots.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError, parse_answer, request
+from hil.robots.finding import Verdict
+from hil.robots.robot_bus import RobotBus
+from hil.robots.servo_rules import judge
+from hil.robots.small_move import small_move
+from hil.robots.survey import READS, find, survey
 
 ROOT = Path(__file__).parents[3]
 ARM = (ROOT / "examples/arm/arm.toml").read_text()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from aero.feetech_bus import FeetechBus
-from hil.cli.doctor.finding import Examined, Subject, Verdict
-from hil.cli.servo_check.survey import FEEDBACK, Surveyed
+from hil.robots.feetech_bus import FeetechBus
+from hil.robots.finding import Examined, Subject, Verdict
+from hil.robots.survey import FEEDBACK, TORQUE, Surveyed
 
-TORQUE, GOAL = 40, 42
+GOAL = 42
 TIMES = 4
 WAIT_S = 0.6
 """Time for a move of at most 200 counts, s."""
@@ -44,7 +44,7 @@ def small_move(bus: FeetechBus, one: Surveyed, counts: int, wait: Callable[[floa
     try:
         for _ in range(TIMES):
             for goal, reached in places.items():
-                bus.write(one.id, GOAL, goal.to_bytes(2, "big" if one.big_endian else "little"))
+                bus.write(one.id, GOAL, goal.to_bytes(2, one.byte_order))
                 wait(WAIT_S)
                 reached.append(_position(bus, one))
     finally:
@@ -66,5 +66,5 @@ def small_move(bus: FeetechBus, one: Surveyed, counts: int, wait: Callable[[floa
 
 
 def _position(bus: FeetechBus, one: Surveyed) -> int:
-    word = int.from_bytes(bus.read(one.id, FEEDBACK, 2).data, "big" if one.big_endian else "little")
+    word = int.from_bytes(bus.read(one.id, FEEDBACK, 2).data, one.byte_order)
     return word if one.big_endian or word < 0x8000 else 0x8000 - word
