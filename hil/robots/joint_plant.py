@@ -8,7 +8,8 @@ Implements `firmware_emulator.plant.Plant` by its shape.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.regular_file import LFS_POINTER, MIB
 from firmware_emulator.plant import Drive
 
 UNBOUNDED = 1e6
@@ -23,6 +25,24 @@ UNBOUNDED = 1e6
 UNPOWERED = Drive(powered=False)
 HAND_STIFFNESS, HAND_DAMPING = 50.0, 5.0
 """How a person's hand holds a joint, N m/rad and N m s/rad (assumption)."""
+SLACK_RAD = math.radians(1.0)
+"""How far past its end a joint may be held, rad."""
+
+
+SMALLER_STEP = "try a smaller <option timestep>, here {step:g} s, armature on the joint, or less stiffness and damping"
+REMEDIES = {
+    mujoco.mjtWarning.mjWARN_INERTIA: "give the body behind it more mass and inertia, or the joint armature",
+    mujoco.mjtWarning.mjWARN_CONTACTFULL: 'give it more memory, <size memory="..."/>, or exclude contacts',
+    mujoco.mjtWarning.mjWARN_CNSTRFULL: 'give it more memory, <size memory="..."/>, or exclude contacts',
+    mujoco.mjtWarning.mjWARN_BADQPOS: SMALLER_STEP,
+    mujoco.mjtWarning.mjWARN_BADQVEL: SMALLER_STEP,
+    mujoco.mjtWarning.mjWARN_BADQACC: SMALLER_STEP,
+}
+"""What to do about a warning of MuJoCo."""
+
+
+class PhysicsFailedError(ArithmeticError):
+    """A model of the user's cannot be simulated; the message names file, joint, time and what to try."""
 
 
 @dataclass(frozen=True)
@@ -48,18 +68,18 @@ class JointPlant:
         """Compile the file with a servo's actuators on each joint.
 
         Raises:
-            ValueError: no MJCF, a joint that is missing or no hinge, a gear of zero.
+            ValueError: no MJCF or URDF, a joint that is missing or no hinge, a gear of zero.
             OSError: the file cannot be read.
         """
         if not path.is_file():
             raise FileNotFoundError(f"{path}: no such file")
-        try:
+        self._path = path
+        with _of_mujoco(path):
             spec = mujoco.MjSpec.from_file(str(path))
-        except ValueError as error:
-            raise ValueError(f"{path}: MuJoCo does not read it: {error}") from error
         _replace_actuators(spec, path, shafts)
         self.shafts = tuple(shafts)
-        self.model = model = spec.compile()
+        with _of_mujoco(path):
+            self.model = model = spec.compile()
         self.data = mujoco.MjData(model)
         joints = [model.joint(shaft.joint) for shaft in shafts]
         self._joints = [joint.id for joint in joints]
@@ -87,24 +107,44 @@ class JointPlant:
         """Integrate to exactly `t` (s) with the present drives; nothing happens when `t` is not later than `time`.
 
         Raises:
-            ArithmeticError: the physics diverged.
+            PhysicsFailedError: the physics diverged.
         """
         span = t - self._time
         if span <= 0.0:
             return
         model, step = self.model, self.model.opt.timestep
         full = int(span / step + 1e-9)
-        if full:
-            mujoco.mj_step(model, self.data, full)
-        rest = span - full * step
-        if rest > 1e-9:
-            model.opt.timestep = rest
-            mujoco.mj_step(model, self.data)
-            model.opt.timestep = step
+        # MuJoCo would print its warnings, and write them to a file in the working folder.
+        said = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(_ignore)
+        try:
+            if full:
+                mujoco.mj_step(model, self.data, full)
+            rest = span - full * step
+            if rest > 1e-9:
+                model.opt.timestep = rest
+                mujoco.mj_step(model, self.data)
+                model.opt.timestep = step
+        finally:
+            mujoco.set_mju_user_warning(said)
         if self.data.warning.number.any():
             # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
-            raise ArithmeticError(f"the physics failed between {self._time} and {t} s; a smaller timestep may help")
+            raise PhysicsFailedError(self._failure(t))
         self._time = self.data.time = t
+
+    def _failure(self, t: float) -> str:
+        kind = next(kind for kind in mujoco.mjtWarning.__members__.values() if self.data.warning[kind].number)
+        at = self.data.warning[kind].lastinfo
+        where = ""
+        if kind is mujoco.mjtWarning.mjWARN_BADQPOS:
+            where = self.model.joint(int(np.searchsorted(self.model.jnt_qposadr, at, "right")) - 1).name
+        elif REMEDIES[kind] is not REMEDIES[mujoco.mjtWarning.mjWARN_CONTACTFULL] and at < self.model.nv:
+            where = self.model.joint(self.model.dof_jntid[at]).name
+        return (
+            f"{self._path}: MuJoCo cannot simulate it{f' at joint {where!r}' if where else ''}, between "
+            f"{self._time:.3f} and {t:.3f} s ({mujoco.mju_warningText(kind, at)}); "
+            f"{REMEDIES[kind].format(step=self.model.opt.timestep)}"
+        )
 
     def drive(self, shaft: int, drive: Drive) -> None:
         """Replace the drive of one shaft from now on.
@@ -153,16 +193,21 @@ class JointPlant:
 
         Raises:
             IndexError: no such shaft.
-            ValueError: an angle that is not finite.
+            ValueError: an angle that is not finite, or that the joint does not reach.
         """
         if not 0 <= shaft < self._count:
             raise IndexError(f"shafts are 0 to {self._count - 1}, not {shaft}")
         if angle is None:
             self._held.pop(shaft, None)
-        elif math.isfinite(angle):
-            self._held[shaft] = angle
         else:
-            raise ValueError(f"an angle is finite, not {angle}")
+            joint = self._joints[shaft]
+            low, high = self.model.jnt_range[joint] if self.model.jnt_limited[joint] else (-math.tau, math.tau)
+            if not low - SLACK_RAD <= angle <= high + SLACK_RAD:
+                raise ValueError(
+                    f"{self.shafts[shaft].joint} reaches {math.degrees(low):.0f} to {math.degrees(high):.0f} degrees, "
+                    f"not {math.degrees(angle):g}"
+                )
+            self._held[shaft] = angle
         self._grip(shaft)
 
     def _grip(self, shaft: int) -> None:
@@ -172,6 +217,28 @@ class JointPlant:
         self.model.actuator_gainprm[hand, 0] = stiffness
         self.model.actuator_biasprm[hand, 1:3] = -stiffness, -damping
         self.data.ctrl[hand] = self._held.get(shaft, 0.0)
+
+
+def _is_pointer(path: Path) -> bool:
+    try:
+        return path.is_file() and path.stat().st_size < MIB and path.read_bytes().startswith(LFS_POINTER)
+    except OSError:
+        return False
+
+
+def _ignore(text: str) -> None:
+    """Take a warning that `PhysicsFailedError` says."""
+
+
+@contextmanager
+def _of_mujoco(path: Path) -> Iterator[None]:
+    """Say whose file it is that MuJoCo refuses; its errors are of several classes."""
+    try:
+        yield
+    except (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+        pointers = (one.name for one in path.parent.rglob("*") if one.name in str(error) and _is_pointer(one))
+        lfs = "".join(f"; {name} is a Git LFS pointer: run `git lfs pull`" for name in pointers)
+        raise ValueError(f"{path}: MuJoCo does not read it: {error}{lfs}") from error
 
 
 def _replace_actuators(spec: mujoco.MjSpec, path: Path, shafts: Sequence[GearedShaft]) -> None:

@@ -15,6 +15,10 @@ from firmware_emulator.servo_chain import MountedServo, ServoChain
 from hil.robots.joint_plant import GearedShaft, JointPlant
 from hil.robots.robot_file import Robot, read_robot
 
+LONGEST_S = 3600.0
+VOLTS, CELSIUS = 25.5, 150.0
+"""What a servo can report at most, V, and the highest temperature that makes sense, °C."""
+
 
 class RobotBus:
     """A robot behind its bus, at rest, powered, with torque off."""
@@ -51,11 +55,13 @@ class RobotBus:
         return cls(read_robot(path), seed=seed)
 
     def link(self, baud: int = 1_000_000) -> BusLink:
-        """Return a master's byte stream on the bus, on virtual time."""
+        """Return a master's byte stream on the bus, on virtual time; `baud` in bit/s."""
+        _within("a baud rate", baud, 1, 10_000_000, "bit/s")
         return BusLink(self.chain, baud)
 
     def wait(self, seconds: float) -> None:
         """Let virtual time pass."""
+        _within("a wait", seconds, 0.0, LONGEST_S, "s")
         self.chain.clock.sleep_until(self.chain.clock.now() + seconds)
 
     def joint_deg(self, joint: str) -> float:
@@ -65,8 +71,9 @@ class RobotBus:
 
     def hold(self, joint: str, angle_deg: float) -> None:
         """Let a person's hand hold a joint at an angle (degrees) whenever its servo is off."""
+        place = self._place(joint)
         self.chain.shafts.advance()
-        self.plant.hold(self._place(joint), math.radians(angle_deg))
+        self.plant.hold(place, math.radians(angle_deg))
 
     def let_go(self, joint: str) -> None:
         """Take the person's hand off a joint."""
@@ -75,16 +82,19 @@ class RobotBus:
 
     def silence(self, servo: int, seconds: float) -> None:
         """Let the servos of an ID hear and answer nothing for a while, as with a loose plug."""
+        _within("a silence", seconds, 0.0, LONGEST_S, "s")
         for one in self._servos(servo):
             one.silent_until = self.chain.kernel.now + seconds
 
     def heat(self, servo: int, celsius: float) -> None:
         """Give the servos of an ID a temperature (°C)."""
+        _within("a temperature", celsius, 0.0, CELSIUS, "°C")
         for one in self._servos(servo):
             one.heat_to(celsius)
 
     def late(self, seconds: float) -> None:
         """Let the next answers, of whatever servos, arrive this much later than they should."""
+        _within("a delay", seconds, 0.0, LONGEST_S, "s")
         self.chain.bus.late_s = seconds
 
     def peek(self, servo: int, register: str) -> int:
@@ -98,6 +108,8 @@ class RobotBus:
         """Write a register of all servos of an ID, as over the bus."""
         for one in self._servos(servo):
             row = self._register(one, register)
+            if not row.sign_bit:
+                _within(f"register {register}", value, 0, (1 << 8 * row.size) - 1, row.unit or "as a number")
             word = encode_signed(value, row.sign_bit) if row.sign_bit else value
             one.write(row.address, word.to_bytes(row.size, one.model.byte_order))
 
@@ -108,6 +120,7 @@ class RobotBus:
 
     def supply(self, volts: float) -> None:
         """Let all servos measure another supply (V); their motors turn as before."""
+        _within("a supply", volts, 0.0, VOLTS, "V")
         self.chain.supply(volts)
 
     def _place(self, joint: str) -> int:
@@ -128,6 +141,11 @@ class RobotBus:
         if not found:
             raise ValueError(f"no servo with ID {number}; it has {', '.join(str(one.id) for one in self.chain.servos)}")
         return found
+
+
+def _within(what: str, value: float, low: float, high: float, unit: str) -> None:
+    if not low <= value <= high:
+        raise ValueError(f"{what} is {low:g} to {high:g} {unit}, not {value:g}")
 
 
 ORDERS: dict[str, tuple[str, Callable[..., object]]] = {

@@ -25,9 +25,23 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, get_type_hints
 
+from aero.regular_file import read_text
 from firmware_emulator.servo.parameters import ServoParameters
 
-LARGEST_ID = 253
+LARGEST_ID, LARGEST = 253, 1e6
+RANGES = {
+    "stall_torque": (1e-6, 1e4),
+    "voltage": (0.1, 25.5),
+    "start_temperature_c": (-40.0, 150.0),
+    "rest_temperature_c": (-40.0, 150.0),
+    "loop_period_s": (1e-5, 1.0),
+    "refresh_period_s": (1e-5, 1.0),
+    "current_filter_s": (1e-6, 10.0),
+    "cooling_s": (1e-3, 1e6),
+    "full_duty_units": (1.0, 32767.0),
+    "current_fading_counts": (0.0, math.inf),
+}
+"""Of fields of `ServoParameters` that 0 to `LARGEST` does not fit."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +74,9 @@ class RobotServo:
             raise ValueError(f"a direction is 1 or -1, not {self.direction}")
         if not (math.isfinite(self.gear) and self.gear > 0.0):
             raise ValueError(f"a gear is positive, not {self.gear}")
-        if not (math.isfinite(self.zero_counts) and math.isfinite(self.start_deg)):
-            raise ValueError("zero_counts and start_deg are finite")
+        for name, value, largest in (("zero_counts", self.zero_counts, 1e6), ("start_deg", self.start_deg, 3600.0)):
+            if not -largest <= value <= largest:
+                raise ValueError(f"{name} is -{largest:g} to {largest:g}, not {value:g}")
         if self.joint_damping is not None and not 0.0 <= self.joint_damping < math.inf:
             raise ValueError(f"a joint_damping is not negative, not {self.joint_damping}")
 
@@ -72,7 +87,12 @@ class RobotServo:
         Raises:
             ValueError: an unknown model or field, or a number out of range.
         """
-        return ServoParameters.of_model(self.model, **self.physics)
+        parameters = ServoParameters.of_model(self.model, **self.physics)
+        for name, value in vars(parameters).items():
+            low, high = RANGES.get(name, (0.0, math.inf))
+            if isinstance(value, float) and not low <= value <= high:
+                raise ValueError(f"servo model {self.model}: {name} is {low:g} to {high:g}, not {value:g}")
+        return parameters
 
 
 @dataclass(frozen=True)
@@ -97,7 +117,7 @@ def read_robot(path: Path) -> Robot:
         OSError: the file, or the file of a servo's model, cannot be read.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(read_text(path))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a TOML file: {error}") from error
     if unknown := content.keys() - {"mjcf", "servos"}:

@@ -115,6 +115,45 @@ def test_a_robot_that_cannot_be_is_refused_with_the_reason(pendulum, changes, me
         pendulum(*changes)
 
 
+def test_a_model_that_cannot_be_simulated_names_file_joint_time_and_what_to_try(pendulum, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    stiff = PENDULUM.replace("<option ", '<option timestep="0.02" ').replace('armature="0.01"', 'stiffness="500"')
+    robot = pendulum(mjcf=stiff)
+    said = r"pendulum.xml: MuJoCo cannot simulate it at joint 's\w+', between .* s .*timestep>, here 0.02 s"
+    with pytest.raises(ArithmeticError, match=said):
+        robot.wait(1.0)
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+@pytest.mark.parametrize("number", ["nan", "-1.0", "1e300"])
+@pytest.mark.parametrize("field", ["voltage", "stall_torque", "cooling_s", "loop_period_s"])
+def test_a_number_that_no_servo_has_is_refused(pendulum, field, number):
+    with pytest.raises(ValueError, match=rf"servo 1: .*{field}|stall torque"):
+        pendulum(("gear = 2.0", f"physics = {{{field} = {number}}}"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('like = "mine.toml"\n', "a model cannot be like itself"),
+        ("like = 3\n", "`like` names another model, not 3"),
+        ('like = "STS3215"\nspeed_units = 3\n', "unknown speed_units"),
+        ('like = "STS3215"\nspeed_unit_counts = nan\n', "speed_unit_counts and baud_rates are positive"),
+    ],
+)
+def test_a_servo_model_that_is_none_names_its_file(pendulum, tmp_path, text, message):
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(ValueError, match=rf"mine.toml: .*{message}"):
+        pendulum(("STS3215", "mine.toml"))
+
+
+def test_a_mesh_that_is_a_git_lfs_pointer_is_called_that(pendulum, tmp_path):
+    (tmp_path / "link.stl").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 9\n")
+    mesh = '<asset><mesh name="link" file="link.stl"/></asset><worldbody><geom type="mesh" mesh="link"/>'
+    with pytest.raises(ValueError, match=r"link.stl is a Git LFS pointer: run `git lfs pull`"):
+        pendulum(mjcf=PENDULUM.replace("<worldbody>", mesh))
+
+
 def test_an_mjcf_that_is_none_names_its_file(pendulum):
     with pytest.raises(ValueError, match=r"pendulum.xml: MuJoCo does not read it"):
         pendulum(mjcf="<mujoco><worldbody>")
@@ -226,7 +265,15 @@ def test_orders_silence_heat_and_starve(pendulum):
         ("hold swings 3", "no joint 'swings'; it has swing"),
         ("silence 3 1", "no servo with ID 3; it has 9"),
         ("hold swing far", "could not convert"),
-        ("hold swing nan", "finite"),
+        ("hold swing nan", "swing reaches -115 to 115 degrees, not nan"),
+        ("hold swing 1e300", "swing reaches -115 to 115 degrees"),
+        ("supply 120", "a supply is 0 to 25.5 V, not 120"),
+        ("supply nan", "a supply is 0 to 25.5 V"),
+        ("heat 9 300", "a temperature is 0 to 150 °C"),
+        ("late -1", "a delay is 0 to 3600 s"),
+        ("silence 9 inf", "a silence is 0 to 3600 s"),
+        ("poke 9 id 300", "register id is 0 to 255"),
+        ("poke 9 offset 5000", "5000 does not fit"),
         ("peek 9 torque", "no register 'torque' in an STS3215"),
         ("now now", "is no order"),
         ("", "is no order"),
