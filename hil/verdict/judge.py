@@ -171,7 +171,8 @@ def _sorted(run: Validation, location: Location, row: Row) -> tuple[tuple[Indica
 
 def _effects(finding: Finding) -> tuple[Effect, ...]:
     measuring = JUDGED.get(finding.experiment)
-    if measuring is None:
+    # A run that could not be measured has a finding of its own, named as the experiment.
+    if measuring is None or finding.check == finding.experiment:
         return ()
     return measuring.metric(finding.check, finding.subject).witness(finding.excess)
 

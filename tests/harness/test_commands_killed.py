@@ -21,7 +21,7 @@ from model.units import load_unit
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals")]
 
-MOMENTS = int(os.environ.get("KILLED", "2"))
+MOMENTS = int(os.environ.get("KILLED", "1"))
 PATIENCE_S = 240.0
 ENDINGS = {"SIGINT": {130, -signal.SIGINT}, "SIGTERM": {143, -signal.SIGTERM}, "SIGKILL": {-signal.SIGKILL}}
 """Exit codes of docs/commands.md; a signal that comes before Python has reached the command ends it as signals do."""
