@@ -6,14 +6,15 @@ from importlib.metadata import PackageNotFoundError, distribution, packages_dist
 from pathlib import Path
 
 HIDING = """\
+import importlib.machinery
 import sys
 
-class Hidden:
-    def find_spec(name, path=None, target=None):
-        if name.partition(".")[0] in {hidden!r}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}: no extra that was asked for brings it", name=name)
+class Finder(importlib.machinery.PathFinder):
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):
+        return None if path is None and name in {hidden!r} else super().find_spec(name, path, target)
 
-sys.meta_path.insert(0, Hidden)
+sys.meta_path[sys.meta_path.index(importlib.machinery.PathFinder)] = Finder
 """
 
 
