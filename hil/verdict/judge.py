@@ -109,7 +109,7 @@ class Judge:
         elif not readings and run.end.error is None:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         location, name, changed = self._rule(run, numbers)
-        row = rows().get(name, Row((), (), ""))
+        row = rows().get(name, Row())
         if changed:
             row = replace(row, causes=changed)
         spoken, rest = _sorted(run, location, row)

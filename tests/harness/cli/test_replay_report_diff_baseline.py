@@ -11,12 +11,12 @@ from synthetic import replaced
 
 from hil import open_target
 from hil.cli import main
+from hil.cli.diff import difference as diff
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.wire_replay import compare_replies, replay, replies
 from hil.report.results import write_results
 from hil.verdict.baseline import load, regressions, store
 from hil.verdict.findings import failed
-from hil.verdict.recording_diff import diff
 from hil.verdict.validation import judge_recordings, validate
 
 NAMES = ("presence", "audit", "holding")
