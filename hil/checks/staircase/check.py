@@ -165,13 +165,14 @@ def measure(recording: Recording) -> Measured:
         of_load = {"spring_shape": load.spring_shape, "load_jump": load.load_jump}
         of_load |= {"dry_friction": offset, "friction_scatter": scatter}
         found[channel.label] |= {name: value for name, value in of_load.items() if np.isfinite(value)}
-    hand, command, temperatures = recording["hand"], recording["command"], recording["temperatures"].values
+    hand, command = recording["hand"], recording["command"]
     steps = find_steps(command.times, command.values)
     for channel in Channel:
         own = [step for step in steps if step.channel == channel]
         share = late_steps(own, [respond(step, hand.times, hand.values[:, channel]) for step in own])
         found[channel.label] |= {} if share is None else {"late_steps": share}
-        found[channel.label]["warmed"] = float(np.ptp(temperatures[:, channel]))
+        if "temperatures" in recording.series:
+            found[channel.label]["warmed"] = float(np.ptp(recording["temperatures"].values[:, channel]))
     return {**found, "hand": {"lower_byte": lower_byte(recording, steps)}}
 
 

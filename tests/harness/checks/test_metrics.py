@@ -1,5 +1,7 @@
 """What the staircase adds to the rows of the validation table, on recordings made by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -38,6 +40,8 @@ def test_every_number_of_a_channel():
     """Springs of 0.35 A at full closure; a hand that stops 1 % of each range too far, on a grid of four counts."""
     recording = staircase(levels=10, tau=0.02, hand_tau=0.02, offset=0.01)
     recording = replaced(recording, "currents", 0.5 * recording["currents"].values)
+    warm = replaced(recording, "currents", 30.0 + 0.0 * recording["currents"].values)["currents"]
+    recording = replace(recording, series={**recording.series, "temperatures": warm})
     n = len(recording["codes"].times)
     spans = np.array((3278, 3278, 3278, 3278, 1138, 1183, 2980))
     counts = np.minimum(4 * np.arange(n)[:, None] * np.ones(7), spans - 1)
