@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
 from hil.recordings.recording import Header, Recording
 from hil.verdict.diagnosis import NOTHING, Diagnosis
-from hil.verdict.findings import Finding, Withheld, failed
+from hil.verdict.findings import Finding, Tally, Withheld, failed
 from hil.verdict.run_end import RunEnd
 
 
@@ -75,6 +75,12 @@ class Validation:
         """Every finding, and the reason for stopping if there is one."""
         found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
         return found if self.end.finding is None else (self.end.finding, *found)
+
+    @property
+    def tally(self) -> Tally:
+        """The number of checks; how the run ended is none."""
+        checks = [finding for finding in self.findings if finding != self.end.finding]
+        return Tally(len(checks) - len(failed(checks)), len(failed(checks)), len(self.withheld))
 
     @property
     def withheld(self) -> tuple[Withheld, ...]:

@@ -67,7 +67,10 @@ class Load:
 
         Springs of one finger that are stronger or weaker together leave it as it is; one joint's alone changes it.
         """
-        early, late = (float(self.spring_a[self._part(*part)].mean()) for part in (EARLY, LATE))
+        halves = [self.spring_a[self._part(*part)] for part in (EARLY, LATE)]
+        if not all(half.size for half in halves):  # a short staircase
+            return np.nan
+        early, late = (float(half.mean()) for half in halves)
         return late / early if early > TAUT_A else np.nan
 
     @property
