@@ -54,7 +54,7 @@ class HostLink:
     def __init__(self, transport: Transport, clock: Clock) -> None:
         self._transport = transport
         self._clock = clock
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of an exchange
         self._text = bytearray()
         self._restarts = 0
         self._state = State.IN_STEP
@@ -194,23 +194,29 @@ class HostLink:
         self._write(PADDING * count, Content.SEARCH)
         return count
 
-    def _write(self, data: bytes, content: Content) -> None:
+    def _require(self, content: Content) -> None:
+        """Raise `DesyncError` unless it may be sent now."""
         if content not in MAY_LEAVE[self._state]:
             raise DesyncError(
                 f"{self.name}: {REASON[self._state]}. Nothing was sent. Call resynchronise() until it succeeds, before "
                 "anything else."
             )
-        try:
-            self._transport.write(data)
-        except ConnectionError:
-            self._state = AFTER[self._state, LinkEvent.WRITE_FAILS]
-            raise
+
+    def _write(self, data: bytes, content: Content) -> None:
+        self._require(content)
+        # Until the write has returned, whatever interrupts it: Ctrl-C, a signal's exception, a link that is gone.
+        before, self._state = self._state, AFTER[self._state, LinkEvent.WRITE_BEGINS]
+        self._transport.write(data)
+        self._state = before
 
     def _request(self, frame: bytes, content: Content = Content.FRAME) -> float:
         """Send a request and return when that was, clock s."""
         asked = self._clock.now()
-        self._write(frame, content)
+        self._require(content)
+        # First, because an interrupt may come after the write: a reply that nobody waits for would be taken for a later
+        # one. A request that was not sent costs a little patience.
         self._overdue.sent(Opcode(frame[0]), asked)
+        self._write(frame, content)
         if self.silent_from is None:
             self.silent_from = asked
         return asked

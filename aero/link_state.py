@@ -35,7 +35,8 @@ class State(Enum):
     SEARCHING = auto()
     """A search has begun and has not succeeded: the board may hold any number of zeros, or a part of a query."""
     CUT = auto()
-    """A write failed and no search has succeeded since: the board may hold the beginning of any frame."""
+    """A write has begun that has not returned, and no search has succeeded since: the board may hold the beginning of
+    any frame."""
 
 
 class LinkEvent(Enum):
@@ -44,7 +45,8 @@ class LinkEvent(Enum):
     SEARCH_BEGINS = auto()
     SEARCH_SUCCEEDS = auto()
     """The board answered twice in a row where the driver believes frames to start."""
-    WRITE_FAILS = auto()
+    WRITE_BEGINS = auto()
+    """Until it has returned; then what held before holds again."""
 
 
 class Content(Enum):
@@ -61,14 +63,14 @@ class Content(Enum):
 AFTER: dict[tuple[State, LinkEvent], State] = {
     (State.IN_STEP, LinkEvent.SEARCH_BEGINS): State.SEARCHING,
     (State.IN_STEP, LinkEvent.SEARCH_SUCCEEDS): State.IN_STEP,
-    (State.IN_STEP, LinkEvent.WRITE_FAILS): State.CUT,
+    (State.IN_STEP, LinkEvent.WRITE_BEGINS): State.CUT,
     (State.SEARCHING, LinkEvent.SEARCH_BEGINS): State.SEARCHING,
     (State.SEARCHING, LinkEvent.SEARCH_SUCCEEDS): State.IN_STEP,
-    (State.SEARCHING, LinkEvent.WRITE_FAILS): State.CUT,
+    (State.SEARCHING, LinkEvent.WRITE_BEGINS): State.CUT,
     # The zeros of the search may have been swallowed on their way, so that a search alone does not end this.
     (State.CUT, LinkEvent.SEARCH_BEGINS): State.CUT,
     (State.CUT, LinkEvent.SEARCH_SUCCEEDS): State.IN_STEP,
-    (State.CUT, LinkEvent.WRITE_FAILS): State.CUT,
+    (State.CUT, LinkEvent.WRITE_BEGINS): State.CUT,
 }
 """The state after an event."""
 

@@ -226,4 +226,38 @@ def test_the_tables_say_what_follows_in_every_state():
         assert Content.SEARCH in MAY_LEAVE[state], "there is always a way back"
         assert AFTER[state, LinkEvent.SEARCH_SUCCEEDS] is State.IN_STEP
         assert Content.FRAME not in MAY_LEAVE[AFTER[state, LinkEvent.SEARCH_BEGINS]]
-        assert MAY_LEAVE[AFTER[state, LinkEvent.WRITE_FAILS]] == {Content.SEARCH}
+        assert MAY_LEAVE[AFTER[state, LinkEvent.WRITE_BEGINS]] == {Content.SEARCH}
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, ConnectionError, RuntimeError])
+@pytest.mark.parametrize("count", range(17))
+@pytest.mark.parametrize("call", ["command", "limit", "query"])
+def test_a_write_that_anything_cuts_leads_to_nothing_that_nobody_asked_for(new_board, call, count, error):
+    """Cut after each of its bytes, also after the last one: the program cannot know how many went out."""
+    board = new_board()
+    hand = AeroHand(board, board.clock)
+    calls = {
+        "command": lambda: hand.command_codes([0x3111] * 7),
+        "limit": lambda: hand.set_torque(Channel.PINKY, 0x0111),
+        "query": hand.read_codes,
+    }
+    hand.read_codes()
+    write, asked = board.write, []
+
+    def cut(data):
+        asked.append(bytes(data))
+        write(data[:count])
+        raise error
+
+    board.write = cut
+    with pytest.raises(error):
+        calls[call]()
+    board.write = lambda data: (asked.append(bytes(data)), write(data))
+    for again in calls.values():  # a program that takes no notice of it
+        with suppress(DesyncError):
+            again()
+    hand.resynchronise()
+    hand.command_codes([0x0101] * 7)
+    fragment = asked[0][:count].ljust(16, b"\0")  # zeros alone complete it, which nobody can avoid
+    assert not unasked(board, [fragment, *asked])
+    assert board.frames[-1] == bytes([CTRL_POS, 0, *[1] * 14])
