@@ -7,6 +7,7 @@ import os
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from urllib.parse import urlsplit
 
 import serial
 from serial.tools import list_ports
@@ -42,6 +43,7 @@ class SerialTransport:
     def __init__(self, port: serial.Serial, name: str) -> None:
         self._port = port
         self._name = name
+        self._closed = False
         _ALL.add(self)
 
     @classmethod
@@ -52,16 +54,22 @@ class SerialTransport:
 
         Raises:
             ConnectionError: no such port, no permission, in use, or no answer from a network port.
-            ValueError: a URL scheme that pyserial does not know.
+            ValueError: a URL scheme that pyserial does not know, or a network address without a port.
         """
+        # pyserial's rfc2217 knows no write timeout: its socket gives up after 5 s.
+        write_timeout = None if port_or_url.startswith("rfc2217://") else _WRITE_TIMEOUT_S
+        _check_address(port_or_url)
         try:
             port = serial.serial_for_url(
-                port_or_url, baudrate=baud_rate, timeout=_POLL_S, write_timeout=_WRITE_TIMEOUT_S, exclusive=True
+                port_or_url, baudrate=baud_rate, timeout=_POLL_S, write_timeout=write_timeout, exclusive=True
             )
         except OSError as error:
-            remedy = _REMEDIES.get(error.errno or 0, f"{error}.")
-            raise ConnectionError(f"cannot open {port_or_url}: {remedy} {_ports_here()}") from error
-        _refuse_others(port, "TIOCEXCL")
+            raise _cannot_open(port_or_url, error) from error
+        try:
+            _refuse_others(port, "TIOCEXCL")
+        except OSError as error:
+            port.close()
+            raise _cannot_open(port_or_url, error) from error
         return cls(port, port_or_url)
 
     @property
@@ -97,6 +105,7 @@ class SerialTransport:
 
     def close(self) -> None:
         """Close the port; a second call does nothing."""
+        self._closed = True
         with suppress(OSError):  # an unplugged port has nothing left to give back
             if self._port.is_open:
                 _refuse_others(self._port, "TIOCNXCL")
@@ -112,17 +121,21 @@ class SerialTransport:
 
     @contextmanager
     def _link_errors(self, action: str) -> Iterator[None]:
-        if not self._port.is_open:
+        """Make one kind of all that pyserial raises, also of a port that another thread closes meanwhile."""
+        if self._closed or not self._port.is_open:
             raise ConnectionError(f"cannot {action} {self._name}: it has been closed by this program")
         try:
             yield
-        except serial.SerialTimeoutException as error:
-            raise ConnectionError(
-                f"cannot {action} {self._name}: it took no data for {_WRITE_TIMEOUT_S:g} s; "
-                "is the board powered and its firmware running?"
-            ) from error
-        except OSError as error:
-            raise ConnectionError(f"cannot {action} {self._name}: {error}; has the hand been unplugged?") from error
+        except (OSError, ValueError, TypeError, AttributeError) as error:
+            if self._closed:
+                why = "it has been closed by this program"
+            elif isinstance(error, serial.SerialTimeoutException):
+                why = f"it took no data for {_WRITE_TIMEOUT_S:g} s; is the board powered and its firmware running?"
+            elif isinstance(error, OSError):
+                why = f"{error}; has the hand been unplugged?"
+            else:  # `select` takes no descriptor beyond 1023
+                why = f"{error}. It was opened while this program had more than 1000 files open; open the hand first."
+            raise ConnectionError(f"cannot {action} {self._name}: {why}") from error
 
 
 _ALL: weakref.WeakSet[SerialTransport] = weakref.WeakSet()
@@ -149,6 +162,27 @@ def _refuse_others(port: serial.Serial, request: str) -> None:
 
 def _is_pseudo_terminal(port: serial.Serial) -> bool:
     return os.path.realpath(str(port.port)).startswith("/dev/pts/")
+
+
+def _check_address(port_or_url: str) -> None:
+    """Refuse a network address without a port, of which pyserial says nothing useful."""
+    scheme, _, address = port_or_url.partition("://")
+    if scheme not in {"socket", "rfc2217"}:
+        return
+    try:
+        port = urlsplit(port_or_url).port
+    except ValueError:
+        port = None
+    if not port:
+        raise ValueError(
+            f"{port_or_url}: a network port is given as {scheme}://HOST:PORT, with a port of 1 to 65535; "
+            f"add it, as in {scheme}://{urlsplit(f'//{address}').hostname or 'bench'}:4000."
+        )
+
+
+def _cannot_open(port_or_url: str, error: OSError) -> ConnectionError:
+    remedy = _REMEDIES.get(error.errno or 0, f"{error}.")
+    return ConnectionError(f"cannot open {port_or_url}: {remedy} {_ports_here()}")
 
 
 def _ports_here() -> str:

@@ -135,10 +135,12 @@ class NetworkPort:
     def _send(self, data: bytes) -> None:
         if self._client is None:
             return
-        try:
-            self._client.send(data)
-        except OSError:
-            return
+        rest = memoryview(data)
+        while rest:
+            try:
+                rest = rest[self._client.send(rest) :]
+            except OSError:
+                return
 
 
 class _Answers:

@@ -84,10 +84,12 @@ class Terminal:
 
     def write(self, data: bytes) -> None:
         """Send to the client; what does not fit because nobody reads is lost, as on the board."""
-        try:
-            os.write(self._device, data)
-        except BlockingIOError:
-            return
+        rest = memoryview(data)
+        while rest:
+            try:
+                rest = rest[os.write(self._device, rest) :]
+            except BlockingIOError:
+                return
 
     def _set_fast(self) -> None:
         """Let a client that sets no baud rate have that of the servo bus."""

@@ -1,4 +1,5 @@
 import os
+import resource
 import select
 import socket
 import threading
@@ -85,6 +86,59 @@ def test_a_closed_port_says_so(pty_pair):
     for call in (lambda: transport.write(b"x"), lambda: transport.read(1, 0.0), transport.discard_input):
         with pytest.raises(ConnectionError, match="closed by this program"):
             call()
+
+
+CALLS = {
+    "write": lambda transport: transport.write(b"x" * 16),
+    "read": lambda transport: transport.read(16, 5.0),
+    "discard_input": lambda transport: transport.discard_input(),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_a_descriptor_that_somebody_has_closed_is_a_connection_error(pty_pair, call):
+    transport = SerialTransport.open(pty_pair[1])
+    os.close(transport._port.fd)
+    with pytest.raises(ConnectionError, match="cannot"):
+        CALLS[call](transport)
+    transport._port.fd = os.open(os.devnull, os.O_RDWR)  # for closing
+    transport.close()
+
+
+def test_a_port_that_another_thread_closes_during_a_read_is_a_connection_error(pty_pair):
+    for _ in range(20):
+        transport = SerialTransport.open(pty_pair[1])
+        closing = threading.Timer(0.01, transport.close)
+        closing.start()
+        with pytest.raises(ConnectionError, match=r"closed by this program|unplugged"):
+            transport.read(16, 5.0)
+        closing.join()
+
+
+@pytest.mark.parametrize("call", ["write", "read"])
+def test_a_port_beyond_what_select_takes_says_so(pty_pair, call):
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard != resource.RLIM_INFINITY and hard < 1100:
+        pytest.skip("no more than 1024 files may be open here")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 1100), hard))
+    files = []
+    try:
+        while not files or files[-1] < 1030:
+            files.append(os.open(os.devnull, os.O_RDONLY))
+        transport = SerialTransport.open(pty_pair[1])
+        with pytest.raises(ConnectionError, match="open the hand first"):
+            CALLS[call](transport)
+        transport.close()
+    finally:
+        for file in files:
+            os.close(file)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@pytest.mark.parametrize("url", ["socket://bench", "rfc2217://bench", "socket://bench:0", "socket://bench:99999"])
+def test_a_network_address_without_a_port_says_how_it_is_given(url):
+    with pytest.raises(ValueError, match=r"://HOST:PORT.*://bench:4000"):
+        SerialTransport.open(url)
 
 
 def test_an_unplugged_port_is_a_connection_error():

@@ -10,6 +10,8 @@ from esptool.reset import HardReset, USBJTAGSerialReset
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aero import AeroHand, open_hand
+from aero.safety import Thresholds
 from firmware_emulator.bench import Bench
 from firmware_emulator.firmware.rom_text import rom_text
 from firmware_emulator.hand import EmulatedHand
@@ -75,6 +77,20 @@ def test_a_client_over_the_network_is_answered_and_may_come_back():
             with serial.serial_for_url(server.url, baud, timeout=PATIENCE_S) as port:
                 assert answers(port)
                 assert port.cts
+
+
+def test_a_guarded_program_moves_a_hand_over_the_network():
+    """README's `rfc2217://`: second process, driver and guard open it one after the other and together."""
+    limits = Thresholds(opening_s=0.3, stale_s=5.0, silent_s=5.0)
+    with served(listen=("localhost", 0)) as server:
+        for _ in range(2):
+            with open_hand(server.url, firmware="0.2.0", thresholds=limits) as hand:
+                hand.command_codes([20000] * 7)
+                hand.clock.sleep_until(hand.clock.now() + 0.5)
+                assert hand.read_codes().min() > 15000
+        with AeroHand.open_unguarded(server.url) as hand:
+            assert hand.read_codes().max() < 6000
+            assert not hand.boot_text
 
 
 def test_esptools_reset_restarts_the_board_and_plain_opening_does_not():
