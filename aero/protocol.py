@@ -105,6 +105,16 @@ def make_query(opcode: Opcode) -> bytes:
     return _FRAME.pack(opcode, FILLER, *(0,) * _CHANNELS)
 
 
+def position_codes(codes: ArrayLike) -> NDArray[np.int64]:
+    """Return a copy of position codes (7,) that nobody else can change; raises as `make_positions`."""
+    return _constant(_checked_words(codes, MAX_CODE, "position codes"))
+
+
+def torque_magnitudes(magnitudes: ArrayLike) -> NDArray[np.int64]:
+    """Return a copy of torque magnitudes (7,) that nobody else can change; raises as `make_torques`."""
+    return _constant(_checked_words(magnitudes, MAX_TORQUE_COMMAND, "torque magnitudes"))
+
+
 def make_positions(codes: ArrayLike) -> bytes:
     """Return a position command.
 
@@ -128,8 +138,7 @@ def make_harmless_positions(codes: ArrayLike) -> bytes:
     Raises:
         ValueError: as `make_positions`.
     """
-    make_positions(codes)
-    return make_positions([_HARMLESS_BELOW[int(code) >> 8] << 8 for code in np.asarray(codes)])
+    return make_positions([_HARMLESS_BELOW[code >> 8] << 8 for code in position_codes(codes).tolist()])
 
 
 def make_torques(magnitudes: ArrayLike) -> bytes:
@@ -196,8 +205,15 @@ def parse_reply(frame: bytes) -> Reply:
 
 
 def make_reply(opcode: Opcode, values: ArrayLike) -> bytes:
-    """Return the reply that carries values (7,), command order, rounded to its words; negative ones as int16."""
-    words = np.rint(np.asarray(values, np.float64)).astype(np.int64) & 0xFFFF
+    """Return the reply that carries values (7,), command order, rounded to its words; negative ones as int16.
+
+    Raises:
+        ValueError: wrong shape, or no word holds one of them.
+    """
+    array = np.asarray(values, np.float64)
+    if array.shape != (_CHANNELS,) or not ((array > -0x8000 - 0.5) & (array < MAX_CODE + 0.5)).all():
+        raise ValueError(f"reply: expected {_CHANNELS} values in -32768..{MAX_CODE}, got {array.tolist()}")
+    words = np.rint(array).astype(np.int64) & 0xFFFF
     return _FRAME.pack(opcode, FILLER, *_to_wire(words.tolist()))
 
 
@@ -264,16 +280,27 @@ class ReplyScanner:
 
 
 def _make_channel_words(opcode: Opcode, values: ArrayLike, highest: int, what: str) -> bytes:
+    return _FRAME.pack(opcode, FILLER, *_to_wire(_checked_words(values, highest, what)))
+
+
+def _constant(words: list[int]) -> NDArray[np.int64]:
+    array = np.array(words, np.int64)
+    array.flags.writeable = False
+    return array
+
+
+def _checked_words(values: ArrayLike, highest: int, what: str) -> list[int]:
+    """Return seven integers in 0..`highest`, one a channel, read once."""
     array = np.asarray(values)
     if array.shape != (_CHANNELS,):
         raise ValueError(f"{what}: expected shape ({_CHANNELS},), one a channel in command order, got {array.shape}")
     if array.dtype.kind not in "iu":
         raise ValueError(f"{what}: expected integers in 0..{highest}, got {array.dtype} {array.tolist()}")
-    words = array.tolist()
+    words: list[int] = array.tolist()
     if min(words) < 0 or max(words) > highest:
         named = ", ".join(f"{Channel(i).label} {word}" for i, word in enumerate(words) if not 0 <= word <= highest)
         raise ValueError(f"{what}: expected 0..{highest}, got {named}")
-    return _FRAME.pack(opcode, FILLER, *_to_wire(words))
+    return words
 
 
 def _make_setting(opcode: Opcode, channel: Channel, word: int) -> bytes:

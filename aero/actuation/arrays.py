@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from aero.protocol import MAX_CODE
 
@@ -55,6 +56,35 @@ def as_codes(values: Array, width: int, what: str) -> Array:
         raise ValueError(f"{what}: expected integers in 0..{MAX_CODE}, got {array.dtype}")
     if isinstance(array, np.ndarray) and array.size and not (array.min() >= 0 and array.max() <= MAX_CODE):
         raise ValueError(f"{what}: expected 0..{MAX_CODE}, got {array.min()}..{array.max()}")
+    return array
+
+
+def whole_numbers(values: ArrayLike, width: int | None, lowest: int, highest: int, what: str) -> NDArray[np.int64]:
+    """Return a copy of integers in `lowest`..`highest`, with `width` entries on the last axis; any number when None.
+
+    Raises:
+        ValueError: not integers, out of range, or another shape.
+    """
+    array = np.array(values)
+    if width is not None:
+        _of_width(array, width, what)
+    if array.dtype.kind not in "iu":
+        raise ValueError(f"{what}: expected integers in {lowest}..{highest}, got {array.dtype}")
+    if array.size and not (array.min() >= lowest and array.max() <= highest):
+        raise ValueError(f"{what}: expected {lowest}..{highest}, got {array.min()}..{array.max()}")
+    return array.astype(np.int64)
+
+
+def finite_numbers(values: ArrayLike, width: int, what: str) -> NDArray[np.float64]:
+    """Return a copy of finite numbers with `width` entries on the last axis.
+
+    Raises:
+        ValueError: not numbers, not finite, or another shape.
+    """
+    array = np.array(values, np.float64)
+    _of_width(array, width, what)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what}: expected finite numbers, got {array.tolist()}")
     return array
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.actuation.arrays import whole_numbers
 from aero.actuation.window import COUNTS_PER_TURN, CommandWindow
 from aero.channels import Channel
 from aero.errors import WindowMismatchError
@@ -20,8 +21,12 @@ def fits_span(readings: ArrayLike, span_counts: ArrayLike) -> NDArray[np.bool_]:
     """Say which readings (0..65535) a window of `span_counts` can produce; both broadcast.
 
     A reading fits a wrong span by chance with a probability of `span_counts` / 65535, 2 to 5 %.
+
+    Raises:
+        ValueError: not integers, or out of range.
     """
-    codes, span = np.asarray(readings, np.int64), np.asarray(span_counts, np.int64)
+    codes = whole_numbers(readings, None, 0, MAX_CODE, "readings")
+    span = whole_numbers(span_counts, None, 1, COUNTS_PER_TURN - 1, "span_counts")
     counts = -(-codes * span // MAX_CODE)
     fits: NDArray[np.bool_] = counts * MAX_CODE // span == codes
     return fits
@@ -46,7 +51,9 @@ def check_readings(window: CommandWindow, readings: ArrayLike) -> None:
     Raises:
         WindowMismatchError: some cannot; the message names the channels, their spans and what to do.
     """
-    codes = np.asarray(readings)
+    codes = whole_numbers(readings, len(Channel), 0, MAX_CODE, "readings")
+    if codes.ndim != 2:
+        raise ValueError(f"readings: expected shape (n, {len(Channel)}), got {codes.shape}")
     expected = window.spans_counts()
     wrong = [c for c in Channel if not fits_span(codes[:, c], expected[c]).all()]
     if wrong:

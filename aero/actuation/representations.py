@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.actuation.arrays import finite_numbers
 from aero.actuation.map import ActuationMap
 from aero.actuation.sdk import sdk_codes_from_angles
 from aero.channels import Channel, Joint
@@ -66,15 +67,10 @@ def convert(codec: ActuationMap, values: ArrayLike, source: str, target: str, *,
     for name in (source, target):
         if name not in REPRESENTATIONS:
             raise ValueError(f"unknown representation {name!r}; known are {', '.join(REPRESENTATIONS)}")
-    given = np.asarray(values, np.float64)
     to_travel = REPRESENTATIONS[source].to_travel
     if to_travel is None:
         raise ValueError(f"nothing can be converted from {source!r}")
-    width = len(REPRESENTATIONS[source].labels)
-    if given.ndim == 0 or given.shape[-1] != width:
-        raise ValueError(f"{source} has {width} values, got shape {given.shape}")
-    if not np.isfinite(given).all():
-        raise ValueError(f"{source}: expected finite numbers, got {given.tolist()}")
+    given = finite_numbers(values, len(REPRESENTATIONS[source].labels), source)
     saturated = np.zeros((*given.shape[:-1], len(Channel)), np.bool_)
     if source == target:
         return Conversion(given, saturated)

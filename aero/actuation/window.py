@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.actuation.arrays import finite_numbers, whole_numbers
 from aero.channels import Channel
 from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE
@@ -66,9 +67,10 @@ class CommandWindow:
         if self.hand not in _BASELINE:
             raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {self.hand!r}")
         for field in ("extend_counts", "grasp_counts"):
-            counts = getattr(self, field)
-            if len(counts) != len(Channel) or not all(0 <= c < COUNTS_PER_TURN for c in counts):
-                raise ValueError(f"{field}: expected seven counts in 0..{COUNTS_PER_TURN - 1}, got {counts}")
+            counts = whole_numbers(getattr(self, field), len(Channel), 0, COUNTS_PER_TURN - 1, field)
+            if counts.ndim != 1:
+                raise ValueError(f"{field}: expected seven counts, got shape {counts.shape}")
+            object.__setattr__(self, field, tuple(counts.tolist()))  # a tuple, whatever the caller keeps
         if not np.all(self._closing_sign() * (np.subtract(self.grasp_counts, self.extend_counts)) > 0):
             raise ValueError(f"no window of a {self.hand} hand: {self.extend_counts} to {self.grasp_counts}")
 
@@ -113,16 +115,26 @@ class CommandWindow:
         return np.abs(np.subtract(self.grasp_counts, self.extend_counts))
 
     def counts_from_codes(self, codes: ArrayLike) -> NDArray[np.int64]:
-        """Return the servo counts (..., 7) that the board sends servos to for codes (..., 7) in 0..65535."""
+        """Return the servo counts (..., 7) that the board sends servos to for codes (..., 7) in 0..65535.
+
+        Raises:
+            ValueError: not integers, out of range, or another shape.
+        """
+        whole = whole_numbers(codes, len(Channel), 0, MAX_CODE, "codes")
         extend, grasp = np.array(self.extend_counts), np.array(self.grasp_counts)
-        steps = np.asarray(codes, np.int64) * np.abs(grasp - extend) // MAX_CODE
+        steps = whole * np.abs(grasp - extend) // MAX_CODE
         counts: NDArray[np.int64] = extend + np.sign(grasp - extend) * steps
         return counts
 
     def codes_from_counts(self, counts: ArrayLike) -> NDArray[np.int64]:
-        """Return the codes (..., 7) that the board reports for encoder counts (..., 7), 0 and 65535 beyond the ends."""
+        """Return the codes (..., 7) that the board reports for encoder counts (..., 7), 0 and 65535 beyond the ends.
+
+        Raises:
+            ValueError: not finite, or another shape.
+        """
+        finite = finite_numbers(counts, len(Channel), "counts")
         extend, grasp = np.array(self.extend_counts), np.array(self.grasp_counts)
-        into = np.sign(grasp - extend) * (np.rint(counts).astype(np.int64) - extend)
+        into = np.sign(grasp - extend) * (np.rint(finite).astype(np.int64) - extend)
         codes: NDArray[np.int64] = np.clip(into * MAX_CODE // np.abs(grasp - extend), 0, MAX_CODE)
         return codes
 

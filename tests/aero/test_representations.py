@@ -107,7 +107,7 @@ def test_saturation_is_reported_and_kept_to_the_channels_that_need_it():
         ([0.0] * 7, "pose", "codes", "unknown representation 'pose'"),
         ([0.0] * 7, "codes", "pose", "unknown representation 'pose'"),
         ([0.0] * 7, "sdk-codes", "codes", "nothing can be converted from 'sdk-codes'"),
-        ([0.0] * 6, "compact", "codes", "compact has 7 values"),
+        ([0.0] * 6, "compact", "codes", r"compact: expected shape \(..., 7\)"),
         ([float("nan")] + [0.0] * 6, "compact", "angles", "finite"),
         ([0.5] + [0.0] * 6, "codes", "angles", "whole numbers"),
         ([70000.0] + [0.0] * 6, "codes", "angles", "expected 0..65535"),

@@ -58,7 +58,11 @@ class Coefficients:
             "thumb_offset": (2,),
         }
         for field, shape in shapes.items():
-            _check_shape(self.name, field, getattr(self, field), shape)
+            value = getattr(self, field)
+            _check_shape(self.name, field, value, shape)
+            # Tuples, whatever the caller keeps.
+            rows = [tuple(map(float, row)) for row in (value if len(shape) == 2 else [value])]
+            object.__setattr__(self, field, tuple(rows) if len(shape) == 2 else rows[0])
         if not (math.isfinite(self.spool_radius) and self.spool_radius > 0.0):
             raise ValueError(f"coefficients {self.name!r}: spool_radius must be positive, got {self.spool_radius}")
         for field in ("finger_winding", "thumb_gain"):
