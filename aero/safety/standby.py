@@ -19,6 +19,7 @@ import weakref
 from contextlib import suppress
 from pathlib import Path
 
+from aero.safety.interrupts import uninterrupted
 from aero.safety.stop import SafetyReason, SafetyStopError
 from aero.safety.thresholds import Thresholds
 
@@ -52,32 +53,51 @@ class Standby:
         _ALL.add(self)
 
     def start(self) -> None:
-        """Start it and wait until it is ready.
+        """Start it and wait until it is ready; nothing happens when it runs already.
+
+        What interrupts the wait, as Ctrl-C, ends it.
 
         Raises:
-            SafetyStopError: it is not; the message carries what it printed.
+            SafetyStopError: it is not ready; the message carries what it printed.
         """
+        if self._process is not None and self._process.poll() is None:
+            return
+        self._end()
         # This program's own search path, so that a project that is not installed is found there too. In a session of
         # its own, so that Ctrl-C and a closed terminal do not reach it.
         code = _RUN.format(path=[str(Path(entry).absolute()) for entry in sys.path], arguments=self._arguments)
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
-        )
-        assert self._process.stdout is not None
-        late = threading.Timer(START_S, self._process.kill)
-        late.start()
-        said = self._process.stdout.readline().strip()
-        late.cancel()
-        _LOG.info("process %d opens the hand should this one be killed", self._process.pid)
-        if said != READY:
-            self._process.kill()
-            self._process.communicate()
-            self._process = None
+        with uninterrupted():  # a process that nothing refers to could not be ended
+            self._process = process = subprocess.Popen(
+                [sys.executable, "-P", "-c", code],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                start_new_session=True,
+            )
+        late = threading.Timer(START_S, process.kill)
+        late.daemon = True  # an interrupted program does not wait for it
+        ready = False
+        try:
+            late.start()
+            assert process.stdout is not None
+            ready = process.stdout.readline().strip() == READY
+        finally:
+            late.cancel()
+            if not ready:
+                self._end()
+        if not ready:
             raise SafetyStopError(
                 f"not moved. The second process, which opens the hand should this one be killed, did not start within "
                 f"{START_S:g} s; what it printed is above.",
                 SafetyReason.NO_STANDBY,
             )
+        _LOG.info("process %d opens the hand should this one be killed", process.pid)
+
+    def _end(self) -> None:
+        """End a process that has not become ready, or has died."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.communicate()
 
     def stand_down(self) -> None:
         """Let it go: the hand is open."""

@@ -134,6 +134,35 @@ def test_a_hand_whose_second_process_does_not_start_is_not_moved(monkeypatch):
         Standby("/dev/no-such-hand", Thresholds(), settable=True).start()
 
 
+@pytest.mark.usefixtures("_ctrl_c_raises")
+def test_ctrl_c_while_the_second_process_starts_ends_it_and_the_next_start_begins_anew(monkeypatch):
+    """A program left 30 s later, and a second one was started over the first."""
+    run = standby._RUN
+    second = Standby("/dev/no-such-hand", Thresholds(), settable=True)
+    with monkeypatch.context() as slow:
+        slow.setattr(standby, "_RUN", "import time; time.sleep(60)")
+        interrupt = threading.Timer(0.3, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT])
+        started, popen = [], subprocess.Popen
+
+        def start(*arguments, **how):
+            started.append(popen(*arguments, **how))
+            interrupt.start()
+            return started[-1]
+
+        slow.setattr(subprocess, "Popen", start)
+        with pytest.raises(KeyboardInterrupt):
+            second.start()
+        interrupt.join()
+    assert started[0].returncode is not None, "it was ended"
+    monkeypatch.setattr(standby, "_RUN", run)
+    second.start()
+    first = second._process
+    second.start()
+    assert second._process is first
+    second.stand_down()
+    assert first.returncode == 0
+
+
 def test_a_second_process_whose_program_was_killed_at_its_start_says_nothing():
     """Nothing has moved then, and nobody reads what it says."""
     read, write = os.pipe()
@@ -203,6 +232,59 @@ def test_ctrl_c_during_the_last_opening_hides_no_hand_that_may_be_closed(monkeyp
     with pytest.raises(ending, match="SWITCH THE HAND'S SUPPLY OFF" if doubt else None):
         hand.close()
     assert asked == [after]
+
+
+@pytest.fixture
+def delivered():
+    """Take down SIGTERM and SIGHUP."""
+    numbers, log = (signal.SIGTERM, signal.SIGHUP), []
+    before = [signal.signal(number, lambda number, _frame: log.append(number)) for number in numbers]
+    yield log
+    for number, handler in zip(numbers, before, strict=True):
+        signal.signal(number, handler)
+
+
+def test_signals_that_were_held_back_are_delivered_when_the_block_raises(delivered):
+    """As when the disk is full that a recording is written to."""
+
+    def write():
+        signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGHUP)
+        raise OSError("full")
+
+    with pytest.raises(OSError, match="full"), uninterrupted():
+        write()
+    assert delivered == [signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.mark.usefixtures("_ctrl_c_raises")
+def test_every_signal_is_delivered_though_the_first_one_raises(delivered):
+    def both():
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGTERM)
+
+    with pytest.raises(KeyboardInterrupt), uninterrupted():
+        both()
+    assert delivered == [signal.SIGTERM]
+
+
+@pytest.mark.usefixtures("delivered")
+def test_a_handler_that_the_block_installs_stays():
+    def mine(*_):
+        pass
+
+    with uninterrupted(), unwinding():
+        signal.signal(signal.SIGTERM, mine)
+    assert signal.getsignal(signal.SIGTERM) is mine
+
+
+@pytest.mark.usefixtures("_ctrl_c_raises")
+def test_a_handler_that_python_did_not_install_is_left_alone(monkeypatch):
+    """`getsignal` knows it as None, and `signal` could not put it back."""
+    known = signal.getsignal
+    monkeypatch.setattr(signal, "getsignal", lambda number: None if number == signal.SIGINT else known(number))
+    with pytest.raises(KeyboardInterrupt), uninterrupted():
+        signal.raise_signal(signal.SIGINT)
 
 
 def test_termination_unwinds_and_the_old_handler_comes_back():
