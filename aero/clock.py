@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from functools import partial
@@ -17,6 +18,28 @@ def _going_on() -> Callable[[], float]:
 
 
 _NOW = _going_on()
+
+
+def positive_s(name: str, seconds: float) -> float:
+    """Return a time, s.
+
+    Raises:
+        ValueError: it is not positive and finite; the message names it.
+    """
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise ValueError(f"{name}: expected a positive time in s, got {seconds!r}")
+    return seconds
+
+
+def finite_s(t: float) -> float:
+    """Return a moment to wait for, s.
+
+    Raises:
+        ValueError: it is not finite, so that it never comes or has always been.
+    """
+    if not math.isfinite(t):
+        raise ValueError(f"sleep_until: expected a time in s, got {t!r}")
+    return t
 
 
 class Clock(Protocol):
@@ -40,7 +63,7 @@ class WallClock:
 
     def sleep_until(self, t: float) -> None:
         """Sleep until the time is `t` (s)."""
-        time.sleep(max(0.0, t - _NOW()))
+        time.sleep(max(0.0, finite_s(t) - _NOW()))
 
 
 class Deadline(NamedTuple):

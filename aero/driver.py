@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero import protocol
 from aero.acknowledgement import Centred, Trimmed, centred, trimmed
 from aero.channels import Channel
-from aero.clock import Clock, WallClock
+from aero.clock import Clock, WallClock, positive_s
 from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
 from aero.link import HostLink
 from aero.link_state import Content
@@ -33,7 +33,7 @@ with firmware `pre`. A cycle that meets a command is left out, which adds a peri
 
 _TRIM_TIMEOUT_S = 2.0
 _SET_ID_TIMEOUT_S = 5.0
-_HOMING_TIMEOUT_S = 200.0
+HOMING_TIMEOUT_S = 200.0
 _TELEMETRY_PERIOD_S = 0.02
 _FIRST_TELEMETRY_TRIES = 3
 
@@ -61,8 +61,8 @@ class AeroHand:
         """
         self._link = HostLink(transport, clock)
         self._clock = clock
-        self._reply_timeout_s = reply_timeout_s
-        self._patience_s = patience_s
+        self._reply_timeout_s = positive_s("reply_timeout_s", reply_timeout_s)
+        self._patience_s = positive_s("patience_s", patience_s)
         self._read_from = clock.now()
         self._telemetry_seen_at_restart: int | None = None
         self._settings: dict[tuple[Opcode, Channel], int] = {}
@@ -266,7 +266,7 @@ class AeroHand:
             )
         return result
 
-    def home(self, timeout_s: float = _HOMING_TIMEOUT_S) -> None:
+    def home(self, timeout_s: float = HOMING_TIMEOUT_S) -> None:
         """Home all channels and wait until the board says that it is done: about 4 s, a minute up to firmware 0.1.2.
 
         The acknowledgement is sent even if a servo is missing or never met its stop, so look at the positions after it.
@@ -275,8 +275,10 @@ class AeroHand:
             timeout_s: patience, s; the longest homing, firmware 0.1.2 with every search timing out, takes 194 s.
 
         Raises:
+            ValueError: no such time; nothing is sent.
             LinkTimeoutError: no acknowledgement within `timeout_s`.
         """
+        positive_s("timeout_s", timeout_s)
         self._link.ask(protocol.make_query(Opcode.HOMING), timeout_s)
         self._wait(2 * _TELEMETRY_PERIOD_S)
 

@@ -47,8 +47,6 @@ class TrainingEnd(NamedTuple):
 
     ending: StopReason
     standing: Standing
-    by_signal: int | None = None
-    """Number of the signal that stopped it."""
 
 
 def machine_backend() -> Backend:
@@ -114,7 +112,7 @@ def train(
             ending = stopped.ending
         finally:  # what was reached is kept, whatever the ending
             run.keep()
-    return TrainingEnd(ending, run.standing, heard[0] if heard else None)
+    return TrainingEnd(ending, run.standing)
 
 
 def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing:

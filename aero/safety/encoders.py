@@ -34,9 +34,11 @@ class Encoders:
         """
         self._thresholds = thresholds
         self._telemetry_s = telemetry_s
-        self._spans = np.asarray(spans_counts, float)
+        self._spans = np.array(spans_counts, float)  # a copy: the caller may use its own again
         if self._spans.shape != (len(Channel),):
             raise ValueError(f"spans_counts needs {len(Channel)} numbers, one a channel, got shape {self._spans.shape}")
+        if not (np.isfinite(self._spans) & (self._spans > 0)).all():
+            raise ValueError(f"spans_counts: expected positive counts, got {self._spans.tolist()}")
         self._debounce = Debounce(2 * thresholds.look_s)
         self._commands: deque[tuple[float, Floats]] = deque()
         self._known_from = math.inf
@@ -67,7 +69,7 @@ class Encoders:
     def violations(self, reading: Reading) -> Iterator[Violation]:
         """Yield the violations that a reading shows."""
         sampled = reading.asked - self._telemetry_s
-        if sampled < self._known_from:
+        if sampled < self._known_from or not self._commands:
             self._believed, self._suspect = reading, None
             return
         yield from self._jumped(reading)

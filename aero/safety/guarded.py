@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+import weakref
+from collections.abc import Callable, Iterable, Mapping
+from functools import update_wrapper
 from types import TracebackType
-from typing import Self
+from typing import Concatenate, ParamSpec, Self, TypeVar
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from aero import protocol
-from aero.acknowledgement import Centred, Trimmed
+from aero.acknowledgement import Centred
 from aero.channels import Channel
-from aero.clock import Clock
-from aero.driver import AeroHand
+from aero.clock import Clock, positive_s
+from aero.driver import HOMING_TIMEOUT_S, AeroHand
 from aero.firmware import ServoSettings
 from aero.protocol import Opcode
 from aero.safety.guard import Guard
@@ -28,6 +29,27 @@ STALL_TORQUE = 1000
 """Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
 
 
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def _polled(
+    call: Callable[Concatenate[AeroHand, P], T], check: Callable[P, object] | None = None
+) -> Callable[Concatenate[GuardedHand, P], T]:
+    """Return a call of the driver as one of the guarded hand.
+
+    `check` takes the same arguments and refuses wrong ones before anything is sent, a poll too.
+    """
+
+    def guarded(self: GuardedHand, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        if check is not None:
+            check(*args, **kwargs)
+        return self._guard.exchange(call, *args, **kwargs)
+
+    update_wrapper(guarded, call)
+    return guarded
+
+
 class GuardedHand:
     """A hand that starts gently, stops itself, and ends open and weak.
 
@@ -38,8 +60,8 @@ class GuardedHand:
     `close`, and with it the end of a `with` statement, opens it in any case. Limits belong to the guard's state: after
     a restart of the board, or any exchange that did not go as it should, they are sent again.
 
-    Not for several threads, and only for the process that made it: a forked one is refused. While the board homes it
-    answers nothing, so nothing is watched then.
+    Threads may share a hand: each call is made as a whole. Only the process that made it may use it: a forked one is
+    refused. While the board homes it answers nothing, so nothing is watched then.
     """
 
     def __init__(
@@ -72,6 +94,8 @@ class GuardedHand:
             thresholds=thresholds or Thresholds(),
             standby=standby,
         )
+        # For a program that forgets to close it, and for an interrupt at the very beginning of `close`.
+        weakref.finalize(self, self._guard.end)
 
     def __enter__(self) -> Self:
         return self
@@ -147,10 +171,10 @@ class GuardedHand:
         that has no torque settings. The board applies it with the next command.
 
         Raises:
+            ValueError: there is no such channel; nothing is sent.
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
-        self.begin()
-        self._guard.expect_stops(tuple(channels))
+        self._guard.expect_stops(channels)
 
     def limit_torques(self, share: float) -> None:
         """Let no channel use more than a share (0..1) of its stall torque; `expect_stops` ends it.
@@ -159,69 +183,44 @@ class GuardedHand:
         applies it with the next command.
 
         Raises:
+            ValueError: no such share; nothing is sent.
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
-        self.expect_stops(())
-        for channel in Channel:
-            if (usual := self._guard.limits.of(channel)) is not None:
-                self.set_torque(channel, min(usual.torque, round(STALL_TORQUE * share)))
+        if not 0.0 <= share <= 1.0:
+            raise ValueError(f"limit_torques: expected a share of the stall torque in 0..1, got {share!r}")
+        self._guard.limit_torques(round(STALL_TORQUE * share))
 
     def command_codes(self, codes: ArrayLike) -> None:
         """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""
-        protocol.make_positions(codes)  # nonsense is refused before anything is sent, a look too
-        if self.phase is Phase.RESTING:
-            self._guard.start(codes)
         self._guard.command(codes)
 
     def command_codes_blindly(self, codes: ArrayLike) -> None:
         """As `command_codes`: a program commands nothing blindly; only the guard's last opening does."""
-        self.command_codes(codes)
+        self._guard.command(codes)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
-        protocol.make_torques(magnitudes)
-        self.begin()
         self._guard.command_torques(magnitudes)
 
-    def read_codes(self) -> NDArray[np.uint16]:
-        """As `AeroHand.read_codes`."""
-        return self._guard.permit().read_codes()
-
-    def read_currents(self) -> NDArray[np.float64]:
-        """As `AeroHand.read_currents`."""
-        return self._guard.permit().read_currents()
-
-    def read_temperatures(self) -> NDArray[np.float64]:
-        """As `AeroHand.read_temperatures`."""
-        return self._guard.permit().read_temperatures()
-
-    def read_speeds(self) -> NDArray[np.float64]:
-        """As `AeroHand.read_speeds`."""
-        return self._guard.permit().read_speeds()
+    read_codes = _polled(AeroHand.read_codes)
+    read_currents = _polled(AeroHand.read_currents)
+    read_temperatures = _polled(AeroHand.read_temperatures)
+    read_speeds = _polled(AeroHand.read_speeds)
+    knows_limits = _polled(AeroHand.knows_limits)
+    knows_calibrate_mid = _polled(AeroHand.knows_calibrate_mid)
+    trim = _polled(AeroHand.trim, protocol.make_trim)
+    set_id = _polled(AeroHand.set_id, protocol.make_set_id)
+    resynchronise = _polled(AeroHand.resynchronise)
 
     def set_speed(self, channel: Channel, register_units: int) -> None:
         """As `AeroHand.set_speed`, and sent again after a restart; opens the hand first if nothing has moved yet."""
-        self.begin()
-        self._guard.permit().set_speed(channel, register_units)
-        self._guard.limits.note(channel, speed=register_units)
+        protocol.make_set_speed(channel, register_units)  # nonsense is refused before anything moves
+        self._guard.limit(channel, speed=register_units)
 
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """As `AeroHand.set_torque`, and sent again after a restart; opens the hand first if nothing has moved yet."""
-        self.begin()
-        self._guard.permit().set_torque(channel, register_units)
-        self._guard.limits.note(channel, torque=register_units)
-
-    def knows_limits(self) -> bool:
-        """As `AeroHand.knows_limits`."""
-        return self._guard.permit().knows_limits()
-
-    def knows_calibrate_mid(self) -> bool:
-        """As `AeroHand.knows_calibrate_mid`."""
-        return self._guard.permit().knows_calibrate_mid()
-
-    def trim(self, channel: Channel, degrees: int) -> Trimmed:
-        """As `AeroHand.trim`."""
-        return self._guard.permit().trim(channel, degrees)
+        protocol.make_set_torque(channel, register_units)
+        self._guard.limit(channel, torque=register_units)
 
     def calibrate_mid(self, channel: Channel) -> Centred:
         """As `AeroHand.calibrate_mid`, at low speed and torque, from a hand that holds still.
@@ -230,26 +229,10 @@ class GuardedHand:
         The watch starts anew: what was commanded before meant other angles.
 
         Raises:
-            SafetyStopError, AeroError: as `begin` and `AeroHand.calibrate_mid`; the limits are given back.
+            ValueError, SafetyStopError, AeroError: as `begin` and `AeroHand.calibrate_mid`; the limits are restored.
         """
-        guard = self._guard
-        self.begin()
-        before = guard.limits.of(channel)
-        if before is None:
-            return guard.permit().calibrate_mid(channel)
-        self.set_speed(channel, guard.thresholds.gentle_speed)
-        self.set_torque(channel, guard.thresholds.gentle_torque)
-        try:
-            # The command ends torque mode, and the servo takes the limits with it.
-            self.command_codes(self.read_codes() if guard.in_torque_mode else guard.last_codes)
-            result = guard.permit().calibrate_mid(channel)
-            guard.forget_commands()
-            codes = guard.last_codes.copy()
-            codes[channel] = result.code
-            self.command_codes(codes)
-        finally:
-            self.set_speed(channel, before.speed)
-            self.set_torque(channel, before.torque)
+        channel = Channel(channel)
+        result = self._guard.calibrate_mid(channel)
         _LOG.warning(
             "%s: %s reads %d counts where it stands. The same command means another angle from now on, and the finger "
             "may jump with the next one; approach it in small steps.",
@@ -257,24 +240,13 @@ class GuardedHand:
         )  # fmt: skip
         return result
 
-    def home(self, timeout_s: float = 200.0) -> None:
+    def home(self, timeout_s: float = HOMING_TIMEOUT_S) -> None:
         """As `AeroHand.home`, from the open hand; it is checked before and not watched meanwhile.
 
         Closed fingers are opened slowly first: a thumb that lies against them would find its stop there, and all its
         angles would be wrong from then on.
         """
-        self._guard.open_slowly()
-        self.begin()
-        self._guard.permit().home(timeout_s)
-        self._guard.homed()
-
-    def set_id(self, new_id: int, current_limit: int) -> int:
-        """As `AeroHand.set_id`."""
-        return self._guard.permit().set_id(new_id, current_limit)
-
-    def resynchronise(self) -> int:
-        """As `AeroHand.resynchronise`."""
-        return self._guard.permit().resynchronise()
+        self._guard.home(positive_s("timeout_s", timeout_s))
 
     def close(self) -> None:
         """Open the hand slowly and leave it weak, if this program has moved it, and give the port back.

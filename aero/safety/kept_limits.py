@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from aero.channels import THUMB, Channel
 from aero.driver import AeroHand
 from aero.firmware import ServoSettings
+from aero.protocol import make_set_speed, make_set_torque
 from aero.safety.thresholds import Thresholds
 
 _LOG = logging.getLogger(__name__)
@@ -20,13 +21,21 @@ class KeptLimits:
     """What the board was told last about each channel. It holds nothing for a firmware without such settings."""
 
     def __init__(self, hand: AeroHand, usual: ServoSettings | None, thresholds: Thresholds) -> None:
-        """Hold nothing yet; `usual` are the firmware's own limits, None where it has none."""
+        """Hold nothing yet; `usual` are the firmware's own limits, None where it has none.
+
+        Raises:
+            ValueError: `usual` are limits that no board takes.
+        """
+        if usual is not None:
+            make_set_speed(Channel.INDEX, usual.speed)
+            make_set_torque(Channel.INDEX, usual.torque)
         self._hand = hand
         self._usual = usual
         self._thresholds = thresholds
         self._settings: dict[Channel, ServoSettings] = {}
         self._disturbances = 0
         self._restarts = 0
+        self._unsent = False
 
     @property
     def settable(self) -> bool:
@@ -55,10 +64,21 @@ class KeptLimits:
             self._settings[channel] = ServoSettings(self._usual.speed, torque)
         self._send()
 
-    def note(self, channel: Channel, **changed: int) -> None:
-        """Take over a limit that was sent: `speed` or `torque`, register units."""
+    def change(self, channel: Channel, name: str, register_units: int) -> None:
+        """Set and remember a channel's `speed` or `torque`, register units.
+
+        Raises:
+            AeroError, ConnectionError: as `AeroHand.set_speed`; what was remembered before is remembered.
+        """
+        before = self._settings
         if self._usual is not None:
-            self._settings[channel] = replace(self._settings[channel], **changed)
+            # First, because an interrupt may come after the board has taken it and before this method goes on.
+            self._settings = {**before, channel: replace(before[channel], **{name: register_units})}
+        try:
+            (self._hand.set_speed if name == "speed" else self._hand.set_torque)(channel, register_units)
+        except Exception:
+            self._settings = before
+            raise
 
     def restore(self, codes: ArrayLike) -> None:
         """Send the limits again after a disturbance; after a restart also `codes`, with which the board applies them.
@@ -67,7 +87,7 @@ class KeptLimits:
             AeroError, ConnectionError: as `AeroHand.set_speed`; the next call tries again.
         """
         disturbances, restarts = self._hand.disturbances, self._hand.restarts
-        if disturbances == self._disturbances:
+        if disturbances == self._disturbances and not self._unsent:
             return
         self._send()
         _LOG.info("%s: speed and torque limits sent again after a disturbance of the link", self._hand.name)
@@ -76,7 +96,9 @@ class KeptLimits:
         self._disturbances, self._restarts = disturbances, restarts
 
     def _send(self) -> None:
-        """Send all limits, whatever the board has."""
+        """Send all limits, whatever the board has; what interrupts it is made good by the next `restore`."""
+        self._unsent = True
         for channel, settings in self._settings.items():
             self._hand.set_speed(channel, settings.speed)
             self._hand.set_torque(channel, settings.torque)
+        self._unsent = False

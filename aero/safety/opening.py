@@ -42,7 +42,11 @@ class Doubt(NamedTuple):
 
 
 def move_slowly(
-    command: Callable[[ArrayLike], None], clock: Clock, start_codes: ArrayLike, goal_codes: ArrayLike, seconds: float
+    command: Callable[[NDArray[np.int64]], None],
+    clock: Clock,
+    start_codes: ArrayLike,
+    goal_codes: ArrayLike,
+    seconds: float,
 ) -> None:
     """Ramp all channels from where they stand to a goal.
 

@@ -8,6 +8,14 @@ from dataclasses import dataclass
 
 from aero.protocol import MAX_SPEED_SETTING, MAX_TORQUE_SETTING
 
+_SETTINGS = {
+    "gentle_speed": MAX_SPEED_SETTING,
+    "gentle_torque": MAX_TORQUE_SETTING,
+    "stop_torque": MAX_TORQUE_SETTING,
+    "limp_torque": MAX_TORQUE_SETTING,
+}
+"""Thresholds that are registers of the board, with the most that it stores."""
+
 
 @dataclass(frozen=True)
 class Thresholds:
@@ -69,17 +77,16 @@ class Thresholds:
 
     def __post_init__(self) -> None:
         for name, value in self.as_dict().items():
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"safety threshold {name} must be positive, got {value}")
-        if (
-            self.gentle_speed > MAX_SPEED_SETTING
-            or max(self.gentle_torque, self.stop_torque, self.limp_torque) > MAX_TORQUE_SETTING
-        ):
-            raise ValueError(
-                f"the board stores speed limits up to {MAX_SPEED_SETTING} and torque limits up to "
-                f"{MAX_TORQUE_SETTING}, got speed {self.gentle_speed} and torques {self.gentle_torque}, "
-                f"{self.stop_torque} and {self.limp_torque}"
-            )
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not (math.isfinite(value) and value > 0)
+            ):
+                raise ValueError(f"safety threshold {name}: expected a positive number, got {value!r}")
+        for name, most in _SETTINGS.items():
+            value = getattr(self, name)
+            if not isinstance(value, int) or value > most:
+                raise ValueError(f"safety threshold {name}: the board stores whole numbers up to {most}, got {value!r}")
 
     def as_dict(self) -> dict[str, float]:
         """Return every threshold by name, for the header of a recording and for people."""

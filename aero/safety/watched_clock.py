@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from aero.clock import Clock
+from aero.clock import Clock, finite_s
 
 
 class WatchedClock:
@@ -25,7 +25,13 @@ class WatchedClock:
         return self._clock.now()
 
     def sleep_until(self, t: float) -> None:
-        """Return when `now()` is at least `t` (s)."""
+        """Return when `now()` is at least `t` (s).
+
+        Raises:
+            ValueError: `t` is not finite.
+            SafetyStopError: what `look` raises.
+        """
+        finite_s(t)
         while (now := self._clock.now()) < t:
             self._clock.sleep_until(min(t, now + self._piece_s))
             self._look()

@@ -52,11 +52,8 @@ def read_cycles(log: Path) -> list[Cycle]:
     """
     if not log.exists():
         return []
-    try:
-        with open_regular(log, MOST_BYTES) as stream:
-            *lines, last = stream.read().split(b"\n")
-    except OSError as error:
-        raise OSError(f"{log} cannot be read: {error}") from error
+    with open_regular(log, MOST_BYTES) as stream:
+        *lines, last = stream.read().split(b"\n")
     if last[: len(FIRST_KEY)] != FIRST_KEY[: len(last)]:
         lines.append(last)
     cycles = []

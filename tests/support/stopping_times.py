@@ -46,7 +46,7 @@ def _time_to_opening(target: Any, fault: Callable[[Target], None], wait_s: float
     began, openings = target.clock.now(), []
     guard = target.hand._guard
     opening = guard._open
-    guard._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))
+    guard._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))[1]
     fault(target)
     with pytest.raises(SafetyStopError):
         wait(target, wait_s)

@@ -13,9 +13,7 @@ from aero.protocol import MAX_CODE
 from hil.lab.matplotlib_svg import STYLE
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import ReplayedTrace
-
-COMMAND, HAND, MODEL = "#777777", "#1f4e9c", "#c0392b"
-"""Colours: grey, blue, red."""
+from hil.report.plots import COMMAND, HAND, MODEL
 
 
 def trace_figure(trace: Trace, prediction: ReplayedTrace) -> Figure:
