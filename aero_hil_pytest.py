@@ -20,8 +20,8 @@ from aero_hil import hidden
 
 if TYPE_CHECKING:
     from aero.hand import Hand
-    from hil.targets.bus_driver import Factory
-    from hil.targets.robot_bus import RobotBus
+    from hil.robots.bus_driver import Factory
+    from hil.robots.robot_bus import RobotBus
     from hil.targets.target import Target
 
 IN_SOFTWARE = ("emulated", "pty")
@@ -259,7 +259,7 @@ def aero_hand(aero_target: Target) -> Hand:
 
 @pytest.fixture(scope="session")
 def bus_driver_factory(request: pytest.FixtureRequest) -> Factory:
-    """Makes the driver of `--bus-driver`; see `hil.targets.bus_driver`."""
+    """Makes the driver of `--bus-driver`; see `hil.robots.bus_driver`."""
     name = request.config.option.aero_bus_driver
     if name is None:
         pytest.skip("tests a driver of the servo bus; run with --bus-driver=my_package.my_module:factory")
@@ -277,9 +277,7 @@ def bus_target(request: pytest.FixtureRequest) -> RobotBus:
     else:
         pytest.fail("bus_target needs a robot: mark the test with `robot(PATH)`, or run with --bus-robot=PATH")
     try:
-        robot: RobotBus = _ours("hil.targets.robot_bus").RobotBus.of_file(
-            path, seed=request.config.option.aero_hil_seed
-        )
+        robot: RobotBus = _ours("hil.robots.robot_bus").RobotBus.of_file(path, seed=request.config.option.aero_hil_seed)
     except (ValueError, OSError, pytest.UsageError) as error:
         pytest.fail(f"bus_target: {error}", pytrace=False)
     return robot
@@ -402,7 +400,7 @@ def _opener(config: pytest.Config, texts: Sequence[str] = ()) -> AbstractContext
 
 def _driver_factory(name: str) -> Factory:
     try:
-        factory: Factory = _ours("hil.targets.bus_driver").driver_factory(name)
+        factory: Factory = _ours("hil.robots.bus_driver").driver_factory(name)
     except ValueError as error:
         raise pytest.UsageError(str(error)) from error
     return factory

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 MIB = 2**20
+LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 """A pipe without a writer is opened at once, so that it can be refused."""
 
@@ -20,7 +21,7 @@ def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
         most_bytes: largest size, bytes; any when None.
 
     Raises:
-        OSError: there is none, it cannot be read, it is no regular file, or it is larger.
+        OSError: there is none, it cannot be read, it is no regular file, it is larger, or a Git LFS pointer.
     """
     stream = os.fdopen(os.open(path, os.O_RDONLY | _WITHOUT_WAITING), "rb")
     try:
@@ -29,6 +30,9 @@ def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
             raise OSError(f"{path} is no regular file")
         if most_bytes is not None and found.st_size > most_bytes:
             raise OSError(f"{path} has {found.st_size} bytes; {most_bytes} are the most that make sense")
+        if stream.read(len(LFS_POINTER)) == LFS_POINTER:
+            raise OSError(f"{path} is a Git LFS pointer: run `git lfs pull` where it comes from")
+        stream.seek(0)
     except BaseException:
         stream.close()
         raise

@@ -9,10 +9,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
+import matplotlib as mpl
+from matplotlib.figure import Figure
 
-from hil.report.chart import Chart, ChartTrace, Scale, nice_ticks
-from hil.report.chart_svg import chart_svg
+from hil.lab.matplotlib_svg import STYLE, svg_of
 
 HERE = Path(__file__).parent
 COLOURS = {
@@ -24,8 +24,8 @@ COLOURS = {
     "validate, files, report": "#9a6700",
 }
 """Rows that are drawn."""
-STYLES = {"ratios": (4.0, ()), "compiled": (2.5, (2.0, 2.0))}
-"""Key of an entry to dot and dashes, pt: pure Python, and the compiled wheel."""
+STYLES = {"ratios": "o-", "compiled": ".:"}
+"""Key of an entry to its line: pure Python, and the compiled wheel."""
 MOST = 8.0
 """Ratio at the top of the picture."""
 
@@ -33,23 +33,18 @@ MOST = 8.0
 def history_svg() -> str:
     """Return the ratios of each row over the commits, as the text of an SVG file."""
     entries = json.loads((HERE / "history.json").read_text(encoding="utf-8"))
-    traces = []
-    for kind, (dot, dashes) in STYLES.items():
-        for name, colour in COLOURS.items():
-            places = [i for i, entry in enumerate(entries) if name in entry.get(kind, {})]
-            ratios = np.array([entries[i][kind][name] for i in places])
-            label = name if kind == "ratios" else ""
-            traces.append(ChartTrace(np.array(places, float), ratios, colour, dashes, dot=dot, label=label))
-    last = len(entries) - 1
-    return chart_svg(
-        Chart(
-            across=Scale(-0.2, last + 0.2, tuple((float(i), e["commit"]) for i, e in enumerate(entries)), "commit"),
-            up=Scale(0.0, MOST, nice_ticks(0.0, MOST), "times the bare steps"),
-            traces=tuple(traces),
-        ),
-        width_inches=9.5,
-        height_inches=3.6,
-    )
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.5, 3.6), layout="constrained")
+        axes = figure.subplots()
+        for kind, style in STYLES.items():
+            for name, colour in COLOURS.items():
+                places = [i for i, entry in enumerate(entries) if name in entry.get(kind, {})]
+                ratios = [entries[i][kind][name] for i in places]
+                axes.plot(places, ratios, style, color=colour, markersize=4, label=name if kind == "ratios" else None)
+        axes.set(xlabel="commit", ylabel="times the bare steps", ylim=(0.0, MOST))
+        axes.set_xticks(range(len(entries)), [entry["commit"] for entry in entries])
+        axes.legend(frameon=False, fontsize="small", ncols=2)
+    return svg_of(figure)
 
 
 if __name__ == "__main__":

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import nan
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from model.cubes import LOST_HEIGHT_M, SETTLING_S
 from model.geometry import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
-from model.scene import CUBE, Cube, add_cube
+from model.scene import CUBE, CUBE_START, Cube, add_cube
 
 OUT_OF_REACH = (1.0, 0.0, 0.0)
 """Where the cube falls freely until it is placed, m."""
+GAP_M = 0.0005
+"""Distance from which a cube that is not touched counts as let go, m. A cube that rests on fingers that move is without
+any contact at 1 to 3 % of single instants, with gaps of 0.1 mm in the median; nobody sees those."""
+PLACING_SPREAD_M = 0.002
+"""Standard deviation of where a person puts the cube, along each axis, m."""
 
 
 class CubePlant(BuiltHandPlant):
@@ -94,3 +101,56 @@ class CubePlant(BuiltHandPlant):
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, self._data.qpos[self._cube_qpos + 3 : self._cube_qpos + 7])
         return float(rotation[6:] @ self._data.qvel[self._cube_dof + 3 : self._cube_dof + 6])
+
+
+class CubeWatch:
+    """Puts the cube into the hand and follows it until it is lost."""
+
+    def __init__(self, plant: CubePlant, seed: int) -> None:
+        """Watch the cube of `plant`; where it is put is drawn from `seed`."""
+        self._plant = plant
+        spread = PLACING_SPREAD_M * np.random.default_rng(seed).standard_normal(3)
+        self._position = np.array(CUBE_START) + spread
+        self._began = 0.0
+        self.alive_s = 0.0
+        """Time until now or until the loss, s."""
+        self.rotation_rad = 0.0
+        """Rotation about the vertical in that time, rad."""
+        self.lost = False
+        """Whether it has fallen."""
+        self._samples = self._untouched = self._let_go = 0
+        self.postures: list[NDArray[np.float64]] = []
+        """Posture of hand and cube at the end of each control period, for `model.film.frames`."""
+
+    def place(self) -> None:
+        """Put the cube at rest into the hand; its time begins."""
+        self._plant.place_cube(self._position)
+        self._began = self._plant.time
+
+    def sample(self) -> None:
+        """Take note of the cube after a control period."""
+        self.postures.append(self._plant.posture())
+        if not self.lost:
+            self.alive_s = self._plant.time - self._began
+            self.rotation_rad = self._plant.cube_rotation
+            self.lost = bool(self._plant.cube_position()[2] < LOST_HEIGHT_M)
+            if self.alive_s > SETTLING_S:
+                self._samples += 1
+                if not self._plant.cube_touched():
+                    self._untouched += 1
+                    self._let_go += self._plant.cube_clear(GAP_M)
+
+    @property
+    def airborne(self) -> float:
+        """Share of the samples at which nothing touched the cube, once it had settled; NaN before."""
+        return self._untouched / self._samples if self._samples else nan
+
+    @property
+    def let_go(self) -> float:
+        """Share of the samples at which nothing was within `GAP_M` of the cube, once it had settled; NaN before."""
+        return self._let_go / self._samples if self._samples else nan
+
+    @property
+    def rate_rad_s(self) -> float:
+        """Mean angular velocity, rad/s; zero before the first control period."""
+        return self.rotation_rad / self.alive_s if self.alive_s else 0.0

@@ -3,15 +3,17 @@
 The released checkpoint of MuJoCo Playground is a Python pickle of (normaliser, policy, value). A pickle can call
 anything, so that only the few classes which such a checkpoint needs are let through, each as a stand-in that holds
 data; whatever else it names is refused before it is called. No JAX is needed. What Brax writes today is a folder of
-arrays, which `train.checkpoint_folder` reads, with JAX.
+arrays, which is read with JAX.
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
+import json
 import pickle
 import pickletools
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +32,17 @@ rebuild_numpy = np.empty(0).__reduce__()[0]
 
 MAX_BYTES = 64 * 2**20
 """Larger files are no checkpoint of these networks."""
+
+NETWORK_CONFIG = "ppo_network_config.json"
+"""What Brax writes beside the arrays; folders of older versions of Playground are without it."""
+
+EXPECTED_OF_NETWORK: dict[str, tuple[Any, ...]] = {
+    "activation": ("swish", "silu"),
+    "distribution_type": ("tanh_normal",),
+    "mean_clip_scale": (None,),
+    "policy_obs_key": ("state",),
+}
+"""Settings of the network that decide what it does with an observation, and the values a policy file can hold."""
 
 
 class CheckpointError(ValueError):
@@ -173,13 +186,31 @@ def _files(path: Path) -> list[Path]:
 
 
 def _folder(path: Path) -> tuple[Any, ...]:
+    """Return (normaliser, policy, value) of the folder that Orbax wrote for Brax's PPO or MuJoCo Playground.
+
+    Such a folder holds arrays and JSON; nothing in it is run.
+    """
     try:
-        from train.checkpoint_folder import read  # noqa: PLC0415 - a pickle is read without JAX
+        from brax.training.agents.ppo import checkpoint  # noqa: PLC0415 - a pickle is read without JAX
     except ModuleNotFoundError as error:
         raise CheckpointError(
             "folders are read with JAX and Brax; from a checkout: pip install -e '.[train]'"
         ) from error
-    return read(path)
+    if (path / NETWORK_CONFIG).exists():
+        _check_network(json.loads((path / NETWORK_CONFIG).read_text()))
+    with warnings.catch_warnings():
+        # Brax does not say where the arrays shall go; Orbax then asks the folder, and warns that other machines differ.
+        warnings.filterwarnings("ignore", "Sharding info not provided")
+        return tuple(checkpoint.load(path.absolute()))
+
+
+def _check_network(config: dict[str, Any]) -> None:
+    if not config.get("normalize_observations", True):
+        raise ValueError("its network does not normalise observations")
+    settings = config.get("network_factory_kwargs", {})
+    for name, allowed in EXPECTED_OF_NETWORK.items():
+        if settings.get(name, allowed[0]) not in allowed:
+            raise ValueError(f"its network has {name} {settings[name]!r}; a policy file holds {allowed[0]!r} alone")
 
 
 def _state_part(statistics: Any) -> Any:

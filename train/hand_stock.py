@@ -16,9 +16,11 @@ from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
 from model.cubes import any_cube, nearer, tail_cube
 from model.scene import CUBE
+from train import randomise
 from train.built import BuiltSimulator, draw_scenes
 from train.hands import corrections, draw_hand
-from train.simulator import Floats
+from train.scene import build_scene
+from train.simulator import Batch, Floats, Simulator
 from train.stage import TrainingStage
 
 StopCheck = Callable[[], None]
@@ -74,3 +76,34 @@ def present(count: int, new: int) -> list[int]:
 def oldest(count: int, new: int, hands: int) -> list[int]:
     """Return the places that the next `hands` new ones take, after `new` have come."""
     return [(new + k) % count for k in range(hands)]
+
+
+def hands_to_measure(
+    stage: TrainingStage,
+    settings: PolicySettings,
+    seed: tuple[int, ...],
+    count: int,
+    *,
+    threads: int | None,
+    check: Callable[[], None],
+) -> Batch:
+    """Return `count` hands that follow from the seed; whoever asks for them closes the batch."""
+    if stage.built:
+        return HandStock(stage, settings, seed, training=False).batch(range(count), threads, check)
+    draws = draw_routed(stage, settings, np.random.default_rng(seed), count, stage.rows)
+    model = build_scene(settings.torque_limit).compile()
+    return Simulator(randomise.models(model, draws) if draws else [model] * count, threads)
+
+
+def draw_routed(
+    stage: TrainingStage,
+    settings: PolicySettings,
+    rng: np.random.Generator,
+    count: int,
+    rows: tuple[randomise.RandomRow, ...],
+) -> randomise.Draws:
+    """Draw what is randomised of a stage's routed hands, their cubes included."""
+    limit, cubes = settings.torque_limit, None
+    if stage.any_cube:
+        cubes = randomise.cube_draws([build_scene(limit, any_cube(rng)).compile() for _ in range(count)])
+    return randomise.draw(build_scene(limit).compile(), rng, count, rows, cubes)

@@ -6,7 +6,7 @@ that both backends see exactly the same input and policies can be exchanged betw
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
@@ -15,7 +15,7 @@ import numpy as np
 from mujoco import mjx
 
 from train.randomise import Draws
-from train.simulator import Batch, Floats
+from train.simulator import Batch
 from train.task.signals import SENSOR_COUNT
 
 Advance = Callable[[jax.Array, jax.Array], tuple[jax.Array, jax.Array]]
@@ -64,17 +64,3 @@ def over_mjx(model: mujoco.MjModel, draws: Draws | None = None) -> Advance:
         return jnp.concatenate([end.time[None], end.qpos, end.qvel]), sensors
 
     return lambda states, controls: jax.vmap(one)(fields, states, controls)
-
-
-class MjxBatch(Batch):
-    """The batch over MJX, plain arrays in and out; for evaluation."""
-
-    def __init__(self, models: Sequence[mujoco.MjModel]) -> None:
-        """Make a batch of `len(models)` scenes that all follow the first model."""
-        super().__init__(models)
-        self._advance = jax.jit(over_mjx(self._models[0]))
-
-    def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
-        """Step every scene, see `Batch`."""
-        last, sensors = self._advance(jnp.asarray(states, jnp.float32), jnp.asarray(controls, jnp.float32))
-        return np.asarray(last, np.float64), np.asarray(sensors, np.float64)

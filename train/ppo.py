@@ -6,11 +6,14 @@ between the control periods.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optax
 from brax.training.acme import running_statistics, specs
 from brax.training.agents.ppo import networks as ppo_networks
@@ -18,15 +21,23 @@ from brax.training.agents.ppo.losses import PPONetworkParams, compute_ppo_loss
 from brax.training.types import Transition
 
 from aero.actuation.arrays import Array
+from aero.policy.file import Policy
 from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
+from aero.whole_file import whole
+from train.convert import network
 from train.environment import CubeEnvironment, EnvironmentState, Prices
 from train.recipe import Recipe
 from train.stage import Ramp, TrainingStage
+from train.task.episode import PHYSICS_STEP_S, Task
 from train.task.signals import CRITIC_SIZE
 
 AVERAGE_DECAY = 0.99
 """Share that the moving average of the policy's weights keeps an update."""
 SIZES = {"state": OBSERVATION_SIZE, "privileged_state": CRITIC_SIZE}
+
+
+NetworkParameters = Any
+"""Brax's (normaliser, policy, value)."""
 
 
 class Learner(NamedTuple):
@@ -37,6 +48,16 @@ class Learner(NamedTuple):
     average: Any
     """Moving average of the policy's weights."""
     optimiser: Any
+
+    @property
+    def parameters(self) -> NetworkParameters:
+        """What has been learned."""
+        return self.normaliser, self.networks.policy, self.networks.value
+
+    @property
+    def averaged_parameters(self) -> NetworkParameters:
+        """The same with the moving average of the policy's weights."""
+        return self.normaliser, self.average, self.networks.value
 
 
 def networks_of(recipe: Recipe) -> ppo_networks.PPONetworks:
@@ -166,3 +187,39 @@ def averaged(learner: Learner) -> Learner:
 def batched(transitions: list[Transition]) -> Transition:
     """Stack the transitions of an unroll, (environments, steps, ...)."""
     return jax.tree.map(lambda *steps: jnp.stack(steps, axis=1), *transitions)
+
+
+def deployable(name: str, task: Task, parameters: NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
+    """Return the deployable part of PPO parameters that were trained on `task`."""
+    normaliser, actor, _ = parameters
+    return Policy(
+        name=name,
+        network=network(normaliser.mean["state"], normaliser.std["state"], actor["params"]),
+        settings=task.settings,
+        shown_action=task.shown_action,
+        physics_rate_hz=1.0 / PHYSICS_STEP_S,
+        trained_lag_s=task.actuation.lag_s,
+        trained_delay_s=task.actuation.delay_s,
+        provenance=dict(provenance),
+    )
+
+
+def save_parameters(parameters: NetworkParameters, path: Path) -> None:
+    """Write PPO parameters so that `load_parameters` finds them again; an interrupted write leaves the old file."""
+    arrays: dict[str, Any] = {f"{i:03d}": np.asarray(leaf) for i, leaf in enumerate(jax.tree.leaves(parameters))}
+    with whole(path) as draft, draft.open("xb") as file:
+        np.savez(file, **arrays)
+
+
+def load_parameters(template: NetworkParameters, path: Path) -> NetworkParameters:
+    """Read PPO parameters of the same structure as `template`.
+
+    Raises:
+        ValueError: the file holds other shapes, so it belongs to another recipe.
+    """
+    leaves, structure = jax.tree.flatten(template)
+    with np.load(path, allow_pickle=False) as archive:
+        stored = [archive[name] for name in sorted(archive.files)]
+    if [np.shape(leaf) for leaf in leaves] != [array.shape for array in stored]:
+        raise ValueError(f"{path} does not fit the recipe's networks; it belongs to another recipe")
+    return jax.tree.unflatten(structure, stored)

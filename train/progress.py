@@ -14,6 +14,8 @@ from aero.whole_file import whole
 
 CURVE = "curve.csv"
 PICTURE = "curve.png"
+CONFIDENCE_Z = 1.96
+"""Two-sided 95 %."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,8 @@ class Checkpoint:
     """Running mean of their drops a second."""
     drop_price: float = nan
     """Price of a drop."""
+    rate_error_rad_s: float = nan
+    """Standard error of the rate: a checkpoint is measured on few hands."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +74,8 @@ class Epoch:
     """Price of a drop where it follows the drops."""
     steps_per_s: float
     """Environment steps a second, measuring included."""
-    left_s: float
-    """Wall time to the recipe's end at this speed, s."""
+    left_s: float | None
+    """Wall time to the recipe's end at the mean speed of this call, s; None until that is known."""
 
 
 def append(folder: Path, point: Checkpoint) -> None:
@@ -95,15 +99,16 @@ def read(folder: Path) -> list[Checkpoint]:
 
 
 def picture(points: list[Checkpoint], path: Path) -> None:
-    """Draw rotation and survival against environment steps, one line an attempt."""
+    """Draw rate, with its interval of 95 %, and survival against environment steps, one line an attempt."""
     figure = Figure(figsize=(7, 5), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
     for attempt in sorted({point.attempt for point in points}):
         own = [point for point in points if point.attempt == attempt]
         steps = [point.steps / 1e6 for point in own]
-        top.plot(steps, [point.rotation_rad for point in own], marker="o", markersize=3, label=f"attempt {attempt}")
+        errors = [CONFIDENCE_Z * point.rate_error_rad_s for point in own]
+        top.errorbar(steps, [point.rate_rad_s for point in own], errors, fmt="o-", ms=3, label=f"attempt {attempt}")
         bottom.plot(steps, [point.survival for point in own], marker="o", markersize=3)
-    top.set_ylabel("median rotation in 15 s, rad")
+    top.set_ylabel("rate, rad/s; bars: 95 %")
     top.legend(frameon=False)
     bottom.set_ylabel("share that keeps the cube")
     bottom.set_xlabel("environment steps, millions")

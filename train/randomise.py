@@ -58,21 +58,17 @@ recorded hand takes a force down to 1/1.54 of the servo's (unit `reference`).
 """
 
 
-PAPER_TIP_FRICTION = (0.5, 1.0)
+TIP_FRICTION = (0.5, 1.0)
+"""Range of the paper's; it leaves out the 0.2 of the model itself."""
 
 
-def table(model: mujoco.MjModel, tip_friction: tuple[float, float] = PAPER_TIP_FRICTION) -> tuple[RandomRow, ...]:
-    """Return the paper's table with the elements of `model`, a compiled `train.scene`.
-
-    Args:
-        model: the scene.
-        tip_friction: range of the fingertips' friction; the paper's leaves out the 0.2 of the model itself.
-    """
+def table(model: mujoco.MjModel) -> tuple[RandomRow, ...]:
+    """Return the paper's table with the elements of `model`, a compiled `train.scene`."""
     cube = model.body("cube").id
     joints = np.arange(len(Joint))
     links = np.array([body for body in range(model.nbody) if _is_link(model, body)])
     return (
-        RandomRow("fingertip friction", "set", *tip_friction, (("geom_friction", (tip_geoms(model), 0)),), shared=True),
+        RandomRow("fingertip friction", "set", *TIP_FRICTION, (("geom_friction", (tip_geoms(model), 0)),), shared=True),
         RandomRow("cube inertia", "scale", 0.8, 1.2, (("body_inertia", (cube,)),), shared=True),
         RandomRow("cube centre of mass", "shift", -0.005, 0.005, (("body_ipos", (cube,)),)),
         RandomRow("joint zero offsets", "shift", -0.05, 0.05, (("qpos0", (joints,)),)),

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from aero.policy.settings import PAPER_TRAINING
 from train.actuation import BUS, SERVOS
-from train.drop_price import DropPrice
 from train.hands import HANDS
-from train.randomise import PAPER_TIP_FRICTION, SERVO_ROWS
+from train.randomise import SERVO_ROWS
 from train.simulator import Floats
-from train.stage import Ramp, Redraw, TrainingStage
+from train.stage import DropPrice, Ramp, Redraw, TrainingStage
 from train.task.episode import Task
 from train.task.grasp import ResetRanges
 from train.task.reward import RewardSettings, TurningWeight, Weights
@@ -70,8 +69,6 @@ class Recipe:
     """What is trained for; the stages say what is rewarded, and on which hands."""
     stages: tuple[TrainingStage, ...]
     """One after another; each goes on with the networks of the one before, and looks for its own best checkpoint."""
-    tip_friction: tuple[float, float] = PAPER_TIP_FRICTION
-    """Range of the routed hands' fingertip friction in training."""
     goal: Goal = Goal()
     """What checkpoints are chosen by."""
     environments: int = 256
@@ -123,38 +120,11 @@ class Recipe:
 PAPER = Recipe("paper", Task(), (TrainingStage("paper", 10_000_000),))
 """The paper's task, reward and settings, nothing added."""
 
-TIP_FRICTION = (0.2, 1.0)
-"""From the model's own, which both emulated hands have too, to the paper's upper end."""
-
-BOLD = RewardSettings(Weights(action_rate=-0.2))
-"""For the beginning: at the paper's price exploring costs more than a gait earns, and many runs hold the cube still."""
-
 BOLDEST = RewardSettings(Weights(action_rate=-0.1))
-"""For the beginning on built hands."""
+"""For the beginning: at the paper's price exploring costs more than a gait earns, and many runs hold the cube still."""
 
 HALF_TORQUE = replace(PAPER_TRAINING, noise=(0.002, 0.002, 0.002, 0.002, 0.02, 0.002, 0.002), torque_limit=0.5)
 """The paper's training settings with half the servos' torque, and 2 mm of noise for 5, still 145 encoder counts."""
-
-FAST = Recipe(
-    "fast",
-    Task(
-        settings=replace(
-            HALF_TORQUE,
-            nominal=(0.086,) * 4 + PAPER_TRAINING.nominal[4:],
-            scale=(0.024,) * 4 + PAPER_TRAINING.scale[4:],
-        )
-    ),
-    (
-        TrainingStage("find", 800_000, BOLD, actuation=SERVOS, rows=SERVO_ROWS),
-        TrainingStage("race", 5_000_000, RewardSettings(Weights(fall=-150.0, action_rate=-0.3))),
-    ),
-    tip_friction=TIP_FRICTION,
-    goal=Goal(survival=0.97),
-    stuck=Stuck(steps=800_000),
-)
-"""For the record in simulation, with the fingers' whole range: the gait is found behind servos, where it is found soon,
-and raced without them."""
-
 
 NEAR_DEFAULT = replace(HANDS, towards_recorded=(0.0, 0.5))
 """For the beginning: a gait is found sooner where the springs are alike."""
@@ -214,7 +184,7 @@ STEADY = Recipe(
 """For the hand, in three stages (docs/recipes.md): the gait is found where it is easy, with the paper's cube on built
 hands of like springs; it is led to all springs and cubes; and drops are brought down while slow hands are sped up."""
 
-RECIPES = {recipe.name: recipe for recipe in (STEADY, FAST, PAPER)}
+RECIPES = {recipe.name: recipe for recipe in (STEADY, PAPER)}
 
 
 def on_routed_hands(recipe: Recipe) -> Recipe:

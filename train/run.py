@@ -9,14 +9,16 @@ from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import jax
+import numpy as np
+
 from aero.policy.file import save
-from train import export
-from train.ppo import Learner
+from train.environment import Prices
+from train.ppo import Learner, averaged, batched, save_parameters
 from train.progress import Checkpoint, Epoch, append
 from train.recipe import Recipe
 from train.run_state import Standing, load_arrays, save_state
-from train.stage_run import Backend, Reached, StageRun
-from train.update import updated
+from train.stage_run import Backend, Reached, StageRun, StopCheck
 
 EPOCH_STEPS = 20_000
 """Environment steps, rounded to whole updates, after which the run's state is written and told."""
@@ -56,6 +58,7 @@ class TrainingRun:
         self.standing = standing
         self._order, self._recipe = order, order.recipe
         self._reached: Reached | None = None
+        self._pace: tuple[float, int] | None = None
         self._started = time.monotonic() - standing.elapsed_s
         self._processor_started = time.process_time() - standing.processor_s
 
@@ -96,6 +99,7 @@ class TrainingRun:
         epoch = max(1, round(EPOCH_STEPS / prepared.batch))
         checkpoint = max(1, round(self._recipe.checkpoint_steps / prepared.batch))
         last, last_steps = time.monotonic(), self.standing.steps
+        self._pace = None
         self._reached = reached
         while True:
             updates = self.standing.updates
@@ -116,7 +120,12 @@ class TrainingRun:
                 last, last_steps = now, self.standing.steps
 
     def _tell(self, stage: str, steps_per_s: float) -> None:
-        standing = self.standing
+        standing, now, left_s = self.standing, time.monotonic(), None
+        if self._pace is None:
+            self._pace = now, standing.steps  # XLA compiles in a stage's first epoch, which says nothing of the next
+        else:
+            began, before = self._pace
+            left_s = max(0, self._recipe.steps - standing.steps) * (now - began) / (standing.steps - before)
         self._order.told.epoch(
             Epoch(
                 attempt=standing.attempt,
@@ -126,7 +135,7 @@ class TrainingRun:
                 hazard_per_s=standing.tendency.hazard_per_s,
                 drop_price=standing.drop_price,
                 steps_per_s=steps_per_s,
-                left_s=max(0, self._recipe.steps - standing.steps) / steps_per_s,
+                left_s=left_s,
             )
         )
 
@@ -134,12 +143,12 @@ class TrainingRun:
         """Keep the parameters, measure them and their average, and write the best as the policy."""
         standing, recipe = self.standing, self._recipe
         name = f"{standing.attempt}_{standing.steps:010d}.npz"
-        export.save_parameters(export.parameters(learner), self._order.folder / CHECKPOINTS / name)
-        export.save_parameters(export.average(learner), self._order.folder / CHECKPOINTS / (AVERAGE + name))
+        save_parameters(learner.parameters, self._order.folder / CHECKPOINTS / name)
+        save_parameters(learner.averaged_parameters, self._order.folder / CHECKPOINTS / (AVERAGE + name))
         about = provenance(self._order, standing)
-        policy = prepared.policy(export.parameters(learner), about)
+        policy = prepared.policy(learner.parameters, about)
         found = prepared.measure(policy)
-        average = prepared.measure(prepared.policy(export.average(learner), about))
+        average = prepared.measure(prepared.policy(learner.averaged_parameters, about))
         point = Checkpoint(
             attempt=standing.attempt,
             steps=standing.steps,
@@ -156,6 +165,7 @@ class TrainingRun:
             training_rate_rad_s=standing.tendency.rate_rad_s,
             hazard_per_s=standing.tendency.hazard_per_s,
             drop_price=nan if standing.drop_price is None else standing.drop_price,
+            rate_error_rad_s=found["rate_error_rad_s"],
         )
         best = standing.best_score
         if best is None or point.score > best:
@@ -192,3 +202,46 @@ def provenance(order: Order, standing: Standing) -> dict[str, Any]:
         "resumes": standing.resumes,
         **order.provenance,
     }
+
+
+def updated(prepared: StageRun, standing: Standing, reached: Reached, check: StopCheck) -> tuple[Standing, Reached]:
+    """Return where a run stands after one more update.
+
+    Nothing that goes in is changed, so that a run which `check` ends in the middle has still reached what it had.
+    """
+    stage, ppo = prepared.stage, prepared.ppo
+    learner, environment = reached
+    if stage.redraw and standing.updates and standing.updates % stage.redraw.every == 0:
+        environment = prepared.renew(environment, standing.new_hands, stage.redraw.hands)
+        standing = replace(standing, new_hands=standing.new_hands + stage.redraw.hands)
+    done = standing.updates * prepared.batch
+    weights = stage.rewarded.weights
+    fall = weights.fall if standing.drop_price is None else -standing.drop_price
+    action_rate = stage.action_rate.at(done) if stage.action_rate else weights.action_rate
+    prices = Prices(np.float32(fall), np.float32(action_rate))
+    key = jax.random.fold_in(prepared.key, standing.updates)
+    steps, means = [], []
+    for k in range(stage.unroll):
+        check()
+        environment, (step, *of_batch) = ppo.act(learner, environment, prices, jax.random.fold_in(key, k))
+        steps.append(step)
+        means.append([float(mean) for mean in of_batch])
+    data = batched(steps)
+    learner = ppo.observe(learner, data)
+    entropy_cost = np.float32(stage.entropy_cost.at(done))
+    for k in range(ppo.epochs):
+        check()
+        learner = ppo.learn(learner, data, jax.random.fold_in(key, stage.unroll + k), entropy_cost)
+    rate_rad_s, lost = np.mean(means, axis=0).tolist()
+    tendency = standing.tendency.after(rate_rad_s, lost / prepared.period_s)
+    price = standing.drop_price
+    if stage.drop_price and price is not None:
+        price = stage.drop_price.after(price, hazard_per_s=tendency.hazard_per_s, rate_rad_s=tendency.rate_rad_s)
+    standing = replace(
+        standing,
+        steps=standing.steps + prepared.batch,
+        updates=standing.updates + 1,
+        tendency=tendency,
+        drop_price=price,
+    )
+    return standing, Reached(averaged(learner), environment)

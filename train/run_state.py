@@ -10,10 +10,33 @@ from typing import Any
 import jax
 import numpy as np
 
-from train.drop_price import Tendency
+from aero.whole_file import whole
 
 STATE = "state.npz"
 _STANDING = "standing"
+MEMORY_UPDATES = 20
+"""Updates of the networks that the running means look back on."""
+
+
+@dataclass(frozen=True)
+class Tendency:
+    """Running means of what the hands in training do, exploration included."""
+
+    rate_rad_s: float = 0.0
+    """Mean angular velocity of the cubes."""
+    hazard_per_s: float = 0.0
+    """Drops a second of one hand."""
+    updates: int = 0
+    """How many updates are in the means."""
+
+    def after(self, rate_rad_s: float, hazard_per_s: float) -> Tendency:
+        """Return the means after one more update."""
+        share = 1.0 / min(self.updates + 1, MEMORY_UPDATES)
+        return Tendency(
+            self.rate_rad_s + share * (rate_rad_s - self.rate_rad_s),
+            self.hazard_per_s + share * (hazard_per_s - self.hazard_per_s),
+            self.updates + 1,
+        )
 
 
 @dataclass(frozen=True)
@@ -68,10 +91,8 @@ class Standing:
 def save_state(folder: Path, standing: Standing, arrays: Any) -> None:
     """Write a pytree of arrays and where the run stands; an interrupted write leaves the old file."""
     leaves = {f"{k:03d}": np.asarray(leaf) for k, leaf in enumerate(jax.tree.leaves(arrays))}
-    partial = folder / f"{STATE}.partial"
-    with partial.open("wb") as file:
+    with whole(folder / STATE) as draft, draft.open("xb") as file:
         np.savez(file, allow_pickle=False, **{_STANDING: np.array(json.dumps(asdict(standing)))}, **leaves)
-    partial.replace(folder / STATE)
 
 
 def read_standing(folder: Path) -> Standing:

@@ -6,19 +6,23 @@ checkpoint was measured on, and by a lower confidence bound.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 
-from aero.policy.file import Policy
-from train import export
+from aero.policy.file import Policy, load, save
+from aero.whole_file import write_whole
+from train.evaluation.cube_trial import CubeTrial
 from train.evaluation.rollouts import run
-from train.measuring import hands_to_measure
-from train.ppo import networks_of, untrained
+from train.evaluation.trial_set import trial_set_of
+from train.evaluation.trials import ANY_CUBE, over_hands, run_trials
+from train.hand_stock import hands_to_measure
+from train.ppo import deployable, load_parameters, networks_of, untrained
 from train.recipe import Goal, Recipe
 from train.run import AVERAGE, CHECKPOINTS
 from train.run_state import Standing
@@ -33,6 +37,11 @@ HELD_OUT_SEED = 60_000
 """Of these hands; no training has it."""
 CONFIDENCE_Z = 1.645
 """One-sided 95 %."""
+FINALISTS = 2
+"""Candidates that are compared through the bytes."""
+CHOICE_SEED = 61_000_000
+"""Seed of the first hand that they are compared on; final figures take others."""
+CHOICE = "choice.json"
 
 
 @dataclass(frozen=True)
@@ -47,6 +56,64 @@ class Candidate:
     """Mean."""
     bound_rad_s: float
     """Lower confidence bound of what a trial is worth (`Goal.worth`)."""
+
+
+def choose(
+    recipe: Recipe,
+    folder: Path,
+    standing: Standing,
+    *,
+    hands: int,
+    threads: int | None,
+    say: Callable[[str], None],
+    chooser: dict[str, Any],
+) -> None:
+    """Write the best of the last checkpoints and their average as the run's policy.
+
+    Args:
+        recipe: of the run.
+        folder: of the run; gets the policy and `choice.json`.
+        standing: where the run stands.
+        hands: random hands with any cube on which the best two are compared through the bytes; 0 leaves that out.
+        threads: None for all cores.
+        say: gets a line for each figure.
+        chooser: what the policy's file says of the program that chose.
+
+    Raises:
+        FileNotFoundError: there is no checkpoint yet.
+    """
+
+    def show(one: Candidate) -> None:
+        say(f"  {one.name}: keeps {one.kept:.0%}, {one.rate_rad_s:.2f} rad/s, worth at least {one.bound_rad_s:.2f}")
+
+    say(f"choosing on {HELD_OUT} held-out hands in process")
+    about = load(folder / f"{recipe.name}.npz").provenance  # of the training, whatever program chooses
+    found = ranked(recipe, folder, standing, dict(about), threads=threads, told=show)
+    best, rows = found[0], [{"name": one.name, "in_process": one.bound_rad_s} for one in found]
+    if hands and recipe.stages[-1].built:
+        say(f"comparing the best {FINALISTS} through every byte on {hands} hands with any cube")
+        bounds = [_through_bytes(recipe, one, hands, say) for one in found[:FINALISTS]]
+        for row, bound in zip(rows, bounds, strict=False):
+            row["through_bytes"] = bound
+        best = found[int(np.argmax(bounds))]
+    said = {**best.policy.provenance, "chosen": best.name, "chosen_among": len(found), **chooser}
+    save(replace(best.policy, provenance=said), folder / f"{recipe.name}.npz")
+    write_whole(folder / CHOICE, json.dumps({"chosen": best.name, "candidates": rows}, indent=1))
+    say(f"chosen: {best.name}")
+
+
+def _through_bytes(recipe: Recipe, one: Candidate, hands: int, say: Callable[[str], None]) -> float:
+    made: dict[str, list[CubeTrial]] = {}
+    cases = over_hands(one.policy, hands, seconds=EPISODE_S, seed=CHOICE_SEED)
+    run_trials(one.policy, cases, made, lambda _done, _name: None)
+    row, trials = trial_set_of(one.name, made[ANY_CUBE]), made[ANY_CUBE]
+    bound = lower_bound(recipe.goal, np.array([t.rate_rad_s for t in trials]), np.array([t.kept for t in trials]))
+    low, high = row.kept_interval
+    say(
+        f"  {one.name}: keeps {row.kept_share:.0%} ({low:.0%}-{high:.0%}), {row.rate_rad_s:.2f} rad/s, "
+        f"{row.turning:.0%} above 0.1 rad/s, worth at least {bound:.2f}"
+    )
+    return bound
 
 
 def lower_bound(goal: Goal, rates_rad_s: Floats, kept: np.ndarray) -> float:
@@ -93,7 +160,7 @@ def ranked(
         for path in paths:
             steps = int(path.stem.rpartition("_")[2])
             about = {**provenance, "steps": steps, "averaged": path.name.startswith(AVERAGE)}
-            policy = export.policy(recipe.name, task, export.load_parameters(template, path), about)
+            policy = deployable(recipe.name, task, load_parameters(template, path), about)
             made = run(policy, task, hands, EPISODE_S, seed=HELD_OUT_SEED, check=check)
             bound = lower_bound(recipe.goal, made.rate_rad_s, made.kept)
             found.append(Candidate(path.stem, policy, float(made.kept.mean()), float(made.rate_rad_s.mean()), bound))

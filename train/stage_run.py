@@ -11,13 +11,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from aero.policy.file import Policy
-from train import export, randomise
+from train import randomise
 from train.environment import STARTS, CubeEnvironment, EnvironmentState, prepare_starts
 from train.evaluation.rollouts import run
-from train.hand_stock import HandStock, oldest, present
-from train.measuring import draw_routed, hands_to_measure
+from train.hand_stock import HandStock, draw_routed, hands_to_measure, oldest, present
 from train.physics import Advance, native, over_mjx
-from train.ppo import Learner, Ppo
+from train.ppo import Learner, NetworkParameters, Ppo, deployable
 from train.recipe import Recipe
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
@@ -117,9 +116,9 @@ class StageRun:
         renewed: EnvironmentState = self._renew(environment, jnp.array(places), starts)
         return renewed
 
-    def policy(self, parameters: export.NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
+    def policy(self, parameters: NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
         """Return parameters as a policy."""
-        return export.policy(self._recipe.name, self._task, parameters, provenance)
+        return deployable(self._recipe.name, self._task, parameters, provenance)
 
     def measure(self, policy: Policy) -> Measure:
         """Run an episode on each hand that the stage's checkpoints are measured on."""
@@ -138,7 +137,7 @@ class StageRun:
             return batch, native(batch)
         settings, rng = self._recipe.task.settings, np.random.default_rng((*self._seed, _TRAINED))
         model = build_scene(settings.torque_limit).compile()
-        rows = (*randomise.table(model, self._recipe.tip_friction), *stage.rows)
+        rows = (*randomise.table(model), *stage.rows)
         draws = draw_routed(stage, settings, rng, count, rows)
         batch = opened.enter_context(Simulator(randomise.models(model, draws), self._threads))
         return batch, native(batch) if backend == "native" else over_mjx(model, draws)

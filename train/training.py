@@ -47,6 +47,8 @@ class TrainingEnd(NamedTuple):
 
     ending: StopReason
     standing: Standing
+    by_signal: int | None = None
+    """Number of the signal that stopped it."""
 
 
 def machine_backend() -> Backend:
@@ -112,7 +114,7 @@ def train(
             ending = stopped.ending
         finally:  # what was reached is kept, whatever the ending
             run.keep()
-    return TrainingEnd(ending, run.standing)
+    return TrainingEnd(ending, run.standing, heard[0] if heard else None)
 
 
 def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing:

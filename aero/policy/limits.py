@@ -1,9 +1,10 @@
-"""When a policy must stop for its own sake; what a hand should not have to bear is `aero.safety`'s to watch."""
+"""When a run of a policy ends for the loop's own reasons; what may hurt the hand is watched by `aero.safety`."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
+from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,11 @@ class Ending(Enum):
 
 @dataclass(frozen=True)
 class RunLimits:
-    """Bounds within which a policy may go on."""
+    """Bounds within which a policy may continue.
+
+    Raises:
+        ValueError: a bound that is not finite and positive, or a count that is not a whole number from 0 on.
+    """
 
     missing_readings: int = 4
     """Readings in a row that may be missing; nothing new is commanded meanwhile."""
@@ -35,8 +40,31 @@ class RunLimits:
     """Time over which both are averaged, s; as long again is left out at the beginning."""
 
     def __post_init__(self) -> None:
-        if self.missing_readings < 0 or min(self.late_s, self.shaft_speed_rad_s, self.grip_a, self.grip_window_s) <= 0:
-            raise ValueError(f"limits must be positive, got {self}")
+        checked_count("missing_readings", self.missing_readings)
+        for field in fields(self)[1:]:
+            checked_number(field.name, getattr(self, field.name), above=0.0)
+
+
+def checked_number(name: str, value: float, *, least: float = -inf, above: float = -inf) -> None:
+    """Refuse a number that is not finite, or out of its range.
+
+    Raises:
+        ValueError: with name, range and value. A comparison alone would let NaN through, and a NaN reaches the hand as
+            a position.
+    """
+    if not (isfinite(value) and value >= least and value > above):
+        wanted = f" and above {above:g}" if above > -inf else f" and at least {least:g}" if least > -inf else ""
+        raise ValueError(f"{name} must be finite{wanted}, got {value}")
+
+
+def checked_count(name: str, value: int, least: int = 0) -> None:
+    """Refuse what is not a whole number from `least` on.
+
+    Raises:
+        ValueError: with name, range and value.
+    """
+    if not (isfinite(value) and value == int(value) and value >= least):
+        raise ValueError(f"{name} must be a whole number from {least} on, got {value}")
 
 
 def slewed(before: NDArray[np.float64], wanted: NDArray[np.float64], most: NDArray[np.float64]) -> NDArray[np.float64]:

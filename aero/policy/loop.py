@@ -53,12 +53,16 @@ def run_policy(
         on_step: told about every control period after the rehearsal, before the next one begins.
 
     Raises:
-        ValueError: a script with a rehearsal, which is the policy's.
+        ValueError: a script with a rehearsal, which is the policy's, or a script that is not (periods, 7) and finite.
         AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
     """
     settings = settings or RunSettings()
-    if script is not None and settings.rehearsal_s:
-        raise ValueError("a script is played without a rehearsal")
+    if script is not None:
+        script = np.array(script, np.float64)  # a copy: the caller may go on using its own
+        if settings.rehearsal_s:
+            raise ValueError("a script is played without a rehearsal")
+        if script.shape[1:] != (CHANNELS,) or not np.isfinite(script).all():
+            raise ValueError(f"a script is finite and (periods, {CHANNELS}), got {script.shape}")
     session = _Session(policy, hand, clock, actuation_map, settings, script=script)
     home = hand.read_codes().astype(np.float64)
     session.command = home
@@ -182,18 +186,20 @@ class _Session:
             command = slewed(self.command, asked, self._most)
             self._write(command)
             currents = self._currents(period)
+            # The policy's memory and the loss of the object go on from `action` and `currents`; a callback that writes
+            # into its step must not change them.
             step = Step(
                 t=t,
                 late_s=t - due,
                 codes=codes,
                 lengths=lengths,
                 observation=observation,
-                action=action,
+                action=action.copy(),
                 target=target,
                 command=np.round(command).astype(np.uint16),
                 saturated=saturated,
                 limited=command != asked,
-                currents_a=currents,
+                currents_a=currents.copy(),
             )
             self._count(step)
             on_step(step)
@@ -214,7 +220,8 @@ class _Session:
 
     def _act(self, period: int, observation: Floats) -> Floats:
         if self._script is not None:
-            return np.asarray(self._script[period], np.float64)
+            row: Floats = self._script[period]
+            return row
         return self._policy.network.act(observation).astype(np.float64)
 
     def _asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:

@@ -30,10 +30,13 @@ class Layer:
     bias: Floats
     """(outputs,)."""
 
+    def __post_init__(self) -> None:
+        _freeze(self, "kernel", "bias")
+
 
 @dataclass(frozen=True)
 class Network:
-    """A deterministic policy: 14 observations to 7 actions.
+    """A deterministic policy: 14 observations to 7 actions. Its arrays are copies that cannot be written to.
 
     Raises:
         ValueError: layers that do not chain from 14 to 14, values that are not finite, a standard deviation of zero.
@@ -47,6 +50,7 @@ class Network:
     """All layers; the last gives 7 means and 7 raw exploration scales, of which only the means are used."""
 
     def __post_init__(self) -> None:
+        _freeze(self, "mean", "std")
         widths = [OBSERVATION_SIZE, *(layer.kernel.shape[-1] for layer in self.layers)]
         if not self.layers or widths[-1] != 2 * ACTION_SIZE:
             raise ValueError(f"the last layer must have {2 * ACTION_SIZE} outputs (means and scales), got {widths[-1]}")
@@ -87,6 +91,14 @@ class Network:
         head = hidden @ self.layers[-1].kernel + self.layers[-1].bias
         action: Floats = np.clip(np.tanh(head[..., :ACTION_SIZE]), -ACTION_BOUND, ACTION_BOUND)
         return action
+
+
+def _freeze(holder: Layer | Network, *names: str) -> None:
+    """Replace arrays of a frozen dataclass by copies that cannot be written to."""
+    for name in names:
+        array = np.array(getattr(holder, name))
+        array.setflags(write=False)
+        object.__setattr__(holder, name, array)
 
 
 def swish(x: Floats) -> Floats:

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.policy.limits import Ending, RunLimits
+from aero.policy.limits import Ending, RunLimits, checked_count, checked_number
 from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, ShownAction
 
@@ -37,7 +37,11 @@ class PolicyHand(Protocol):
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How to run a policy."""
+    """How to run a policy.
+
+    Raises:
+        ValueError: a time or a correction that cannot be used, or a rehearsal that tells nothing.
+    """
 
     seconds: float = 15.0
     """Time under the policy, s."""
@@ -66,6 +70,15 @@ class RunSettings:
     """Periods between two readings of the temperatures."""
 
     def __post_init__(self) -> None:
+        for name in ("seconds", "approach_s"):
+            checked_number(name, getattr(self, name), above=0.0)
+        for name in ("wait_s", "rehearsal_s"):
+            checked_number(name, getattr(self, name), least=0.0)
+        checked_count("temperatures_every", self.temperatures_every, least=1)
+        if len(self.correction) != CHANNELS:
+            raise ValueError(f"correction needs {CHANNELS} values in command order, got {len(self.correction)}")
+        for value in self.correction:
+            checked_number("correction", value)
         if self.rehearsal_s and self.dry:
             raise ValueError("a dry run moves nothing, so that there is nothing to rehearse")
         least = 2 * self.limits.grip_window_s

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
+from aero.policy.limits import checked_number
 from aero.policy.task import CHANNELS
 
 Row = tuple[float, ...]
 """One value a channel, command order; m, abduction rad."""
+
+
+_RANGES: dict[str, dict[str, float]] = {"nominal": {}, "scale": {"above": 0.0}, "noise": {"least": 0.0}}
 
 
 @dataclass(frozen=True)
@@ -15,8 +19,8 @@ class PolicySettings:
     """The settings that may differ between training a policy and running it (paper table "policycfg").
 
     Raises:
-        ValueError: a row that is not seven values, a scale or rate that is not positive, noise below zero, or a
-            torque limit outside (0, 1].
+        ValueError: a row that is not seven finite values, a scale or rate that is not positive, noise below zero, or
+            a torque limit outside (0, 1].
     """
 
     nominal: Row
@@ -35,8 +39,9 @@ class PolicySettings:
             row = getattr(self, name)
             if len(row) != CHANNELS:
                 raise ValueError(f"{name} needs {CHANNELS} values in command order, got {len(row)}")
-        if min(self.scale) <= 0 or min(self.noise) < 0 or self.control_rate_hz <= 0:
-            raise ValueError(f"scales and rate must be positive and noise not negative, got {self}")
+            for value in row:
+                checked_number(name, value, **_RANGES[name])
+        checked_number("control_rate_hz", self.control_rate_hz, above=0.0)
         if self.torque_limit is not None and not 0 < self.torque_limit <= 1:
             raise ValueError(f"a torque limit is a share of the stall torque in (0, 1], got {self.torque_limit}")
 

@@ -11,7 +11,7 @@ from .registers import SCS, STS
 
 
 class Driver:
-    """`hil.targets.bus_driver.BusDriver`."""
+    """`hil.robots.bus_driver.BusDriver`."""
 
     def __init__(self, port: str, servos: Mapping[int, str]) -> None:
         scs = any(model.startswith("SCS") for model in servos.values())

@@ -19,7 +19,7 @@ NAMES = {
 
 
 class Driver:
-    """`hil.targets.bus_driver.BusDriver`."""
+    """`hil.robots.bus_driver.BusDriver`."""
 
     def __init__(self, port: str, servos: Mapping[int, str]) -> None:
         scs = any(model.startswith("SCS") for model in servos.values())

@@ -53,7 +53,7 @@ class BusServer:
         return self._end.name
 
     def also(self, end: End, take: Callable[[bytes], object]) -> None:
-        """Hand what arrives at one more end to `take`, at the instant at which it is seen."""
+        """Hand what arrives at one more end to `take`, when it is seen, until the end raises `EOFError`."""
         self._takers[end] = take
 
     def run(self, stop: Callable[[], bool]) -> None:
@@ -65,4 +65,10 @@ class BusServer:
         self._end.close()
 
     def _take(self, end: End) -> None:
-        self._takers[end](end.read())
+        try:
+            data = end.read()
+        except EOFError:
+            # An ended end is always ready, and would keep the loop busy.
+            del self._takers[end]
+        else:
+            self._takers[end](data)

@@ -7,6 +7,7 @@ the same instants on virtual time give the same answers.
 
 from __future__ import annotations
 
+import logging
 import select
 import time
 from collections.abc import Callable, Collection
@@ -24,6 +25,7 @@ from firmware_emulator.links.network import NetworkPort
 from firmware_emulator.links.serial_port import SerialPort
 from firmware_emulator.links.terminal import Terminal
 
+_LOG = logging.getLogger(__name__)
 REENUMERATES: frozenset[ResetCause] = frozenset({"power_on", "brown_out"})
 """Resets over which the USB port goes away and comes back (assumption)."""
 ENUMERATION_S = 0.5
@@ -81,7 +83,9 @@ def serve(
     ends: Collection[End],
     take: Callable[[End], object],
     stop: Callable[[], bool],
+    *,
     after: Callable[[], object] = lambda: None,
+    on_late: Callable[[float], object] = lambda _late_s: None,
 ) -> None:
     """Run a kernel up to the wall clock until `stop()` holds; it is asked at least every 50 ms.
 
@@ -91,12 +95,16 @@ def serve(
         take: called with an end that has bytes, the kernel being at the instant at which they are seen.
         stop: whether to return.
         after: called after each turn.
+        on_late: called when the kernel runs later than it was due, with how much, s.
     """
     start = time.monotonic() - kernel.now
     while not stop():
         due = kernel.next_event()
         idle = IDLE_S if due is None else min(max(start + due - time.monotonic(), 0.0), IDLE_S)
         ready, _, _ = select.select(list(ends), [], [], idle)
+        late_s = time.monotonic() - start - due if due is not None else 0.0
+        if late_s > 0.0:
+            on_late(late_s)
         kernel.run_until(time.monotonic() - start)
         for end in ready:
             take(end)
@@ -134,7 +142,9 @@ class PtyServer:
         """
         self.log: list[WireEntry] | None = None
         self.listeners: list[Callable[[WireEntry], None]] = []
-        """Called with the bytes of the board's terminal as they cross it."""
+        """Called with the bytes of the board's terminal as they cross it; one that raises is dropped."""
+        self.on_late: Callable[[float], object] = lambda _late_s: None
+        """Called when the board runs later than it was due, with how much, s; on an idle computer below 1 ms."""
         self._hand = emulated_hand
         self._takers: dict[End, Callable[[bytes], object]] = {}
         with ExitStack() as opened:
@@ -186,7 +196,7 @@ class PtyServer:
         self._hand.on_reset = self._went_away
         if unread := self._hand.take_output():
             self._host.write(unread)
-        serve(kernel, self._takers, self._take, stop, self._come_back)
+        serve(kernel, self._takers, self._take, stop, after=self._come_back, on_late=self.on_late)
 
     def close(self) -> None:
         """Close the terminals and remove their links; a second call does nothing."""
@@ -229,8 +239,12 @@ class PtyServer:
         entry = (self._hand.kernel.now, direction, data)
         if self.log is not None:
             self.log.append(entry)
-        for listener in self.listeners:
-            listener(entry)
+        for listener in tuple(self.listeners):
+            try:
+                listener(entry)
+            except Exception:  # who listens does not end what it listens to
+                self.listeners.remove(listener)
+                _LOG.exception("a listener of %s failed and is dropped; the link goes on", self.name)
 
     def _transmit(self, data: bytes) -> None:
         self._note("<", data)

@@ -10,6 +10,7 @@ register's name, or a number that never changes.
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
@@ -159,7 +160,15 @@ def read_model(path: Path, known: Callable[[str], Mapping[str, Any]]) -> dict[st
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a TOML file: {error}") from error
-    base = known(content["like"]) if "like" in content else {}
+    if unknown := content.keys() - {"like", "without"} - {field.name for field in fields(ServoModel)}:
+        raise ValueError(f"{path}: unknown {', '.join(sorted(unknown))}")
+    like = content.get("like")
+    if like is not None and (not isinstance(like, str) or like == path.stem):
+        raise ValueError(f"{path}: `like` names another model, not {like!r}")
+    try:
+        base = {} if like is None else known(str(path.parent / like) if like.endswith(".toml") else like)
+    except RecursionError as error:
+        raise ValueError(f"{path}: a model cannot be like itself, by way of {like}") from error
     own = {row[0] for row in content.get("registers", ())} | set(content.get("without", ()))
     rows = [row for row in base.get("registers", ()) if row[0] not in own]
     tables = {name: {**base.get(name, {}), **content.get(name, {})} for name in ("instead", "power_up", "sources")}
@@ -190,7 +199,7 @@ def build_model(content: Mapping[str, Any], place: Path) -> ServoModel:
         _check(model)
     except KeyError as error:
         raise ValueError(f"{place}: {error} is missing, or no name that is known") from error
-    except (TypeError, ValueError, OverflowError) as error:
+    except (TypeError, ValueError, OverflowError, AttributeError) as error:
         raise ValueError(f"{place}: {error}") from error
     return model
 
@@ -227,5 +236,7 @@ def _check(model: ServoModel) -> None:
         raise ValueError(f"modes are {', '.join(MODES)}, not {', '.join(sorted(unknown))}")
     if not 0.0 < model.span_deg <= 360.0 or model.resolution < 2 or model.byte_order not in ("little", "big"):
         raise ValueError("span_deg is 0 to 360, resolution at least 2, byte_order little or big")
+    if not 0.0 < model.speed_unit_counts < math.inf or not all(rate > 0 for rate in model.baud_rates):
+        raise ValueError("speed_unit_counts and baud_rates are positive")
     if model.places["baud"].default >= len(model.baud_rates):
         raise ValueError(f"the factory's baud register has no rate in {model.baud_rates}")

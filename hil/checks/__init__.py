@@ -2,8 +2,8 @@
 
 In `check.py`, `run` moves a hand and leaves a recording, `measure` turns the recording into numbers, and `details`,
 where there is one, says more about them on the page. `checks.toml` says what each number means (`shared/declaration.py`
-explains the file). A new check is a new folder; nothing else has to know it. `session` and `driver` have no `run`: they
-are measured on what the whole run left.
+explains the file). A new check is a new folder; nothing else has to know it. `session`, `driver` and `alike` have no
+`run`: they are measured on what the whole run left.
 """
 
 import tomllib
@@ -42,9 +42,22 @@ WHOLE_RUN = _WHOLE["session"]
 """Measured on every byte since the hand was opened."""
 DRIVER = _WHOLE["driver"]
 """Measured on the recording of each experiment, of which the worst counts."""
-JUDGED: dict[str, Measuring] = {**EXPERIMENTS, WHOLE_RUN.name: WHOLE_RUN, DRIVER.name: DRIVER}
+ALIKE = _WHOLE["alike"]
+"""Measured on the readings of all experiments."""
+JUDGED: dict[str, Measuring] = {**EXPERIMENTS, **{found.name: found for found in (WHOLE_RUN, DRIVER, ALIKE)}}
 """Everything that limits can be set on: the experiments, and the run as a whole."""
 CHECKS = tuple(check for found in JUDGED.values() for metric in found.metrics for check in metric.checks)
 """Every bound, in the order of the limits."""
 
-__all__ = ["CHECKS", "DEFAULT", "DRIVER", "EXPERIMENTS", "JUDGED", "WHOLE_RUN", "Experiment", "Measured", "Measuring"]
+__all__ = [
+    "ALIKE",
+    "CHECKS",
+    "DEFAULT",
+    "DRIVER",
+    "EXPERIMENTS",
+    "JUDGED",
+    "WHOLE_RUN",
+    "Experiment",
+    "Measured",
+    "Measuring",
+]

@@ -2,42 +2,92 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from aero.channels import Channel
+from aero.channels import FINGERS, THUMB, Channel
 from aero.safety import Thresholds
 from hil.targets.target import Target
 
+_LOG = logging.getLogger(__name__)
+FULLY = 0.97
+"""Fraction of a window from which a channel closes fully, for people."""
 
-def before_moving(target: Target, furthest: Sequence[float]) -> Table:
-    """Return what a hand reads now, how far each channel is about to be sent, and what would stop it.
+
+def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> str:
+    """Return what will move, for how long, and what stops it, in plain words; the log has the details.
 
     Args:
         target: the hand; nothing is commanded.
-        furthest: (7,) share of each channel's window, command order.
+        furthest: (7,) fraction of each channel's window that it is sent to at most, command order.
+        seconds: hand time, s.
 
     Raises:
         SafetyStopError: a guarded hand is too hot to move, or holds against something.
     """
-    guard = target.guard
-    if guard is None:
-        currents, temperatures, thresholds = target.hand.read_currents(), target.hand.read_temperatures(), Thresholds()
-    else:
-        health, thresholds = guard.check(), guard.thresholds
-        currents, temperatures = health.currents_a, health.temperatures_c
+    currents, temperatures = _at_rest(target)
+    for channel in Channel:
+        _LOG.info(
+            "%s now %+.2f A, %.0f °C; will move to %.0f %% of its window",
+            channel.label, currents[channel], temperatures[channel], 100 * furthest[channel],
+        )  # fmt: skip
+    thresholds = Thresholds() if target.guard is None else target.guard.thresholds
     stops = ", ".join(f"{name} {value:g}" for name, value in thresholds.as_dict().items())
+    _LOG.info("thresholds of the guard: %s", stops)
+    moves = _moves(furthest)
+    if not moves:
+        return "Nothing will move."
+    text = f"{moves} for about {_rounded(seconds)} s. Keep clear."
+    if target.guard is None:
+        return f"{text} This hand is not guarded: nothing stops it."
+    stop = f"{thresholds.current_a:g} A or {thresholds.temperature_c:g} °C"
+    return f"{text} Ctrl-C opens the hand. It stops at {stop}."
+
+
+def readings(target: Target, furthest: Sequence[float]) -> Table:
+    """Return what a hand reads now, and how far each channel would be sent.
+
+    Raises:
+        SafetyStopError: as `before_moving`.
+    """
+    currents, temperatures = _at_rest(target)
+    guarded = "not guarded" if target.guard is None else "guarded"
     shown = Table(
-        "Channel", "now, A", "now, °C", "will move to, % of window", box=SIMPLE_HEAD, title_justify="left",
-        title=f"{target.describe()}, {'not guarded' if guard is None else 'guarded'}. Thresholds of the guard: {stops}",
+        "Channel", "A", "°C", "will move to", box=SIMPLE_HEAD, title_justify="left",
+        title=f"{target.describe()}, {guarded}",
     )  # fmt: skip
     for channel in Channel:
-        shown.add_row(
-            channel.label,
-            f"{currents[channel]:+.2f}",
-            f"{temperatures[channel]:.0f}",
-            f"{100 * furthest[channel]:.0f}",
-        )
+        to = f"{100 * furthest[channel]:.0f} %"
+        shown.add_row(channel.label, f"{currents[channel]:+.2f}", f"{temperatures[channel]:.0f}", to)
     return shown
+
+
+def _at_rest(target: Target) -> tuple[Sequence[float], Sequence[float]]:
+    """Return currents (7,) A and temperatures (7,) °C; a guarded hand is checked."""
+    if target.guard is None:
+        return list(target.hand.read_currents()), list(target.hand.read_temperatures())
+    health = target.guard.check()
+    return list(health.currents_a), list(health.temperatures_c)
+
+
+def _moves(furthest: Sequence[float]) -> str:
+    """Return what will move and how far; empty for nothing."""
+    parts = {
+        name: far
+        for name, channels in (("fingers", FINGERS), ("thumb", THUMB))
+        if (far := max(furthest[channel] for channel in channels)) > 0
+    }
+    if not parts:
+        return ""
+    far = max(parts.values())
+    how = "close fully" if far >= FULLY else f"close by up to {100 * far:.0f} %"
+    names = " and ".join(parts)
+    return f"{names[0].upper()}{names[1:]} will {how}"
+
+
+def _rounded(seconds: float) -> int:
+    """Return seconds as people say them: to 10 s from a minute on."""
+    return int(round(seconds, -1 if seconds >= 60.0 else 0))

@@ -1,17 +1,69 @@
-"""`aero-hil diff`: two recordings of one experiment."""
+"""`aero-hil diff`: two recordings of one experiment, channel by channel: two hands, or a hand and its emulated twin."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
+import numpy as np
+from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from aero.channels import Channel
+from aero.protocol import MAX_CODE
+from hil.checks import EXPERIMENTS
+from hil.checks.shared.experiment import finite
+from hil.checks.shared.signals import at_times
 from hil.cli.reading import RECORDING, judging, read
 from hil.cli.terminal import console as new_console
 from hil.recordings.recording import Recording
-from hil.verdict.recording_diff import diff as difference
+
+
+@dataclass(frozen=True)
+class ChannelDiff:
+    """One channel of two recordings; encoder differences in per cent of the window."""
+
+    rms: float
+    """Root mean square of second less first, at the first's sample times."""
+    mean: float
+    """Mean of second less first."""
+    worst: float
+    """Greatest magnitude, with its sign."""
+    metrics: dict[str, tuple[float | None, float | None]]
+    """What the experiment measures on this channel: first and second, None where it could not be measured."""
+
+
+def difference(first: Recording, second: Recording) -> dict[Channel, ChannelDiff]:
+    """Compare two recordings of one experiment.
+
+    Raises:
+        ValueError: they are of different experiments.
+    """
+    names = {first.header.experiment, second.header.experiment}
+    if len(names) > 1 or not names <= EXPERIMENTS.keys():
+        raise ValueError(f"a difference needs two recordings of one experiment, not of {' and '.join(sorted(names))}")
+    experiment = EXPERIMENTS[first.header.experiment]
+    one, other = experiment.measure(first), experiment.measure(second)
+    times = first["codes"].times
+    error = (at_times(second["codes"].times, second["codes"].values, times) - first["codes"].values) * 100.0 / MAX_CODE
+    return {
+        channel: ChannelDiff(
+            rms=float(np.sqrt(np.mean(np.square(error[:, channel])))),
+            mean=float(np.mean(error[:, channel])),
+            worst=_signed_extreme(error[:, channel]),
+            metrics={
+                name: (finite(one, channel.label, name), finite(other, channel.label, name))
+                for name in one.get(channel.label, {})
+            },
+        )
+        for channel in Channel
+    }
+
+
+def _signed_extreme(values: NDArray[np.float64]) -> float:
+    return float(values[int(np.argmax(np.abs(values)))])
 
 
 @click.command()
@@ -29,7 +81,7 @@ def diff(*, first: Path, second: Path) -> None:
         shown.add_row(channel.label, f"{row.rms:.3f}", f"{row.mean:+.3f}", f"{row.worst:+.2f}")
     console.print(shown)
     for channel, row in found.items():
-        changes = [f"{name} {a:.4g} to {b:.4g}" for name, (a, b) in row.metrics.items() if a != b]
+        changes = [f"{name} {_number(a)} to {_number(b)}" for name, (a, b) in row.metrics.items() if a != b]
         if changes:
             console.print(f"{channel.label}: {', '.join(changes)}")
 
@@ -38,3 +90,7 @@ def _describe(recording: Recording) -> str:
     header = recording.header
     hand = f"{header.hand} hand on {header.target}, firmware {header.firmware}, unit {header.unit}"
     return f"{header.experiment}, {hand}"
+
+
+def _number(value: float | None) -> str:
+    return "not measured" if value is None else f"{value:.4g}"

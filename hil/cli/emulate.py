@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -14,16 +17,24 @@ from aero.actuation import ActuationMap
 from aero.clock import WallClock
 from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
+from firmware_emulator.links.in_process import WireEntry
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import usage_errors
-from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation
+from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation, recording_ended
 from hil.cli.viewing import viewing, with_view
 from hil.faults import Schedule, parse_fault
 from hil.faults.host import refuse_at_a_port
+from hil.recordings.output import prepared_file
+from hil.targets.delays import LATE, LEAST_S, DelayLog, Loop
 from hil.targets.emulated_hand import build_emulated
-from hil.targets.wire_log import Direction
+from hil.targets.pty_process import NEVER_FIRED
 from hil.view.sources import EmulatedSource
 from model.units.naming import unit_named
+
+if TYPE_CHECKING:
+    from hil.recordings.wire_file import WireFile
+
+_LOG = logging.getLogger(__name__)
 
 
 @click.command()
@@ -60,6 +71,7 @@ def emulate(
 
     Prints one line `ready PATH` when a client may open PATH.
     """
+    file: WireFile | None = None
     if bus_echo and bus_link is None:
         raise click.UsageError("--bus-echo needs --bus-link: it is the adapter of that terminal")
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
@@ -85,22 +97,43 @@ def emulate(
                 electronics, link=link, bus_link=bus_link, bus_port=bus_port, bus_echo=bus_echo, listen=listen
             )
         with ExitStack() as files, server, closing(electronics), viewing(view, hand, stay=False) as audience:
+            delays = DelayLog()
+            server.on_late = partial(_late, delays, tell=parent is not None)
             if record is not None:
-                with usage_errors():
-                    # An extra that a hand without a recording needs not.
-                    from hil.recordings.wire_file import WireFile  # noqa: PLC0415
+                # An extra that a hand without a recording does not need.
+                from hil.recordings.wire_file import WireFile  # noqa: PLC0415
 
-                    file = WireFile(
-                        record, WallClock(), target=server.name, unit=unit.name, firmware=hand.firmware, hand=hand.side,
-                        seed=hand.seed,
-                    )  # fmt: skip
+                with usage_errors():
+                    prepared_file(record)
+                file = WireFile(
+                    record, WallClock(), target=server.name, unit=unit.name, firmware=hand.firmware, hand=hand.side,
+                    seed=hand.seed, delays=delays, on_failure=recording_ended,
+                )  # fmt: skip
                 files.enter_context(closing(file))
-                ways: dict[str, Direction] = {">": "to_hand", "<": "from_hand"}
-                server.listeners.append(lambda entry: file.add(ways[entry[1]], entry[2]))
+                server.listeners.append(partial(_record, file))
             codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
             audience.follow(EmulatedSource(electronics, plant, codec))
             if server.url is not None:
                 click.echo(f"also {server.url}")
             click.echo(f"ready {server.name}")
             server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
+    if parent is not None:
+        for fault in schedule.unfired():
+            click.echo(f"{NEVER_FIRED} {fault}")
     schedule.require_all_fired()
+    if file is not None and file.failure is not None:
+        raise file.failure
+
+
+def _record(file: WireFile, entry: WireEntry) -> None:
+    file.add("to_hand" if entry[1] == ">" else "from_hand", entry[2])
+
+
+def _late(delays: DelayLog, late_s: float, *, tell: bool) -> None:
+    """Note that the board runs late; tell the program that started it."""
+    delays.add(late_s, Loop.BOARD)
+    if late_s >= LEAST_S:
+        _LOG.info("this computer held the emulated board up for %.0f ms", 1e3 * late_s)
+        if tell:
+            with suppress(OSError):  # it has gone, which `parent` shows
+                click.echo(f"{LATE} {late_s:.4f}")

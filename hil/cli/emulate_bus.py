@@ -12,27 +12,8 @@ import click
 from aero.safety.interrupts import noted
 from firmware_emulator.links.bus_pty import BusServer
 from hil.cli.exits import usage_errors
-from hil.targets.robot_bus import RobotBus, obey
-
-
-class StandardInput:
-    """What is typed, or written by the program that started this one."""
-
-    name = "standard input"
-
-    def fileno(self) -> int:
-        """Return the descriptor to wait on."""
-        return sys.stdin.fileno()
-
-    def read(self) -> bytes:
-        """Return what is there, nothing at its end."""
-        return os.read(self.fileno(), 4096)
-
-    def write(self, data: bytes) -> None:
-        """Nothing goes this way."""
-
-    def close(self) -> None:
-        """Leave it open; it is not ours."""
+from hil.cli.options import SEED
+from hil.robots.robot_bus import RobotBus, obey
 
 
 @click.command()
@@ -40,7 +21,7 @@ class StandardInput:
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--port", help="Serve the servos on this serial port instead, to a physical master.")
 @click.option("--echo", is_flag=True, help="The terminal gives back what it sends, as some adapters do.")
-@click.option("--seed", default=0, show_default=True, help="Of the noise of currents.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of the noise of currents.")
 @click.option(
     "--orders",
     is_flag=True,
@@ -58,10 +39,36 @@ def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool,
             built = RobotBus.of_file(robot, seed=seed)
             server = BusServer(built.chain, link=link, port=port, echo=echo)
         with server:
-            if orders:
+            if orders and sys.stdin is not None:
                 server.also(StandardInput(), Orders(built).take)
             click.echo(f"ready {server.name}")
             server.run(stop=lambda: bool(stopped))
+
+
+class StandardInput:
+    """What is typed, or written by the program that started this one; its end is no order."""
+
+    name = "standard input"
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait on."""
+        return sys.stdin.fileno()
+
+    def read(self) -> bytes:
+        """Return what is there.
+
+        Raises:
+            EOFError: it has ended.
+        """
+        if data := os.read(self.fileno(), 4096):
+            return data
+        raise EOFError
+
+    def write(self, data: bytes) -> None:
+        """Nothing goes this way."""
+
+    def close(self) -> None:
+        """Leave it open; it is not ours."""
 
 
 class Orders:
@@ -77,5 +84,5 @@ class Orders:
         for line in filter(None, lines):
             try:
                 click.echo(obey(self._robot, line.decode(errors="replace")))
-            except (ValueError, OverflowError) as error:
+            except ValueError as error:
                 click.echo(f"refused: {error}")

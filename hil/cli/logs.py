@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import sys
+from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -12,7 +14,7 @@ from hil.cli.exits import usage_errors
 PACKAGES = ("aero", "hil")
 """Whose lines are shown and kept."""
 SHOWN = (logging.CRITICAL, logging.INFO, logging.DEBUG)
-"""Least level on the terminal, by how often `-v` was given."""
+"""Least level on the terminal, by how often `-v` is given."""
 FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 
 
@@ -50,7 +52,31 @@ def _show(context: click.Context, _option: click.Parameter, count: int) -> None:
 def _keep(context: click.Context, _option: click.Parameter, path: Path | None) -> None:
     if path is not None:
         with usage_errors():
-            _add(context, logging.FileHandler(path, encoding="utf-8"), logging.DEBUG)
+            _add(context, LogFile(path), logging.DEBUG)
+
+
+class LogFile(logging.FileHandler):
+    """Adds lines to a file; that it cannot be written is said once, and the command goes on."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, encoding="utf-8")
+        self._path = path
+        self._failed = False
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Add a line."""
+        if not self._failed:
+            super().emit(record)
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - the name is logging's
+        """Say why there are no more lines."""
+        self._failed = True
+        click.echo(f"the log in {self._path} ends here, the command goes on: {sys.exception()}", err=True)
+
+    def close(self) -> None:
+        """Close the file; what cannot be written any more has been said."""
+        with suppress(OSError):
+            super().close()
 
 
 def _add(context: click.Context, handler: logging.Handler, level: int) -> None:

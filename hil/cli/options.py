@@ -85,6 +85,12 @@ RECORD = click.option(
 )  # fmt: skip
 """Of commands that serve a port."""
 
+
+def recording_ended(error: Exception) -> None:
+    """Say that `--record` has failed; the port is served on."""
+    click.echo(f"the recording ends here, the link goes on: {error}", err=True)
+
+
 SEED = click.IntRange(0, 2**32 - 1)
 """What NumPy, JAX and the firmware sessions all take as a seed."""
 

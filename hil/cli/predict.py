@@ -9,20 +9,21 @@ from dataclasses import asdict, replace
 
 import click
 import numpy as np
-from rich.table import Table
 
 from aero.firmware import FIRMWARE
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
+from hil.cli.evaluation_tables import print_columns, share
 from hil.cli.exits import usage_errors
-from hil.cli.options import SEED, Seconds
+from hil.cli.options import SEED, Finite, Seconds
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
-from hil.lab.policies.byte_evaluation import run_trials
-from hil.lab.policies.cube_trial import CubeTrial
-from hil.lab.policies.deployment import ANY_HAND, Deployment, load_deployments
-from hil.lab.policies.prediction import Prediction, of_trials, predicted
-from train.evaluation.backends import beside_a_deployment
+from model.scene import CUBE, Cube
+from train.evaluation.cube_trial import CubeTrial
+from train.evaluation.deployment import ANY_HAND, Deployment, load_deployments
+from train.evaluation.simulation import beside_a_deployment
+from train.evaluation.trial_set import TrialSet, trial_set, trial_set_of
+from train.evaluation.trials import run_trials
 
 MOST = 1_000_000
 WIDTH = 120
@@ -40,6 +41,14 @@ WIDTH = 120
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the first trial.")
 @click.option("--unit", help=f"Another hand than the deployment's: a unit, or `{ANY_HAND}` for a new one each trial.")
 @click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Another firmware than the deployment's.")
+@click.option(
+    "--cube-mm", type=Finite(20.0, 100.0), default=1e3 * CUBE.side_m, show_default=True, help="Side of the cube."
+)
+@click.option("--cube-g", type=Finite(1.0, 1000.0), default=1e3 * CUBE.mass_kg, show_default=True, help="Its mass.")
+@click.option(
+    "--cube-friction", type=Finite(0.05, 2.0), default=CUBE.friction, show_default=True,
+    help="Its coefficient of friction; below 0.2 the hand's own counts.",
+)  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print data for programs.")
 def predict(
     *,
@@ -50,62 +59,62 @@ def predict(
     seed: int,
     unit: str | None,
     firmware: str | None,
+    cube_mm: float,
+    cube_g: float,
+    cube_friction: float,
     as_json: bool,
 ) -> None:
-    """Predict how POLICY, a shipped one or a file, turns a cube on a physical hand that is run in a named way.
+    """Predict how POLICY, the shipped one or a file, turns a cube on a physical hand that is run in a named way.
 
     Emulated hands with a cube are run through every byte, as the deployment does it, and the simulator beside them.
+    The cube is the paper's by default.
     """
+    cube = Cube(1e-3 * cube_mm, 1e-3 * cube_g, cube_friction)
     with usage_errors():
         policy = find_policy(policy_name)
         deployment = load_deployments()[deployment_name]
         deployment = replace(deployment, unit=unit or deployment.unit, firmware=firmware or deployment.firmware)
-        cases = deployment.cases(policy, trials, seconds=seconds, seed=seed)
+        cases = deployment.cases(policy, trials, seconds=seconds, seed=seed, cube=cube)
     made: dict[str, list[CubeTrial]] = {}
-    simulated: list[Prediction] = []
+    simulated: list[TrialSet] = []
     try:
         with unwinding(), ProgressBar(console=new_console(stderr=True), transient=True) as bar:
             task = bar.add_task("plain MuJoCo", total=1.0)
             settings = deployment.run_settings(seconds).settings or policy.settings
-            for name, done in beside_a_deployment(policy, settings, trials, seconds=seconds, seed=seed).items():
-                rates, turned = done.rate_rad_s.tolist(), done.rotation_rad.tolist()
-                simulated.append(predicted(name, done.kept.tolist(), rates, turned, seed=seed))
+            episodes = beside_a_deployment(policy, settings, trials, seconds=seconds, seed=seed, cube=cube)
+            simulated = [trial_set(name, one.kept, one.alive_s, one.rotation_rad) for name, one in episodes.items()]
             run_trials(policy, cases, made, lambda done, name: bar.update(task, completed=done, description=name))
-    finally:  # what had ended is said, whatever the ending
-        found = [*simulated, *(of_trials(name, some, seed) for name, some in made.items())]
+    finally:  # what had ended is printed, whatever the ending
+        found = [*simulated, *(trial_set_of(name, some) for name, some in made.items())]
         if as_json:
             rows = [{key: _json(value) for key, value in asdict(row).items()} for row in found]
-            said = {"policy": policy.name, "deployment": asdict(deployment), "seconds": seconds, "seed": seed}
-            click.echo(json.dumps(said | {"predictions": rows}, indent=1))
+            head = {"policy": policy.name, "deployment": asdict(deployment), "cube": asdict(cube)}
+            click.echo(json.dumps(head | {"seconds": seconds, "seed": seed, "predictions": rows}, indent=1))
         else:
-            _print(policy.name, deployment, found, seed, trials)
+            _print(policy.name, deployment, cube, found, f"seeds {seed} to {seed + trials - 1}")
 
 
-def _print(policy: str, deployment: Deployment, found: Sequence[Prediction], seed: int, trials: int) -> None:
+def _print(policy: str, deployment: Deployment, cube: Cube, found: Sequence[TrialSet], seeds: str) -> None:
     console = new_console(width=None if sys.stdout.isatty() else WIDTH)
-    table = Table(title=f"{policy}, run as {deployment.name}: {deployment.meaning}", title_justify="left")
-    table.add_column("", no_wrap=True)
-    for title in ("trials", "kept", "95 %", "rad/s", "95 %", "turned, rad"):
-        table.add_column(title, justify="right")
+    console.print(f"{policy}, run as {deployment.name}: {deployment.meaning}")
+    heads = ("trials", "keeps (95 %)", "rad/s", "95 %", "turned, rad")
+    rows = {}
     for row in found:
-        low, high = row.kept_interval
         slow, fast = row.rate_interval
-        table.add_row(
-            row.name,
+        rows[row.name] = [
             str(row.trials),
-            f"{row.kept / row.trials:.0%}",
-            f"{low:.0%} to {high:.0%}",
+            share(row.kept_share, row.kept_interval),
             f"{row.rate_rad_s:.3f}",
             "" if np.isnan(slow) else f"{slow:.3f} to {fast:.3f}",
             f"{row.turned_rad:.2f}",
-        )
+        ]
     if deployment.measured_rad_s is not None:
-        table.add_row("measured on a physical hand", "", "", "", f"{deployment.measured_rad_s:.3f}", "", "")
-    console.print(table)
+        rows["measured on a physical hand"] = ["", "", f"{deployment.measured_rad_s:.3f}", "", ""]
+    print_columns(console, "", heads, rows)
     console.print(
-        f"unit {deployment.unit}, firmware {deployment.firmware}, seeds {seed} to {seed + trials - 1}",
-        highlight=False,
-    )  # fmt: skip
+        f"cube of {1e3 * cube.side_m:g} mm, {1e3 * cube.mass_kg:g} g, friction {cube.friction:g}; "
+        f"unit {deployment.unit}, firmware {deployment.firmware}, {seeds}"
+    )
     if deployment.reference:
         console.print(deployment.reference)
 
@@ -114,4 +123,4 @@ def _json(value: object) -> object:
     """Return a value as JSON knows it: it has no NaN."""
     if isinstance(value, tuple):
         return None if any(np.isnan(value)) else list(value)
-    return value
+    return None if isinstance(value, float) and np.isnan(value) else value

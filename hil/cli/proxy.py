@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -14,9 +14,13 @@ from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
 from hil.cli.exits import Ended, Exit, usage_errors
-from hil.cli.options import FAULT_HELP, RECORD
+from hil.cli.options import FAULT_HELP, RECORD, recording_ended
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
+from hil.recordings.output import prepared_file
+
+if TYPE_CHECKING:
+    from hil.recordings.wire_file import WireFile
 
 
 @click.command()
@@ -50,18 +54,25 @@ def proxy(
             transport = SerialTransport.open(port)
         except ConnectionError as error:
             raise Ended(str(error), Exit.NO_HAND) from error
+        file: WireFile | None = None
         with closing(transport), ExitStack() as files:
             with usage_errors():
-                between = LinkProxy(transport, schedule, link=link)
-                if record is not None:
-                    # An extra that a proxy without a recording needs not.
-                    from hil.recordings.wire_file import WireFile  # noqa: PLC0415
-                    from hil.targets.target import PHYSICAL  # noqa: PLC0415
+                between = files.enter_context(closing(LinkProxy(transport, schedule, link=link)))
+            if record is not None:
+                # An extra that a proxy without a recording does not need.
+                from hil.recordings.wire_file import WireFile  # noqa: PLC0415
+                from hil.targets.target import PHYSICAL  # noqa: PLC0415
 
-                    file = WireFile(record, WallClock(), target=port, unit=PHYSICAL, firmware=firmware, hand=side)
-                    between.heard = file.add
-                    files.enter_context(closing(file))
-            with closing(between):
-                click.echo(f"ready {between.name}")
-                between.run(stop=lambda: bool(stopped))
+                with usage_errors():
+                    prepared_file(record)
+                file = WireFile(
+                    record, WallClock(), target=port, unit=PHYSICAL, firmware=firmware, hand=side,
+                    on_failure=recording_ended,
+                )  # fmt: skip
+                files.enter_context(closing(file))
+                between.listeners.append(file.add)
+            click.echo(f"ready {between.name}")
+            between.run(stop=lambda: bool(stopped))
     schedule.require_all_fired()
+    if file is not None and file.failure is not None:
+        raise file.failure

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from aero.channels import Channel
-from hil.cli.before_moving import before_moving
+from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import usage_errors
 from hil.cli.options import ChosenHand, Finite, target
 from hil.cli.terminal import ProgressBar
@@ -55,7 +55,10 @@ def record_command(
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
         prepared_file(out)
     with hand.open() as opened:
-        console.print(before_moving(opened, tuple(plan.fractions.max(axis=0))))
+        furthest = tuple(plan.fractions.max(axis=0))
+        if dry_run:
+            console.print(readings(opened, furthest))
+        console.print(before_moving(opened, furthest, plan.duration_s))
         console.print(f"{plan.duration_s:.0f} s of hand time; safe are {[*REACH.values()]} of each window")
         if dry_run:
             return

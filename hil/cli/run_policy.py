@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 import numpy as np
+from PIL import Image
 from rich.console import Console
 from rich.table import Table
 
@@ -18,23 +19,28 @@ from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction
 from aero.safety import Thresholds
+from aero.whole_file import whole
 from hil.cli.exits import Exit, usage_errors
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.cli.viewing import telling, viewing, with_view
-from hil.lab.policies.cube_watch import CubeWatch, write_film
-from hil.lab.policies.policy_run import PolicyRun, record_policy
 from hil.recordings.output import prepared_file
+from hil.recordings.policy_run import PolicyRun, record_policy
 from hil.recordings.recorder import Recorder
 from hil.targets.target import GroundTruth
 from hil.view.sources import source_of
-from model.cube_plant import CubePlant
-from model.film import check_drawing
+from model.cube_plant import CubePlant, CubeWatch
+from model.film import check_drawing, frames
+from model.geometry import Side
 from model.scene import CUBE
 from model.units.cable_correction import correction
 from model.units.naming import unit_named
 
+FRAMES_PER_S = 10.0
+"""Of a film: half the control periods, which is enough to follow and half the file."""
+COLOURS = 64
+"""Colours of the palette that all its frames share, so that what stands still does not flicker."""
 MOST_A = 4.5
 """What a motor draws at the boards' usual torque limit, A (700 units of 6.5 mA); a guard beyond it never acts."""
 
@@ -90,7 +96,7 @@ def run_policy(
 ) -> None:
     """Run POLICY on a hand: slowly to its grasp, a wait for the object, the policy, slowly back.
 
-    POLICY is shipped, `steady` (the default) or `fast`, or a file.
+    POLICY is the shipped one, `steady` (the default), or a file.
 
     Every hand is guarded, an emulated one too, and ends open. An emulated hand in this process gets the paper's cube.
 
@@ -153,7 +159,7 @@ def run_policy(
         audience.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
         _print(console, result, cube, record)
     if film is not None and cube is not None and cube.postures:
-        write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)
+        _write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)
         console.print(f"film in {film}")
     sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
 
@@ -165,6 +171,16 @@ def _check_film(path: Path, *, holds_cube: bool) -> None:
         raise ValueError(f"--film writes a GIF; name the file .gif, not {path.name}")
     prepared_file(path)
     check_drawing("--film")
+
+
+def _write_film(watch: CubeWatch, side: Side, path: Path, period_s: float) -> None:
+    """Draw the postures that were recorded, `period_s` apart, in the time they took, to a GIF file."""
+    every = max(1, round(1.0 / (FRAMES_PER_S * period_s)))
+    drawn = [Image.fromarray(picture) for picture in frames(np.array(watch.postures)[::every], side)]
+    palette = drawn[len(drawn) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
+    first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn)
+    with whole(path) as draft:
+        first.save(draft, save_all=True, append_images=others, duration=round(1e3 * every * period_s), loop=0)
 
 
 def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> None:

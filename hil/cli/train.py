@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from math import exp
 from pathlib import Path
 from typing import Literal
@@ -11,12 +12,10 @@ import click
 from aero.policy.file import load
 from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.options import SEED, Finite, NewFolder
-from hil.cli.policy_choice import choose
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import source_commit, versions
-from train.evaluation.figures import check_video, video
-from train.evaluation.rollouts import log
+from train.evaluation.rollouts import check_video, log, video
 from train.progress import Checkpoint, Epoch
 from train.recipe import RECIPES, on_gpu, on_routed_hands
 
@@ -38,10 +37,10 @@ WITHOUT_GPU = (
 @click.option(
     "--minutes",
     type=Finite(0.0, min_open=True),
-    help="Wall time of this call; without it the recipe's steps decide. A bounded run can be gone on with.",
+    help="Wall time of this call; without it the recipe's steps decide. A bounded run can be resumed.",
 )
 @click.option("--steps", type=click.IntRange(1, 10**12), help="Environment steps instead of the recipe's.")
-@click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
+@click.option("--resume", is_flag=True, help="Continue the run in the folder.")
 @click.option("--threads", type=click.IntRange(1, 1024), help="Threads of the native backend; all cores by default.")
 @click.option(
     "--units", type=click.IntRange(0, 10_000), default=200, show_default=True,
@@ -69,18 +68,18 @@ def train(
     with_video: bool,
     out: Path,
 ) -> None:
-    """Train RECIPE, `steady` for the hand or `fast` for the record in simulation.
+    """Train RECIPE, `steady` for the hand or `paper` for comparison.
 
-    Ctrl-C, a termination and `--minutes` end it within seconds and lose nothing: `--resume` goes on from there, to the
-    same weights as without the break. At the end the last checkpoints and the average of the weights are compared on
-    hands that no training has seen, and the best one is written.
+    Ctrl-C, a termination and `--minutes` end it within seconds and lose nothing: `--resume` continues from there, to
+    the same weights as without the break. At the end the last checkpoints and the average of the weights are compared
+    on hands that no training has seen, and the best one is written.
     """
     with usage_errors():
         prepared_folder(out)
         if with_video:
             check_video()
     try:
-        from train import run, training  # noqa: PLC0415 - the extra is asked for where it is used
+        from train import run, selection, training  # noqa: PLC0415 - the extra is asked for where it is used
         from train.run_state import read_standing  # noqa: PLC0415
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
@@ -110,23 +109,28 @@ def train(
             done = f"{ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps"
             say(f"{ended.ending.value}: {done}, in {out}")
         if ended.ending is training.StopReason.DONE:
-            choose(chosen, out, ended.standing, units=units, threads=threads, say=say)
+            chooser = {"chosen_at_commit": source_commit()}
+            selection.choose(chosen, out, ended.standing, hands=units, threads=threads, say=say, chooser=chooser)
         else:
             bound = f" --steps {steps}" if steps else ""
-            say(f"To go on: aero-hil train {recipe} --seed {seed}{bound} --out {out} --resume")
+            say(f"Kept in {out}: the state, every checkpoint and the best one so far, {recipe}.npz.")
+            say(f"To continue: aero-hil train {recipe} --seed {seed}{bound} --out {out} --resume")
     except (FileExistsError, FileNotFoundError, ValueError) as error:
         raise Ended(str(error), Exit.USAGE) from error
+    if ended.by_signal:
+        sys.exit(128 + ended.by_signal)
     if with_video and (out / f"{recipe}.npz").exists():
-        video(log(load(out / f"{recipe}.npz"), chosen.task, EPISODE_S, seed).positions, out / f"{recipe}.mp4")
+        drawn = log(load(out / f"{recipe}.npz"), chosen.task, EPISODE_S, seed).positions
+        video(drawn, out / f"{recipe}.mp4", chosen.task.settings.period_s)
 
 
 def _epoch_line(epoch: Epoch) -> str:
     kept = exp(-EPISODE_S * epoch.hazard_per_s)
     price = "" if epoch.drop_price is None else f" at {epoch.drop_price:3.0f}"
+    left = "time left not known yet" if epoch.left_s is None else f"{epoch.left_s / 60:4.0f} min left"
     return (
         f"{epoch.stage}  {epoch.steps / 1e6:6.2f} M steps  {epoch.rate_rad_s:5.2f} rad/s  keeps {kept:4.0%}  "
-        f"{epoch.hazard_per_s:5.2%} drops/s{price}  {epoch.steps_per_s:5.0f} steps/s  "
-        f"{epoch.left_s / 60:4.0f} min left"
+        f"{epoch.hazard_per_s:5.2%} drops/s{price}  {epoch.steps_per_s:5.0f} steps/s  {left}"
     )
 
 

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
 import click
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
 
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
-from hil.cli.before_moving import before_moving
+from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import Ended, Exit, ending, usage_errors
 from hil.cli.options import ChosenHand
 from hil.cli.terminal import ProgressBar, description
@@ -26,19 +22,15 @@ from hil.cli.terminal import console as new_console
 from hil.cli.viewing import Audience, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import emptied, prepared_folder, run_folder
-from hil.report.beside_paper import compared, table
-from hil.report.evidence import first_seen
 from hil.report.results import write_figures, write_results
+from hil.report.text import run_text
 from hil.targets.target import Onlooker, Question
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
-from hil.verdict.judged_run import Result, Validation
+from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import ended_at_closing
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
-
-SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
-"""For a terminal of 80 columns."""
 
 
 def run(
@@ -83,8 +75,12 @@ def run(
                 onlookers = (Onlooker(ask_on_terminal),) if asking else ()
                 opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
                 audience.follow(source_of(opened))
+                chosen = [EXPERIMENTS[name] for name in names or DEFAULT]
+                furthest = tuple(np.max([experiment.furthest for experiment in chosen], axis=0))
+                if dry_run:
+                    console.print(readings(opened, furthest))
                 if dry_run or opened.guard is not None:
-                    console.print(before_moving(opened, _furthest(names or DEFAULT)))
+                    console.print(before_moving(opened, furthest, sum(experiment.hand_s for experiment in chosen)))
                 if folder is None:
                     return
                 task = bar.add_task("opening", total=1.0)
@@ -109,14 +105,14 @@ def run(
                 raise
             result = replace(result, end=ended_at_closing(result.end, error))
         _show(result, audience)
-        print_run(console, result, folder)
+        for line in run_text(result, str(folder / "report.html"), console.width):
+            console.print(line)
         write_results(result, folder)
     _end(result, folder)
 
 
 def _show(result: Validation, audience: Audience) -> None:
-    failures = failed(result.findings)
-    audience.verdicts(len(result.findings) - len(failures), [finding.sentence for finding in failures])
+    audience.verdicts(result.tally.passed, [finding.sentence for finding in failed(result.findings)])
 
 
 def _end(result: Validation, folder: Path) -> NoReturn:
@@ -128,42 +124,6 @@ def _end(result: Validation, folder: Path) -> NoReturn:
         raise result.end.error
     code, line = ending(result.end.error)
     raise Ended(f"{line}; what was recorded is in {folder}", code)
-
-
-def _furthest(names: Sequence[str]) -> Sequence[float]:
-    """Return how far each channel is sent at most, (7,) share of its window."""
-    return tuple(np.max([EXPERIMENTS[name].furthest for name in names], axis=0))
-
-
-def print_run(console: Console, result: Validation, out: Path) -> None:
-    """Print a run for a terminal, which shows its end: what is told first on the page comes last here."""
-    if (beside := compared(result)) is not None:
-        console.print(_table(beside))
-    for name, ran in result.results.items():
-        bad = len(failed(ran.findings))
-        verdict = (f"{bad} of {len(ran.findings)} failed", "bold") if bad else f"{len(ran.findings)} checks passed"
-        console.print(Text.assemble(f"{name:10} {EXPERIMENTS[name].title}: ", verdict))
-    failures = failed(result.findings)
-    for line in told(result):
-        console.print(line)
-    if result.remark:
-        console.print(result.remark)
-    verdict = f"{len(failures)} of {len(result.findings)} checks failed" if failures else "within limits"
-    console.print(
-        f"{verdict}; {result.hand_seconds:.0f} s of hand time in {result.wall_seconds:.1f} s; {out / 'report.html'}"
-    )
-
-
-def _table(result: Result) -> Table:
-    rows = table(result)
-    title = f"Simulator and hand on one {result.recording.header.experiment}; mm, abduction in mrad, rise in ms"
-    shown = Table("Channel", title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
-    for cell in rows[0].cells:
-        shown.add_column(cell.short, justify="right")
-    for row in rows:
-        shown.add_row(SHORT_TITLES.get(row.title, row.title), *(c.ours for c in row.cells))
-        shown.add_row("  paper", *(cell.paper for cell in row.cells), style="dim")
-    return shown
 
 
 def ask_on_terminal(question: Question) -> str:
@@ -178,28 +138,3 @@ def ask_on_terminal(question: Question) -> str:
     except click.Abort as error:
         raise KeyboardInterrupt from error
     return question.answers[answer]
-
-
-def told(validation: Validation) -> Iterator[Text]:
-    """Yield a line for each thing that a person is told; none for a run in which nothing failed."""
-    diagnosis = validation.diagnosis
-    for withheld in validation.withheld:
-        yield _line("grey", withheld.sentence)
-    for finding in diagnosis.unexplained:
-        yield _line("failed", f"{finding.sentence}. {finding.meaning} {finding.remedy}")
-    for indication in diagnosis.evidence:
-        yield _line("failed", f"{indication.finding.sentence}. {indication.finding.meaning}")
-    if diagnosis.location:
-        yield _line("where", diagnosis.location.words)
-    if since := first_seen(validation):
-        yield _line("when", since.sentence)
-    if diagnosis.location:
-        yield _line("what", diagnosis.sentence)
-    if diagnosis.step:
-        yield _line("do this", diagnosis.step.do)
-        if diagnosis.step.command:
-            yield Text(f"        {diagnosis.step.command}")
-
-
-def _line(label: str, text: str) -> Text:
-    return Text.assemble((f"{label:7}", "bold"), " ", text.replace("`", ""))

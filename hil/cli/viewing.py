@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
+from aero.child_process import ChildError
 from hil.cli.exits import Ended, Exit
 
 if TYPE_CHECKING:
@@ -79,7 +80,14 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Au
     from hil.view.feed import Feed  # noqa: PLC0415 - help is quick
     from hil.view.frame import Heading  # noqa: PLC0415
 
-    feed = Feed(Heading(_title(hand), hand.side, live=True))
+    feed: Feed | None = None
+    try:
+        feed = Feed(Heading(_title(hand), hand.side, live=True))
+    except ChildError as error:
+        click.echo(f"{error}; the hand goes on without it", err=True)
+    if feed is None:
+        yield Nobody()
+        return
     click.echo(f"view {feed.url}", err=True)
     try:
         yield feed

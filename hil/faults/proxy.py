@@ -6,6 +6,7 @@ delivers in one piece, which is a reply where the hand sends 16 bytes at once.
 
 from __future__ import annotations
 
+import logging
 import os
 import select
 import threading
@@ -21,8 +22,9 @@ from hil.faults.catalogue import CATALOGUE
 from hil.faults.link import Direction, LinkFaults
 from hil.faults.schedule import Schedule
 
+_LOG = logging.getLogger(__name__)
 IDLE_S = 0.05
-"""Longest wait before `stop` is looked at again, s."""
+"""Longest wait before `stop` is asked again, s."""
 LARGEST = 4096
 
 
@@ -60,8 +62,8 @@ class LinkProxy:
             schedule.faults, start_s=self._clock.now(), random=schedule.random, fired=schedule.fire
         )
         self._client = Terminal(link)
-        self.heard: Callable[[Direction, bytes], None] = lambda _direction, _data: None
-        """Called with what the client sends and gets, when it does."""
+        self.listeners: list[Callable[[Direction, bytes], None]] = []
+        """Called with what the client sends and gets, when it does; one that raises is dropped."""
         self._arrived: SimpleQueue[bytes | ConnectionError] = SimpleQueue()
         self._awake, self._wake = os.pipe()
         self._due: list[tuple[float, int, Callable[[bytes], None], bytes]] = []
@@ -102,7 +104,7 @@ class LinkProxy:
         ready, _, _ = select.select([client, self._awake], [], [], max(0.0, due - now))
         if client in ready:
             data = self._client.read()
-            self.heard("to_hand", data)
+            self._note("to_hand", data)
             self._send("to_hand", data, self._port.write)
         if self._awake in ready:
             os.read(self._awake, LARGEST)
@@ -118,8 +120,16 @@ class LinkProxy:
             write(piece)
 
     def _answer(self, data: bytes) -> None:
-        self.heard("from_hand", data)
+        self._note("from_hand", data)
         self._client.write(data)
+
+    def _note(self, direction: Direction, data: bytes) -> None:
+        for listener in tuple(self.listeners):
+            try:
+                listener(direction, data)
+            except Exception:  # who listens does not end what it listens to
+                self.listeners.remove(listener)
+                _LOG.exception("a listener of %s failed and is dropped; the link goes on", self.name)
 
     def _send(self, direction: Direction, data: bytes, write: Callable[[bytes], None]) -> None:
         for t, piece in self._faults.passed(direction, self._clock.now(), data):

@@ -9,11 +9,15 @@ from random import Random
 from hil.faults.catalogue import CATALOGUE, checked
 from hil.faults.fault import Fault, FaultLayer
 
-NEVER_FIRED = "never fired"
-
 
 class FaultNeverFiredError(Exception):
     """A fault was asked for and never had an effect: it begins after the end, or nothing came its way."""
+
+    def __init__(self, faults: Iterable[object]) -> None:
+        super().__init__(
+            f"never fired: {', '.join(map(str, faults))}; let the run go on past the time at which it begins, "
+            "and send or read what it acts on"
+        )
 
 
 class Schedule:
@@ -65,7 +69,4 @@ class Schedule:
             FaultNeverFiredError: the message names it.
         """
         if unfired := self.unfired():
-            raise FaultNeverFiredError(
-                f"{NEVER_FIRED}: {', '.join(map(str, unfired))}; let the run go on past the time at which it begins, "
-                "and send or read what it acts on"
-            )
+            raise FaultNeverFiredError(unfired)

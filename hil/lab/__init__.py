@@ -1,1 +1,1 @@
-"""What makes the shipped data, and long work on many hands: campaigns, limits, identification, policies, endurance."""
+"""What makes the shipped data, and long work on many hands: campaigns, limits, identification, endurance."""

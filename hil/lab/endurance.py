@@ -52,8 +52,11 @@ def read_cycles(log: Path) -> list[Cycle]:
     """
     if not log.exists():
         return []
-    with open_regular(log, MOST_BYTES) as stream:
-        *lines, last = stream.read().split(b"\n")
+    try:
+        with open_regular(log, MOST_BYTES) as stream:
+            *lines, last = stream.read().split(b"\n")
+    except OSError as error:
+        raise OSError(f"{log} cannot be read: {error}") from error
     if last[: len(FIRST_KEY)] != FIRST_KEY[: len(last)]:
         lines.append(last)
     cycles = []

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-FULL_DISK = {errno.ENOSPC, errno.EDQUOT}
-"""Error numbers of a disk, or of a share of one, that takes no more."""
+FULL_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+"""Error numbers of a disk, a quota or a file that takes no more."""
 
 
 class CannotBeWrittenError(OSError):

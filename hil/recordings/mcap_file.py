@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import struct
 from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -24,8 +26,8 @@ from zstandard import ZstdError, frame_content_size
 
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
-from aero.whole_file import begin_file
-from hil.recordings.errors import UnusableFileError
+from aero.whole_file import begin_file, whole
+from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.mcap_writer import McapWriter
 from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
 from hil.recordings.seal import digest
@@ -55,7 +57,9 @@ LARGEST_RECORD = 64 * 2**20
 LARGEST_RATIO = 40
 """Of unpacked to packed bytes, above which a file is damaged or made to fill the memory; ours have 6 to 12."""
 SLACK_BYTES = 2**20
-"""Unpacked bytes that are not counted."""
+"""Unpacked bytes of ours that are not counted."""
+CHUNK_SLACK_BYTES = 16 * 2**20
+"""The same of one chunk, which may hold a camera's dark frame."""
 DAMAGED = (
     McapError,
     ZstdError,
@@ -135,6 +139,12 @@ class RecordingFile:
         # What `json.dumps` makes of it, at half the cost.
         self._add_bytes(f"/{name}", t, (self._formats[name] % (t, *row.tolist())).encode())
 
+    def add_whole_series(self, name: str, series: Series) -> None:
+        """Write all samples of a series."""
+        self.add_series(name, series.columns, series.units)
+        for t, row in zip(series.times.tolist(), series.values, strict=True):
+            self.add_sample(name, series.columns, series.units, t, row)
+
     def add_wire(self, record: WireRecord, start: float = 0.0) -> None:
         """Write bytes that crossed the link; times are from `start` on."""
         at, direction, data = record
@@ -156,10 +166,18 @@ class RecordingFile:
 
     def finish(self, header: Header) -> None:
         """Write the final header and what readers need to jump about, and close the file."""
-        with uninterrupted():
-            self._write_pending()
-            self._add_header(header)
-            self._writer.finish()
+        try:
+            with uninterrupted():
+                self._write_pending()
+                self._add_header(header)
+                self._writer.finish()
+                self._stream.flush()
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """Close the file as it is; a second call does nothing."""
+        with suppress(OSError):  # what is left in its buffer cannot be written
             self._stream.close()
 
     def _add_header(self, header: Header) -> None:
@@ -202,21 +220,19 @@ def epoch_ns(header: Header) -> int:
 
 
 def write_recording(recording: Recording, path: Path) -> None:
-    """Write `recording` to `path`, replacing what is there.
+    """Write `recording` to `path`, replacing what is there when all went well.
 
     Raises:
-        OSError: the file cannot be written.
+        CannotBeWrittenError: the file cannot be written.
     """
-    file = RecordingFile(path, recording.header)
-    for name, series in recording.series.items():
-        file.add_series(name, series.columns, series.units)
-        for t, row in zip(series.times.tolist(), series.values, strict=True):
-            file.add_sample(name, series.columns, series.units, t, row)
-    for record in recording.wire:
-        file.add_wire(record)
-    for event in recording.events:
-        file.add_event(event)
-    file.finish(recording.header)
+    with writing(path), whole(path) as draft, closing(RecordingFile(draft, recording.header)) as file:
+        for name, series in recording.series.items():
+            file.add_whole_series(name, series)
+        for record in recording.wire:
+            file.add_wire(record)
+        for event in recording.events:
+            file.add_event(event)
+        file.finish(recording.header)
 
 
 def read_recording(path: Path) -> Recording:
@@ -228,7 +244,7 @@ def read_recording(path: Path) -> Recording:
     """
     with open_regular(path) as stream:
         try:
-            return _assembled(_records(stream), path)
+            return _assembled(_records(stream), path, os.fstat(stream.fileno()).st_size)
         except UnusableFileError:
             raise
         except DAMAGED as error:
@@ -239,7 +255,6 @@ def read_recording(path: Path) -> Recording:
 
 def _records(stream: BinaryIO) -> Iterator[McapRecord]:
     """Return the records in the order of the file, up to its end or its cut."""
-    packed = unpacked = 0
     try:
         for record in StreamReader(
             stream, record_size_limit=LARGEST_RECORD, emit_chunks=True, validate_crcs=True
@@ -247,9 +262,9 @@ def _records(stream: BinaryIO) -> Iterator[McapRecord]:
             if not isinstance(record, Chunk):
                 yield record
                 continue
-            packed, unpacked = packed + len(record.data), unpacked + _unpacked_size(record)
-            if unpacked > LARGEST_RATIO * packed + SLACK_BYTES:
-                raise McapError(f"{packed} bytes unpack to {unpacked}")
+            size = _unpacked_size(record)
+            if size > LARGEST_RATIO * len(record.data) + CHUNK_SLACK_BYTES:
+                raise McapError(f"a chunk of {len(record.data)} bytes unpacks to {size}")
             yield from breakup_chunk(record, validate_crc=True)
     except (EndOfFile, struct.error):
         if stream.read(1):
@@ -262,10 +277,10 @@ def _unpacked_size(chunk: Chunk) -> int:
     return max(chunk.uncompressed_size, said)
 
 
-def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
+def _assembled(records: Iterator[McapRecord], path: Path, packed: int) -> Recording:
+    unpacked = 0
     header: Header | None = None
     topics: dict[int, str] = {}
-    foreign: set[int] = set()
     schemas: dict[int, dict[str, Any]] = {}
     series: dict[str, tuple[dict[str, Any], list[dict[str, Any]]]] = {}
     wire: list[WireRecord] = []
@@ -275,14 +290,17 @@ def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
             header = _header(record, path)  # the last one counts: the first was written before the end was known
         elif isinstance(record, Schema) and record.name.startswith(SERIES_PREFIX):
             schemas[record.id] = json.loads(record.data)
-        elif isinstance(record, Channel):
-            if record.message_encoding == FOREIGN:
-                foreign.add(record.id)
-                continue
-            topics[record.id] = record.topic
+        elif isinstance(record, Channel) and record.message_encoding == "json":
+            # Channels of other programs, as of a camera whose file was merged into this one, are passed over.
             if record.schema_id in schemas:
                 series.setdefault(record.topic, (schemas[record.schema_id], []))
-        elif isinstance(record, Message) and record.channel_id not in foreign:
+                topics[record.id] = record.topic
+            elif record.topic in (*WIRE_TOPICS, "/events"):
+                topics[record.id] = record.topic
+        elif isinstance(record, Message) and record.channel_id in topics:
+            unpacked += len(record.data)
+            if unpacked > LARGEST_RATIO * packed + SLACK_BYTES:
+                raise McapError(f"{packed} bytes unpack to more than {unpacked}")
             topic, body = topics[record.channel_id], json.loads(record.data)
             if topic in WIRE_TOPICS:
                 wire.append(WireRecord(body["t"], WIRE_TOPICS[topic], bytes.fromhex(body["hex"])))

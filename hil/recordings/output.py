@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -19,13 +19,25 @@ def prepared_folder(folder: Path) -> Path:
     Raises:
         OSError: it cannot be made or written; the message names it.
     """
+    missing = next((parent for parent in (*reversed(folder.parents), folder) if not parent.exists()), None)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryFile(dir=folder) as probe:
             probe.write(b"\0" * 4096)
     except OSError as error:
+        if missing is not None:
+            _remove_empty(folder, missing)
         raise OSError(error.errno, f"cannot write into the folder: {error.strerror}", str(folder)) from error
     return folder
+
+
+def _remove_empty(folder: Path, first: Path) -> None:
+    """Remove a folder that was made in vain, and those above it from `first` on."""
+    with suppress(OSError):
+        for made in (folder, *folder.parents):
+            made.rmdir()
+            if made == first:
+                return
 
 
 @contextmanager

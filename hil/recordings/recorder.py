@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from hil.recordings.errors import CannotBeWrittenError, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
-from hil.recordings.recording import Event, Header, Recording, Series, Severity
+from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
@@ -36,9 +37,9 @@ _UNITS: dict[str, tuple[str, ...]] = {
 SERIES_UNITS = _UNITS | {REHEARSAL + name: units for name, units in _UNITS.items()}
 """Every series an experiment may leave, with the units of its seven columns."""
 
-
 LOGGERS = ("aero", "hil")
-"""Packages whose lines are taken."""
+"""Packages whose log lines are recorded."""
+_LOG = logging.getLogger(__name__)
 
 
 def silent(_done: float, _doing: str) -> None:
@@ -63,10 +64,12 @@ class Recorder:
         self._parameters: dict[str, float | str] = {}
         self._times: dict[str, list[float]] = {}
         self._rows: dict[str, list[NDArray[Any]]] = {}
+        self._incomplete: set[str] = set()
+        """Series of which a sample was left out."""
         self._events: list[Event] = []
-        self._failure: OSError | None = None
+        self._failure: CannotBeWrittenError | None = None
         self._wire_mark = 0
-        self._log_lines = LogLines(self._keep_event)
+        self._log_lines = LogLines(self._add_event)
         self.start = 0.0
         """Time of the target's clock that is zero in the recording, s."""
 
@@ -79,7 +82,7 @@ class Recorder:
         """Start now, or, for the bytes alone, at the opening of the target.
 
         Raises:
-            OSError: the file cannot be written.
+            CannotBeWrittenError: the file cannot be begun.
         """
         wire = self._target.wire
         self._wire_mark = 0 if from_opening else wire.mark()
@@ -87,10 +90,11 @@ class Recorder:
         self._parameters = dict(parameters or {})
         self._started = local_time(self._target.clock.now() - self.start)
         if self._path is not None:
-            self._file = RecordingFile(self._path, self._header())
+            with writing(self._path):
+                self._file = RecordingFile(self._path, self._header())
             for record in wire.since(self._wire_mark, self.start):
-                self._file.add_wire(record)
-            wire.listeners.append(self._keep_wire)
+                self._write(RecordingFile.add_wire, record)
+            wire.listeners.append(self._add_wire)
         self._log_lines.begin()
 
     def note_parameters(self, **parameters: float | str) -> None:
@@ -98,8 +102,15 @@ class Recorder:
         self._parameters |= parameters
 
     def add(self, name: str, t: float, row: NDArray[Any]) -> None:
-        """Add one sample, (7,), taken at `t` (s on the target's clock), to a series of `SERIES_UNITS`."""
-        self._keep(name, t - self.start, row)
+        """Add a copy of one sample, (7,), taken at `t` (s on the target's clock), to a series of `SERIES_UNITS`.
+
+        A sample with NaN or infinity is left out, which the first time is an event.
+
+        Raises:
+            ValueError: there is no such series, the row has another shape, or time runs backwards.
+            CannotBeWrittenError: the file cannot be written.
+        """
+        self._add(name, float(t - self.start), row)
 
     def has(self, name: str) -> bool:
         """Whether a series has a sample yet."""
@@ -109,61 +120,88 @@ class Recorder:
         """Add a whole series, computed from all samples (n, 7) of another and at its times."""
         if self.has(source):
             for t, row in zip(self._times[source], convert(np.array(self._rows[source])), strict=True):
-                self._keep(name, t, row)
+                self._add(name, t, row)
 
     def note(self, text: str, severity: Severity = "info") -> None:
-        """Add an event that happens now."""
-        self._keep_event(text, severity)
+        """Add an event that happens now.
+
+        Raises:
+            CannotBeWrittenError: the file cannot be written.
+        """
+        self._add_event(text, severity)
         self._raise_failure()
 
     @property
-    def failure(self) -> OSError | None:
+    def failure(self) -> CannotBeWrittenError | None:
         """Why the file is not complete, None when it is or there is none."""
         return self._failure
 
     def finish(self, *, ended: bool = True) -> Recording:
-        """Return the recording of everything since the beginning, and complete the file.
+        """Return the recording of everything since the beginning, complete and close the file.
+
+        Nothing is recorded afterwards. A file that could not be written is closed as it is, see `failure`.
 
         Args:
             ended: whether the experiment ran to its end.
         """
         self._log_lines.end()
+        wire = self._target.wire
+        if self._add_wire in wire.listeners:
+            wire.listeners.remove(self._add_wire)
         duration_s = self._target.clock.now() - self.start
         header = replace(self._header(), duration_s=duration_s, finished=ended)
         series = {
             name: Series.of(LABELS, SERIES_UNITS[name], self._times[name], np.array(rows))
             for name, rows in self._rows.items()
         }
-        wire = self._target.wire
+        if (delays := delay_series(self._target.delays.since(self.start))) is not None:
+            series[DELAYS] = delays
         if self._file is not None:
-            wire.listeners.remove(self._keep_wire)
+            if delays is not None:
+                self._write(RecordingFile.add_whole_series, DELAYS, delays)
             self._write(RecordingFile.finish, header)
+            self._file.close()
         return Recording(header, series, wire.since(self._wire_mark, self.start), tuple(self._events))
 
-    def _keep(self, name: str, t: float, row: NDArray[Any]) -> None:
+    def _add(self, name: str, t: float, row: NDArray[Any]) -> None:
+        if name not in SERIES_UNITS:
+            raise ValueError(f"there is no series {name!r}; there are {', '.join(SERIES_UNITS)}")
+        sample = np.array(row)  # a program may use its buffer again
+        last = self._times[name][-1] if self.has(name) else 0.0
+        if sample.shape != (len(Channel),) or not last <= t < np.inf:
+            raise ValueError(
+                f"a sample of {name} has shape (7,) and a time from {last:.3f} s on; got {sample.shape} at {t:.3f} s"
+            )
+        if not np.isfinite(sample).all():
+            if name not in self._incomplete:
+                self._incomplete.add(name)
+                self.note(f"{name}: a sample without finite numbers is left out, {sample.tolist()}", "warning")
+            return
         self._times.setdefault(name, []).append(t)
-        self._rows.setdefault(name, []).append(row)
-        self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], t, np.asarray(row, float))
+        self._rows.setdefault(name, []).append(sample)
+        self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], t, sample.astype(float))
         self._raise_failure()
 
-    def _keep_event(self, text: str, severity: Severity) -> None:
-        """Keep an event that happens now, silent when that fails: the guard's way out logs here."""
+    def _add_event(self, text: str, severity: Severity) -> None:
+        """Add an event that happens now, silent when that fails: the guard's way out logs here."""
         event = Event(self._target.clock.now() - self.start, severity, text)
         self._events.append(event)
         self._write(RecordingFile.add_event, event)
 
-    def _keep_wire(self, record: WireRecord) -> None:
+    def _add_wire(self, record: WireRecord) -> None:
         """Write bytes that cross the link, silent when that fails: the guard's way out passes here."""
         self._write(RecordingFile.add_wire, record, self.start)
 
     def _write(self, action: Callable[..., None], *arguments: object) -> None:
         """Call a method of the file, if there is one that can be written to."""
-        if self._file is None or self._failure is not None:
+        if self._file is None or self._path is None or self._failure is not None:
             return
         try:
-            action(self._file, *arguments)
-        except OSError as error:
+            with writing(self._path):
+                action(self._file, *arguments)
+        except CannotBeWrittenError as error:
             self._failure = error
+            _LOG.warning("the recording ends here: %s", error)
 
     def _raise_failure(self) -> None:
         if self._failure is not None:
@@ -196,28 +234,28 @@ class Recorder:
 
 
 class LogLines(logging.Handler):
-    """Hands lines of level INFO and above to a recording, those of the thread that makes it.
+    """Hands log lines of level INFO and above to a recording, those of the thread that makes it.
 
-    Other threads only look at the hand, and a recording is for one thread.
+    Other threads only observe the hand, and a recording is for one thread.
     """
 
-    def __init__(self, keep: Callable[[str, Severity], None]) -> None:
+    def __init__(self, add: Callable[[str, Severity], None]) -> None:
         """Prepare; nothing comes before `begin`."""
         super().__init__(logging.INFO)
-        self._keep = keep
+        self._add = add
         self._thread = threading.get_ident()
         self._levels: dict[str, int] = {}
         """What the loggers let through before, for `end`."""
 
     def begin(self) -> None:
-        """Take lines from now on."""
+        """Record lines from now on."""
         for logger in map(logging.getLogger, LOGGERS):
             self._levels[logger.name] = logger.level
             logger.setLevel(min(logging.INFO, logger.getEffectiveLevel()))
             logger.addHandler(self)
 
     def end(self) -> None:
-        """Take no more lines; a second call does nothing."""
+        """Record no more lines; a second call does nothing."""
         while self._levels:
             name, level = self._levels.popitem()
             logger = logging.getLogger(name)
@@ -228,7 +266,8 @@ class LogLines(logging.Handler):
         """Hand one line over."""
         if record.thread != self._thread:
             return
-        if record.levelno >= logging.WARNING:
-            self._keep(record.getMessage(), "error" if record.levelno >= logging.ERROR else "warning")
-        else:
-            self._keep(record.getMessage(), "info")
+        severity: Severity = "error" if record.levelno >= logging.ERROR else "warning"
+        try:
+            self._add(record.getMessage(), severity if record.levelno >= logging.WARNING else "info")
+        except Exception:  # a line that cannot be recorded ends nothing
+            self.handleError(record)

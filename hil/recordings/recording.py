@@ -7,15 +7,17 @@ nothing else. `hil.recordings.mcap_file` writes it to disk and reads it back.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import cached_property
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hil.recordings.errors import CannotBeMeasuredError
+from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
 from model.geometry import Side
 
@@ -72,7 +74,7 @@ class Header:
 
 @dataclass(frozen=True)
 class Series:
-    """One or more quantities sampled together.
+    """One or more quantities sampled together, in arrays of its own that nothing writes to.
 
     Raises:
         ValueError: shapes do not agree, a value is not finite, or times run backwards.
@@ -103,8 +105,12 @@ class Series:
             raise ValueError("a series holds finite numbers only; leave a sample out where there is none")
         if np.any(np.diff(self.times, prepend=0.0) < 0):
             raise ValueError("the times of a series start at zero or later and never decrease")
-        self.times.flags.writeable = False
-        self.values.flags.writeable = False
+        for name in ("times", "values"):
+            array = getattr(self, name)
+            if array.flags.writeable or array.base is not None:
+                array = array.copy()
+                array.flags.writeable = False
+                object.__setattr__(self, name, array)
 
     def __eq__(self, other: object) -> bool:
         """Compare names, units and every sample to the bit."""
@@ -161,6 +167,40 @@ class Recording:
                 f"this recording of {self.header.experiment!r} has no series {name!r}; it has {known}"
             )
         return self.series[name]
+
+    @cached_property
+    def delays(self) -> tuple[Delay, ...]:
+        """How long this program's loop or an emulated board's was held up; empty where time was virtual.
+
+        Times are s since the start of the recording.
+        """
+        if DELAYS not in self.series:
+            return ()
+        series = self.series[DELAYS]
+        by_loop = [(loop, series.column(loop.value)) for loop in Loop]
+        return tuple(
+            Delay(float(t), float(by_s[i]), loop)
+            for i, t in enumerate(series.times)
+            for loop, by_s in by_loop
+            if by_s[i] > 0.0
+        )
+
+    def longest_delay(self, start: float, end: float) -> Delay | None:
+        """Return the longest delay within a window (s since the start of the recording), None without any."""
+        within = [delay for delay in self.delays if delay.t >= start and delay.t - delay.by_s <= end]
+        return max(within, key=lambda delay: delay.by_s, default=None)
+
+
+DELAYS = "delays"
+"""Series of delays: a column for each loop, s, at the time at which the loop resumed."""
+
+
+def delay_series(delays: Sequence[Delay]) -> Series | None:
+    """Return delays as the series of a recording, None where there are none."""
+    if not delays:
+        return None
+    values = [[delay.by_s if delay.loop is loop else 0.0 for loop in Loop] for delay in delays]
+    return Series.of([loop.value for loop in Loop], ["s"] * len(Loop), [delay.t for delay in delays], values)
 
 
 def _text(value: Any) -> bool:

@@ -6,7 +6,7 @@ series: what the program meant to send is not known.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,10 +17,12 @@ from aero.actuation import ActuationMap
 from aero.clock import Clock
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.protocol import FILLER, FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
+from hil.recordings.errors import CannotBeWrittenError, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
 from hil.recordings.recorder import LABELS, SERIES_UNITS
-from hil.recordings.recording import Header, Recording, Series
+from hil.recordings.recording import DELAYS, Header, Recording, Series, delay_series
+from hil.targets.delays import DelayLog
 from hil.targets.wire_log import Direction, WireRecord
 from model.geometry import Side
 from model.units import DEFAULT_LIMITS
@@ -31,17 +33,46 @@ READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Op
 
 
 class WireFile:
-    """Writes bytes that a program and a hand exchange, in whole frames on the way to the hand."""
+    """Writes bytes that a program and a hand exchange, in whole frames on the way to the hand.
+
+    When it cannot be written any more, it is closed as it is, and `failure` says so: the link is not its to end.
+    """
 
     def __init__(
-        self, path: Path, clock: Clock, *, target: str, unit: str, firmware: str, hand: Side, seed: int = 0
+        self,
+        path: Path,
+        clock: Clock,
+        *,
+        target: str,
+        unit: str,
+        firmware: str,
+        hand: Side,
+        seed: int = 0,
+        delays: DelayLog | None = None,
+        on_failure: Callable[[CannotBeWrittenError], object] = lambda _error: None,
     ) -> None:
         """Begin the file.
 
+        Args:
+            path: the file.
+            clock: times count from now on it.
+            target: name of the hand's port.
+            unit: of the hand.
+            firmware: of the hand.
+            hand: side.
+            seed: of an emulated hand's noise.
+            delays: of the emulated board, written at the end.
+            on_failure: called once, when the file cannot be written any more.
+
         Raises:
-            OSError: it cannot be written.
+            CannotBeWrittenError: it cannot be begun.
         """
         codec = ActuationMap.for_firmware(firmware, hand=hand)
+        self._path = path
+        self._on_failure = on_failure
+        self._delays = delays
+        self.failure: CannotBeWrittenError | None = None
+        """Why the file is not complete, None as long as it is."""
         self._clock = clock
         self._start = clock.now()
         self._unfinished = b""
@@ -63,25 +94,40 @@ class WireFile:
             limits=DEFAULT_LIMITS,
             finished=False,
         )
-        self._file = RecordingFile(path, self._header)
+        with writing(path):
+            self._file = RecordingFile(path, self._header)
 
     def add(self, direction: Direction, data: bytes) -> None:
         """Take bytes that cross the link now. A program may send a frame in pieces, or several at once."""
         t = self._clock.now() - self._start
         if direction == "from_hand":
-            self._file.add_wire(WireRecord(t, direction, data))
+            self._write(RecordingFile.add_wire, WireRecord(t, direction, data))
             return
         self._unfinished += data
         while len(self._unfinished) >= FRAME_SIZE:
             frame, self._unfinished = self._unfinished[:FRAME_SIZE], self._unfinished[FRAME_SIZE:]
-            self._file.add_wire(WireRecord(t, direction, frame))
+            self._write(RecordingFile.add_wire, WireRecord(t, direction, frame))
 
     def close(self) -> None:
-        """Complete the file."""
-        if self._unfinished:
-            self._file.add_wire(WireRecord(self._clock.now() - self._start, "to_hand", self._unfinished))
+        """Complete and close the file."""
         duration = self._clock.now() - self._start
-        self._file.finish(replace(self._header, duration_s=duration, finished=True))
+        if self._unfinished:
+            self._write(RecordingFile.add_wire, WireRecord(duration, "to_hand", self._unfinished))
+        if self._delays is not None and (series := delay_series(self._delays.since(self._start))) is not None:
+            self._write(RecordingFile.add_whole_series, DELAYS, series)
+        self._write(RecordingFile.finish, replace(self._header, duration_s=duration, finished=True))
+        self._file.close()
+
+    def _write(self, action: Callable[..., None], *arguments: object) -> None:
+        if self.failure is not None:
+            return
+        try:
+            with writing(self._path):
+                action(self._file, *arguments)
+        except CannotBeWrittenError as error:
+            self.failure = error
+            self._file.close()
+            self._on_failure(error)
 
 
 def with_series(recording: Recording) -> Recording:

@@ -6,17 +6,30 @@ import math
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 
-from aero.channels import Channel
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import THUMB, Channel
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric, Published
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import display_unit
+from hil.checks.shared.subjects import FINGERS
+from hil.checks.staircase.reachable_range import calibrated_range
 from hil.recordings.recorder import LENGTH_UNITS
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
+from model import RoutedHand
+from model.geometry import Side
 
+EXCURSION = EXPERIMENTS["excursion"]
+MARK = "\u2020"
+"""Stands at a number of the paper that measures something else."""
+SPANS = ("excursion_model", "excursion_hand")
+"""Metrics that are of a sweep here, and of a fist in the paper."""
 NOTABLE = 0.1
 """Part of the paper's figure by which ours may differ without a word."""
 
@@ -34,6 +47,8 @@ class Cell:
     failed: bool = False
     why: str = ""
     """Why it may differ from the paper's; empty when it hardly does, or when it failed and a finding says more."""
+    mark: str = ""
+    """`MARK` where the paper's number is of another quantity."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +122,28 @@ def length_unit(channel: Channel) -> str:
     return display_unit(LENGTH_UNITS[channel])[0]
 
 
+def like_with_like(result: Result) -> str:
+    """Return the line below the table on what the mark means, with the comparison that is one of like with like."""
+    hand = np.array([EXCURSION.metric("fist_travel", channel.label).paper[channel.label] for channel in THUMB])
+    model = 1e3 * _simulated_sweeps(result.recording.header.hand)[list(THUMB)]
+    published = [EXCURSION.metric("fist_difference", channel.label).paper[channel.label] for channel in THUMB]
+    ours, paper = (
+        ", ".join(f"{length:.{digits}f} {length_unit(channel)}" for channel, length in zip(THUMB, lengths, strict=True))
+        for lengths, digits in ((np.abs(model - hand), 1), (published, 2))
+    )
+    return (
+        f"{MARK} Another quantity: the thumb is swept alone through its whole window here, and goes to a fist in the "
+        f"paper. Like with like, the simulator's sweeps less the paper's hand: {ours}; the paper's {paper}."
+    )
+
+
+@cache
+def _simulated_sweeps(side: Side) -> NDArray[np.float64]:
+    """Return how far the simulator's channels go, each swept alone over its whole range, (7,) float, m and rad."""
+    lengths = calibrated_range(RoutedHand(side))
+    return lengths[:, 1] - lengths[:, 0]
+
+
 def text_rows(validation: Validation) -> list[TextRow]:
     """Return the figures of the paper's text that were measured, and those that cannot be."""
     measured = [
@@ -142,6 +179,7 @@ def _cell(metric: Metric, subject: str, ours: float | None, finding: Finding | N
         "" if finding is None else finding.expected,
         failed,
         metric.differs if not failed and ours is not None and _differs(ours, paper) else "",
+        MARK if paper is not None and metric.name in SPANS and subject not in FINGERS else "",
     )
 
 

@@ -1,23 +1,42 @@
-"""Where a finding can be seen, in which figure and seconds of which recording, and when a run first showed it."""
+"""Where a finding can be seen: the seconds of a recording, the worst instant, and the page's first plot."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 
-from hil.checks import JUDGED, Measuring
+import numpy as np
+
+from aero.channels import FINGERS, Channel
+from aero.safety import SafetyReason, SafetyStopError
+from hil.checks import EXPERIMENTS, JUDGED, Measuring
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import CommandStep, find_steps
-from hil.checks.shared.subjects import CHANNELS
+from hil.checks.shared.subjects import CHANNELS, subject_words
 from hil.recordings.recording import Recording
+from hil.report.plots import ROWS, Plot, PlotColumn, drawable, duration_s, has_samples, with_samples
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 
-PANEL_OF_UNIT = {"A": "currents", "°C": "temperatures"}
-"""Unit of a metric to the figure that shows it; `codes` for the others."""
+ROWS_OF_UNIT = {"°C": ("position", "temperature", "current")}
+"""Unit of a metric to the rows of the first plot; position, error and current for the others."""
+PADDING_S = 0.4
+"""Shown on either side of the seconds of a finding."""
+FULLY = 0.9
+"""Fraction of a window from which an experiment closes a channel fully."""
+LAST_S = 6.0
+"""Seconds shown of an experiment that did not end."""
+CLEARLY = 2.0
+"""Excess from which on a finding is clearly off."""
+ARRIVAL_S = 0.25
+"""Time in which a channel arrives after a command, s: until then all are off."""
+SHORTEST_S = 0.1
+"""Least length of a stretch in which one channel alone is commanded: there is none where all move at once."""
+LONGEST_S = 60.0
+"""Seconds shown of a finding."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +44,7 @@ class Evidence:
     """The seconds of one recording that show one finding."""
 
     experiment: str
-    figure: str
-    """Name of the figure on the page; empty when there is none."""
+    """Name in the header of the recording."""
     start: float
     """s since the start of the recording."""
     end: float
@@ -40,25 +58,30 @@ class Evidence:
         return f"{self.start:.1f} to {self.end:.1f} s{worst}"
 
 
-def figure_name(experiment: str, panel: str) -> str:
-    """Return the name of a figure on the page."""
-    return f"{experiment}-{panel}"
+@dataclass(frozen=True)
+class FirstPlot:
+    """The plot that shows most of a run."""
+
+    title: str
+    caption: str
+    plot: Plot
+
+
+def excess(finding: Finding) -> float:
+    """Return how far a finding is off, whatever its side; 0 when that is not known."""
+    return 0.0 if math.isnan(finding.excess) else abs(finding.excess)
 
 
 def evidence(experiment: str, finding: Finding, result: Result) -> Evidence | None:
     """Return where a finding of an experiment can be seen, None when its recording has no samples."""
     recording, measuring = result.recording, JUDGED[experiment]
-    end = max((float(series.times[-1]) for series in recording.series.values() if series.times.size), default=0.0)
+    end = duration_s(recording)
     if not end:
         return None
-    try:
-        metric = measuring.metric(finding.check, finding.subject)
-    except KeyError:  # a finding about the experiment as a whole
-        metric = None
-    start, end = _seconds(recording, finding, measuring.seconds or (metric.seconds if metric else ""), end)
+    metric = _metric(measuring, finding)
+    start, end = _seconds(recording, finding.subject, measuring.seconds or (metric.seconds if metric else ""), end)
     worst = reading(result.measured, finding.subject, metric.worst_at) if metric else None
-    worst = None if worst is None or math.isnan(worst) else worst
-    return Evidence(experiment, figure_name(experiment, _panel(measuring, metric, finding)), start, end, worst)
+    return Evidence(recording.header.experiment, start, end, None if worst is None or math.isnan(worst) else worst)
 
 
 def by_finding(judged: Mapping[str, Result]) -> dict[Finding, Evidence]:
@@ -71,39 +94,166 @@ def by_finding(judged: Mapping[str, Result]) -> dict[Finding, Evidence]:
     return {finding: where for finding, where in found.items() if where is not None}
 
 
-def _panel(measuring: Measuring, metric: Metric | None, finding: Finding) -> str:
-    panel = (metric and (metric.shown_in or PANEL_OF_UNIT.get(metric.unit))) or "codes"
-    own = finding.subject if finding.subject in CHANNELS else "codes"
-    return own if "sweeps" in measuring.drawn and panel == "codes" else panel
+def first_plot(validation: Validation, seen: Mapping[Finding, Evidence]) -> FirstPlot | None:
+    """Return the channel that failed beside a healthy one; simulator and hand of a good run; None without samples."""
+    if (cut := next(filter(drawable, map(with_samples, validation.end.cut)), None)) is not None:
+        return _last_seconds(validation, cut)
+    if seen:
+        return _failed_beside_healthy(validation, seen)
+    for name, result in reversed(list(validation.results.items())):
+        if has_samples(result.recording, "model") or name == next(iter(validation.results)):
+            return _agreement(result.recording) if drawable(result.recording) else None
+    return None
 
 
-def _seconds(recording: Recording, finding: Finding, which: str, end: float) -> tuple[float, float]:
+def _last_seconds(validation: Validation, cut: Recording) -> FirstPlot:
+    name, end = cut.header.experiment, duration_s(cut)
+    bad = _suspect(validation)
+    channels = (bad, _companion(validation, bad))
+    columns = (PlotColumn((one,), max(0.0, end - LAST_S), end, one.title, at=end) for one in channels)
+    caption = f"The last {min(LAST_S, end):.0f} s of {name}, which did not run to its end."
+    error = validation.end.error
+    hot = isinstance(error, SafetyStopError) and error.reason is SafetyReason.TEMPERATURE
+    rows = ROWS_OF_UNIT["°C"] if hot else ROWS[:3]
+    return FirstPlot(_title(channels, ""), caption, Plot("first-plot", name, rows, tuple(columns)))
+
+
+def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Evidence]) -> FirstPlot:
+    suspect = _suspect(validation)
+    speaking = [indication.finding for indication in validation.diagnosis.evidence]
+
+    def rank(finding: Finding) -> tuple[bool, bool, bool]:
+        # Of a driver the bytes speak, and how the hand moved shows it.
+        return finding.subject == suspect.label, finding.experiment in validation.results, finding in speaking
+
+    best = max(map(rank, seen))
+    found = [finding for finding in seen if rank(finding) == best]
+    clear = min(CLEARLY, max(map(excess, found)))
+
+    def hard_to_see(finding: Finding) -> tuple[bool, float, float]:
+        # Seen best where the hand closes fully, in few seconds.
+        experiment, where = EXPERIMENTS.get(finding.experiment), seen[finding]
+        closes = experiment is not None and experiment.furthest[suspect] >= FULLY
+        return not closes, where.end - where.start, -excess(finding)
+
+    finding = min((one for one in found if excess(one) >= clear), key=hard_to_see)
+    bad = Channel(CHANNELS.index(finding.subject)) if finding.subject in CHANNELS else suspect
+    channels = (bad, healthy := _companion(validation, bad))
+    result = validation.judged[finding.experiment]
+    metric = _metric(JUDGED[finding.experiment], finding)
+    unit = metric.unit if metric else ""
+    columns = []
+    for channel in channels:
+        where = evidence(finding.experiment, replace(finding, subject=channel.label), result) or seen[finding]
+        end = min(where.end, where.start + LONGEST_S)
+        worst = where.worst if channel is bad else None
+        columns.append(
+            PlotColumn((channel,), max(0.0, where.start - PADDING_S), end + PADDING_S, channel.title, at=worst)
+        )
+    if columns[0].at is None:
+        columns[0] = replace(columns[0], at=_moment(result.recording, columns, unit))
+    name = result.recording.header.experiment
+    fine = finding.subject != "hand" and not any(f.subject == healthy.label for f in failed(validation.findings))
+    caption = f"{EXPERIMENTS[name].title}. The red line marks where this shows most: {finding.sentence}."
+    title = _title(channels, ", which passed every check" if fine else "")
+    return FirstPlot(title, caption, Plot("first-plot", name, ROWS_OF_UNIT.get(unit, ROWS[:3]), tuple(columns)))
+
+
+def _agreement(recording: Recording) -> FirstPlot:
+    name = recording.header.experiment
+    rows = ("length", "difference", "current") if has_samples(recording, "model") else ROWS[:3]
+    columns = []
+    for channel in (Channel.INDEX, Channel.THUMB_FLEXOR):
+        start, end = _seconds(recording, channel.label, "", duration_s(recording))
+        columns.append(PlotColumn((channel,), max(0.0, start - PADDING_S), end + PADDING_S, channel.title))
+    title = "Simulator and hand on one command stream" if "length" in rows else EXPERIMENTS[name].title
+    return FirstPlot(title, "", Plot("first-plot", name, rows, tuple(columns)))
+
+
+def _title(channels: Sequence[Channel], rest: str) -> str:
+    bad, healthy = (subject_words(channel.label) for channel in channels)
+    return f"{bad[0].upper()}{bad[1:]} beside the {healthy}{rest}"
+
+
+def _suspect(validation: Validation) -> Channel:
+    """Return the channel that a run speaks of: that of its diagnosis, else the one with most failed checks."""
+    location, error = validation.diagnosis.location, validation.end.error
+    if location and location.channels:
+        return location.channels[0]
+    if isinstance(error, SafetyStopError) and error.channel is not None:
+        return error.channel
+    counts = [sum(f.subject == channel.label for f in failed(validation.findings)) for channel in Channel]
+    return Channel(int(np.argmax(counts)))
+
+
+def _companion(validation: Validation, bad: Channel) -> Channel:
+    """Return the channel to compare with: one that passed if there is one, of the same kind if there is one, near."""
+    off = {finding.subject for finding in failed(validation.findings)}
+    others = [channel for channel in Channel if channel is not bad]
+    return min(others, key=lambda c: (c.label in off, (c in FINGERS) != (bad in FINGERS), abs(c - bad)))
+
+
+def _moment(recording: Recording, columns: Sequence[PlotColumn], unit: str) -> float | None:
+    """Return when the first column's channel differed most from the second's, s; None without samples.
+
+    Compared are currents, temperatures, or positions less their commands, once each channel had time to arrive.
+    """
+    name = {"A": "currents", "°C": "temperatures"}.get(unit, "codes")
+    if not has_samples(recording, name):
+        return None
+    times, values = recording[name].times, recording[name].values
+    arrived = np.ones(len(times), bool)
+    if has_samples(recording, "command_codes"):
+        command = recording["command_codes"]
+        rows = np.maximum(np.searchsorted(command.times, times, side="right") - 1, 0)
+        changed = np.append(True, np.any(np.diff(command.values, axis=0) != 0, axis=1))
+        since = times - np.maximum.accumulate(np.where(changed, command.times, 0.0))[rows]
+        arrived = since > ARRIVAL_S
+        values = command.values[rows] - values if name == "codes" else values
+    bad, healthy = ((column.channels[0], column.start, column.end) for column in columns)
+    inside = (times >= bad[1]) & (times <= bad[2])
+    inside = inside & arrived if (inside & arrived).any() else inside
+    if not inside.any():
+        return None
+    beside = np.interp(times[inside] - bad[1] + healthy[1], times, values[:, healthy[0]])
+    return float(times[inside][np.argmax(np.abs(values[inside, bad[0]] - beside))])
+
+
+def _metric(measuring: Measuring, finding: Finding) -> Metric | None:
+    """Return what is known of the number of a finding, None for one about the experiment as a whole."""
+    found = (m for m in measuring.metrics if m.name == finding.check and finding.subject in m.subjects)
+    return next(found, None)
+
+
+def _seconds(recording: Recording, subject: str, which: str, end: float) -> tuple[float, float]:
     """Return the part of a recording that a finding is about."""
     # Lengths first: their codes change on the coupled channels of the thumb too.
-    commands = recording.series.get("command", recording.series.get("command_codes"))
-    if commands is None or finding.subject not in CHANNELS or which == "all":
+    name = "command" if has_samples(recording, "command") else "command_codes"
+    if not has_samples(recording, name) or subject not in CHANNELS or which == "all":
         return 0.0, end
-    steps = find_steps(commands.times, commands.values)
+    steps = find_steps(recording[name].times, recording[name].values)
     if which == "last closing":
         closing = [step for step in steps if step.after > step.before]
         return (closing[-1].start, closing[-1].end) if closing else (0.0, end)
-    return _own_steps(steps, CHANNELS.index(finding.subject)) or (0.0, end)
+    return _own_steps(steps, CHANNELS.index(subject)) or (0.0, end)
 
 
 def _own_steps(steps: Iterable[CommandStep], channel: int) -> tuple[float, float] | None:
-    """Return the first stretch in which only this channel is commanded, or its first step; None without a step."""
+    """Return the first stretch in which only this channel is commanded, None without one that can be seen."""
     stretch: list[CommandStep] = []
     for step in steps:
         if step.channel == channel:
             stretch.append(step)
         elif stretch:
             break
-    return (stretch[0].start, stretch[-1].end) if stretch else None
+    if not stretch or stretch[-1].end - stretch[0].start < SHORTEST_S:
+        return None
+    return stretch[0].start, stretch[-1].end
 
 
 @dataclass(frozen=True)
 class FirstSeen:
-    """The first finding of a run in time."""
+    """The first failed finding of a run in time."""
 
     experiment: str
     seen_s: float

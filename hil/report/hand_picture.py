@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel, Joint
-from hil.verdict.findings import Finding
+from hil.verdict.diagnosis import Component
+from hil.verdict.judged_run import Validation
 from model import geometry
 from model.geometry.elements import Link
 from model.routed import build_routed
@@ -21,11 +22,13 @@ DigitState = Literal["pass", "fail", "partly", "none"]
 WORDS: dict[DigitState, str] = {
     "pass": "all checks passed",
     "fail": "checks failed",
-    "partly": "passed until the run was broken off",
+    "partly": "passed until the run was aborted",
     "none": "not judged",
 }
 MARKS: dict[DigitState, str] = {"pass": "\u2713", "fail": "\u2717", "partly": "\u25d0", "none": "\u2013"}
-"""Beside each name, so that no verdict is told by colour alone."""
+"""Beside each name, so that no verdict is shown by colour alone."""
+BLAMED = {None, Component.CHANNEL, Component.CHANNELS, Component.HAND, Component.UNKNOWN}
+"""Components, or none, with which a failed check of a channel is about that channel."""
 
 POSE = {Joint.THUMB_ABDUCTION: 0.9, Joint.THUMB_CMC: 0.25}
 """Joints that are not extended in the picture, rad: the thumb stands beside the palm."""
@@ -72,33 +75,39 @@ class ChannelVerdict:
     """What a run says about one channel."""
 
     state: DigitState
-    failed: int
-    checks: int
-
-    @property
-    def words(self) -> str:
-        """The verdict for people."""
-        if self.state == "fail":
-            return f"{self.failed} of {self.checks} checks failed"
-        return f"{WORDS[self.state]} ({self.checks})" if self.checks else WORDS[self.state]
+    words: str
+    """For people."""
+    reason: str = ""
+    """Why it was not judged; empty for one that was."""
 
 
-def verdicts(findings: Iterable[Finding], *, finished: bool) -> dict[Channel, ChannelVerdict]:
-    """Return each channel's verdict; one that passed in a run that was not finished has passed only partly."""
-    found = tuple(findings)
-    judged = {channel: [f.passed for f in found if f.subject == channel.label] for channel in Channel}
-    return {
-        channel: ChannelVerdict(_state(passed, finished=finished), passed.count(False), len(passed))
-        for channel, passed in judged.items()
-    }
+def verdicts(validation: Validation) -> dict[Channel, ChannelVerdict]:
+    """Return each channel's verdict: grey where its checks say nothing about it, or where there are none.
+
+    A driver, a link or a supply that is at fault makes checks of healthy fingers fail.
+    """
+    return {channel: _verdict(validation, channel) for channel in Channel}
 
 
-def _state(passed: list[bool], *, finished: bool) -> DigitState:
+def _verdict(validation: Validation, channel: Channel) -> ChannelVerdict:
+    location = validation.diagnosis.location
+    passed = [finding.passed for finding in validation.findings if finding.subject == channel.label]
     if not passed:
-        return "none"
+        return ChannelVerdict("none", WORDS["none"], "no check of the channel was run")
     if not all(passed):
-        return "fail"
-    return "pass" if finished else "partly"
+        words = f"{passed.count(False)} of {len(passed)} checks failed"
+        elsewhere = location is not None and location.channels and channel not in location.channels
+        if location is not None and (
+            location.component not in BLAMED or (elsewhere and not _unexplained(validation, channel))
+        ):
+            return ChannelVerdict("none", words, f"what failed comes from the {location.words}")
+        return ChannelVerdict("fail", words)
+    state: DigitState = "pass" if validation.end.finding is None else "partly"
+    return ChannelVerdict(state, f"{WORDS[state]} ({len(passed)})")
+
+
+def _unexplained(validation: Validation, channel: Channel) -> bool:
+    return any(finding.subject == channel.label for finding in validation.diagnosis.unexplained)
 
 
 @cache

@@ -1,12 +1,14 @@
-"""One self-contained HTML page about one run of experiments: verdict first, then why, then everything it rests on."""
+"""One self-contained HTML page about one run: verdict and place, a plot that shows it, the evidence, then the rest."""
 
 from __future__ import annotations
 
+import json
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal
+from typing import Any
 from urllib.parse import quote
 
 import markupsafe
@@ -17,22 +19,30 @@ from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
-from hil.recordings.wire_file import with_series
-from hil.report.beside_paper import compared, notes, table, text_rows
-from hil.report.evidence import Evidence, by_finding, first_seen
-from hil.report.figures import Drawn, figures_of, traces_of
-from hil.report.hand_picture import MARKS, WORDS, DigitState, outline, thumb_heights, verdicts
-from hil.report.plots import Mark
+from hil.recordings.recording import Recording
+from hil.report.beside_paper import compared, like_with_like, notes, table, text_rows
+from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_seen
+from hil.report.hand_picture import MARKS, WORDS, outline, thumb_heights, verdicts
+from hil.report.plots import Plot, drawable, packed, whole, with_samples
+from hil.verdict.diagnosis import Component
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.margins import margins_left
+from hil.verdict.run_end import EndKind
 
 BYTES_ALONE = (
     "These are the bytes of a program and a hand, without an experiment: the link is judged. What was meant is not in "
     "them, so the driver's order, scale and sign are not judged."
 )
 """Of a recording that `emulate` or `proxy` made."""
-RunVerdict = Literal["pass", "fail", "broken"]
+HEADINGS = {
+    "pass": "\u2713 Within limits",
+    "fail": "\u2717 Out of limits",
+    "stopped": "\u25a0 Stopped by the guard",
+    "aborted": "\u25a0 Aborted",
+    "unclear": "\u2013 Not judged",
+}
+MOST_FINDINGS = 6
+"""Findings of a list that are shown unfolded."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +53,7 @@ class Section:
     title: str
     result: Result
     failed: int
-    figures: list[Drawn]
-    opened: bool
-    """Whether it is unfolded: what stands beside the paper always, the others when something failed."""
-    legend: bool
-    """Whether its figures have the lines of the paper's figure."""
+    plot: Plot | None
     details: Details | None
 
 
@@ -58,10 +64,27 @@ class Shown:
     anchor: str
     finding: Finding
     evidence: Evidence | None
-    target: str
-    """What the link to its figure points at; empty when nothing shows it."""
+    show: str
+    """What a link to its plot shows there, JSON."""
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """Events of one experiment that say the same but for their numbers."""
+
     experiment: str
-    """Whose recording holds it; empty when it is about the run."""
+    severity: str
+    text: str
+    """Of the first."""
+    times: tuple[float, ...]
+    """s"""
+
+    @property
+    def when(self) -> str:
+        """The times for people."""
+        if len(self.times) == 1:
+            return f"{self.times[0]:.2f} s"
+        return f"{len(self.times)} times, {self.times[0]:.1f} to {self.times[-1]:.1f} s"
 
 
 def render_report(validation: Validation, files: Mapping[str, str] | None = None) -> str:
@@ -75,46 +98,46 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     Raises:
         ValueError: nothing was recorded, so there is nothing to report on.
     """
-    recordings = [*(result.recording for result in validation.results.values()), *validation.end.cut]
-    bytes_alone = not recordings and validation.whole_run is not None
-    if bytes_alone and validation.whole_run is not None:
-        recordings = [validation.whole_run.recording]
-    if not recordings:
+    header, recordings = validation.header, _recordings(validation)
+    if header is None:
         raise ValueError("no experiment began; there is nothing to report on")
     seen = by_finding(validation.judged)
-    sections = _sections(validation, seen)
-    shown = _shown(validation, seen, sections)
-    header = recordings[0].header
+    shown = {item.finding: item for item in _shown(validation, seen)}
     diagnosis = validation.diagnosis
-    spoken = [indication.finding for indication in diagnosis.evidence]
-    finished = validation.end.finding is None
+    speaking = sorted((i.finding for i in diagnosis.evidence), key=excess, reverse=True)
     return _template().render(
         header=header,
         validation=validation,
-        verdict=_verdict(validation),
+        verdict=(verdict := verdict_of(validation)),
+        heading=HEADINGS[verdict],
+        place=place_of(validation),
+        tally=validation.tally,
         outline=outline(header.hand),
-        channels=verdicts(validation.findings, finished=finished),
+        channels=(states := verdicts(validation)),
         thumb_heights=thumb_heights(header.hand),
         marks=MARKS,
         words=WORDS,
-        states=_states(validation, finished=finished),
-        first_finding={item.finding.subject: item.anchor for item in reversed(shown)},
-        shown=shown,
+        reasons=sorted({verdict.reason for verdict in states.values() if verdict.reason}),
+        first_finding={item.finding.subject: item.anchor for item in reversed(shown.values())},
         diagnosis=diagnosis,
         since=first_seen(validation),
-        explained=[item for item in shown if item.finding in spoken],
-        unexplained=[item for item in shown if item.finding not in spoken],
-        sections=sections,
+        first=first_plot(validation, seen),
+        evidence=[shown[finding] for finding in speaking if finding in shown],
+        others=[item for item in shown.values() if item.finding not in (*speaking, validation.end.finding)],
+        most=MOST_FINDINGS,
+        withheld=withheld_lines(validation),
+        sections=_sections(validation),
         beside=_beside_paper(validation),
         text_rows=text_rows(validation),
-        bytes_alone=BYTES_ALONE if bytes_alone else "",
-        exchanged=traces_of(with_series(recordings[0])) if bytes_alone else [],
-        broken_off=[(recording.header, traces_of(recording)) for recording in validation.end.cut],
-        events=[(recording.header.experiment, event) for recording in recordings for event in recording.events],
+        bytes_alone="" if validation.results or validation.end.cut else BYTES_ALONE,
+        cut=[(one.header, whole(one, Channel)) for one in map(with_samples, validation.end.cut) if drawable(one)],
+        exchanged=None if validation.results or validation.end.cut else _exchanged(recordings),
+        events=_repeated(recordings.values()),
         files={name: quote(path) for name, path in (files or {}).items()},
-        margins=margins_left(result.recording for result in validation.results.values()),
         session=WHOLE_RUN.name,
         subjects=SUBJECTS,
+        channel_titles=[channel.title for channel in Channel],
+        readings=packed(recordings),
     )
 
 
@@ -144,51 +167,81 @@ def marked(text: str) -> Markup:
     )
 
 
-def _verdict(validation: Validation) -> RunVerdict:
+def verdict_of(validation: Validation) -> str:
+    """Return the key of `HEADINGS`."""
+    if validation.end.kind in {EndKind.HOST_BUSY, EndKind.FAULT_NEVER_FIRED}:
+        return "unclear"
+    if validation.end.kind in {EndKind.STOPPED, EndKind.NOT_OPENED}:
+        return "stopped"
     if validation.end.cut:
-        return "broken"
+        return "aborted"
     return "pass" if validation.passed else "fail"
 
 
-def _states(validation: Validation, *, finished: bool) -> list[DigitState]:
-    """Return the verdicts that the picture of this run has, for its legend."""
-    found = {verdict.state for verdict in verdicts(validation.findings, finished=finished).values()}
-    return [state for state in WORDS if state in found]
+def place_of(validation: Validation) -> str:
+    """Return where something is wrong, for the heading; empty where nothing tells."""
+    location = validation.diagnosis.location
+    return "" if location is None or location.component is Component.UNKNOWN else location.words
 
 
-def _sections(validation: Validation, seen: Mapping[Finding, Evidence]) -> list[Section]:
-    found = []
-    for name, result in validation.results.items():
-        bad = failed(result.findings)
-        figures = figures_of(name, result.recording, _marks(bad, seen)) if result.measured else []
-        experiment = EXPERIMENTS[name]
-        opened = bool(bad) or bool(experiment.columns)
-        details = experiment.details(result.recording) if experiment.details and result.measured else None
-        legend = "sweeps" in experiment.drawn and bool(figures)
-        found.append(Section(name, experiment.title, result, len(bad), figures, opened, legend, details))
+def _recordings(validation: Validation) -> dict[str, Recording]:
+    """Return every recording of a run by its experiment; of bytes alone what is in their frames."""
+    found = {name: result.recording for name, result in validation.results.items()}
+    found |= {recording.header.experiment: with_samples(recording) for recording in validation.end.cut}
+    if not found and validation.whole_run is not None:
+        return {WHOLE_RUN.name: with_samples(validation.whole_run.recording)}
     return found
 
 
-def _marks(findings: Iterable[Finding], seen: Mapping[Finding, Evidence]) -> list[tuple[str, Mark]]:
-    """Return what to mark in which figure: what shows a finding about one channel."""
+def _exchanged(recordings: Mapping[str, Recording]) -> Plot | None:
+    recording = recordings.get(WHOLE_RUN.name)
+    return whole(recording, Channel) if recording is not None and drawable(recording) else None
+
+
+def _sections(validation: Validation) -> list[Section]:
+    found = []
+    for name, result in validation.results.items():
+        experiment, bad = EXPERIMENTS[name], failed(result.findings)
+        own = {CHANNELS.index(finding.subject) for finding in bad if finding.subject in CHANNELS}
+        channels = [Channel(number) for number in sorted(own)] or Channel
+        plot = whole(result.recording, channels) if drawable(result.recording) else None
+        details = experiment.details(result.recording) if experiment.details and result.measured else None
+        found.append(Section(name, experiment.title, result, len(bad), plot, details))
+    return found
+
+
+def _shown(validation: Validation, seen: Mapping[Finding, Evidence]) -> Iterable[Shown]:
+    """Yield the failed findings, each with where it can be seen."""
+    for count, finding in enumerate(failed(validation.findings), start=1):
+        where, show = seen.get(finding), ""
+        if where is not None:
+            channels = [CHANNELS.index(finding.subject)] if finding.subject in CHANNELS else list(Channel)
+            show = json.dumps({"channels": channels, "start": where.start, "end": where.end})
+        yield Shown(f"finding-{count}", finding, where, show)
+
+
+def withheld_lines(validation: Validation) -> dict[str, list[str]]:
+    """Return what was not judged by the reason, each as one line."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for one in validation.withheld:
+        subjects = found.setdefault(one.reason, {}).setdefault(f"{one.words} ({one.experiment})", [])
+        subjects.append(subject_words(one.subject))
+    return {
+        reason: [f"{words}: {', '.join(subjects)}" for words, subjects in of.items()] for reason, of in found.items()
+    }
+
+
+def _repeated(recordings: Iterable[Recording]) -> list[Repeated]:
+    """Return the events of recordings, those that differ in numbers alone as one."""
+    found: dict[tuple[str, str, str], list[tuple[float, str]]] = {}
+    for recording in recordings:
+        for event in recording.events:
+            key = recording.header.experiment, event.severity, re.sub(r"\d+(\.\d+)?", "#", event.text)
+            found.setdefault(key, []).append((event.t, event.text))
     return [
-        (seen[finding].figure, Mark(Channel(CHANNELS.index(finding.subject)), seen[finding].start, seen[finding].end))
-        for finding in findings
-        if finding in seen and finding.subject in CHANNELS
+        Repeated(experiment, severity, events[0][1], tuple(t for t, _ in events))
+        for (experiment, severity, _), events in found.items()
     ]
-
-
-def _shown(validation: Validation, seen: Mapping[Finding, Evidence], sections: Iterable[Section]) -> list[Shown]:
-    """Return the failed findings, each with where it can be seen: its figure, else its experiment."""
-    figures = {figure.name for section in sections for figure in section.figures}
-    owner = {finding: name for name, result in validation.judged.items() for finding in failed(result.findings)}
-
-    def shown(number: int, finding: Finding) -> Shown:
-        where, name = seen.get(finding), owner.get(finding, "")
-        target = "" if where is None else where.figure if where.figure in figures else f"run-{name}"
-        return Shown(f"finding-{number}", finding, where, target, name)
-
-    return [shown(number, finding) for number, finding in enumerate(failed(validation.findings), start=1)]
 
 
 def _beside_paper(validation: Validation) -> dict[str, Any] | None:
@@ -197,4 +250,7 @@ def _beside_paper(validation: Validation) -> dict[str, Any] | None:
     if result is None:
         return None
     rows = table(result)
-    return {"rows": rows, "notes": (found := notes(rows)), "number": {note.reason: note.number for note in found}}
+    marks = [like_with_like(result)] if any(cell.mark for row in rows for cell in row.cells) else []
+    found = notes(rows)
+    numbers = {note.reason: note.number for note in found}
+    return {"rows": rows, "notes": found, "number": numbers, "marks": marks}

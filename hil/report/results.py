@@ -1,4 +1,4 @@
-"""The folder of results that a validation leaves: recordings, `checks.json`, `metrics.json`, the figure, the report."""
+"""The folder of results that a validation leaves: recordings, `checks.json`, `metrics.json`, the report."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from hil.checks.shared.experiment import reading
 from hil.recordings.seal import sealed
 from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report
-from hil.report.plots import validation_figure
 from hil.verdict.judged_run import Validation
 
 
@@ -31,15 +30,12 @@ def write_figures(validation: Validation, out: Path) -> None:
 
 
 def write_results(validation: Validation, out: Path) -> None:
-    """Write the figures, the report and its picture into the folder of the run's recordings.
+    """Write the figures and the report into the folder of the run's recordings.
 
     Raises:
         OSError: the folder cannot be written.
     """
     write_figures(validation, out)
-    for name, result in validation.results.items():
-        if "sweeps" in EXPERIMENTS[name].drawn and result.measured:
-            write_whole(out / "validation.svg", validation_figure(result.recording))
     names = [*validation.judged, *(cut.header.experiment for cut in validation.end.cut)]
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
@@ -90,6 +86,7 @@ def checks_json(validation: Validation) -> dict[str, object]:
             }
             for name, measured in validation.numbers.items()
         },
+        "counts": dataclasses.asdict(validation.tally),
         "findings": [dataclasses.asdict(finding) for finding in validation.findings],
         "diagnosis": diagnosis_json(validation),
         "withheld": [dataclasses.asdict(withheld) for withheld in validation.withheld],

@@ -12,7 +12,7 @@ from typing import Any
 from serial.tools.list_ports import comports
 
 from aero.actuation import ActuationMap
-from aero.clock import Clock, WallClock
+from aero.clock import Clock
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.hand import Hand
@@ -23,6 +23,7 @@ from firmware_emulator.hand import EmulatedHand
 from hil.faults.fault import Fault
 from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
+from hil.targets.delays import DelayLog, TimedClock, TimedTransport
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
 from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
@@ -134,11 +135,14 @@ class OpenRequest:
     conditions: Conditions = field(default_factory=Conditions)
     """Conditions of an emulated hand in this process; its unit has been changed for them."""
 
+    delays: DelayLog = field(default_factory=DelayLog)
+    """Filled in real time alone."""
+
     def granted(self, hand: Hand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
         asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id} | more
-        asked["faults"] = self.schedule.faults
+        asked |= {"faults": self.schedule.faults, "delays": self.delays}
         return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
 
@@ -184,6 +188,7 @@ def _pty(request: OpenRequest) -> Iterator[Target]:
         hand=request.side,
         unit=request.unit.name,
         seed=request.seed,
+        delays=request.delays,
         program=request.program,
         faults=request.schedule.faults,
     )
@@ -215,9 +220,10 @@ def _serial(request: OpenRequest, port: str) -> Iterator[tuple[Hand, Clock, Wire
             f"no hand at {port!r}: {error} Give the hand's port (Linux: /dev/ttyACM0 or a path below "
             "/dev/serial/by-id), a pyserial URL, or `emulated` or `pty` for a hand without hardware."
         ) from error
-    clock = WallClock()
-    wire = WireLog(transport, clock)
+    clock = TimedClock(request.delays)
+    wire = WireLog(TimedTransport(transport, clock), clock)
     with (
+        closing(clock),
         ready_for_the_worst(port, request.thresholds, request.firmware) as standby,
         drive(
             wire,

@@ -2,19 +2,42 @@
 
 from __future__ import annotations
 
+import logging
 import os
-import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
+from aero.child_process import ChildError, ChildProcess
 from hil.faults.fault import Fault
-from hil.faults.schedule import NEVER_FIRED, FaultNeverFiredError
+from hil.faults.schedule import FaultNeverFiredError
+from hil.targets.delays import LATE, DelayLog, Loop
 
-STOP_TIMEOUT_S = 10.0
-"""Time the child has to leave after SIGTERM."""
+_LOG = logging.getLogger(__name__)
+START_S = 120.0
+"""Time the child has to start, s; it loads a physics engine and perhaps homes, which takes 3 s on an idle machine."""
+STOP_S = 10.0
+"""Time the child has to leave after SIGTERM, s."""
+NEVER_FIRED = "never-fired"
+"""First word of the line in which the child names a fault that had no effect."""
+
+
+class _Heard:
+    """What the child says besides `ready`."""
+
+    def __init__(self, delays: DelayLog) -> None:
+        self.unfired: list[str] = []
+        self._delays = delays
+
+    def take(self, line: str) -> None:
+        """Take one line."""
+        word, _, rest = line.partition(" ")
+        if word == LATE:
+            self._delays.add(float(rest), Loop.BOARD)
+        elif word == NEVER_FIRED:
+            self.unfired.append(rest)
 
 
 @contextmanager
@@ -24,14 +47,15 @@ def serve_in_process(
     hand: Literal["right", "left"],
     unit: str,
     seed: int,
+    delays: DelayLog,
     program: Path | None = None,
     faults: Sequence[Fault] = (),
 ) -> Iterator[str]:
-    """Start an emulated hand on a pseudo-terminal and yield the path a client may open.
+    """Start an emulated hand on a pseudo-terminal and yield the path a client may open; its delays go to a log.
 
     Raises:
         FaultNeverFiredError: a fault had no effect until it was stopped.
-        RuntimeError: it did not start, or did not stop cleanly; the message carries what it printed.
+        ChildError: it did not start, or did not stop cleanly; the message carries what it printed.
     """
     command = [sys.executable, "-P", "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
     command += ["--unit", unit, "--seed", str(seed), "--parent", str(os.getpid())]
@@ -39,24 +63,19 @@ def serve_in_process(
         command += ["--firmware-program", str(program)]
     for fault in faults:
         command += ["--fault", str(fault)]
-    pipe = subprocess.PIPE
-    # In a session of its own, so that Ctrl-C in a terminal reaches only this program, which opens the hand first.
-    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as child:
-        assert child.stdout is not None
-        ready = child.stdout.readline().split(maxsplit=1)
-        if len(ready) != 2 or ready[0] != "ready":
-            child.kill()
-            raise RuntimeError(f"`aero-hil emulate` did not start: {child.communicate()[1].strip()}")
+    heard = _Heard(delays)
+    child = ChildProcess(command, "`aero-hil emulate`", on_line=heard.take)
+    path = child.wait_ready(START_S)
+    try:
+        yield path
+    except BaseException:
         try:
-            yield ready[1].strip()
-        finally:
-            child.terminate()
-            try:
-                _, errors = child.communicate(timeout=STOP_TIMEOUT_S)
-            except subprocess.TimeoutExpired:
-                child.kill()
-                raise RuntimeError(f"`aero-hil emulate` did not stop within {STOP_TIMEOUT_S:g} s") from None
-        if NEVER_FIRED in errors:
-            raise FaultNeverFiredError(errors.strip().removeprefix("Error: "))
-        if child.returncode:
-            raise RuntimeError(f"`aero-hil emulate` ended with status {child.returncode}: {errors.strip()}")
+            child.end(STOP_S)
+        except ChildError as error:  # what came first is what went wrong
+            _LOG.warning("%s", error)
+        raise
+    status = child.end(STOP_S)
+    if heard.unfired:
+        raise FaultNeverFiredError(heard.unfired)
+    if status:
+        raise ChildError(f"`aero-hil emulate` ended with status {status}: {child.errors}")

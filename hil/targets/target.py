@@ -18,6 +18,7 @@ from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
 from firmware_emulator.hand import EmulatedHand
 from hil.faults.fault import Fault
+from hil.targets.delays import DelayLog
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
 from model.geometry import Side
@@ -91,6 +92,8 @@ class Target:
     """Name or serial number of the individual hand, empty when it is not known."""
     wire: WireLog
     """Everything that crossed the link since it was opened."""
+    delays: DelayLog
+    """How late this program and an emulated board were since then; on virtual time nothing is late."""
     capabilities: tuple[object, ...] = ()
     """What `get` finds."""
     faults: tuple[Fault, ...] = ()

@@ -1,7 +1,8 @@
-"""A transport that keeps what crosses it."""
+"""A transport that logs what crosses it."""
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Callable
 from itertools import islice
@@ -11,10 +12,9 @@ from aero.clock import Clock
 from aero.transport import Transport
 
 Direction = Literal["to_hand", "from_hand"]
-
-
-KEPT = 500_000
-"""Records that are kept in memory: more than an hour of 50 readings and commands a second, some 100 MB."""
+_LOG = logging.getLogger(__name__)
+STORED_RECORDS = 500_000
+"""Records that are stored in memory: more than an hour of 50 readings and commands a second, some 100 MB."""
 
 
 class WireRecord(NamedTuple):
@@ -42,11 +42,11 @@ class WireLog:
         self.sent_at = self.opened
         """When bytes last went to the hand, s on the clock: a command, or the request of a reading. A call of a guarded
         hand may look at the hand first, which takes time on a busy machine."""
-        self._records: deque[WireRecord] = deque(maxlen=KEPT)
+        self._records: deque[WireRecord] = deque(maxlen=STORED_RECORDS)
         """The last ones, with times of the clock."""
         self._logged = 0
         self.listeners: list[Callable[[WireRecord], None]] = []
-        """Called with every record as it comes, time on the clock."""
+        """Called with every record as it comes, time on the clock; one that raises is dropped."""
 
     @property
     def name(self) -> str:
@@ -83,7 +83,7 @@ class WireLog:
     def since(self, mark: int, start: float) -> tuple[WireRecord, ...]:
         """Return what was logged after `mark`, with times relative to `start` (s on the clock).
 
-        Of more than `KEPT` records the last ones; a recording's file has them all.
+        Of more than `STORED_RECORDS` records the last ones; a recording's file has them all.
         """
         forgotten = self._logged - len(self._records)
         late = islice(self._records, max(0, mark - forgotten), None)
@@ -94,6 +94,10 @@ class WireLog:
         record = WireRecord(self._clock.now(), direction, data)
         self._records.append(record)
         self._logged += 1
-        for listener in self.listeners:
-            listener(record)
+        for listener in tuple(self.listeners):
+            try:
+                listener(record)
+            except Exception:  # who listens does not end what it listens to
+                self.listeners.remove(listener)
+                _LOG.exception("a listener of %s failed and is dropped; the link goes on", self.name)
         return record.t

@@ -16,8 +16,9 @@ from hil.verdict.findings import Finding
 
 LARGEST_BYTES = 16 * 2**20
 """Of the figures of a run, which have some ten thousand."""
-FIELDS = {"passed", "not_run", "measured", "findings", "sight", "explanations", KEY}
-"""Of `checks.json`."""
+FIELDS = {"passed", "not_run", "counts", "measured", "findings", "diagnosis", "withheld", KEY}
+FORMER_FIELDS = {"sight", "explanations"}
+"""Of `checks.json`, now and in version 0.1.0."""
 
 
 def store(results: Path, baseline: Path) -> None:
@@ -45,7 +46,7 @@ def load(baseline: Path) -> Mapping[str, Measured]:
     path = baseline / "checks.json"
     try:
         checks = json.loads(read_text(path, LARGEST_BYTES))
-        if unknown := sorted(checks.keys() - FIELDS):
+        if unknown := sorted(checks.keys() - FIELDS - FORMER_FIELDS):
             raise ValueError(f"unknown {', '.join(unknown)}")
         checks = unsealed(checks)
         return {

@@ -65,6 +65,22 @@ class Withheld:
         return f"{where[0].upper()}{where[1:]}: {self.words} was not judged: {self.reason}"
 
 
+@dataclass(frozen=True)
+class Tally:
+    """How many checks of a run passed, failed, and were not judged: the one count that is shown anywhere."""
+
+    passed: int
+    failed: int
+    withheld: int
+
+    @property
+    def words(self) -> str:
+        """The count in one sentence without a full stop."""
+        judged = self.passed + self.failed
+        words = f"{self.failed} of {judged} checks failed" if self.failed else f"all {judged} checks passed"
+        return words + (f", {self.withheld} not judged" if self.withheld else "")
+
+
 def failed(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return those that did not pass."""
     return tuple(finding for finding in findings if not finding.passed)

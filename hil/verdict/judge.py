@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from aero.channels import Channel
-from hil.checks import DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
+from hil.checks import ALIKE, DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
 from hil.checks.shared.declaration import Effect
 from hil.checks.shared.experiment import Experiment, Measuring
 from hil.recordings.errors import CannotBeMeasuredError
@@ -77,13 +77,20 @@ class Judge:
         recordings = [result.recording for result in results.values()]
         return self._compared(DRIVER, recordings[-1], _worst([DRIVER.measure(recording) for recording in recordings]))
 
+    def alike(self, results: Mapping[str, Result]) -> Result | None:
+        """Judge the channels of one hand beside each other, None where nothing was measured that compares them."""
+        measured = ALIKE.measure({name: result.measured for name, result in results.items()})
+        if not any(measured.values()):
+            return None
+        return self._compared(ALIKE, list(results.values())[-1].recording, measured)
+
     def _compared(self, measuring: Measuring, recording: Recording, measured: Measured) -> Result:
         findings, withheld = compare(measuring, measured, self.limits, LATE)
         return Result(recording, measured, findings, withheld)
 
     def judged(self, run: Validation) -> Validation:
         """Return a run whose experiments and session are judged, with what concerns it as a whole."""
-        run = replace(run, driver=self.driver(run.results))
+        run = replace(run, driver=self.driver(run.results), alike=self.alike(run.results))
         return run if run.passed else replace(run, diagnosis=self.diagnosis(run))
 
     def diagnosis(self, run: Validation) -> Diagnosis:
@@ -102,7 +109,7 @@ class Judge:
         elif not readings and run.end.error is None:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         location, name, changed = self._rule(run, numbers)
-        row = rows().get(name, Row((), (), ""))
+        row = rows().get(name, Row())
         if changed:
             row = replace(row, causes=changed)
         spoken, rest = _sorted(run, location, row)
@@ -164,7 +171,8 @@ def _sorted(run: Validation, location: Location, row: Row) -> tuple[tuple[Indica
 
 def _effects(finding: Finding) -> tuple[Effect, ...]:
     measuring = JUDGED.get(finding.experiment)
-    if measuring is None:
+    # A run that could not be measured has a finding of its own, named as the experiment.
+    if measuring is None or finding.check == finding.experiment:
         return ()
     return measuring.metric(finding.check, finding.subject).witness(finding.excess)
 

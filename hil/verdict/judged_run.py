@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hil.checks import DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
+from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
 from hil.recordings.recording import Header, Recording
 from hil.verdict.diagnosis import NOTHING, Diagnosis
-from hil.verdict.findings import Finding, Withheld, failed
+from hil.verdict.findings import Finding, Tally, Withheld, failed
 from hil.verdict.run_end import RunEnd
 
 
@@ -40,6 +40,8 @@ class Validation:
     """What the bytes of the session say about the link; None when judged without them."""
     driver: Result | None = None
     """What the bytes of the experiments say about driver and map; None where no experiment ended."""
+    alike: Result | None = None
+    """What the readings of the channels say beside each other; None where nothing compares them."""
     diagnosis: Diagnosis = NOTHING
     """Where something is wrong, and what; empty for a run without failures."""
     left_out: tuple[str, ...] = ()
@@ -53,7 +55,7 @@ class Validation:
     @property
     def judged(self) -> Mapping[str, Result]:
         """Every experiment that ended; `session`, the whole run; `driver`, the bytes of all experiments."""
-        whole = {WHOLE_RUN.name: self.whole_run, DRIVER.name: self.driver}
+        whole = {WHOLE_RUN.name: self.whole_run, DRIVER.name: self.driver, ALIKE.name: self.alike}
         return {**self.results, **{name: result for name, result in whole.items() if result is not None}}
 
     def measured(self, name: str) -> Result | None:
@@ -73,6 +75,12 @@ class Validation:
         """Every finding, and the reason for stopping if there is one."""
         found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
         return found if self.end.finding is None else (self.end.finding, *found)
+
+    @property
+    def tally(self) -> Tally:
+        """The number of checks; how the run ended is none."""
+        checks = [finding for finding in self.findings if finding != self.end.finding]
+        return Tally(len(checks) - len(failed(checks)), len(failed(checks)), len(self.withheld))
 
     @property
     def withheld(self) -> tuple[Withheld, ...]:

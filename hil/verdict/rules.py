@@ -14,6 +14,7 @@ from functools import cache
 from importlib import resources
 
 from aero.channels import Channel
+from aero.safety import SafetyReason
 from hil.checks.shared.declaration import Effect
 from hil.verdict.diagnosis import Component, Location
 from hil.verdict.limits import Key, out_of_limits
@@ -26,8 +27,21 @@ TO_ONE_SIDE = 0.55
 STANDS = 3.0
 """Excess of the way that a channel followed, from which on it did not move at all."""
 LABELS = {channel.label: channel for channel in Channel}
+ELSEWHERE = {Effect.BYTES, Effect.RESTART, Effect.DRIVER, Effect.HEAT}
+"""Effects that no servo, cable or digit has."""
+GENTLE = {"presence", "audit", "session", "driver", "alike"}
+"""Experiments that a hand goes through which may push against something."""
+STOPS = {
+    SafetyReason.CURRENT: "blocked",
+    SafetyReason.CURRENT_AT_REST: "zero",
+    SafetyReason.TEMPERATURE: "hot",
+    SafetyReason.JUMP: "jumping",
+    SafetyReason.STRAY: "stray",
+    SafetyReason.MOTION_AT_REST: "stray",
+    SafetyReason.STILL_CLOSED: "blocked",
+}
+"""Row that a stop of the guard leaves where no check says more."""
 THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
-HAND = Location(Component.HAND)
 LESS_TORQUE = {
     "excursion/closed_percent": -1,
     "excursion/fist_travel": -1,
@@ -44,10 +58,10 @@ LESS_TORQUE = {
 class Row:
     """A row of `diagnoses.toml`."""
 
-    causes: tuple[str, ...]
-    effects: tuple[Effect, ...]
-    test: str
+    causes: tuple[str, ...] = ()
+    test: str = ""
     command: str = ""
+    effects: frozenset[Effect] = frozenset()
 
 
 @cache
@@ -55,7 +69,7 @@ def rows() -> Mapping[str, Row]:
     """Return the diagnoses, by name."""
     text = (resources.files("hil") / "data" / "diagnoses.toml").read_text(encoding="utf-8")
     return {
-        name: Row(tuple(row["causes"]), tuple(map(Effect, row["effects"])), row["test"], row.get("command", ""))
+        name: Row(tuple(row["causes"]), row["test"], row.get("command", ""), _effects(row.get("effects")))
         for name, row in tomllib.loads(text).items()
     }
 
@@ -63,6 +77,10 @@ def rows() -> Mapping[str, Row]:
 def _key(check: str, subject: str) -> Key:
     experiment, _, metric = check.partition("/")
     return experiment, metric, subject
+
+
+def _effects(names: Iterable[str] | None) -> frozenset[Effect]:
+    return frozenset(Effect) - ELSEWHERE if names is None else frozenset(map(Effect, names))
 
 
 class Failures:
@@ -97,6 +115,21 @@ class Failures:
             LABELS[subject] for _, metric, subject in self.failed if subject in LABELS and metric != "others_moved"
         )
 
+    @property
+    def beside(self) -> frozenset[Channel]:
+        """Channels that are off beside the others of the hand."""
+        return self.on("alike/rise") | self.on("alike/opening")
+
+    @property
+    def loaded(self) -> frozenset[Channel]:
+        """Channels whose springs or friction ask for more current."""
+        checks = ("staircase/spring", "staircase/friction", "staircase/dry_friction", "holding/holding_current")
+        return frozenset(channel for check in checks for channel in self.on(check, 1))
+
+    def short_of_torque(self, least: int) -> bool:
+        """Return whether so many channels fail one check to the side of too little torque."""
+        return any(len(self.on(check, sign)) >= least for check, sign in LESS_TORQUE.items() if "replay" not in check)
+
     def weight(self, channel: Channel) -> float:
         """Return how much speaks for a channel: its failed checks, one that is far off for up to three."""
         return sum(
@@ -108,154 +141,196 @@ class Failures:
 
 Told = tuple[Location, str]
 """A place, and a row of `diagnoses.toml`; an empty name when nothing known explains it."""
+Rules = Iterable[tuple[bool, Component, str]]
 
 
 def rule_for(failures: Failures, end: RunEnd) -> Told:
-    """Return where something is wrong in a run that failed, and the row that its evidence leaves."""
+    """Return where something is wrong in a run that failed, and the row that its failures leave."""
     return (
         of_the_driver(failures)
         or of_the_bytes(failures, end)
-        or of_a_gate(failures)
-        or of_exchanged(failures)
-        or of_the_times(failures)
+        or of_the_bus(failures, end)
         or of_the_hand(failures)
+        or of_exchanged(failures)
+        or of_a_sensor(failures)
+        or of_the_times(failures)
+        or of_a_stop(failures, end)
         or of_a_channel(failures)
         or (Location(Component.UNKNOWN), "")
     )
 
 
+def _first(rules: Rules) -> Told | None:
+    return next(((Location(component), row) for holds, component, row in rules if holds), None)
+
+
 def of_the_driver(failures: Failures) -> Told | None:
     """A check of the driver failed: what the hand reads says nothing then."""
-    if any(experiment == "driver" for experiment, _, _ in failures.failed):
-        return Location(Component.DRIVER), "driver"
-    return None
+    return _first([(any(key[0] == "driver" for key in failures.failed), Component.DRIVER, "driver")])
 
 
 def of_the_bytes(failures: Failures, end: RunEnd) -> Told | None:
     """Restarts, lost and altered bytes, and the errors that a silent board or link ends a run with."""
     lost = failures.hand("session/lost_replies") or failures.hand("presence/lost_replies")
-    stray, broken = failures.hand("session/stray_bytes"), end.kind is EndKind.LINK
+    stray = failures.hand("session/stray_bytes")
+    broken = end.kind is EndKind.LINK or end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
     # One servo's readings do not make another's jump.
     jumping = failures.on("staircase/overshoot_hand_percent") | failures.on("holding/creep_percent")
-    rules = (
-        (end.kind is EndKind.FIRMWARE, Component.BOARD, "firmware_program"),
-        (failures.hand("session/restarts"), Component.BOARD, "restarts"),
-        (failures.hand("session/unanswered_limits") and not lost, Component.BOARD, "older_firmware"),
-        (isinstance(end.error, ConnectionError), Component.LINK, "port_gone"),
-        (broken and not stray, Component.BOARD_OR_LINK, "silent"),
-        (lost or stray or broken or len(jumping) >= MANY, Component.LINK, "bytes"),
+    return _first(
+        (
+            (end.kind is EndKind.FIRMWARE, Component.BOARD, "firmware_program"),
+            (failures.hand("session/restarts"), Component.BOARD, "restarts"),
+            (failures.hand("session/unanswered_limits") and not lost, Component.BOARD, "older_firmware"),
+            (end.unanswered_limit and not lost, Component.BOARD, "older_firmware"),
+            (isinstance(end.error, ConnectionError), Component.LINK, "port_gone"),
+            (broken and not stray, Component.BOARD_OR_LINK, "silent"),
+            (lost or stray or broken or len(jumping) >= MANY, Component.LINK, "bytes"),
+            (failures.hand("response/backward_readings") and len(failures.channels) != 1, Component.LINK, "bytes"),
+            (failures.hand("staircase/lower_byte") and not failures.channels, Component.LINK, "bytes"),
+            (len(failures.on("presence/temperature")) >= MANY, Component.LINK, "bytes"),
+        )
     )
-    return _first(rules)
 
 
-def _first(rules: Iterable[tuple[bool, Component, str]]) -> Told | None:
-    return next(((Location(component), row) for holds, component, row in rules if holds), None)
-
-
-def of_a_gate(failures: Failures) -> Told | None:
-    """Temperatures, and a bus on which readings stand still: a gate that fails alone names its sensor."""
-    if failures.hand("presence/distinct_readings") or failures.hand("presence/boot_contradictions"):
-        return Location(Component.BUS), "bus"
-    off = failures.on("presence/temperature")
-    if len(off) == 1:
-        (channel,) = off
-        hot = failures.excess("presence/temperature", channel) > 0
-        return Location(Component.CHANNEL, (channel,)), "hot" if hot else "temperature_sensor"
-    if len(off) >= MANY:
-        return Location(Component.LINK), "bytes"
-    return None
-
-
-def of_exchanged(failures: Failures) -> Told | None:
-    """Two channels, or both sides, mixed up."""
-    moved = failures.on("audit/others_moved")
-    if len(failures.on("audit/followed", -1)) >= MANY or len(failures.on("excursion/stop_current", -1)) >= MANY:
-        return Location(Component.BOARD), "other_side"
-    if set(THUMB_CABLES) <= failures.channels.keys() and failures.on("excursion/closed_percent", 1) & {
-        Channel.THUMB_CMC_FLEXION
-    }:
-        return Location(Component.CHANNELS, THUMB_CABLES), "exchanged"
-    if len(moved) == 2 and failures.on("audit/followed", -1) == moved:
-        return Location(Component.CHANNELS, tuple(sorted(moved))), "exchanged"
-    return None
-
-
-def of_the_times(failures: Failures) -> Told | None:
-    """What comes late on the whole hand: the link's round trip tells it from the servos."""
-    several = len(failures.channels) >= MANY
-    late = failures.hand("response/command_to_motion", 1) or len(failures.on("replay/replay_delay", 1)) >= MANY
-    lone_telemetry = failures.hand("response/telemetry_period") and not failures.channels
-    rules = (
-        (failures.hand("presence/round_trip"), Component.LINK, "late_link"),
-        (failures.hand("response/backward_readings") and len(failures.channels) != 1, Component.LINK, "bytes"),
-        (failures.hand("excursion/stale_readings") and several, Component.LINK, "bytes"),
-        (late and not _channels_of(failures, LESS_TORQUE, MANY), Component.HAND, "late_servos"),
-        (lone_telemetry, Component.HAND, "late_servos"),
+def of_the_bus(failures: Failures, end: RunEnd) -> Told | None:
+    """Readings that stand still on all channels, at rest or on their way: a silent servo, or a link that repeats."""
+    gone = failures.hand("presence/distinct_readings") or failures.hand("presence/boot_contradictions")
+    late = failures.hand("presence/round_trip")
+    still = failures.on("excursion/stale") | failures.on("response/standstill") | failures.on("staircase/late_steps")
+    shared = failures.hand("excursion/stale_readings") or failures.hand("response/longest_standstill")
+    others = len(failures.on("replay/replay_shape")) >= MANY or len(still) > 1
+    return _first(
+        (
+            (gone or end.stop is SafetyReason.STALE, Component.LINK, "bus"),
+            (late, Component.LINK, "late_link"),
+            (shared and others and not failures.short_of_torque(MANY), Component.LINK, "repeats"),
+            (len(failures.on("staircase/late_steps")) >= MANY, Component.LINK, "bytes"),
+        )
     )
-    return _first(rules)
-
-
-def _channels_of(failures: Failures, checks: Mapping[str, int], least: int) -> bool:
-    return any(len(failures.on(check, sign)) >= least for check, sign in checks.items() if "replay" not in check)
 
 
 def of_the_hand(failures: Failures) -> Told | None:
     """The same effect on three channels, or a little on many to one side: a cause that all share."""
-    counted = failures.channels
-    if _channels_of(failures, LESS_TORQUE, MANY) or less_torque(failures) >= TO_ONE_SIDE:
-        return Location(Component.SUPPLY), "supply"
-    if len(counted) >= MANY and min(counted.values()) * 3 >= max(counted.values()):
-        return HAND, "supply"
-    return None
+    slow = failures.hand("response/open_close_rate", -1)
+    # Too little torque of all leaves each finger as fast as its neighbours, and no finger more friction than they.
+    alone = all(f"{key[0]}/{key[1]}" in LESS_TORQUE for key in failures.failed if key[2] in LABELS)
+    pulled = failures.on("audit/pull", 1) & failures.on("audit/followed", -1)
+    return _first(
+        (
+            (failures.short_of_torque(MANY), Component.SUPPLY, "supply"),
+            (len(pulled) >= MANY - 1 and Channel.THUMB_FLEXOR in pulled, Component.SUPPLY, "supply"),
+            (slow and alone and len(failures.loaded) == 0, Component.SUPPLY, "supply"),
+            (less_torque(failures) >= TO_ONE_SIDE, Component.SUPPLY, "supply"),
+        )
+    )
 
 
 def less_torque(failures: Failures) -> float:
-    """Return how far all channels lie to the side of too little torque, of readings that have one: a mean of places."""
+    """Return how far the channels lie to the side of too little torque: the median of their mean places."""
     by_channel: dict[str, list[float]] = defaultdict(list)
     for (experiment, metric, subject), side in failures.sides.items():
         if sign := LESS_TORQUE.get(f"{experiment}/{metric}"):
             by_channel[subject].append(max(-1.0, min(1.0, sign * side)))
     means = sorted(sum(found) / len(found) for found in by_channel.values())
-    return means[len(means) // 2] if means else 0.0
+    return means[len(means) // 2] if len(means) > MANY else 0.0
+
+
+def of_exchanged(failures: Failures) -> Told | None:
+    """Two channels, or both sides, mixed up."""
+    cmc, flexor = THUMB_CABLES
+    further = cmc in failures.on("excursion/closed_percent", 1) and flexor in failures.channels
+    sides = len(failures.on("audit/followed")) >= MANY or len(failures.on("excursion/stop_current", -1)) >= MANY
+    if sides:
+        return Location(Component.BOARD), "other_side"
+    moved = failures.on("audit/others_moved")
+    if len(moved) == 2 and failures.on("audit/followed", -1) & moved:
+        return Location(Component.CHANNELS, tuple(sorted(moved))), "exchanged"
+    return (Location(Component.CHANNELS, THUMB_CABLES), "exchanged") if further else None
+
+
+def of_a_sensor(failures: Failures) -> Told | None:
+    """A temperature that alone is off names its sensor."""
+    off = failures.on("presence/temperature") | failures.on("alike/temperature") | failures.on("alike/warmed")
+    if len(off) != 1 or len(failures.channels) > 1:
+        return None
+    (channel,) = off
+    checks = ("presence/temperature", "alike/temperature")
+    hot = any(failures.excess(check, channel) > 0 for check in checks)
+    return Location(Component.CHANNEL, (channel,)), "hot" if hot else "temperature_sensor"
+
+
+def of_the_times(failures: Failures) -> Told | None:
+    """What comes late on the whole hand, and by no lack of torque."""
+    late = failures.hand("response/command_to_motion", 1) or len(failures.on("replay/replay_delay", 1)) >= MANY
+    telemetry = failures.hand("response/telemetry_period")
+    soft = len(failures.on("excursion/closed_percent")) >= MANY or len(failures.on("staircase/excursion_hand")) >= MANY
+    return _first(
+        (
+            (late or (telemetry and not failures.channels), Component.HAND, "late_servos"),
+            (soft, Component.HAND, "cables_soft"),
+        )
+    )
+
+
+def of_a_stop(failures: Failures, end: RunEnd) -> Told | None:
+    """The guard stopped the hand for one channel: its kind of stop tells what little was seen."""
+    if end.channel is None or end.stop not in STOPS:
+        return None
+    return Location(Component.CHANNEL, (end.channel,)), what(failures, end.channel) or STOPS[end.stop]
 
 
 def of_a_channel(failures: Failures) -> Told | None:
     """The channel for which most speaks, and what its own checks leave."""
-    if failures.channels:
-        channel = max(failures.channels, key=lambda one: (failures.weight(one), -one))
-        return Location(Component.CHANNEL, (channel,)), what(failures, channel)
-    return None
+    if not failures.channels:
+        return None
+    channel = max(failures.channels, key=lambda one: (failures.weight(one), -one))
+    return Location(Component.CHANNEL, (channel,)), what(failures, channel)
 
 
 def what(failures: Failures, channel: Channel) -> str:
     """Return the row that the failed checks of one channel leave."""
 
-    def low(check: str) -> bool:
-        return failures.excess(check, channel) < 0
+    def low(*checks: str) -> bool:
+        return any(failures.excess(check, channel) < 0 for check in checks)
 
-    def high(check: str) -> bool:
-        return failures.excess(check, channel) > 0
+    def high(*checks: str) -> bool:
+        return any(failures.excess(check, channel) > 0 for check in checks)
 
-    short = low("excursion/closed_percent") or low("excursion/fist_travel") or low("staircase/excursion_hand")
-    unloaded = low("staircase/spring") or low("audit/pull") or low("holding/holding_current")
-    loaded = high("staircase/spring") or high("audit/pull") or high("holding/holding_current")
-    stands = failures.excess("audit/followed", channel) < -STANDS and short
+    short = low("excursion/closed_percent", "excursion/fist_travel", "staircase/excursion_hand")
+    further = high("excursion/closed_percent", "coupling/stop_without_abduction")
+    unloaded = low("staircase/spring", "audit/pull", "holding/holding_current")
+    loaded = high("staircase/spring", "audit/pull", "holding/holding_current")
+    slow = high("staircase/rise_hand_ms", "alike/rise", "alike/opening")
+    stands = failures.excess("audit/followed", channel) < -STANDS and (short or end_of_audit(failures))
+    rubs = high("staircase/friction", "staircase/dry_friction", "staircase/friction_scatter")
     rules = (
-        (high("staircase/resolution"), "coarse"),
-        (stands and (high("presence/idle_current") or high("audit/pull")), "blocked"),
+        (stands and (high("audit/pull") or high("presence/idle_current")), "blocked"),
         (stands, "no_power"),
+        (high("staircase/resolution"), "coarse"),
         (high("staircase/overshoot_hand_percent"), "jumping"),
-        (high("holding/creep_percent"), "drift"),
-        (high("staircase/take_up") and unloaded, "cable_off"),
-        (high("presence/idle_current"), "zero"),
-        (high("staircase/friction") and not unloaded, "friction"),
-        (short and high("staircase/rise_hand_ms"), "slow"),
-        (short, "weak"),
-        (high("staircase/rise_hand_ms"), "slow"),
-        (high("staircase/take_up"), "slack"),
+        (high("holding/creep_percent") and high("staircase/tracking_rms"), "cuts_out"),
+        (high("holding/creep_percent") or (low("alike/held_again") or high("alike/held_again")), "drift"),
+        (high("response/standstill", "excursion/stale") and not short, "answers"),
+        (unloaded and further, "cable_off"),
+        (unloaded and low("excursion/stop_current"), "current_sensor"),
+        (high("staircase/take_up") and low("staircase/spring"), "cable_off"),
+        (high("presence/idle_current") and not low("audit/followed"), "zero"),
         (unloaded, "spring_weak"),
+        (short and slow, "slow"),
+        (rubs or low("audit/followed"), "friction"),
+        (high("staircase/take_up") and not (loaded or high("staircase/spring_shape")), "slack"),
+        (short and loaded, "spring_strong"),
+        (short, "weak"),
         (loaded, "spring_strong"),
-        (low("staircase/rise_hand_ms"), "fast"),
-        (high("excursion/closed_percent"), "stop_moved"),
+        (low("alike/rise", "alike/opening", "staircase/rise_hand_ms"), "fast"),
+        (slow, "slow"),
+        (low("staircase/spring_shape") or high("staircase/spring_shape", "staircase/load_jump"), "one_joint"),
+        (further or low("coupling/stop_shift"), "stop_moved"),
+        (low("excursion/stop_current") or high("excursion/stop_current"), "current_sensor"),
     )
     return next((row for holds, row in rules if holds), "")
+
+
+def end_of_audit(failures: Failures) -> bool:
+    """Return whether nothing was measured after the audit, as after a gate."""
+    return all(experiment in GENTLE for experiment, _, _ in failures.sides)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from aero.channels import Channel
 from aero.errors import AeroError
-from aero.safety import SafetyStopError
+from aero.protocol import Opcode
+from aero.safety import SafetyReason, SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.faults import FaultNeverFiredError
 from hil.recordings.errors import CannotBeWrittenError
@@ -121,6 +123,8 @@ class EndKind(Enum):
     """Everything was run, and the guard could not leave the hand open and weak as it does after every program."""
 
 
+LIMITS = (Opcode.SET_SPE, Opcode.SET_TOR)
+"""Requests that a board of firmware `pre` does not answer."""
 SAYS_NOTHING = {EndKind.INTERRUPTED, EndKind.INCOMPLETE, EndKind.NOT_WRITTEN, EndKind.HOST_BUSY}
 """Endings that say nothing about the hand."""
 
@@ -146,6 +150,21 @@ class RunEnd:
             return None
         check, *texts = (text.format(at=self.at, reason=self.reason) for text in self.kind.value)
         return Finding(check, "hand", False, *texts)
+
+    @property
+    def stop(self) -> SafetyReason | None:
+        """Why the guard stopped the hand; None for every other end."""
+        return self.error.reason if isinstance(self.error, SafetyStopError) else None
+
+    @property
+    def channel(self) -> Channel | None:
+        """The channel for which the guard stopped the hand; None for every other end."""
+        return self.error.channel if isinstance(self.error, SafetyStopError) else None
+
+    @property
+    def unanswered_limit(self) -> bool:
+        """Whether the guard stopped a hand that leaves its first limit unanswered."""
+        return isinstance(self.error, SafetyStopError) and self.error.unanswered in LIMITS
 
     @property
     def error_name(self) -> str:

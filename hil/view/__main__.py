@@ -17,6 +17,8 @@ from hil.view.web_page import Page, keep_up
 
 POLITENESS = 10
 """How far the page steps back, on a busy machine, behind the program that drives the hand; the shell's `nice`."""
+ALIVE = "alive"
+"""Said once a second."""
 RELOAD_S = 3.0
 """Time without any browser after which all have gone, and none is merely loading the page again, s."""
 
@@ -30,7 +32,7 @@ class PageSession:
         """None at the end of the input."""
         self._end: ViewEnd | None = None
         self._closed = self._looked_at = False
-        self._last_seen = time.monotonic()
+        self._last_seen = self._said = time.monotonic()
 
     def read(self) -> None:
         """Take lines until there are no more; for a thread of its own."""
@@ -43,6 +45,9 @@ class PageSession:
         while not self._came.empty():
             self._show(self._came.get())
         now = time.monotonic()
+        if now - self._said > 1.0:
+            self._said = now
+            print(ALIVE, flush=True)
         if self._page.viewers:
             self._looked_at, self._last_seen = True, now
         if self._closed:

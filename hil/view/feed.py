@@ -1,25 +1,31 @@
-"""The hand's end of the page: a thread that looks at the hand now and then, and a process that shows what it saw.
+"""The hand's end of the page: a thread that takes frames of the hand, and a process that shows them.
 
-Nothing here waits for the page, but opening and ending it. A frame that the page has no time for is not taken.
+Nothing here waits for the page, but opening and ending it, which have time limits. A frame that the page has no time
+for is not taken.
 """
 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from queue import Empty, SimpleQueue
-from typing import IO
 
+from aero.child_process import ChildError, ChildProcess
 from hil.view.frame import Heading, Message, Note, Severity, Verdicts, ViewEnd
 from hil.view.sources import Source
 
-LOOKS_PER_S = 30.0
-"""Looks a second of real time, whatever the hand's own clock does."""
+FRAMES_PER_S = 30.0
+"""Frames that are taken a second of real time, whatever the hand's own clock does."""
+START_S = 60.0
+"""Time in which the page has to be there, s."""
+SILENT_S = 15.0
+"""Time without a sign of life after which the page is not waited for, s; it gives one a second."""
+STOP_S = 5.0
+"""Time that the page has to end, s."""
 
 
 class Feed:
@@ -29,43 +35,39 @@ class Feed:
         """Start the page's process and wait until the page can be opened.
 
         Raises:
-            RuntimeError: it did not start; it has said why on standard error.
+            ChildError: it did not start; it has said why on standard error.
         """
-        # In a session of its own, so that Ctrl-C in a terminal ends the hand's program and not what it is seen by.
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "hil.view"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
+        self._alive = threading.Event()
+        self._page = ChildProcess(
+            [sys.executable, "-P", "-m", "hil.view"], "the page", on_line=lambda _: self._alive.set(), own_errors=False
         )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._lines: IO[str] = self._process.stdin
-        try:
-            print(json.dumps(asdict(heading)), file=self._lines, flush=True)
-            said = self._process.stdout.readline().split()
-        except BrokenPipeError:
-            said = []
-        if len(said) != 2 or said[0] != "ready":
-            self._process.kill()
-            self._process.wait()
-            raise RuntimeError("the page's process did not start; what it said is above")
-        self.url = said[1]
+        with suppress(BrokenPipeError):
+            self._page.send(json.dumps(asdict(heading)) + "\n")
+        self.url = self._page.wait_ready(START_S)
         """What to open in a browser."""
         self._messages: SimpleQueue[Message] = SimpleQueue()
         self._source: Source | None = None
         self._ended = threading.Event()
         self._time = 0.0
-        self._thread = threading.Thread(target=self._look, name="view", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="view", daemon=True)
         self._thread.start()
+
+    @property
+    def pid(self) -> int:
+        """Number of the page's process."""
+        return self._page.pid
+
+    @property
+    def sending(self) -> bool:
+        """Whether frames go to the page."""
+        return self._thread.is_alive()
 
     def follow(self, source: Source) -> None:
         """Show this hand from now on."""
         self._source = source
 
     def note(self, text: str, severity: Severity = "info") -> None:
-        """Show an event, at the time of the last look."""
+        """Show an event, at the time of the last frame."""
         self._messages.put(Note(self._time, text, severity))
 
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:
@@ -75,7 +77,7 @@ class Feed:
     def end(self, *, stay: bool) -> None:
         """Say that the hand is done, and return when the page is not needed any more.
 
-        That is at once when no browser looks at it, otherwise when the last one has gone, or at Ctrl-C.
+        That is at once when no browser has it open, otherwise when the last one has gone, or at Ctrl-C.
 
         Args:
             stay: wait for a first browser too.
@@ -83,50 +85,39 @@ class Feed:
         self._messages.put(ViewEnd(stay))
         self._ended.set()
         try:
-            self._process.wait()
+            while not self._page.wait(SILENT_S) and self._alive.is_set():
+                self._alive.clear()
         except KeyboardInterrupt:
             pass
         finally:
-            self._stop()
+            self.abandon()
 
     def abandon(self) -> None:
         """End the page at once."""
         self._ended.set()
-        self._stop()
-
-    def _stop(self) -> None:
-        self._process.terminate()
-        self._process.wait()
+        with suppress(ChildError):
+            self._page.end(STOP_S)
         self._thread.join()
-        assert self._process.stdout is not None
-        self._process.stdout.close()
-        with suppress(BrokenPipeError):
-            self._lines.close()
 
-    def _look(self) -> None:
-        """Look and tell, until the end; a page that has gone is said once and changes nothing else."""
+    def _run(self) -> None:
+        """Take frames and send them until the end; a page that has gone is said once and changes nothing else."""
         try:
-            while not self._ended.wait(1.0 / LOOKS_PER_S):
-                self._tell()
-            self._tell()
-        except BrokenPipeError:
+            while not self._ended.wait(1.0 / FRAMES_PER_S):
+                self._send()
+            self._send()
+        except Exception as error:  # who watches does not end what is watched
             if not self._ended.is_set():
-                print("the page's process has ended; the hand goes on", file=sys.stderr)
-        except BaseException:
-            self._process.terminate()  # it would be waited for, and nothing more comes
-            raise
+                print(f"the page has ended ({error}); the hand goes on", file=sys.stderr)
+            self._page.kill()
 
-    def _tell(self) -> None:
+    def _send(self) -> None:
         frame = None if self._source is None else self._source.frame()
+        lines = []
         if frame is not None and frame.t != self._time:
             self._time = frame.t
-            self._write(frame)
-        while True:
-            try:
-                self._write(self._messages.get_nowait())
-            except Empty:
-                break
-        self._lines.flush()
-
-    def _write(self, what: Message) -> None:
-        self._lines.write(what.line())
+            lines.append(frame.line())
+        with suppress(Empty):
+            while True:
+                lines.append(self._messages.get_nowait().line())
+        if lines:
+            self._page.send("".join(lines))

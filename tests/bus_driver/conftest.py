@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.targets.bus_driver import served_bus
+from hil.robots.bus_driver import served_bus
 
 HERE = Path(__file__).parent
 TRIES = 10

@@ -21,14 +21,14 @@ from model.units import load_unit
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals")]
 
-MOMENTS = int(os.environ.get("KILLED", "2"))
+MOMENTS = int(os.environ.get("KILLED", "1"))
 PATIENCE_S = 240.0
 ENDINGS = {"SIGINT": {130, -signal.SIGINT}, "SIGTERM": {143, -signal.SIGTERM}, "SIGKILL": {-signal.SIGKILL}}
 """Exit codes of docs/commands.md; a signal that comes before Python has reached the command ends it as signals do."""
 LINES = {
     "campaign": "campaign --healthy 4 --only presence --workers 2 --out kept",
     "calibrate": "calibrate recorded.mcap --jobs 2 --out unit.toml",
-    "evaluate": "evaluate --on bytes --trials 2 --units 2 --seconds 2 --out kept",
+    "evaluate": "evaluate --on hands --units 8 --seconds 2 --out kept",
 }
 LATEST_S = {"campaign": 15.0, "calibrate": 20.0, "evaluate": 25.0}
 ROOT = Path(__file__).parents[2]

@@ -22,7 +22,7 @@ except ImportError:  # Windows
 LONGEST_S = 2.0
 MOST_MB = 500
 BY_NAME = {reader.name: reader for reader in READERS}
-EACH = int(os.environ.get("DAMAGED_FILES", "20000")) // len(READERS)
+EACH = int(os.environ.get("DAMAGED_FILES", "5000")) // len(READERS)
 """Damaged files of each kind in the slow test."""
 each_reader = pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
 

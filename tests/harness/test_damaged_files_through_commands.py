@@ -28,7 +28,7 @@ try:
 except ImportError:  # Windows
     resource = None
 
-EACH = int(os.environ.get("DAMAGED_COMMANDS", "5000")) // 4
+EACH = int(os.environ.get("DAMAGED_COMMANDS", "1000")) // 4
 QUICK = 25
 LONGEST_S, MOST_MB = 5.0, 500.0
 NAMES = ("presence", "audit")

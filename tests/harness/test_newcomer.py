@@ -88,7 +88,7 @@ def test_an_experiment_is_a_folder(copy):
         "def measure(recording):\n    return {'hand': {'readings': float(len(recording['codes'].times))}}\n"
     )
     (folder / "checks.toml").write_text(
-        'title = "Whether a hand waits"\nrank = 15\ndrawn = ["positions"]\n\n[[metric]]\nname = "readings"\n'
+        'title = "Whether a hand waits"\nrank = 15\nhand_s = 1\n\n[[metric]]\nname = "readings"\n'
         'unit = "readings"\nmeaning = "How many."\non = ["hand"]\n'
     )
     assert touched(copy) == {Path("hil/checks/waiting")}
@@ -98,7 +98,7 @@ def test_an_experiment_is_a_folder(copy):
         "from hil.report.page import render_report\n"
         "from hil.verdict.validation import validate\n"
         "with open_target() as target: done = validate(target, ['presence', 'waiting'])\n"
-        "print(DEFAULT[1], done.numbers['waiting']['hand']['readings'], 'waiting-codes' in render_report(done))\n"
+        "print(DEFAULT[1], done.numbers['waiting']['hand']['readings'], 'plot-waiting' in render_report(done))\n"
     )
     assert run(copy, program) == ["waiting", "1.0", "True"]
 

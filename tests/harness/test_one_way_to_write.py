@@ -19,9 +19,7 @@ ITS_OWN_WAY = {
     "firmware_emulator/native/compilers.py": "into a temporary folder",
     "firmware_emulator/native/sketch.py": "into a temporary folder",
     "hil/lab/endurance.py": "adds to a log",
-    "train/export.py": "a draft that is renamed",
     "train/progress.py": "adds to a log",
-    "train/run_state.py": "a draft that is renamed",
 }
 
 

@@ -1,7 +1,7 @@
 """A hand that is served as a port, homed and guarded, for each file of tests.
 
-The tests run in an environment that has the extras that the README names and nothing else but pytest-xdist, in a folder
-outside the checkout: `tox -e owner`. The two files run side by side, since both wait in real time.
+The commands see the extras that the README names and nothing else, in a folder outside the checkout. `tox -e realtime`
+runs the files side by side, since they wait in real time.
 """
 
 import signal

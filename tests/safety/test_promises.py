@@ -24,7 +24,7 @@ pytest.importorskip("sentil", reason="the extra promises")
 from promised_program import PromisedProgram
 
 KEPT = Path(__file__).with_name("nearest_promises.json")
-SEARCH_S = float(os.environ.get("PROMISE_SEARCH_S", "600"))
+SEARCH_S = float(os.environ.get("PROMISE_SEARCH_S", "60"))
 NEAREST = 10
 HOW = settings(
     deadline=None,

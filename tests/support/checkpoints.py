@@ -21,6 +21,7 @@ POINT = Checkpoint(
     training_rate_rad_s=0.45,
     hazard_per_s=0.002,
     drop_price=120.0,
+    rate_error_rad_s=0.05,
 )
 
 EPISODES = Episodes(

@@ -5,7 +5,11 @@ import re
 import shlex
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
+from tempfile import mkdtemp
+
+from only_extras import hiding_others
 
 ROOT = Path(__file__).parents[2]
 PORT = "/dev/ttyACM0"
@@ -39,9 +43,11 @@ def as_run(command, port):
     return shlex.split(f"{command} {added}")
 
 
+@cache
 def scripts():
-    """The environment's own programs first, as in an activated environment."""
-    return os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    """The environment's own programs first, as in an activated one with the extras that the README names."""
+    programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return os.environ | {"PATH": programs} | hiding_others(Path(mkdtemp()), "aero-hil[hil,suite]")
 
 
 def run(command, folder):

@@ -38,6 +38,7 @@ def staircase(*, levels=4, tau=0.03, gain=1.0, offset=0.0, hand_tau=0.05, dt=0.0
     series["goal"] = command
     recorded = {name: Series.of(LABELS, UNITS, t, v) for name, v in series.items()}
     recorded["codes"] = Series.of(LABELS, ["u16"] * 7, t, np.zeros_like(command))
+    recorded["command_codes"] = Series.of(LABELS, ["u16"] * 7, t, np.round(65535 * command / RANGES))
     # Springs that pull with 0.7 A at full closure.
     pull = 0.7 * command / RANGES
     recorded["currents"] = Series.of(LABELS, ["A"] * 7, t, pull * [1, 1, 1, 1, 1, 1, -1])

@@ -16,11 +16,11 @@ from train import ppo, randomise
 from train.actuation import IDEAL
 from train.environment import CubeEnvironment
 from train.recipe import PAPER, on_gpu
+from train.run import updated
 from train.run_state import Standing
 from train.stage_run import EPISODE_S, Reached, StageRun
 from train.task.episode import Task
 from train.task.signals import SENSOR_COUNT
-from train.update import updated
 
 SMALL = replace(PAPER, environments=8, minibatches=2)
 (STAGE,) = SMALL.stages

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from train.drop_price import DropPrice, Tendency
+from train.run_state import Tendency
+from train.stage import DropPrice
 
 PRICE = DropPrice()
 prices = st.floats(*PRICE.bounds)
@@ -52,7 +53,3 @@ def test_the_tendency_of_the_first_updates_is_their_mean(made):
 def test_the_tendency_looks_back_on_twenty_updates():
     tendency = Tendency(0.0, 0.0, updates=1000).after(1.0, 0.2)
     assert (tendency.rate_rad_s, tendency.hazard_per_s) == pytest.approx((1 / 20, 0.2 / 20))
-
-
-def test_half_a_percent_a_second_keeps_93_percent_for_15_seconds():
-    assert Tendency(hazard_per_s=0.005).kept(15.0) == pytest.approx(0.928, abs=1e-3)

@@ -16,10 +16,11 @@ from brax.training.agents.ppo import checkpoint as brax_checkpoint  # noqa: E402
 
 from aero.policy.settings import PAPER_TRAINING  # noqa: E402
 from aero.policy.task import ActionMemory, ShownAction, observe, targets  # noqa: E402
-from train import actuation, export, randomise  # noqa: E402
+from train import actuation, randomise  # noqa: E402
 from train.convert import CheckpointError, Origin, convert  # noqa: E402
 from train.environment import CubeEnvironment, Prices, prepare_starts  # noqa: E402
-from train.physics import MjxBatch, native  # noqa: E402
+from train.physics import native, over_mjx  # noqa: E402
+from train.ppo import deployable, load_parameters, save_parameters  # noqa: E402
 from train.scene import build_scene  # noqa: E402
 from train.simulator import Simulator, positions  # noqa: E402
 from train.task.episode import Task, begin, command, finish  # noqa: E402
@@ -59,7 +60,7 @@ def brax_actions(networks, parameters, observations):
 
 def test_the_numpy_policy_is_the_brax_policy_on_4096_observations():
     networks, parameters = brax_parameters()
-    policy = export.policy("test", Task(), parameters, {})
+    policy = deployable("test", Task(), parameters, {})
     rng = np.random.default_rng(0)
     observations = policy.network.mean + 3 * policy.network.std * rng.normal(size=(4096, 14))
     expected = brax_actions(networks, parameters, observations)
@@ -126,11 +127,11 @@ def test_a_folder_without_normaliser_is_refused(folder):
 def test_parameters_come_back_as_they_went(tmp_path):
     _, parameters = brax_parameters()
     _, other = brax_parameters(1)
-    export.save_parameters(parameters, tmp_path / "p.npz")
-    again = export.load_parameters(other, tmp_path / "p.npz")
+    save_parameters(parameters, tmp_path / "p.npz")
+    again = load_parameters(other, tmp_path / "p.npz")
     jax.tree.map(np.testing.assert_array_equal, parameters, again)
     with pytest.raises(ValueError, match="another recipe"):
-        export.load_parameters(parameters[:2], tmp_path / "p.npz")
+        load_parameters(parameters[:2], tmp_path / "p.npz")
 
 
 def test_observation_and_action_are_the_same_in_a_trace_and_in_numpy():
@@ -274,15 +275,18 @@ def test_mjx_and_native_physics_agree_over_a_second():
     controls = NOMINAL + 0.2 * np.array(PAPER_TRAINING.scale) * rng.uniform(-1, 1, (20, count, 1, 7))
     grasped = draw_starts(rng, count, PAPER_RESET)
     aside = grasped + np.eye(23)[16]  # the cube falls a metre away
+    mjx_advance = jax.jit(over_mjx(model))
     with Simulator([model] * count, threads=1) as simulator:
-        batches = [simulator, MjxBatch([model] * count)]
+
+        def mjx(states, controls):
+            return mjx_advance(jnp.asarray(states, jnp.float32), jnp.asarray(controls, jnp.float32))
 
         def gap(starts):
             ends = []
-            for batch in batches:
-                state = batch.at(starts)
+            for advance in (simulator.advance, mjx):
+                state = simulator.at(starts)
                 for control in controls:
-                    state, _ = batch.advance(state, np.repeat(control, 5, axis=1))
+                    state, _ = advance(state, np.repeat(control, 5, axis=1))
                 ends.append(positions(state))
             return np.abs(ends[0] - ends[1])
 

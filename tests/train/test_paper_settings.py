@@ -167,5 +167,5 @@ def test_the_recipe_of_section_training():
     assert (stage.rewarded, stage.action_rate, stage.turning, stage.drop_price) == (PAPER_REWARD, None, None, None)
     assert (stage.rows, stage.built, stage.any_cube, stage.reset) == ((), False, False, PAPER_RESET)
     assert (stage.episode_steps, stage.staggered, stage.frozen_updates) == (500, False, 0)
-    assert large.tip_friction == (0.5, 1.0)
+    assert randomise.TIP_FRICTION == (0.5, 1.0)
     assert large.task.settings == PAPER_TRAINING

@@ -5,7 +5,7 @@ from checkpoints import POINT
 
 from train.actuation import SERVOS
 from train.progress import PICTURE, append, read
-from train.recipe import FAST, PAPER, RECIPES, STEADY, Goal, on_gpu
+from train.recipe import PAPER, RECIPES, STEADY, Goal, on_gpu
 from train.stage import Redraw, TrainingStage
 from train.task.reward import PAPER_REWARD
 
@@ -29,12 +29,11 @@ def test_the_gpu_recipe_is_the_papers():
     assert (stage.clipping, paper.gae, paper.hidden) == (0.3, 0.95, (512, 256, 128))
 
 
-def test_the_steady_recipe_has_built_hands_the_fast_one_servos_and_the_papers_neither():
-    assert set(RECIPES) == {"steady", "fast", "paper"}
+def test_the_steady_recipe_has_built_hands_and_the_papers_none():
+    assert set(RECIPES) == {"steady", "paper"}
     assert all(stage.built and stage.actuation.counts for stage in STEADY.stages)
     assert STEADY.task_in(STEADY.stages[-1]).actuation.delay_s[1] >= 0.03
-    assert FAST.stages[0].actuation.counts
-    assert not any(stage.built for stage in FAST.stages)
+    assert not any(stage.built for stage in PAPER.stages)
     assert not any(stage.rows or stage.actuation.counts for stage in PAPER.stages)
 
 
@@ -45,13 +44,12 @@ def test_the_springs_of_steady_begin_near_the_default_and_are_all_of_them_later(
 def test_on_gpus_every_hand_is_routed_and_behind_servos_where_it_was_built():
     assert not any(stage.built for stage in on_gpu(STEADY).stages)
     assert all(stage.actuation == SERVOS for stage in on_gpu(STEADY).stages)
-    assert [stage.actuation for stage in on_gpu(FAST).stages] == [stage.actuation for stage in FAST.stages]
 
 
 def test_steady_is_found_with_the_papers_cube_and_led_to_any_in_at_most_four_stages():
     assert len(STEADY.stages) <= 4
     assert [stage.any_cube for stage in STEADY.stages] == [False] + [True] * (len(STEADY.stages) - 1)
-    assert not any(stage.any_cube for recipe in (FAST, PAPER) for stage in recipe.stages)
+    assert not any(stage.any_cube for stage in PAPER.stages)
 
 
 def test_the_last_stage_of_steady_follows_the_drops_and_weights_turning():
@@ -77,7 +75,7 @@ def test_routed_hands_are_not_redrawn():
 
 def test_a_recipe_that_does_not_divide_is_refused():
     with pytest.raises(ValueError, match="divide"):
-        replace(FAST, environments=255)
+        replace(PAPER, environments=255)
 
 
 def test_the_score_is_the_rate_less_what_falls_short_of_the_goal():
@@ -87,6 +85,6 @@ def test_the_score_is_the_rate_less_what_falls_short_of_the_goal():
 
 
 def test_a_short_run_still_has_checkpoints():
-    assert FAST.with_steps(1_024_000).checkpoint_steps == 102_400
-    assert FAST.with_steps(10_240).checkpoint_steps == 10_240
-    assert FAST.with_steps(FAST.steps // 10).steps == FAST.steps // 10
+    assert PAPER.with_steps(1_024_000).checkpoint_steps == 102_400
+    assert PAPER.with_steps(10_240).checkpoint_steps == 10_240
+    assert PAPER.with_steps(PAPER.steps // 10).steps == PAPER.steps // 10

@@ -10,14 +10,14 @@ from aero.channels import Channel
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import ShownAction
 from aero.safety import Thresholds
+from model.cubes import SETTLING_S
 from model.units import Unit, load_unit
 from train import actuation
 from train.actuation import BUS, IDEAL, SERVOS
 from train.built import SHEATHS_HELD_S
 from train.convert import MAX_BYTES, Origin
-from train.evaluation.conditions import SERVO_DELAY_S, SERVO_LAG_S, conditions, delay_sweep, lag_sweep
+from train.evaluation.simulation import SERVO_DELAY_S, SERVO_LAG_S, conditions, delay_sweep, lag_sweep
 from train.hands import HANDS, TIMESTEP_S, corrections, draw_hand
-from train.task.episode import SETTLING_S
 from train.task.grasp import NOMINAL_JOINTS, NOMINAL_RESET, UPRIGHT
 from train.task.reward import HELD_RAD
 
@@ -144,11 +144,11 @@ def test_the_nominal_grasp_is_the_released_environments():
 def test_policies_are_measured_behind_the_recorded_servo():
     """25 ms of lag; 15-19 ms to motion and 6 ms of age of a reading, rounded up."""
     assert (SERVO_LAG_S, SERVO_DELAY_S) == (0.025, 0.025)
-    delays = [(case.task.actuation.lag_s, case.task.actuation.delay_s) for _, case in delay_sweep(policy())]
+    delays = [(task.actuation.lag_s, task.actuation.delay_s) for task in delay_sweep(policy()).values()]
     assert delays == [((0.025, 0.025), (delay, delay)) for delay in (0.0, 0.010, 0.020, 0.030, 0.040, 0.050)]
-    lags = [(case.task.actuation.lag_s, case.task.actuation.delay_s) for case in lag_sweep(policy())]
+    lags = [(task.actuation.lag_s, task.actuation.delay_s) for task in lag_sweep(policy()).values()]
     assert lags == [((lag, lag), (0.025, 0.025)) for lag in (0.015, 0.040, 0.060)]
-    trained, quiet, late, deployed = (case.task for case in conditions(policy()))
+    trained, quiet, late, deployed = conditions(policy()).values()
     assert (trained.settings.noise, quiet.settings.noise) == (PAPER_TRAINING.noise, (0.0,) * 7)
     assert (late.actuation.lag_s, late.actuation.delay_s) == ((0.0, 0.0), (0.05, 0.05))
     assert deployed.reset == NOMINAL_RESET

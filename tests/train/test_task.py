@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from aero.channels import JOINT_BOX_RAD, Channel
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, PolicySettings
 from aero.policy.task import targets
+from model.cubes import LOST_HEIGHT_M
 from model.routed import COMMAND_RANGE
 from train.actuation import DRAWS
 from train.task import grasp
 from train.task.episode import Task, begin, command, finish
 from train.task.reward import (
-    FALL_HEIGHT,
     HELD_RAD,
     PAPER_REWARD,
     RewardSettings,
@@ -195,8 +195,8 @@ def test_letting_go_of_the_cube_is_counted_by_the_physics_step():
 
 
 def test_the_cube_is_lost_below_the_fall_height_only():
-    assert fallen(np.nextafter(FALL_HEIGHT, -1))
-    assert not fallen(FALL_HEIGHT)
+    assert fallen(np.nextafter(LOST_HEIGHT_M, -1))
+    assert not fallen(LOST_HEIGHT_M)
 
 
 def test_a_period_that_is_not_whole_physics_steps_is_refused():

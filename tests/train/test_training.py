@@ -15,11 +15,10 @@ from aero.policy.file import load
 from hil.cli import main
 from train import selection, stage_run, training
 from train.built import BuiltSimulator
-from train.drop_price import Tendency
 from train.progress import Epoch, read
 from train.recipe import STEADY, Stuck
 from train.run import Listener
-from train.run_state import STATE, Standing, load_arrays, read_standing, save_state
+from train.run_state import STATE, Standing, Tendency, load_arrays, read_standing, save_state
 from train.stage import Redraw
 from train.training import StopReason, TrainingEnd
 
@@ -76,7 +75,7 @@ def test_a_state_comes_back_as_it_went(tmp_path):
         read_standing(tmp_path / "elsewhere")
 
 
-def commanded(monkeypatch, folder, *arguments, ending=StopReason.DONE):
+def commanded(monkeypatch, folder, *arguments, ending=StopReason.DONE, by_signal=None):
     """Run the command with a training that only tells, and return what it asked for and what it said."""
     asked = []
 
@@ -85,33 +84,49 @@ def commanded(monkeypatch, folder, *arguments, ending=StopReason.DONE):
         assert {"mujoco", "jax", "brax"} <= provenance["versions"].keys()
         told.epoch(EPOCH)
         told.checkpoint(POINT)
-        return TrainingEnd(ending, Standing(recipe.name, seed, steps=40_960))
+        return TrainingEnd(ending, Standing(recipe.name, seed, steps=40_960), by_signal)
 
     monkeypatch.setattr(training, "train", fake)
-    monkeypatch.setattr("hil.cli.train.choose", lambda *_, **__: None)
+    monkeypatch.setattr(selection, "choose", lambda *_, **__: None)
     result = CliRunner().invoke(main, ["train", *arguments, "--out", str(folder)], catch_exceptions=False)
-    return asked[0], result.output
+    return asked[0], result
 
 
 def test_the_command_asks_for_the_recipe_and_says_epochs_checkpoints_and_how_to_go_on(monkeypatch, tmp_path):
-    arguments = ["fast", "--backend", "native", "--steps", "102400", "--seed", "3", "--minutes", "5", "--threads", "1"]
-    asked, said = commanded(monkeypatch, tmp_path, *arguments, ending=StopReason.TIME)
-    recipe, *rest = asked
-    assert (recipe.name, recipe.steps) == ("fast", 102_400)
+    arguments = ["paper", "--backend", "native", "--steps", "102400", "--seed", "3", "--minutes", "5", "--threads", "1"]
+    (recipe, *rest), result = commanded(monkeypatch, tmp_path, *arguments, ending=StopReason.TIME)
+    said = result.output
+    assert result.exit_code == 0
+    assert (recipe.name, recipe.steps) == ("paper", 102_400)
     assert rest == ["native", 3, tmp_path, {"minutes": 5.0, "threads": 1, "resume": False}]
     assert "0.02 M steps   0.25 rad/s  keeps  86%  1.00% drops/s at 120   1000 steps/s    10 min left" in said
     assert "0.55 rad/s  keeps  97%; average  0.50 rad/s  keeps  98%" in said
     assert "the time is over: 0.04 M of 0.10 M steps, in " in said
-    assert f"aero-hil train fast --seed 3 --steps 102400 --out {tmp_path} --resume" in said.replace("\n", "")
+    assert f"aero-hil train paper --seed 3 --steps 102400 --out {tmp_path} --resume" in said.replace("\n", "")
 
 
 @pytest.mark.parametrize(("accelerated", "environments"), [(False, STEADY.environments), (True, 8192)])
 def test_mjx_without_a_gpu_says_so_and_keeps_to_the_size_for_cpus(accelerated, environments, monkeypatch, tmp_path):
     monkeypatch.setattr(training, "accelerated", lambda: accelerated)
-    (recipe, *_), said = commanded(monkeypatch, tmp_path, "--backend", "mjx")
+    (recipe, *_), result = commanded(monkeypatch, tmp_path, "--backend", "mjx")
     assert recipe.environments == environments
     assert not any(stage.built for stage in recipe.stages)
-    assert ("Warning: JAX finds no GPU" in said) == (not accelerated)
+    assert ("Warning: JAX finds no GPU" in result.output) == (not accelerated)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_run_that_a_signal_ended_has_its_exit_code_and_says_what_is_kept(number, code, monkeypatch, tmp_path):
+    options = {"ending": StopReason.STOPPED, "by_signal": number}
+    _, result = commanded(monkeypatch, tmp_path, "--backend", "native", **options)
+    assert result.exit_code == code
+    assert f"Kept in {tmp_path}: the state, every checkpoint" in result.output.replace("\n", "")
+    assert "--resume" in result.output
+
+
+def test_the_time_that_is_left_is_said_when_it_is_known(monkeypatch, tmp_path):
+    monkeypatch.setattr(f"{__name__}.EPOCH", replace(EPOCH, left_s=None))
+    _, result = commanded(monkeypatch, tmp_path, "--backend", "native")
+    assert "time left not known yet" in result.output
 
 
 def test_the_command_refuses_a_folder_that_holds_a_run(tmp_path):
@@ -163,7 +178,7 @@ def test_a_signal_ends_a_run_before_the_next_batch_of_physics_and_the_resumed_on
     monkeypatch.setattr(BuiltSimulator, "advance", counted)
     calls["stop"] = int(np.random.default_rng(int(number)).integers(9, 24))  # eight prepare the starts, 15 are acted in
     ended = trained(tmp_path)
-    assert (ended.ending, calls["physics"]) == (StopReason.STOPPED, calls["stop"])
+    assert (ended.ending, ended.by_signal, calls["physics"]) == (StopReason.STOPPED, number, calls["stop"])
     assert ended.standing.steps == 40 * ((calls["stop"] - 9) // 5)
     calls["stop"] = -1
     assert trained(tmp_path, resume=True).ending is StopReason.DONE

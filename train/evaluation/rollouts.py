@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +14,13 @@ from numpy.typing import NDArray
 from aero.policy.file import Policy
 from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, targets
+from model.cubes import SETTLING_S
+from model.film import check_drawing, frames
 from train import actuation
 from train.actuation import SPEED_LIMIT
 from train.scene import build_scene
 from train.simulator import Batch, Floats, Simulator, positions, velocities
-from train.task.episode import SETTLING_S, Episode, EpisodeOutcome, Task, begin, command, finish, observed
+from train.task.episode import Episode, EpisodeOutcome, Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
 from train.task.signals import unpack
 
@@ -45,17 +49,14 @@ class Episodes:
         """Mean angular velocity of each episode, rad/s."""
         return self.rotation_rad / self.alive_s
 
-    def and_then(self, others: Episodes) -> Episodes:
-        """Return these and then the `others`."""
-        both = (np.concatenate([getattr(self, field.name), getattr(others, field.name)]) for field in fields(self))
-        return Episodes(*both)
-
     def summary(self) -> dict[str, float]:
         """Return the figures of the whole set, SI units."""
         return {
             "episodes": float(len(self.kept)),
             "survival": float(np.mean(self.kept)),
-            "rate_rad_s": float(np.mean(self.rate_rad_s)),
+            # Not the mean of the rates: one that drops its cube at once has any rate.
+            "rate_rad_s": float(np.sum(self.rotation_rad) / np.sum(self.alive_s)),
+            "rate_error_rad_s": float(np.std(self.rate_rad_s) / np.sqrt(len(self.kept))),
             "rotation_median_rad": float(np.median(self.rotation_rad)),
             "alive_s": float(np.mean(self.alive_s)),
             "airborne": float(np.average(self.airborne, weights=self.alive_s)),
@@ -87,6 +88,24 @@ def log(policy: Policy, task: Task, seconds: float, seed: int = 0) -> Log:
     with Simulator([build_scene(policy.settings.torque_limit).compile()], threads=1) as batch:
         _run(policy, task, batch, seconds, rng=np.random.default_rng(seed), on_period=lambda *s: rows.append(_row(*s)))
     return Log(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def check_video() -> None:
+    """Try what a video needs, before any work.
+
+    Raises:
+        ValueError: the extra `train` is not installed, or nothing can be drawn here.
+    """
+    if find_spec("imageio") is None:
+        raise ValueError("--video needs the extra `train`")
+    check_drawing("--video")
+
+
+def video(positions: Floats, path: Path, period_s: float) -> None:
+    """Write positions (steps, 23), `period_s` apart, as an MP4. Needs OpenGL; without a display set `MUJOCO_GL=egl`."""
+    import imageio.v3 as imageio  # noqa: PLC0415 - only videos need it
+
+    imageio.imwrite(path, np.array(list(frames(positions))), fps=round(1.0 / period_s))
 
 
 def run(

@@ -20,8 +20,6 @@ from train.task.reward import PAPER_REWARD, RewardSettings, fallen, reward, term
 from train.task.signals import Signals, critic_state, unpack
 
 PHYSICS_STEP_S = 0.010
-SETTLING_S = 0.5
-"""Time in which a drawn cube drops into the hand: without contact for a quarter of it, whatever the policy does."""
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,9 @@ from math import inf
 
 from aero.actuation.arrays import Array, namespace
 from aero.channels import Channel, Joint
+from model.cubes import LOST_HEIGHT_M
 from train.task.grasp import NOMINAL_JOINTS
 from train.task.signals import Signals
-
-FALL_HEIGHT = -0.05
-"""Height of the cube's centre below which it is lost, world frame, m."""
 
 HELD_RAD = 0.1
 """How far the thumb's abduction may stand beyond what it was sent in the last two periods and still hold, rad; less
@@ -89,7 +87,7 @@ class TurningWeight:
 
 def fallen(cube_height: Array) -> Array:
     """Return whether the cube is lost, given the height of its centre (m, world frame)."""
-    return cube_height < FALL_HEIGHT
+    return cube_height < LOST_HEIGHT_M
 
 
 def terms(

@@ -1,4 +1,4 @@
-"""The policies that come with the project, by name."""
+"""The policy that comes with the project, by name."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from pathlib import Path
 from aero.policy.file import Policy, PolicyFileError, load
 
 DEFAULT = "steady"
-"""Made for the hand with the paper's cube; `any_cube` is for cubes as people have them, `fast` for the record in
-simulation."""
+"""What `aero-hil train steady` made: for any cube on a hand that is corrected for."""
 _SUFFIX = ".npz"
 
 
@@ -30,6 +29,6 @@ def find_policy(name: str) -> Policy:
     path = Path(name)
     if not path.is_file():
         raise PolicyFileError(
-            f"there is no policy {name!r}; shipped are {', '.join(shipped_policies())}, or give a policy file"
+            f"there is no policy {name!r}; shipped is {', '.join(shipped_policies())}, or give a policy file"
         )
     return load(path)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import scservo_sdk as sdk
 
-from hil.targets.bus_driver import served_bus
+from hil.robots.bus_driver import served_bus
 
 with served_bus(Path("tests/bus_driver/wheels.toml")) as bus:
     port = sdk.PortHandler(bus.port)

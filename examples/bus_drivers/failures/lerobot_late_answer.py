@@ -5,7 +5,7 @@ from pathlib import Path
 from lerobot.motors import Motor, MotorNormMode
 from lerobot.motors.feetech import FeetechMotorsBus
 
-from hil.targets.bus_driver import served_bus
+from hil.robots.bus_driver import served_bus
 
 with served_bus(Path("tests/bus_driver/wheels.toml")) as served:
     bus = FeetechMotorsBus(served.port, {f"{n}": Motor(n, "sts3215", MotorNormMode.DEGREES) for n in (1, 2, 3)})

@@ -5,7 +5,7 @@ from pathlib import Path
 from lerobot.motors import Motor, MotorNormMode
 from lerobot.motors.feetech import FeetechMotorsBus
 
-from hil.targets.bus_driver import served_bus
+from hil.robots.bus_driver import served_bus
 
 with served_bus(Path("tests/bus_driver/wheels.toml")) as served:
     bus = FeetechMotorsBus(served.port, {"1": Motor(1, "sts3215", MotorNormMode.DEGREES)})

@@ -57,15 +57,19 @@ def measure(recording: Recording) -> Measured:
     """Return the largest differences between commands and bytes and between bytes and readings, 0 without either.
 
     By channel: `sent` and `mapped` (codes), `read_codes` (codes), `read_currents` (A), `read_temperatures` (degC),
-    `mapped_back` (mm, mrad); of the hand: `unsent`, commands that no frame followed.
+    `mapped_back` (mm, mrad), `mapped_bias` (codes), the mean of `mapped`; of the hand: `unsent`, commands that no frame
+    followed, and `extra`, frames that no command asked for.
     """
     requests = list(_requests(recording))
-    sent, unsent = _sent(recording, requests)
+    sent, unsent, extra = _sent(recording, requests)
     found = dict.fromkeys(("mapped", "mapped_back", *(f"read_{name}" for name in READ)), _NOTHING)
     found |= {"sent": sent, **dict(_mapped(recording)), **dict(_read(recording, requests))}
     worst = {name: np.abs(rows).max(axis=0, initial=0.0) for name, rows in found.items()}
     by_channel = {c.label: {name: float(values[c]) for name, values in worst.items()} for c in Channel}
-    return {**by_channel, "hand": {"unsent": float(unsent)}}
+    bias = np.abs(found["mapped"].mean(axis=0)) if len(found["mapped"]) else np.zeros(len(Channel))
+    for channel in Channel:
+        by_channel[channel.label]["mapped_bias"] = float(bias[channel])
+    return {**by_channel, "hand": {"unsent": float(unsent), "extra": float(extra)}}
 
 
 def _requests(recording: Recording) -> Iterator[_Request]:
@@ -82,12 +86,12 @@ def _requests(recording: Recording) -> Iterator[_Request]:
         yield _Request(*sent, received)
 
 
-def _sent(recording: Recording, requests: Iterable[_Request]) -> tuple[Floats, int]:
-    """Return the codes of each frame less those asked for, (n, 7), and how many commands no frame followed."""
+def _sent(recording: Recording, requests: Iterable[_Request]) -> tuple[Floats, int, int]:
+    """Return the codes of each frame less those asked for, (n, 7), commands without a frame, and frames too many."""
     series = recording.series.get("command_codes")
     frames = [request for request in requests if request.frame[0] == Opcode.CTRL_POS]
     if series is None or not recording.wire:
-        return _NOTHING, 0
+        return _NOTHING, 0, 0
     times = np.array([request.t for request in frames])
     # Of two rows at one time, the first says where the hand stood before.
     ends = np.append(series.times[1:], np.inf)
@@ -95,7 +99,10 @@ def _sent(recording: Recording, requests: Iterable[_Request]) -> tuple[Floats, i
     first = np.searchsorted(times, series.times[given] - SAME_TIME_S)
     sent = np.append(times, np.inf)[first] < ends[given] - SAME_TIME_S
     words = _values([request.frame for request in frames])
-    return words[first[sent]] - series.values[given][sent], int(np.count_nonzero(~sent))
+    # The last command has no end.
+    until = np.searchsorted(times, ends[given][:-1] - SAME_TIME_S)
+    extra = int(np.maximum(until - first[:-1] - 1, 0).sum())
+    return words[first[sent]] - series.values[given][sent], int(np.count_nonzero(~sent)), extra
 
 
 def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:

@@ -5,6 +5,8 @@ Leaves `codes` and `command_codes`; encoders are read as fast as the link allows
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -103,15 +105,17 @@ def measure(recording: Recording) -> Measured:
     _, trips = round_trips(recording.wire)
     arrived = not any(event.text == NOT_ARRIVED for event in recording.events)
     rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
+    still = {finger: standstills(asked, fast.times, fast.values, goals, (finger,)) for finger in FINGERS}
     return {
+        **{finger.label: {"standstill": 1e3 * max(found, default=np.nan)} for finger, found in still.items()},
         "hand": {
             "round_trip": 1e3 * float(np.median(trips)),
             "command_to_motion": 1e3 * float(np.median(delays)),
             "telemetry_period": 1e3 * float(np.median(np.diff(changed))),
-            "longest_standstill": 1e3 * max(standstills(asked, fast.times, fast.values, goals), default=np.nan),
+            "longest_standstill": 1e3 * max((one for found in still.values() for one in found), default=np.nan),
             "backward_readings": 100.0 * backward(fast.values, goals),
             "open_close_rate": float(rate),
-        }
+        },
     }
 
 
@@ -143,7 +147,9 @@ def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:
     return found
 
 
-def standstills(asked: Floats, times: Floats, codes: Floats, goals: Floats) -> list[float]:
+def standstills(
+    asked: Floats, times: Floats, codes: Floats, goals: Floats, fingers: Iterable[Channel] = FINGERS
+) -> list[float]:
     """Return for how long (s) the same reading of a finger came again and again while it was on its way.
 
     A reading was true at some time between its request and its arrival, so what counts is the time from the first one's
@@ -154,9 +160,10 @@ def standstills(asked: Floats, times: Floats, codes: Floats, goals: Floats) -> l
         times: (n,) float, when it came, s.
         codes: (n, 7) float, readings.
         goals: (n, 7) float, commands in force.
+        fingers: that are looked at.
     """
     found: list[float] = []
-    for finger in FINGERS:
+    for finger in fingers:
         part, goal = codes[:, finger] / MAX_CODE, goals[:, finger] / MAX_CODE
         on_its_way = (np.abs(goal - part) > FAR) & (np.minimum(part, 1.0 - part) > SETTING_OUT)
         changes = np.flatnonzero(np.diff(part) != 0) + 1

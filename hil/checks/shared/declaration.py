@@ -21,7 +21,8 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `column`, `paper`, `differs` | its column in the table beside the paper, the paper's number, why ours may differ |
 | `published` | a figure of the paper's text, and the metric of the simulator that corresponds (`model`) |
 | `witness` | `low` and `high`: the effects (`Effect`) that a reading beyond that side is a witness of |
-| `shown_in`, `seconds` | figure that shows it; `last closing` where only the last one counts |
+| `seconds` | `last closing` where only the last one counts |
+| `optional` | true of a number that is left out where it has no meaning |
 | `worst_at` | metric with the instant of its worst sample |
 
 "The logs": one physical right hand with firmware 0.2.0, public logs of June-July 2026 (TTdragoAlex/
@@ -171,9 +172,10 @@ class Metric:
     """Subject to the paper's number."""
     differs: str = ""
     published: tuple[Published, ...] = ()
-    shown_in: str = ""
     seconds: str = ""
     worst_at: str = ""
+    optional: bool = False
+    """Whether it is left out where it has no meaning, as without a load."""
     witness_low: tuple[Effect, ...] = ()
     """What a reading that is too low is a witness of."""
     witness_high: tuple[Effect, ...] = ()
@@ -211,7 +213,7 @@ class Metric:
 
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
 TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
-SEEN = {"end_of_scale", "differs", "shown_in", "seconds", "worst_at"}
+SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional"}
 KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", "witness", *BOUND, *TEXTS, *SEEN}
 
 

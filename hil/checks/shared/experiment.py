@@ -60,11 +60,10 @@ class Measuring:
     """Name on the command line, in files and in limits: that of its folder."""
     title: str
     """What it finds out, one line."""
-    measure: Callable[[Recording], Measured]
+    measure: Callable[..., Measured]
+    """From a recording, or of `alike` from what was measured, by experiment."""
     metrics: tuple[Metric, ...]
     """Everything that `measure` returns."""
-    drawn: tuple[str, ...] = ()
-    """Figures of its recording, keys of `LANES` and `PANELS` in `hil/report/figures.py`."""
     seconds: str = ""
     """`all` when a finding takes the whole recording to see; the seconds in which its channel moves otherwise."""
     details: Callable[[Recording], Details] | None = None
@@ -95,6 +94,8 @@ class Experiment(Measuring):
     """Begins the recorder, moves the hand, and leaves everything in the recorder."""
     furthest: tuple[float, ...]
     """How far it sends each channel at most, part of the window, command order."""
+    hand_s: float
+    """How long it takes about, s of hand time."""
     rank: int
     """Place in the order in which a hand goes through the experiments: what asks least of it comes first."""
     gate: bool = False

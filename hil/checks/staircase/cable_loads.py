@@ -22,6 +22,10 @@ TAUT_A = 0.04
 springs reads 0.07 A with the palm down, where the finger's weight closes it."""
 MIDDLE = slice(0.3, 0.8)
 """Part of the sweep whose median stands for the channel: clear of take-up and of end stops."""
+EARLY, LATE = (0.15, 0.45), (0.55, 0.85)
+"""Parts of the sweep whose spring loads are compared: clear of take-up, and of the stop, where a motor may stall."""
+LEAST_LEVELS = 4
+"""Levels that a line is laid through."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,11 @@ class Load:
     """(n,) half the sum of both ways."""
     friction_a: Floats
     """(n,) half the difference."""
+
+    def closing(self, share: float) -> float:
+        """Return the current on the way up at a part of the sweep, A."""
+        level = min(len(self.spring_a), max(1, round(share * (len(self.spring_a) + 1)))) - 1
+        return float(self.spring_a[level] + self.friction_a[level])
 
     @property
     def take_up_mm(self) -> float:
@@ -51,6 +60,40 @@ class Load:
     def friction(self) -> float:
         """Upper quartile of the friction in the middle of the sweep, A: a stiff joint may move in a part of it only."""
         return float(np.quantile(self.friction_a[self._middle], 0.75))
+
+    @property
+    def spring_shape(self) -> float:
+        """Spring load of the second half over that of the first; NaN where that carries no load.
+
+        Springs of one finger that are stronger or weaker together leave it as it is; one joint's alone changes it.
+        """
+        halves = [self.spring_a[self._part(*part)] for part in (EARLY, LATE)]
+        if not all(half.size for half in halves):  # a short staircase
+            return np.nan
+        early, late = (float(half.mean()) for half in halves)
+        return late / early if early > TAUT_A else np.nan
+
+    @property
+    def load_jump(self) -> float:
+        """Greatest growth of the spring load from one level to the next, %; NaN where there is no load.
+
+        A joint that sticks moves at once when the others have closed.
+        """
+        load = self.spring_a[self._part(EARLY[0], LATE[1])]
+        return 100.0 * float((load[1:] / load[:-1]).max() - 1.0) if len(load) > 1 and load.min() > TAUT_A else np.nan
+
+    @property
+    def friction_line(self) -> tuple[float, float]:
+        """Friction that no load makes, and the scatter about a line of friction over load, A; NaN without load."""
+        rows = self._part(EARLY[0], LATE[1])
+        load, friction = self.spring_a[rows], self.friction_a[rows]
+        if len(load) < LEAST_LEVELS or float(np.ptp(load)) < TAUT_A:
+            return np.nan, np.nan
+        slope, offset = np.polyfit(load, friction, 1)
+        return float(offset), float(np.sqrt(np.mean((friction - offset - slope * load) ** 2)))
+
+    def _part(self, begin: float, end: float) -> slice:
+        return slice(int(begin * len(self.spring_a)), max(1, int(end * len(self.spring_a))))
 
     @property
     def _middle(self) -> slice:

@@ -17,6 +17,12 @@ IN_TIME_S = 0.025
 was late, and a rise of 50 ms reads up to half too long."""
 LEAST_IN_TIME = 0.25
 """Part of the steps that the host has to sample in time, for a few alone are told to 10 ms."""
+ONSET = 0.3
+"""Part of a step that counts as its beginning: far above the noise of a reading."""
+LATE_S = 0.012
+"""A step begins late from so much on after the median step of its channel, s: a servo's telemetry is 10 ms old."""
+LEAST_MADE = 0.5
+"""Part of a step that has to be made for its beginning to count."""
 MATCHED_FRACTION = 0.8
 """A step counts as answered when the trace covers at least this part of it, in its direction."""
 
@@ -35,6 +41,8 @@ class Response:
     """Greatest excess over the last sample, as a part of the change, not negative; NaN when it did not move."""
     gap: float = 0.0
     """Longest time between the two samples on either side of 10 %, or of 90 %, s."""
+    onset: float = np.nan
+    """Time from the step to `ONSET` of the change, linear between samples, s; NaN when the trace did not move."""
 
     def answers(self, step: CommandStep) -> bool:
         """Whether the trace followed the step by at least `MATCHED_FRACTION` of it."""
@@ -65,7 +73,9 @@ def respond(step: CommandStep, times: Floats, values: Floats) -> Response:
     low, high = int(np.argmax(progress >= 0.1)), int(np.argmax(progress >= 0.9))
     rise = _crossing(t, progress, high, 0.9) - _crossing(t, progress, low, 0.1)
     gap = max(float(t[i] - t[i - 1]) for i in (low, high))
-    return Response(change, rise, float(t[high] - t[low]), max(0.0, float(progress.max()) - 1.0), gap)
+    begun = int(np.argmax(progress >= ONSET))
+    onset = (_crossing(t, progress, begun, ONSET) if begun else float(t[0])) - step.start
+    return Response(change, rise, float(t[high] - t[low]), max(0.0, float(progress.max()) - 1.0), gap, onset)
 
 
 def median_rise(answers: Sequence[Response]) -> float:
@@ -75,6 +85,22 @@ def median_rise(answers: Sequence[Response]) -> float:
     """
     in_time = [answer.rise for answer in answers if answer.gap <= IN_TIME_S]
     return float(np.median(in_time)) if in_time and len(in_time) >= LEAST_IN_TIME * len(answers) else np.nan
+
+
+def late_steps(steps: Sequence[CommandStep], answers: Sequence[Response]) -> float | None:
+    """Return the share of a channel's steps that begin late beside its others, %; None where the host was late.
+
+    NaN where the trace followed none. A command that is lost begins with the next one.
+    """
+    made = [
+        answer
+        for step, answer in zip(steps, answers, strict=True)
+        if answer.change * np.sign(step.after - step.before) >= LEAST_MADE * abs(step.after - step.before)
+    ]
+    in_time = np.array([answer.onset for answer in made if answer.gap <= IN_TIME_S])
+    if made and len(in_time) < LEAST_IN_TIME * len(made):
+        return None
+    return 100.0 * float(np.mean(in_time > np.median(in_time) + LATE_S)) if in_time.size else np.nan
 
 
 def _crossing(t: Floats, progress: Floats, i: int, level: float) -> float:

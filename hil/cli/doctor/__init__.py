@@ -12,12 +12,12 @@ from typing import Any
 import click
 
 from aero.clock import WallClock
-from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
 from hil.cli.doctor.hand import check_hand
 from hil.cli.doctor.installation import check_installation
 from hil.cli.doctor.machine import check_drawing, check_jitter, lateness_s
 from hil.cli.doctor.ports import check_ports, holders, list_ports, read_port
 from hil.cli.exits import Exit
+from hil.robots.finding import Examined, Subject, Verdict, worst
 
 
 def _ports(named: str) -> Iterator[Examined]:

@@ -12,8 +12,8 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
-from hil.cli.doctor.finding import Examined, Verdict
 from hil.recordings.provenance import source_commit
+from hil.robots.finding import Examined, Verdict
 
 PROJECT = "aero-hil"
 INSTALL = "pip install '{project}[{extra}]', or from a checkout pip install -e '.[{extra}]'"

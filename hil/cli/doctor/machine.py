@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aero.clock import Clock
 from aero.safety import Thresholds
 from aero.safety.lateness import WORTH_SAYING_S
-from hil.cli.doctor.finding import Examined, Verdict
+from hil.robots.finding import Examined, Verdict
 
 PATIENCE_S = 30.0
 """For one attempt, s; a good one takes about one."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from serial.tools.list_ports import comports
 
-from hil.cli.doctor.finding import Examined, Subject, Verdict
+from hil.robots.finding import Examined, Subject, Verdict
 
 HAND_USB = (0x303A, 0x1001)
 """USB vendor and product of the hand's board, an ESP32-S3 with its own USB port."""

@@ -13,7 +13,9 @@ from aero.protocol import MAX_CODE
 from hil.lab.matplotlib_svg import STYLE
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import ReplayedTrace
-from hil.report.plots import COMMAND, HAND, MODEL
+
+COMMAND, HAND, MODEL = "#777777", "#1f4e9c", "#c0392b"
+"""Colours: grey, blue, red."""
 
 
 def trace_figure(trace: Trace, prediction: ReplayedTrace) -> Figure:

@@ -74,3 +74,14 @@ def test_weights_that_do_not_fit_are_refused(change, message):
     net = network()
     with pytest.raises(ValueError, match=message):
         Network(**{"mean": net.mean, "std": net.std, "layers": net.layers} | change)
+
+
+def test_weights_are_copies_that_cannot_be_written_to():
+    mine = network().mean.copy()
+    net = Network(mine, network().std, network().layers)
+    before = net.act(OBSERVATION)
+    mine += 1.0
+    np.testing.assert_array_equal(net.act(OBSERVATION), before)
+    for array in (net.mean, net.std, *(part for layer in net.layers for part in (layer.kernel, layer.bias))):
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = 1.0

@@ -4,7 +4,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import Channel
-from aero.policy.limits import RunLimits
 from aero.policy.object_loss import ObjectLoss, drawn
 from aero.policy.running import RunSettings
 
@@ -58,8 +57,3 @@ def test_a_reading_that_is_missing_elsewhere_does_not_matter():
 def test_a_rehearsal_that_tells_nothing_is_refused(settings, message):
     with pytest.raises(ValueError, match=message):
         RunSettings(**settings)
-
-
-def test_no_window_is_refused():
-    with pytest.raises(ValueError, match="positive"):
-        RunLimits(grip_window_s=0.0)

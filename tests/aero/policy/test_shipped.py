@@ -15,27 +15,20 @@ from aero.policy.task import targets
 from model.routed import COMMAND_RANGE
 
 shipped = cache(find_policy)
-every_policy = pytest.mark.parametrize("name", shipped_policies())
 
 
-def test_three_policies_ship_and_the_one_for_the_hand_is_the_default():
-    assert shipped_policies() == ("any_cube", "fast", "steady")
-    assert DEFAULT == "steady"
-
-
-@every_policy
-def test_a_policy_says_where_it_comes_from(name):
-    policy = find_policy(name)
-    assert policy.name == name
+def test_one_policy_ships_under_the_name_of_the_recipe_that_made_it():
+    assert shipped_policies() == (DEFAULT,) == ("steady",)
+    policy = find_policy(DEFAULT)
+    assert policy.name == policy.provenance["recipe"] == DEFAULT
     assert {"recipe", "backend", "seed", "attempt", "steps", "versions"} <= set(policy.provenance)
     assert policy.settings.torque_limit == 0.5
     assert policy.settings.control_rate_hz == PAPER_TRAINING.control_rate_hz
 
 
-@every_policy
 @given(observation=finite_observations)
-def test_actions_and_targets_are_in_range_for_any_finite_observation(name, observation):
-    policy = shipped(name)
+def test_actions_and_targets_are_in_range_for_any_finite_observation(observation):
+    policy = shipped(DEFAULT)
     action = policy.network.act(observation)
     assert np.isfinite(action).all()
     assert (np.abs(action) < 1).all()
@@ -53,5 +46,5 @@ def test_a_path_is_taken_where_the_name_is_no_shipped_one(tmp_path):
 
 
 def test_an_unknown_name_is_refused_with_the_names_there_are():
-    with pytest.raises(PolicyFileError, match="shipped are any_cube, fast, steady"):
+    with pytest.raises(PolicyFileError, match="shipped is steady"):
         find_policy("slow")

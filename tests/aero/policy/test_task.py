@@ -65,5 +65,5 @@ def test_the_presets_differ_as_the_papers_table_says():
     ],
 )
 def test_settings_that_make_no_sense_are_refused(change):
-    with pytest.raises(ValueError, match=r"needs 7 values|must be positive|share of the stall torque"):
+    with pytest.raises(ValueError, match=r"needs 7 values|must be finite|share of the stall torque"):
         PolicySettings(**{"nominal": PAPER_TRAINING.nominal, "scale": PAPER_TRAINING.scale} | change)

@@ -94,3 +94,19 @@ def test_each_level_is_read_at_its_end_on_both_ways():
 def test_two_levels_are_enough():
     (spring,) = loads(staircase(levels=2))[Channel.RING].spring_a
     assert spring == pytest.approx(0.35)
+
+
+def test_a_load_that_grows_evenly_has_its_shape():
+    """Of twenty levels the fourth to the ninth, and the twelfth to the seventeenth, the fourth 25 % above the third."""
+    springs = np.arange(1, 21) / 20
+    found = load(springs, 0.1 + 0.5 * springs)
+    assert found.spring_shape == pytest.approx(14.5 / 6.5)
+    assert found.load_jump == pytest.approx(25.0)
+    assert found.friction_line == pytest.approx((0.1, 0.0), abs=1e-9)
+    assert load(springs, 0.1 + 0.2 * (np.arange(20) % 2)).friction_line[1] == pytest.approx(0.1, rel=0.05)
+    assert found.closing(0.5) == pytest.approx(0.5 + 0.1 + 0.25, abs=0.08)
+
+
+def test_a_cable_without_load_has_no_shape():
+    for number in (load(np.zeros(20)).spring_shape, load(np.zeros(20)).load_jump, *load(np.zeros(20)).friction_line):
+        assert np.isnan(number)

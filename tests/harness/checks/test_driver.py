@@ -25,7 +25,8 @@ CURRENT_WORDS = [100, -100, 1000, 1, -1, 2, 0]
 TEMPERATURES = [30, 31, 32, 33, 34, 35, 36]
 TEMPERATURE_WORDS = [34, 35, 36, 30, 31, 32, 33]
 QUIET = dict.fromkeys(
-    ("sent", "mapped", "mapped_back", "read_codes", "read_currents", "read_temperatures"), pytest.approx(0.0)
+    ("sent", "mapped", "mapped_bias", "mapped_back", "read_codes", "read_currents", "read_temperatures"),
+    pytest.approx(0.0),
 )
 
 
@@ -69,7 +70,7 @@ def changed(name, values):
 
 def test_bytes_that_say_what_was_commanded_are_right():
     found = driver.measure(good())
-    assert found == {**dict.fromkeys(LABELS, QUIET), "hand": {"unsent": 0.0}}
+    assert found == {**dict.fromkeys(LABELS, QUIET), "hand": {"unsent": 0.0, "extra": 0.0}}
 
 
 def test_the_order_of_the_channels_is_that_of_the_board():
@@ -87,13 +88,21 @@ def test_a_command_that_is_sent_one_late_is_not_the_one_that_was_given():
 def test_a_command_that_no_frame_follows_is_unsent():
     recording = good()
     silent = replace(recording, wire=recording.wire[:-1])
-    assert driver.measure(silent)["hand"] == {"unsent": 1.0}
+    assert driver.measure(silent)["hand"]["unsent"] == 1.0
 
 
 def test_the_first_of_two_rows_at_one_time_is_no_command():
     """An experiment notes where the hand stood just before its first command."""
     rows = series("u16", (0.12, [0] * 7), (0.12, CODES), (0.20, [0] * 7))
-    assert driver.measure(replace(good(), series={"command_codes": rows}))["hand"] == {"unsent": 0.0}
+    assert driver.measure(replace(good(), series={"command_codes": rows}))["hand"]["unsent"] == 0.0
+
+
+def test_a_command_that_is_sent_twice_is_one_too_many():
+    recording = good()
+    twice = replace(
+        recording, wire=(*recording.wire[:3], WireRecord(0.125, *recording.wire[2][1:]), *recording.wire[3:])
+    )
+    assert driver.measure(twice)["hand"]["extra"] == 1.0
 
 
 def test_currents_have_their_sign_and_scale():
@@ -156,6 +165,7 @@ def test_the_map_is_judged_by_the_paper_and_one_that_was_fitted_is_not():
     }
     found = driver.measure(Recording(HEADER, recorded))
     assert [found[label]["mapped"] for label in LABELS] == [0, 0, 0, 0, 0, 40, 0]
+    assert found["thumb_cmc_flexion"]["mapped_bias"] == 40.0
     assert found["index"]["mapped_back"] == pytest.approx(1.0)
     fitted = Recording(replace(HEADER, map="mine"), recorded)
     assert driver.measure(fitted)["thumb_cmc_flexion"] == QUIET

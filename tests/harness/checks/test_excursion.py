@@ -54,6 +54,9 @@ def test_every_number_is_the_recorded_one():
         assert found[label]["fist_difference"] == pytest.approx(difference)
     assert found["ring"]["fist_difference"] == pytest.approx(44.59 - 0.82 * 45.258, abs=0.01)
     assert math.isnan(found["hand"]["stale_readings"])
+    assert math.isnan(found["ring"]["stale"])
+    # The reading goes the whole way from one sample to the next.
+    assert found["ring"]["opening_ms"] == pytest.approx(0.6 * 20, rel=0.05)
 
 
 def stale(percent, dt=0.02):

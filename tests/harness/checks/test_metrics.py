@@ -1,10 +1,13 @@
 """What the staircase adds to the rows of the validation table, on recordings made by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from aero.channels import CABLES, Channel
-from hil.checks.staircase.check import measure, resolution
+from hil.checks.shared.signals import find_steps
+from hil.checks.staircase.check import lower_byte, measure, resolution
 from tests.support.synthetic import RANGES, replaced, staircase
 
 
@@ -37,6 +40,8 @@ def test_every_number_of_a_channel():
     """Springs of 0.35 A at full closure; a hand that stops 1 % of each range too far, on a grid of four counts."""
     recording = staircase(levels=10, tau=0.02, hand_tau=0.02, offset=0.01)
     recording = replaced(recording, "currents", 0.5 * recording["currents"].values)
+    warm = replaced(recording, "currents", 30.0 + 0.0 * recording["currents"].values)["currents"]
+    recording = replace(recording, series={**recording.series, "temperatures": warm})
     n = len(recording["codes"].times)
     spans = np.array((3278, 3278, 3278, 3278, 1138, 1183, 2980))
     counts = np.minimum(4 * np.arange(n)[:, None] * np.ones(7), spans - 1)
@@ -51,10 +56,29 @@ def test_every_number_of_a_channel():
         # From 0.40 s to 0.47 s of each of 20 x 7 + 1 levels of 48 samples.
         assert row["settled_percent"] == pytest.approx(100 * 8 / 48)
         assert "unit" not in row
+        assert row["late_steps"] == 0.0
+        assert row["warmed"] == 0.0
         if channel in CABLES:
             assert row["spring"] == pytest.approx(0.35 * 0.5)
             assert row["friction"] == pytest.approx(0.0, abs=1e-9)
             # At the first of ten levels the spring pulls with 0.035 A; a cable is taut from 0.04 A.
             assert row["take_up"] == pytest.approx(100 * RANGES[channel], rel=0.01)
+            # 0.7 A at half a cable's sweep, a line from zero; the third level to the seventh.
+            assert row["held"] == pytest.approx(0.35 * (0.3 if channel is Channel.THUMB_CMC_FLEXION else 0.5), abs=0.04)
+            assert row["spring_shape"] == pytest.approx(6.5 / 3.0, rel=0.1)
+            assert row["load_jump"] == pytest.approx(50.0)
+            assert row["dry_friction"] == pytest.approx(0.0, abs=1e-9)
+            assert row["friction_scatter"] == pytest.approx(0.0, abs=1e-9)
         else:
             assert not {"spring", "friction", "take_up"} & row.keys()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_the_part_of_the_lower_byte_that_is_lost(share):
+    """A hand that stops 500 codes short, and by the lower byte of its command that did not come."""
+    recording = staircase(levels=20)
+    sent = recording["command_codes"].values
+    recording = replaced(recording, "codes", sent - 500 - share * (sent % 256))
+    steps = find_steps(recording["command"].times, recording["command"].values)
+    assert lower_byte(recording, steps) == pytest.approx(share)
+    assert measure(recording)["hand"]["lower_byte"] == pytest.approx(share)

@@ -51,7 +51,9 @@ def test_delays_and_rate_are_the_recorded_ones():
     """39 ms to motion, which the reading of 40 ms shows and the one before does not, both asked for 0.5 ms before;
 
     10 ms a reading, three cycles in 1.5 s, a median round trip of 3 ms."""
-    found = response.measure(recorded())["hand"]
+    measured = response.measure(recorded())
+    assert measured["ring"]["standstill"] == pytest.approx(8.5)
+    found = measured["hand"]
     assert found["command_to_motion"] == pytest.approx(39.0)
     assert found["telemetry_period"] == pytest.approx(10.0)
     assert found["open_close_rate"] == pytest.approx(2.0)

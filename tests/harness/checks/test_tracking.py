@@ -12,7 +12,7 @@ from synthetic import RANGES, replaced, staircase
 from aero.channels import Channel
 from hil.checks.shared.signals import CommandStep, at_times, find_steps
 from hil.checks.staircase.check import channel_numbers
-from hil.checks.staircase.rise_time import Response, median_rise, respond
+from hil.checks.staircase.rise_time import Response, late_steps, median_rise, respond
 from hil.checks.staircase.tracking import quiet_command, quiet_trace, residuals, staircase_metrics
 
 
@@ -242,3 +242,14 @@ def test_the_gap_is_the_coarser_of_both_crossings():
     step = CommandStep(channel=0, start=0.0, end=1.0, before=0.0, after=1.0)
     times, values = np.array([0.0, 0.02, 0.05, 0.07, 0.9]), np.array([0.0, 0.0, 0.5, 0.95, 1.0])
     assert respond(step, times, values).gap == pytest.approx(0.03)
+
+
+def answered(*onsets, gap=0.02):
+    return [Response(1.0, 0.05, 0.05, 0.0, gap, onset) for onset in onsets]
+
+
+def test_a_step_is_late_beside_the_median_of_its_channel():
+    steps = [CommandStep(0, float(i), i + 1.0, 0.0, 1.0) for i in range(10)]
+    assert late_steps(steps, answered(*[0.03] * 8, 0.041, 0.05)) == pytest.approx(10.0)
+    assert late_steps(steps, answered(*[0.03] * 10, gap=0.04)) is None
+    assert math.isnan(late_steps(steps, [replace(one, change=0.1) for one in answered(*[0.03] * 10)]))

@@ -12,12 +12,12 @@ import pytest
 
 from aero.firmware import FIRMWARE
 from hil.cli.doctor import exit_code
-from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.cli.doctor.hand import SPANS, Answers, ask, candidates, check_calibration, check_hand
 from hil.cli.doctor.installation import needs
 from hil.cli.doctor.machine import Attempt, check_drawing, check_jitter
 from hil.cli.doctor.ports import HAND_USB, UDEV_COPY, Port, check_ports, holders
 from hil.cli.exits import Exit, ending
+from hil.robots.finding import Examined, Subject, Verdict
 from hil.targets.pty_process import serve_in_process
 
 HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())

@@ -58,6 +58,42 @@ def test_orders_come_by_standard_input_and_its_end_ends_nothing(tmp_path):
         assert process.wait(PATIENCE_S) == 0
 
 
+@pytest.mark.parametrize("by", ["</dev/null", "<&-"])
+def test_orders_that_end_leave_the_server_idle(tmp_path, by):
+    """As under systemd, nohup and CI. What its processor time is taken over is its own start, most of all."""
+    command = f'exec "{sys.executable}" -m hil.cli emulate-bus "{ARM}" --orders {by}'
+    with subprocess.Popen(["bash", "-c", command], cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        path = process.stdout.readline().split()[1]
+        with serial.Serial(path, 1_000_000, timeout=PATIENCE_S) as bus:
+            before = cpu_s(process.pid)
+            bus.write(pack(1, 1))
+            assert bus.read(6) == pack(1, 0)
+            bus.timeout = 2.0
+            bus.read(1)
+            assert cpu_s(process.pid) - before < 1.0
+        process.terminate()
+        assert process.wait(PATIENCE_S) == 0
+
+
+def cpu_s(process):
+    spent = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(spent[11]) + int(spent[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_a_model_that_cannot_be_simulated_ends_with_one_line_and_exit_code_2(tmp_path):
+    (tmp_path / "stiff.xml").write_text(
+        '<mujoco><option timestep="0.02"/><worldbody><body><joint name="a" axis="0 1 0" stiffness="500"/>'
+        '<geom size="0.01" mass="0.1"/></body></worldbody></mujoco>'
+    )
+    file = tmp_path / "stiff.toml"
+    file.write_text('mjcf = "stiff.xml"\n[[servos]]\nid = 1\nmodel = "STS3215"\njoint = "a"\nstart_deg = 20\n')
+    with start(file) as process:
+        said = process.communicate(timeout=PATIENCE_S)[1]
+        assert process.returncode == 2
+    assert said.startswith(f"Error: {tmp_path}/stiff.xml: MuJoCo cannot simulate it at joint 'a'")
+    assert said.count("\n") == 1
+
+
 def test_a_file_that_is_no_robot_is_one_line_and_exit_code_2(tmp_path):
     file = tmp_path / "robot.toml"
     file.write_text("mjcf = 3\n")

@@ -6,8 +6,10 @@ import sys
 
 import pytest
 from click.testing import CliRunner
+from full_disk import available, full_disk
 
 from hil.cli import COMMANDS, main
+from hil.cli.logs import LogFile
 
 LINE = "asked again"
 NOISY = ["validate", "--only", "presence", "--zeros", "ideal"]
@@ -41,7 +43,7 @@ def test_v_shows_the_log_and_a_file_keeps_it(tmp_path):
     assert shown.exit_code == 1
     assert any("WARNING aero.link" in line for line in lines)
     assert shown.stderr.count(LINE) == sum(LINE in line for line in lines)
-    assert not [handler for handler in logging.getLogger("aero").handlers if type(handler) is logging.FileHandler]
+    assert not [handler for handler in logging.getLogger("aero").handlers if isinstance(handler, logging.FileHandler)]
 
 
 def test_a_log_file_that_cannot_be_written_is_one_line(tmp_path):
@@ -49,6 +51,19 @@ def test_a_log_file_that_cannot_be_written_is_one_line(tmp_path):
     assert refused.exit_code == 2
     assert "run.log" in refused.output
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(not available, reason="needs a limit on the size of files")
+def test_a_log_file_on_a_full_disk_is_said_once_and_ends_nothing(tmp_path, capsys):
+    path = tmp_path / "run.log"
+    with full_disk(100):
+        handler = LogFile(path)
+        for i in range(100):
+            handler.handle(logging.makeLogRecord({"msg": f"line {i}"}))
+        handler.close()
+    said = capsys.readouterr().err
+    assert said.count("\n") == said.count(f"the log in {path} ends here, the command goes on") == 1
+    assert path.read_text().startswith("line 0\nline 1\n")
 
 
 @pytest.mark.parametrize("name", ["doctor", "map", "firmware", "faults"])

@@ -11,12 +11,12 @@ from synthetic import replaced
 
 from hil import open_target
 from hil.cli import main
+from hil.cli.diff import difference as diff
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.wire_replay import compare_replies, replay, replies
 from hil.report.results import write_results
 from hil.verdict.baseline import load, regressions, store
 from hil.verdict.findings import failed
-from hil.verdict.recording_diff import diff
 from hil.verdict.validation import judge_recordings, validate
 
 NAMES = ("presence", "audit", "holding")
@@ -210,8 +210,8 @@ def test_each_metric_may_grow_by_what_it_declares_and_no_more(experiment, metric
 def test_a_dry_run_moves_nothing(monkeypatch, tmp_path):
     result = invoke("validate", "--dry-run", "--only", "audit", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
-    assert "temperature_c 65" in result.output
-    assert "20" in result.output
+    assert "will close by up to 20 % for about 9 s" in " ".join(result.output.split())
+    assert "°C" in result.output
     assert not (tmp_path / "out").exists()
 
 

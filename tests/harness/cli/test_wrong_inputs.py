@@ -1,22 +1,158 @@
-"""Whatever is wrong with an option, a file, a place or a port: one clear line, the right code, and nothing lost."""
+"""Whatever is wrong with an option, a file, a place or a port: one clear line, the right code, and nothing lost.
+
+In a command line, `WRONG` stands for the wrong thing, and the other capitals for what `make_files` writes. Of each kind
+of mistake the first command line meets all of its values, each other one of them in turn.
+"""
 
 import os
+import pickle
+import re
 import subprocess
 import sys
+from itertools import cycle
 from pathlib import Path
 
 import mujoco
 import pytest
 from click.testing import CliRunner
-from wrong_inputs import cases, filled, make_files
+from policies import policy
 
+from aero.policy.file import save
 from aero.whole_file import write_whole
 from firmware_emulator.firmware.nvs import Nvs
+from hil import open_target
 from hil.cli import main
-from train.evaluation import figures
+from hil.recordings.mcap_file import write_recording
+from hil.verdict.validation import validate
+from train.evaluation import rollouts
 
-ALLOWED_CODES = {"option": {2}, "file": {2}, "output": {2}, "device": {2, 3}}
-"""Bad usage, or no hand at a port."""
+NOT_WHOLE = ("nan", "inf", "1.5", "", "abc", "1e999", "99999999999999999999")
+VALUES = {
+    "count": (*NOT_WHOLE, "0", "-1"),
+    "seed": (*NOT_WHOLE, "-1"),
+    "number": ("nan", "inf", "-inf", "-1", "", "abc", "1e999"),
+    "name": ("none", ""),
+    "unit": ("golden", "", "golden.toml"),
+}
+"""Kind of option to its wrong values."""
+OPTIONS = {
+    "evaluate --on simulation --out OUT": {
+        "--episodes": "count", "--trials": "count", "--units": "count", "--seconds": "number", "--seed": "seed",
+        "--on": "name", "--correction": "unit", "--disturbance": "unit",
+    },
+    "run-policy": {
+        "--seconds": "number", "--wait": "number", "--rehearse": "number", "--max-current": "number",
+        "--settings": "name", "--twin": "unit", "--seed": "seed",
+    },
+    "record --out OUT.mcap": {
+        "--scale": "number", "--excite": "name", "--channel": "name", "--unit": "unit", "--seed": "seed",
+    },
+    "validate --out OUT": {
+        "--only": "name", "--firmware": "name", "--hand": "name", "--unit": "unit", "--seed": "seed",
+    },
+    "endurance --log OUT.jsonl": {"--cycles": "count"},
+    "map --to codes POSTURE": {"--from": "name"},
+    "map --from compact POSTURE": {"--to": "name"},
+    "map --from compact --to codes POSTURE": {
+        "--firmware": "name", "--calibration": "name", "--coefficients": "name", "--hand": "name",
+    },
+    "identify --out OUT": {"--hand": "name"},
+    "calibrate RECORDING --out OUT.toml": {"--start": "unit", "--jobs": "count", "--firmware": "name"},
+    "train --out OUT": {"--minutes": "number", "--steps": "count", "--seed": "seed", "--backend": "name"},
+    "emulate": {"--seed": "seed", "--unit": "unit", "--firmware": "name", "--hand": "name", "--parent": "count"},
+    "firmware compare 0.2.0 0.2.0": {"--seeds": "count", "--seed": "seed", "--only": "name"},
+    "campaign --out OUT": {"--healthy": "seed", "--hands": "count", "--workers": "count", "--first-seed": "seed"},
+    "convert-policy CHECKPOINT OUT.npz": {"--settings": "name", "--shown-action": "name"},
+}  # fmt: skip
+"""Command line, option, kind."""
+BEYOND = (
+    ("evaluate --on simulation --out OUT --seconds", "0"),
+    ("run-policy --seconds", "604801"),
+    ("run-policy --max-current", "50"),
+    ("record --out OUT.mcap --scale", "1.01"),
+    ("endurance --log OUT.jsonl --cycles", "1"),
+    ("doctor --hil", ""),
+)
+"""Values outside an option's own bounds."""
+
+READERS = {
+    "mcap": (
+        "report WRONG --out OUT.html", "diff RECORDING WRONG", "diff WRONG RECORDING", "replay WRONG", "view WRONG",
+        "calibrate WRONG --out OUT.toml",
+    ),
+    "npz": ("run-policy WRONG", "calibrate --out OUT.toml WRONG", "evaluate --on simulation --out OUT WRONG"),
+    "toml": (
+        "validate --out OUT --unit WRONG", "emulate --unit WRONG", "run-policy --twin WRONG",
+        "calibrate RECORDING --out OUT.toml --start WRONG",
+        "map --from compact --to codes POSTURE --coefficients WRONG",
+    ),
+    "json": ("map --from compact --to codes WRONG", "emulate --state WRONG"),
+    "jsonl": ("endurance --cycles 2 --log WRONG",),
+    "pkl": ("convert-policy WRONG OUT.npz",),
+    "elf": ("validate --out OUT --firmware-program WRONG", "firmware compare 0.2.0 WRONG"),
+}  # fmt: skip
+"""Ending of a file to the command lines that read it."""
+STATES = ("text", "other", "truncated", "folder", "unreadable", "[z]", "missing", "dangling", "empty")
+MAY_BE_NEW = ("emulate --state WRONG", "endurance --cycles 2 --log WRONG")
+"""Commands that make this file, or resume it: it may be missing, empty or cut."""
+FOLDER_READERS = ("validate --out OUT --baseline WRONG", "baseline WRONG OUT", "firmware build --out OUT WRONG")
+
+FILE_WRITERS = (
+    "report RECORDING --out WRONG",
+    "run-policy --record WRONG",
+    "record --channel index --excite steps --out WRONG",
+    "replay RECORDING --out WRONG",
+    "calibrate RECORDING --out WRONG",
+    "endurance --cycles 2 --log WRONG",
+    "convert-policy CHECKPOINT WRONG",
+    "firmware build FOLDER --out WRONG",
+    "emulate --state WRONG",
+    "emulate --link WRONG",
+    "emulate --bus-link WRONG",
+)
+FOLDER_WRITERS = (
+    "validate --only presence --out WRONG",
+    "evaluate --on simulation --episodes 1 --seconds 0.1 --out WRONG",
+    "identify --out WRONG",
+    "train --steps 1 --out WRONG",
+    "calibrate RECORDING --out OUT.toml --plots WRONG",
+    "baseline RESULTS WRONG",
+)
+PLACES = ("/sys/kernel/aero-hil", "FILE/x", "LOOP", "/dev/full", "LONG", "")
+"""Where nothing can be written, whoever asks: /sys/kernel refuses the superuser too."""
+
+PORT_USERS = (
+    "validate --out OUT --hil WRONG",
+    "record --out OUT.mcap --hil WRONG",
+    "run-policy --hil WRONG",
+    "endurance --cycles 2 --log OUT.jsonl --hil WRONG",
+    "replay RECORDING --hil WRONG",
+    "servos --port WRONG scan",
+    "emulate --bus-port WRONG",
+)
+PORTS = ("/dev/ttyNoSuchHand", "FILE", "FOLDER", "/dev/null", "socket://127.0.0.1:1", "none://x", "[/z]", "")
+
+
+def spread(lines, values):
+    """Pair the first line with every value, and each other line with the next one in turn."""
+    first, *others = lines
+    return [(first, value) for value in values] + list(zip(others, cycle(values)))
+
+
+def wrong_options():
+    by_kind = {kind: [] for kind in VALUES}
+    for line, options in OPTIONS.items():
+        for option, kind in options.items():
+            by_kind[kind].append(f"{line} {option}")
+    return [pair for kind, lines in by_kind.items() for pair in spread(lines, VALUES[kind])] + list(BEYOND)
+
+
+def wrong_files():
+    for ending, lines in READERS.items():
+        for line, state in spread(lines, STATES):
+            if line not in MAY_BE_NEW or state not in ("missing", "dangling", "empty", "truncated"):
+                yield line, f"{state}.{ending}"
+    yield from spread(FOLDER_READERS, ("missing", "folder", "dangling.toml", "loop"))
 
 
 @pytest.fixture(scope="module")
@@ -24,19 +160,101 @@ def names(tmp_path_factory):
     return make_files(tmp_path_factory.mktemp("wrong"))
 
 
-@pytest.mark.parametrize("case", tuple(cases()), ids=lambda case: f"{case.line}-{case.wrong}")
-def test_a_wrong_input_gets_one_clear_line(case, names, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    before = kept(names["IN"])
-    arguments = [filled(word, case.wrong, names) for word in case.line.split()]
-    result = CliRunner().invoke(main, arguments)
-    assert result.exit_code in ALLOWED_CODES[case.kind], result.output
-    assert "Traceback" not in result.output
-    errors = [line for line in result.output.splitlines() if line.startswith("Error: ")]
-    assert errors == result.output.splitlines()[-1:]
-    assert filled(case.named, "", names) in errors[0]
-    assert kept(names["IN"]).items() >= before.items()
-    assert list(tmp_path.iterdir()) == []
+@pytest.fixture
+def refused(names, tmp_path, monkeypatch):
+    """Run a command line that is refused in one line that names something, and that changes nothing."""
+
+    def run(line, wrong, named, codes=(2,)):
+        monkeypatch.chdir(tmp_path)
+        before = kept(names["IN"])
+        result = CliRunner().invoke(main, [filled(word, wrong, names) for word in line.split()])
+        assert result.exit_code in codes, result.output
+        assert "Traceback" not in result.output
+        errors = [line for line in result.output.splitlines() if line.startswith("Error: ")]
+        assert errors == result.output.splitlines()[-1:]
+        assert filled(named, "", names) in errors[0]
+        assert kept(names["IN"]).items() >= before.items()
+        assert list(tmp_path.iterdir()) == []
+
+    return run
+
+
+@pytest.mark.parametrize(("line", "value"), wrong_options())
+def test_a_wrong_value_of_an_option(refused, line, value):
+    option = line.split()[-1]
+    of_a_file = {"--unit": "unit", "--twin": "unit", "--start": "unit", "--coefficients": "coefficients"}
+    refused(f"{line} WRONG", value, of_a_file.get(option, option))
+
+
+@pytest.mark.parametrize(("line", "name"), list(wrong_files()))
+def test_a_file_that_is_something_else(refused, line, name):
+    refused(line, f"IN/{name}", name)
+
+
+@pytest.mark.parametrize(
+    ("line", "place"), spread(FILE_WRITERS, (*PLACES, "FOLDER")) + spread(FOLDER_WRITERS, (*PLACES, "FILE"))
+)
+def test_a_place_where_nothing_can_be_written(refused, line, place):
+    refused(line, place, place)
+
+
+@pytest.mark.parametrize(("line", "port"), spread(PORT_USERS, PORTS))
+def test_a_port_without_a_hand(refused, line, port):
+    refused(line, port, port, codes=(2, 3))
+
+
+def make_files(folder):
+    """Write good files, and wrong ones by the names `STATE.ENDING`; return what the capitals stand for."""
+    good = {
+        "RECORDING": folder / "good.mcap",
+        "POLICY": folder / "good.npz",
+        "UNIT": folder / "good.toml",
+        "POSTURE": folder / "good.json",
+        "LOG": folder / "good.jsonl",
+        "CHECKPOINT": folder / "good.pkl",
+        "PROGRAM": folder / "good.elf",
+    }
+    with open_target() as target:
+        write_recording(validate(target, ["presence"]).results["presence"].recording, good["RECORDING"])
+    save(policy(), good["POLICY"])
+    good["UNIT"].write_text("[servos]\nstart_temperature_c = [30.0, 30.0, 30.0, 30.0, 30.0, 30.0, 30.0]\n")
+    good["POSTURE"].write_text("[30, 30, 30, 30, 45, 20, 10]")
+    good["LOG"].write_text('{"closed_percent": [1, 1, 1, 1, 1, 1, 1], "open_percent": [1, 1, 1, 1, 1, 1, 1]}')
+    good["CHECKPOINT"].write_bytes(pickle.dumps([{"params": [1.0] * 100}]))
+    good["PROGRAM"].write_bytes(b"\x7fELF\x02\x01\x01" + bytes(200))
+    for path in good.values():
+        ending, content = path.suffix, path.read_bytes()
+        (folder / f"folder{ending}").mkdir()
+        (folder / f"empty{ending}").touch()
+        (folder / f"text{ending}").write_text("Dear hand,\nhow are you?\n")
+        (folder / f"truncated{ending}").write_bytes(content[: min(len(content) // 2, 60)])
+        (folder / f"other{ending}").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(range(256)))
+        (folder / f"unreadable{ending}").symlink_to("/proc/self/mem")
+        (folder / f"dangling{ending}").symlink_to(folder / "nowhere")
+        (folder / "[").mkdir(exist_ok=True)
+        (folder / f"[z]{ending}").write_text("x")
+    (folder / "folder").mkdir()
+    (folder / "loop").symlink_to(folder / "loop")
+    (folder / "file").write_text("kept")
+    (folder / "results").mkdir()
+    (folder / "results" / "checks.json").write_text('{"measured": {}}')
+    return {name: str(path) for name, path in good.items()} | {
+        "IN": str(folder),
+        "FOLDER": str(folder / "folder"),
+        "LOOP": str(folder / "loop"),
+        "FILE": str(folder / "file"),
+        "LONG": str(folder / ("x" * 300)),
+        "RESULTS": str(folder / "results"),
+        "OUT": str(folder / "out"),
+    }
+
+
+def filled(word, wrong, names):
+    """Return what a word of a command line stands for."""
+    if word == "WRONG":
+        return filled(wrong, "", names)
+    name = re.match(r"[A-Z]*", word).group()
+    return names.get(name, name) + word[len(name) :]
 
 
 def kept(folder):
@@ -63,7 +281,7 @@ def test_a_video_that_cannot_be_made_is_refused_before_any_work(command, lacking
         raise RuntimeError("no display")
 
     if lacking == "imageio":
-        monkeypatch.setattr(figures, "find_spec", lambda name: None)
+        monkeypatch.setattr(rollouts, "find_spec", lambda name: None)
     monkeypatch.setattr(mujoco, "Renderer", no_context)
     result = CliRunner().invoke(main, [command, "--video", "--out", str(tmp_path / "out")])
     assert result.exit_code == 2

@@ -1,12 +1,14 @@
 """`aero-hil proxy` and `aero-hil emulate --fault` as a user starts them, and the proxy's order of bytes."""
 
 import contextlib
+import os
 import signal
 import subprocess
 import sys
 
 import pytest
 import serial
+from full_disk import limited
 
 from aero.clock import WallClock
 from hil.faults import Schedule, parse_fault
@@ -17,10 +19,11 @@ ASK = bytes([0x22]).ljust(16, b"\0")
 
 
 @contextlib.contextmanager
-def started(*arguments, code=0, says="", stop=True):
+def started(*arguments, code=0, says="", stop=True, largest_file=None):
     """A command that serves a port; yields the path, and checks how it ends, by itself unless it is to be stopped."""
     command = [sys.executable, "-m", "hil.cli", *map(str, arguments)]
     pipe = subprocess.PIPE
+    command = command if largest_file is None else limited(largest_file) + command
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
         try:
             ready = process.stdout.readline().split(maxsplit=1)
@@ -49,6 +52,34 @@ def test_a_proxy_passes_bytes_on_and_puts_faults_between(tmp_path):
         answer = asked(path)[0]
         assert (len(answer), answer[0] in {0x23, 0x24, 0x25}) == (16, True)
     assert not link.is_symlink()
+
+
+ON_A_FULL_DISK = {"code": 5, "says": "the recording ends here, the link goes on", "largest_file": 20_000}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a limit on the size of files")
+def test_a_recording_on_a_full_disk_does_not_end_the_link(tmp_path):
+    """500 replies are more than the file takes."""
+    with (
+        started("emulate", "--record", tmp_path / "hand.mcap", **ON_A_FULL_DISK) as hand,
+        started("proxy", hand, "--record", tmp_path / "proxy.mcap", **ON_A_FULL_DISK) as path,
+    ):
+        assert {(len(answer), answer[0]) for answer in asked(path, times=500)} == {(16, 0x22)}
+
+
+def test_a_listener_that_fails_is_dropped_and_the_link_goes_on():
+    proxy = LinkProxy(Echo(), Schedule())
+    heard, received = [], bytearray()
+    proxy.listeners += [lambda *_piece: 1 / 0, lambda *piece: heard.append(piece)]
+    with contextlib.closing(proxy), serial.Serial(proxy.name, timeout=0) as port:
+        port.write(ASK)
+
+        def enough():
+            received.extend(port.read(64))
+            return len(received) >= len(ASK)
+
+        proxy.run(enough)
+    assert [direction for direction, _ in heard] == ["to_hand", "from_hand"]
 
 
 def test_a_port_that_hangs_up_ends_the_proxy():

@@ -2,6 +2,7 @@
 
 import pytest
 from click.testing import CliRunner
+from full_disk import available, full_disk
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -86,3 +87,13 @@ def test_a_steady_drift_comes_out(n, range_drift, current_drift):
 def test_one_cycle_has_no_drift():
     with pytest.raises(ValueError, match="needs two"):
         drift([Cycle([0.0] * 7, [0.0] * 7, [0.0] * 7, [0.0] * 7)])
+
+
+@pytest.mark.skipif(not available, reason="needs a limit on the size of files")
+def test_a_full_disk_is_no_hand_and_no_usage(tmp_path):
+    log = tmp_path / "cycles.jsonl"
+    with full_disk(100):
+        ended = run(log, 2)
+    assert ended.exit_code == 5
+    assert "cycles.jsonl" in ended.output
+    assert run(log, 2).exit_code == 0

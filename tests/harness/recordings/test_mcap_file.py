@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from mcap.reader import make_reader
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 
-from hil.recordings.errors import CannotBeMeasuredError
+from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
 from hil.recordings.mcap_file import TOGETHER, RecordingFile, read_recording, write_recording
 from hil.recordings.mcap_writer import McapWriter
 from hil.recordings.recording import Event, Header, Recording, Series
@@ -45,6 +45,52 @@ def test_what_is_written_is_read(tmp_path_factory, series, wire, events):
     recording = Recording(HEADER, series, wire, events)
     write_recording(recording, path)
     assert read_recording(path) == recording
+
+
+@pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.ZSTD, CompressionType.LZ4])
+def test_channels_of_other_programs_in_a_merged_file_are_passed_over(tmp_path, compression):
+    series = {"command": Series.of(["index"], ["m"], [0.5, 0.6], [[0.09], [0.08]])}
+    recording = Recording(HEADER, series, events=(Event(0.25, "warning", "warm"),))
+    write_recording(recording, tmp_path / "run.mcap")
+    merge(tmp_path / "run.mcap", tmp_path / "merged.mcap", compression)
+    assert read_recording(tmp_path / "merged.mcap") == recording
+
+
+def merge(source, target, compression):
+    """Copy a recording into a file with a camera's frames, another program's texts and its attachment."""
+    with source.open("rb") as stream, target.open("wb") as out:
+        writer = Writer(out, compression=compression)
+        writer.start(profile="ros2", library="merge")
+        image = writer.register_schema("sensor_msgs/msg/Image", "ros2msg", b"uint8[] data")
+        text = writer.register_schema("std/String", "jsonschema", b"{}")
+        others = [
+            writer.register_channel("/camera", "cdr", image),
+            writer.register_channel("/log", "json", text),
+            writer.register_channel("/raw", "", 0),
+        ]
+        reader, channels = make_reader(stream), {}
+        for schema, channel, message in reader.iter_messages():
+            for other in others:
+                writer.add_message(other, message.log_time, b"\0" * 1_000_000, message.log_time)
+            if channel.topic not in channels:
+                known = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.topic] = writer.register_channel(channel.topic, channel.message_encoding, known)
+            writer.add_message(channels[channel.topic], message.log_time, message.data, message.publish_time)
+        writer.add_attachment(1, 1, "calibration", "text/yaml", b"fx: 1")
+        writer.add_metadata("another program", {"format": "9"})
+        for record in reader.iter_metadata():
+            writer.add_metadata(record.name, record.metadata)
+        writer.finish()
+
+
+def test_a_valid_file_of_another_program_is_called_that(tmp_path):
+    with (tmp_path / "other.mcap").open("wb") as out:
+        writer = Writer(out)
+        writer.start()
+        writer.add_message(writer.register_channel("/camera", "cdr", 0), 1, b"frame", 1)
+        writer.finish()
+    with pytest.raises(UnusableFileError, match="has no header of aero-hil; it was recorded by something else"):
+        read_recording(tmp_path / "other.mcap")
 
 
 def test_bytes_of_one_instant_keep_their_order(tmp_path):

@@ -4,6 +4,7 @@ import itertools
 
 import pytest
 from click.testing import CliRunner
+from full_disk import available, full_disk
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,11 +16,12 @@ from hil.cli import main
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.wire_file import WireFile, with_series
 
+FULL_AT = 20_000
 CODES = [1000 * channel for channel in Channel]
 
 
-def begun(path, clock):
-    return WireFile(path, clock, target="/dev/ttyACM0", unit="physical", firmware="0.2.0", hand="right")
+def begun(path, clock, **more):
+    return WireFile(path, clock, target="/dev/ttyACM0", unit="physical", firmware="0.2.0", hand="right", **more)
 
 
 def exchanged(path, pieces, replies=1):
@@ -59,3 +61,16 @@ def test_the_report_judges_the_link_and_says_what_it_cannot(replies, code, said,
     assert "the driver's order, scale and sign are not judged" in result.output
     assert "What was meant" in page.read_text()
     assert ("what each encoder reads" in page.read_text().lower()) == (replies == 1)
+
+
+@pytest.mark.skipif(not available, reason="needs a limit on the size of files")
+def test_a_full_disk_ends_the_file_and_is_said_once(tmp_path):
+    said = []
+    file = begun(tmp_path / "wire.mcap", VirtualClock(Kernel()), on_failure=said.append)
+    with full_disk(FULL_AT):
+        for i in range(5000):
+            file.add("from_hand", i.to_bytes(2) * 8)
+    file.close()
+    assert said == [file.failure]
+    assert "wire.mcap" in str(file.failure)
+    assert 100 < len(read_recording(tmp_path / "wire.mcap").wire) < 5000

@@ -1,19 +1,19 @@
 """Every reading may be withheld, not measurable, or gone with its whole subject: page, text and files say so."""
 
+import io
 import json
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from hil.checks import JUDGED
-from hil.cli.validation_run import print_run
 from hil.report.beside_paper import compared, table, text_rows
 from hil.report.page import render_report
 from hil.report.results import checks_json, metrics_json
+from hil.report.text import run_text
 
 METRICS = [(name, metric) for name, check in JUDGED.items() for metric in dict.fromkeys(m.name for m in check.metrics)]
 ABSENT, NAN = "absent", "NaN"
@@ -35,10 +35,12 @@ def with_result(validation, name, result):
 def shown(validation):
     """Everything that a person or a program reads of a run."""
     page = render_report(validation)
-    console = Console(width=80, record=True, quiet=True)
-    print_run(console, validation, Path("out"))
+    said = io.StringIO()
+    console = Console(width=80, file=said, markup=False, highlight=False)
+    for line in run_text(validation, "out/report.html", console.width):
+        console.print(line)
     files = [checks_json(validation), metrics_json(validation)]
-    text = json.dumps(files, allow_nan=False) + console.export_text()
+    text = json.dumps(files, allow_nan=False) + said.getvalue()
     if (beside := compared(validation)) is not None:
         text += repr(table(beside))
     visible = re.sub(r"<script.*?</script>|<style.*?</style>", "", page, flags=re.DOTALL)

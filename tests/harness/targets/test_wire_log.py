@@ -31,7 +31,7 @@ class Sink:
 @given(st.integers(0, 12), st.integers(0, 12))
 def test_what_came_after_a_mark_is_there_as_far_as_it_is_kept(before, after):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(wire_log, "KEPT", 5)
+        patch.setattr(wire_log, "STORED_RECORDS", 5)
         log = WireLog(Sink(), Clock())
     for i in range(before):
         log.write(bytes([i]))
@@ -70,3 +70,13 @@ def test_bytes_that_could_not_be_sent_are_in_the_log():
     with pytest.raises(OSError, match="gone"):
         log.write(b"x")
     assert [record.data for record in log.since(0, 0.0)] == [b"x"]
+
+
+def test_a_listener_that_fails_is_noted_once_and_dropped(caplog):
+    heard = []
+    log = WireLog(Sink(), Clock())
+    log.listeners += [lambda record: 1 / 0, heard.append]
+    log.write(b"x")
+    log.write(b"y")
+    assert [record.data for record in heard] == [b"x", b"y"]
+    assert [line.message for line in caplog.records] == ["a listener of sink failed and is dropped; the link goes on"]

@@ -9,6 +9,7 @@ import sys
 import urllib.error
 import urllib.request
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -17,9 +18,11 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from aero.channels import CABLES, Channel, Joint
+from aero.clock import WallClock
 from hil import open_target
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recorder import Recorder
+from hil.view import feed as feed_module
 from hil.view.feed import Feed
 from hil.view.frame import Heading, Note, Verdicts, ViewFrame
 from hil.view.panel import found, numbers
@@ -165,35 +168,64 @@ def test_without_a_browser_the_end_waits_for_nobody():
 def test_a_page_that_dies_is_said_once_and_the_hand_goes_on(capfd):
     with open_target() as target:
         feed = Feed(heading())
-        feed._process.kill()
-        feed._process.wait()
+        os.kill(feed.pid, signal.SIGKILL)
         feed.follow(source_of(target))
-        for _ in range(3):
-            target.clock.sleep_until(target.clock.now() + 0.5)
-            feed.note("still there")
-            feed._thread.join(0.2)
-        assert not feed._thread.is_alive()
+        until(lambda: feed.note("still there") or not feed.sending)
         assert target.hand.read_codes().shape == (7,)
         feed.end(stay=True)
-    assert capfd.readouterr().err.count("the page's process has ended; the hand goes on") == 1
+    assert capfd.readouterr().err.count("the hand goes on") == 1
 
 
-@pytest.mark.slow
-def test_a_stopped_page_keeps_nobody_waiting():
-    """Its pipe fills up, and the thread that writes into it stands still; the hand's program does not."""
+class Failing:
+    """A source that cannot be read."""
+
+    def frame(self):
+        raise ZeroDivisionError("no such frame")
+
+
+def test_a_source_that_fails_is_said_once_and_ends_the_page_alone(capfd):
+    feed = Feed(heading())
+    feed.follow(Failing())
+    until(lambda: not feed.sending)
+    feed.end(stay=True)
+    assert "the page has ended (no such frame); the hand goes on" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("end", [lambda feed: feed.end(stay=False), Feed.abandon])
+def test_a_stopped_page_keeps_nobody_waiting(end, monkeypatch):
+    """Its pipe fills up, and the thread that writes into it waits; the hand's program does not."""
+    for name in ("SILENT_S", "STOP_S"):
+        monkeypatch.setattr(feed_module, name, 0.5)
     with open_target() as target:
         feed = Feed(heading())
-        os.kill(feed._process.pid, signal.SIGSTOP)
-        try:
-            feed.follow(source_of(target))
-            for _ in range(20_000):
-                feed.note("more than a pipe holds, more than a pipe holds")
-            feed._thread.join(0.5)
-            target.clock.sleep_until(target.clock.now() + 1.0)
-            assert target.hand.read_codes().shape == (7,)
-        finally:
-            os.kill(feed._process.pid, signal.SIGCONT)
-        feed.abandon()
+        os.kill(feed.pid, signal.SIGSTOP)
+        feed.follow(source_of(target))
+        for _ in range(5_000):
+            feed.note("more than a pipe holds, more than a pipe holds")
+        target.clock.sleep_until(target.clock.now() + 1.0)
+        assert target.hand.read_codes().shape == (7,)
+        end(feed)
+    with pytest.raises(ProcessLookupError):
+        os.kill(feed.pid, 0)
+
+
+def test_a_page_that_does_not_start_is_said_and_the_hand_goes_on(tmp_path):
+    program = (
+        "import sys; import hil.view.feed as feed; feed.START_S = 0.01; from hil.cli import main; "
+        "main(['validate', '--view', '--only', 'presence', '--out', 'x'])"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stderr == "the page did not start within 0.01 s; the hand goes on without it\n"
+
+
+def until(holds):
+    late, waiting = WallClock().now() + PATIENCE_S, Event()
+    while not holds():
+        assert WallClock().now() < late
+        waiting.wait(0.05)
 
 
 def run(folder, *arguments):

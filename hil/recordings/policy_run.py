@@ -1,0 +1,122 @@
+"""The experiment "policy": a policy runs on a target, and everything that happened is recorded.
+
+Series of the recording, all sampled once a control period: `codes` as read, `hand` the same in the simulator's
+lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`. Those of a rehearsal go before
+under the same names behind `rehearsal_`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from aero.policy.file import Policy
+from aero.policy.limits import Ending
+from aero.policy.loop import run_policy
+from aero.policy.running import Run, RunSettings, Step
+from hil.recordings.recorder import REHEARSAL, Progress, Recorder, silent
+from hil.targets.target import Target
+from model.cube_plant import CubeWatch
+
+EMPTY = "rehearsal, leave the hand empty"
+
+
+class PolicyRun(NamedTuple):
+    """What the experiment leaves."""
+
+    run: Run
+    """What the loop saw."""
+    lateness_s: tuple[float, ...]
+    """How much later than its turn each control period began, s."""
+
+
+def record_policy(
+    target: Target,
+    recorder: Recorder,
+    policy: Policy,
+    settings: RunSettings,
+    *,
+    progress: Progress = silent,
+    cube: CubeWatch | None = None,
+) -> PolicyRun:
+    """Run `policy` on `target`.
+
+    Args:
+        target: any hand; nothing but its driver, clock and map is used.
+        recorder: begun here.
+        policy: what acts.
+        settings: how.
+        progress: told about every control period.
+        cube: put into the hand when the policy begins, and watched.
+
+    Raises:
+        AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
+        SafetyStopError: a guarded hand must not be moved at all.
+    """
+    if not settings.dry:
+        target.begin()
+        if target.guard is not None and policy.settings.torque_limit is not None:
+            target.guard.limit_torques(policy.settings.torque_limit)
+    lateness, rehearsed = [], []
+    period_s = (settings.settings or policy.settings).period_s
+
+    parameters: dict[str, float | str] = {
+        "policy": policy.name,
+        "shown_action": (settings.shown_action or policy.shown_action).value,
+        "seconds_s": settings.seconds,
+        "rehearsal_s": settings.rehearsal_s,
+        "dry": float(settings.dry),
+        **({} if policy.settings.torque_limit is None else {"torque_limit": policy.settings.torque_limit}),
+        **{f"correction_{channel.label}": settings.correction[channel] for channel in Channel},
+    }
+    recorder.begin(parameters)
+
+    def keep(step: Step, prefix: str = "") -> None:
+        rows: dict[str, NDArray[Any]] = {
+            "codes": step.codes,
+            "hand": step.lengths,
+            "action": step.action,
+            "goal": step.target,
+            "command_codes": step.command,
+            "currents": step.currents_a,
+        }
+        for name, row in rows.items():
+            if np.isfinite(row).all():
+                recorder.add(prefix + name, step.t, row)
+
+    def rehearse(step: Step) -> None:
+        keep(step, REHEARSAL)
+        rehearsed.append(step.t)
+        progress(min(1.0, len(rehearsed) * period_s / settings.rehearsal_s), EMPTY)
+
+    def take(step: Step) -> None:
+        keep(step)
+        if cube is not None:
+            cube.sample()
+        lateness.append(step.late_s)
+        progress(min(1.0, len(lateness) * period_s / settings.seconds), policy.name)
+
+    def begin() -> None:
+        recorder.note("the policy begins")
+        if cube is not None:
+            cube.place()
+
+    recorder.note(f"policy {policy.name!r} {'reads only' if settings.dry else 'runs'}")
+    progress(0.0, EMPTY if settings.rehearsal_s else "going to the grasp")
+    run = run_policy(
+        policy,
+        target.hand,
+        target.clock,
+        target.map,
+        settings=settings,
+        on_rehearsal=rehearse,
+        on_wait=lambda: progress(0.0, "put the object in"),
+        on_ready=begin,
+        on_step=take,
+    )
+    text = f"{run.ending.value}: {run.reason}" if run.reason else run.ending.value
+    recorder.note(text, "info" if run.ending is Ending.TIME else "error")
+    return PolicyRun(run, tuple(lateness))

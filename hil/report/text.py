@@ -1,0 +1,115 @@
+"""A run as text for a terminal, in the order of the page; numbers are never cut."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from hil.checks import EXPERIMENTS
+from hil.report.beside_paper import Cell, compared, like_with_like, table
+from hil.report.evidence import excess, first_seen
+from hil.report.page import HEADINGS, MOST_FINDINGS, place_of, verdict_of, withheld_lines
+from hil.verdict.findings import Finding, failed
+from hil.verdict.judged_run import Result, Validation
+
+SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
+"""Channels in a table."""
+FIRST_COLUMN, PADDING = 9, 2
+"""Widths in characters: of the names in a table, and of the room of each other column."""
+
+
+def run_text(validation: Validation, report: str, width: int) -> Iterator[Text | Table]:
+    """Yield what a person reads about a run: verdict, what the evidence says, other findings, then each experiment.
+
+    Args:
+        validation: the run.
+        report: path of the page.
+        width: of the terminal, characters.
+    """
+    if not validation.passed:
+        heading = _heading(validation)
+        yield Text(f"{heading[0].upper()}{heading[1:]}", style="bold")
+    lines = Table.grid(padding=(0, 1), pad_edge=False)
+    for label, text in _lines(validation):
+        lines.add_row(Text(label, style="bold"), Text(text.replace("`", "")))
+    if lines.rows:
+        yield lines
+    for name, result in validation.results.items():
+        bad = len(failed(result.findings))
+        count = (f"{bad} of {len(result.findings)} failed", "bold") if bad else f"{len(result.findings)} checks passed"
+        yield Text.assemble(f"{name:10} {EXPERIMENTS[name].title}: ", count)
+    beside = compared(validation)
+    if beside is not None and validation.passed:  # of a hand that failed the page has it
+        yield from _beside(beside, width)
+    seconds = f"{validation.hand_seconds:.0f} s of hand time in {validation.wall_seconds:.1f} s"
+    yield Text(f"{_heading(validation)}; {validation.tally.words}; {seconds}; {report}")
+
+
+def _heading(validation: Validation) -> str:
+    heading, place = HEADINGS[verdict_of(validation)][2:].lower(), place_of(validation)
+    return f"{heading}: {place}" if place else heading
+
+
+def _lines(validation: Validation) -> Iterator[tuple[str, str]]:
+    """Yield what the evidence says and the other findings, each line with its label."""
+    diagnosis, end = validation.diagnosis, validation.end.finding
+    if end is not None:
+        remedy = "" if diagnosis.step and diagnosis.step.do == end.remedy else f" {end.remedy}"
+        yield "ended", f"{end.sentence}. {end.meaning}{remedy}"
+    if since := first_seen(validation):
+        yield "when", since.sentence
+    if diagnosis.sentence:
+        yield "what", diagnosis.sentence
+    if diagnosis.step:
+        yield "test" if len(diagnosis.causes) > 1 else "do this", diagnosis.step.do
+        if diagnosis.step.command:
+            yield "", diagnosis.step.command
+    speaking = sorted((i.finding for i in diagnosis.evidence if i.finding != end), key=excess, reverse=True)
+    others = [finding for finding in failed(validation.findings) if finding not in (*speaking, end)]
+    yield from _findings("evidence", speaking, remedy=not diagnosis.step)
+    yield from _findings("other" if speaking else "failed", others, remedy=True)
+    for reason, lines in withheld_lines(validation).items():
+        yield "grey", f"not judged: {'; '.join(lines)}: {reason}"
+    if validation.remark:
+        yield "left out", validation.remark
+
+
+def _findings(label: str, findings: Sequence[Finding], *, remedy: bool) -> Iterator[tuple[str, str]]:
+    for finding in findings[:MOST_FINDINGS]:
+        yield label, f"{finding.sentence}. {finding.meaning}{f' {finding.remedy}' if remedy else ''}"
+    if len(findings) > MOST_FINDINGS:
+        yield label, f"{len(findings) - MOST_FINDINGS} more, see the report"
+
+
+def _beside(result: Result, width: int) -> Iterator[Text | Table]:
+    """Yield the table beside the paper's, as several where the terminal is too narrow for one."""
+    rows = table(result)
+    name = result.recording.header.experiment
+    yield Text(f"Simulator and hand on one {name}; mm, abduction in mrad, rise in ms", style="italic")
+    for columns in _packed([[row.cells[i] for row in rows] for i in range(len(rows[0].cells))], width):
+        shown = Table("Channel", box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
+        for column in columns:
+            shown.add_column(column[0].short, justify="right", no_wrap=True)
+        for i, row in enumerate(rows):
+            shown.add_row(SHORT_TITLES.get(row.title, row.title), *(column[i].ours for column in columns))
+            shown.add_row("  paper", *(column[i].paper + column[i].mark for column in columns), style="dim")
+        yield shown
+    if any(cell.mark for row in rows for cell in row.cells):
+        yield Text(like_with_like(result), style="dim")
+
+
+def _packed(columns: Sequence[Sequence[Cell]], width: int) -> Iterator[list[Sequence[Cell]]]:
+    """Yield columns in groups that fit beside the names of the channels."""
+    group, used = list[Sequence[Cell]](), FIRST_COLUMN
+    for column in columns:
+        texts = [text for cell in column for text in (cell.ours, cell.paper + cell.mark, *cell.short.split("\n"))]
+        needs = PADDING + max(map(len, texts))
+        if group and used + needs > width:
+            yield group
+            group, used = [], FIRST_COLUMN
+        group.append(column)
+        used += needs
+    yield group

@@ -1,0 +1,273 @@
+"""Any MJCF as what servos turn: one shaft a joint, geared, in time.
+
+The inner loop of each servo is an actuator of the physics engine, as in `model.plant`. Actuators of the file are taken
+out: the servos are in their place. Everything else of it counts: inertia, friction, damping, ranges, contacts, gravity.
+Implements `firmware_emulator.plant.Plant` by its shape.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.regular_file import LFS_POINTER, MIB
+from firmware_emulator.plant import Drive
+
+UNBOUNDED = 1e6
+"""What stands for no bound on a torque, N m."""
+UNPOWERED = Drive(powered=False)
+HAND_STIFFNESS, HAND_DAMPING = 50.0, 5.0
+"""How a person's hand holds a joint, N m/rad and N m s/rad (assumption)."""
+SLACK_RAD = math.radians(1.0)
+"""How far past its end a joint may be held, rad."""
+
+
+SMALLER_STEP = "try a smaller <option timestep>, here {step:g} s, armature on the joint, or less stiffness and damping"
+REMEDIES = {
+    mujoco.mjtWarning.mjWARN_INERTIA: "give the body behind it more mass and inertia, or the joint armature",
+    mujoco.mjtWarning.mjWARN_CONTACTFULL: 'give it more memory, <size memory="..."/>, or exclude contacts',
+    mujoco.mjtWarning.mjWARN_CNSTRFULL: 'give it more memory, <size memory="..."/>, or exclude contacts',
+    mujoco.mjtWarning.mjWARN_BADQPOS: SMALLER_STEP,
+    mujoco.mjtWarning.mjWARN_BADQVEL: SMALLER_STEP,
+    mujoco.mjtWarning.mjWARN_BADQACC: SMALLER_STEP,
+}
+"""What to do about a warning of MuJoCo."""
+
+
+class PhysicsFailedError(ArithmeticError):
+    """A model of the user's cannot be simulated; the message names file, joint, time and what to try."""
+
+
+@dataclass(frozen=True)
+class GearedShaft:
+    """A joint of the file and the servo's shaft in front of it."""
+
+    joint: str
+    """Name of a hinge joint."""
+    back_emf: float
+    """Share of the effort that the motor's own voltage takes, N m s/rad at the shaft."""
+    gear: float = 1.0
+    """Turns of the shaft a turn of the joint, not zero."""
+    start: float = 0.0
+    """Angle of the joint at time zero, rad."""
+    damping: float | None = None
+    """Damping of the joint beside the motor's voltage, N m s/rad; that of the file when None."""
+
+
+class JointPlant:
+    """Output shafts on the joints of an MJCF file, at rest and unpowered at first. Deterministic."""
+
+    def __init__(self, path: Path, shafts: Sequence[GearedShaft]) -> None:
+        """Compile the file with a servo's actuators on each joint.
+
+        Raises:
+            ValueError: no MJCF or URDF, a joint that is missing or no hinge, a gear of zero.
+            OSError: the file cannot be read.
+        """
+        if not path.is_file():
+            raise FileNotFoundError(f"{path}: no such file")
+        self._path = path
+        with _of_mujoco(path):
+            spec = mujoco.MjSpec.from_file(str(path))
+        _replace_actuators(spec, path, shafts)
+        self.shafts = tuple(shafts)
+        with _of_mujoco(path):
+            self.model = model = spec.compile()
+        self.data = mujoco.MjData(model)
+        joints = [model.joint(shaft.joint) for shaft in shafts]
+        self._joints = [joint.id for joint in joints]
+        self._qpos = np.array([joint.qposadr[0] for joint in joints])
+        self._dofs = np.array([joint.dofadr[0] for joint in joints])
+        self._gears = np.array([shaft.gear for shaft in shafts])
+        self._count = len(shafts)
+        self._held: dict[int, float] = {}
+        self._drives = [UNPOWERED] * self._count
+        self._setpoints = np.zeros(self._count)
+        self._time = 0.0
+        self.data.qpos[self._qpos] = [shaft.start for shaft in shafts]
+        for dof, geared in zip(self._dofs, shafts, strict=True):
+            if geared.damping is not None:
+                model.dof_damping[dof] = geared.damping
+        for shaft in range(self._count):
+            self.drive(shaft, UNPOWERED)
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return self._time
+
+    def advance_to(self, t: float) -> None:
+        """Integrate to exactly `t` (s) with the present drives; nothing happens when `t` is not later than `time`.
+
+        Raises:
+            PhysicsFailedError: the physics diverged.
+        """
+        span = t - self._time
+        if span <= 0.0:
+            return
+        model, step = self.model, self.model.opt.timestep
+        full = int(span / step + 1e-9)
+        # MuJoCo would print its warnings, and write them to a file in the working folder.
+        said = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(_ignore)
+        try:
+            if full:
+                mujoco.mj_step(model, self.data, full)
+            rest = span - full * step
+            if rest > 1e-9:
+                model.opt.timestep = rest
+                mujoco.mj_step(model, self.data)
+                model.opt.timestep = step
+        finally:
+            mujoco.set_mju_user_warning(said)
+        if self.data.warning.number.any():
+            # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
+            raise PhysicsFailedError(self._failure(t))
+        self._time = self.data.time = t
+
+    def _failure(self, t: float) -> str:
+        kind = next(kind for kind in mujoco.mjtWarning.__members__.values() if self.data.warning[kind].number)
+        at = self.data.warning[kind].lastinfo
+        where = ""
+        if kind is mujoco.mjtWarning.mjWARN_BADQPOS:
+            where = self.model.joint(int(np.searchsorted(self.model.jnt_qposadr, at, "right")) - 1).name
+        elif REMEDIES[kind] is not REMEDIES[mujoco.mjtWarning.mjWARN_CONTACTFULL] and at < self.model.nv:
+            where = self.model.joint(self.model.dof_jntid[at]).name
+        return (
+            f"{self._path}: MuJoCo cannot simulate it{f' at joint {where!r}' if where else ''}, between "
+            f"{self._time:.3f} and {t:.3f} s ({mujoco.mju_warningText(kind, at)}); "
+            f"{REMEDIES[kind].format(step=self.model.opt.timestep)}"
+        )
+
+    def drive(self, shaft: int, drive: Drive) -> None:
+        """Replace the drive of one shaft from now on.
+
+        Raises:
+            IndexError: no such shaft.
+        """
+        model, gear = self.model, self.shafts[shaft].gear
+        self._drives[shaft] = drive
+        model.actuator_gainprm[shaft, 0] = drive.stiffness
+        model.actuator_biasprm[shaft, :3] = drive.torque, -drive.stiffness, -drive.damping
+        model.actuator_forcerange[shaft] = -drive.limit, drive.limit
+        motor = self._count + shaft
+        model.actuator_biasprm[motor, 2] = -self.shafts[shaft].back_emf if drive.powered else 0.0
+        bound = min(drive.current_limit * abs(gear), UNBOUNDED)
+        model.jnt_actfrcrange[self._joints[shaft]] = -bound, bound
+        self.set_setpoint(shaft, drive.setpoint)
+        self._grip(shaft)
+
+    def set_setpoint(self, shaft: int, setpoint: float) -> None:
+        """Change only the goal angle (rad) of one shaft's present drive."""
+        self._setpoints[shaft] = self.data.ctrl[shaft] = setpoint
+
+    def angles(self) -> NDArray[np.float64]:
+        """Return shaft angles, (n,) float, rad."""
+        return np.asarray(self.data.qpos[self._qpos] * self._gears)
+
+    def speeds(self) -> NDArray[np.float64]:
+        """Return shaft speeds, (n,) float, rad/s."""
+        return np.asarray(self.data.qvel[self._dofs] * self._gears)
+
+    def efforts(self) -> NDArray[np.float64]:
+        """Return the clipped efforts of the drives at the present state, (n,) float, N m, before back-EMF."""
+        efforts = [
+            min(max(drive.torque + drive.stiffness * (goal - at) - drive.damping * speed, -drive.limit), drive.limit)
+            for drive, goal, at, speed in zip(self._drives, self._setpoints, self.angles(), self.speeds(), strict=True)
+        ]
+        return np.array(efforts)
+
+    def joint_angles(self) -> NDArray[np.float64]:
+        """Return the true joint angles, (n,) float, rad, in the order of the shafts."""
+        return np.array(self.data.qpos[self._qpos])
+
+    def hold(self, shaft: int, angle: float | None) -> None:
+        """Let a person's hand hold a joint at an angle (rad) while its servo is off; None lets go of it.
+
+        Raises:
+            IndexError: no such shaft.
+            ValueError: an angle that is not finite, or that the joint does not reach.
+        """
+        if not 0 <= shaft < self._count:
+            raise IndexError(f"shafts are 0 to {self._count - 1}, not {shaft}")
+        if angle is None:
+            self._held.pop(shaft, None)
+        else:
+            joint = self._joints[shaft]
+            low, high = self.model.jnt_range[joint] if self.model.jnt_limited[joint] else (-math.tau, math.tau)
+            if not low - SLACK_RAD <= angle <= high + SLACK_RAD:
+                raise ValueError(
+                    f"{self.shafts[shaft].joint} reaches {math.degrees(low):.0f} to {math.degrees(high):.0f} degrees, "
+                    f"not {math.degrees(angle):g}"
+                )
+            self._held[shaft] = angle
+        self._grip(shaft)
+
+    def _grip(self, shaft: int) -> None:
+        hand = 2 * self._count + shaft
+        holds = shaft in self._held and not self._drives[shaft].powered
+        stiffness, damping = (HAND_STIFFNESS, HAND_DAMPING) if holds else (0.0, 0.0)
+        self.model.actuator_gainprm[hand, 0] = stiffness
+        self.model.actuator_biasprm[hand, 1:3] = -stiffness, -damping
+        self.data.ctrl[hand] = self._held.get(shaft, 0.0)
+
+
+def _is_pointer(path: Path) -> bool:
+    try:
+        return path.is_file() and path.stat().st_size < MIB and path.read_bytes().startswith(LFS_POINTER)
+    except OSError:
+        return False
+
+
+def _ignore(text: str) -> None:
+    """Take a warning that `PhysicsFailedError` says."""
+
+
+@contextmanager
+def _of_mujoco(path: Path) -> Iterator[None]:
+    """Say whose file it is that MuJoCo refuses; its errors are of several classes."""
+    try:
+        yield
+    except (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+        pointers = (one.name for one in path.parent.rglob("*") if one.name in str(error) and _is_pointer(one))
+        lfs = "".join(f"; {name} is a Git LFS pointer: run `git lfs pull`" for name in pointers)
+        raise ValueError(f"{path}: MuJoCo does not read it: {error}{lfs}") from error
+
+
+def _replace_actuators(spec: mujoco.MjSpec, path: Path, shafts: Sequence[GearedShaft]) -> None:
+    # Implicit in the speed, as the servos' damping and the motors' voltage need.
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # A keyframe states a control for each actuator of the file.
+    for element in [*spec.actuators, *spec.keys]:
+        spec.delete(element)
+    for shaft in shafts:
+        joint = spec.joint(shaft.joint)
+        if joint is None or joint.type != mujoco.mjtJoint.mjJNT_HINGE:
+            names = ", ".join(joint.name for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_HINGE)
+            raise ValueError(f"{path}: no hinge joint {shaft.joint!r}; it has {names or 'none'}")
+        if not shaft.gear:
+            raise ValueError(f"{path}: the gear of {shaft.joint} is 0")
+        joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        joint.actfrcrange = -UNBOUNDED, UNBOUNDED
+    # The motor's own voltage is an actuator too, so that a bound on the joint's actuators bounds the winding current.
+    for kind in ("servo", "motor", "hand"):
+        for at, shaft in enumerate(shafts):
+            spec.add_actuator(
+                name=f"{kind} {at} {shaft.joint}",
+                trntype=mujoco.mjtTrn.mjTRN_JOINT,
+                target=shaft.joint,
+                gear=[1.0 if kind == "hand" else shaft.gear, 0, 0, 0, 0, 0],
+                gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+                biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+                gainprm=[0.0] * 10,
+                biasprm=[0.0] * 10,
+                forcelimited=kind == "servo",
+                forcerange=[-1.0, 1.0],
+            )

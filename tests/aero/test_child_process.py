@@ -1,0 +1,88 @@
+"""A child that is silent, stopped, talkative or dead costs its parent a limited time, and is gone afterwards."""
+
+import os
+import signal
+import sys
+
+import pytest
+
+from aero.child_process import ChildError, ChildProcess
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs signals")
+
+
+def child(program, **settings):
+    return ChildProcess([sys.executable, "-c", program], "the child", **settings)
+
+
+def gone(process):
+    with pytest.raises(ProcessLookupError):
+        os.kill(process.pid, 0)
+
+
+SLEEP = "import time; time.sleep(600)"
+
+
+def test_what_follows_ready_is_returned_and_other_lines_go_elsewhere():
+    lines = []
+    process = child("print('late 1'); print('ready /dev/x y', flush=True); print('late 2')", on_line=lines.append)
+    assert process.wait_ready(30.0) == "/dev/x y"
+    assert process.wait(30.0)
+    assert process.end(30.0) == 0
+    assert lines == ["late 1", "late 2"]
+
+
+def test_a_child_that_is_never_ready_is_killed():
+    process = child(SLEEP)
+    with pytest.raises(ChildError, match=r"the child did not start within 0\.2 s"):
+        process.wait_ready(0.2)
+    gone(process)
+
+
+def test_a_child_that_dies_says_why():
+    process = child("import sys; sys.exit('no such unit')")
+    with pytest.raises(ChildError, match="the child did not start: no such unit"):
+        process.wait_ready(30.0)
+    gone(process)
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_talkative_child_does_not_stall(stream):
+    """A pipe holds 64 kB."""
+    noise = f"import sys\nfor _ in range(5000): print('x' * 99, file=sys.{stream})\n"
+    process = child(f"{noise}print('ready', flush=True)\n{noise}", on_line=lambda line: None)
+    assert process.wait_ready(30.0) == ""
+    assert process.wait(30.0)
+    assert process.end(30.0) == 0
+
+
+def test_a_child_that_does_not_terminate_is_killed():
+    process = child("import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('ready', flush=True);" + SLEEP)
+    process.wait_ready(30.0)
+    with pytest.raises(ChildError, match=r"did not stop within 0\.2 s and was killed"):
+        process.end(0.2)
+    gone(process)
+
+
+def test_a_stopped_child_is_killed():
+    process = child("print('ready', flush=True);" + SLEEP)
+    process.wait_ready(30.0)
+    os.kill(process.pid, signal.SIGSTOP)
+    with pytest.raises(ChildError, match="did not answer within"):
+        process.read_line(0.2)
+    gone(process)
+
+
+def test_a_child_that_ends_with_its_input_reads_the_last_words():
+    process = child("import sys; print('ready', flush=True); sys.exit(len(sys.stdin.read()))")
+    process.wait_ready(30.0)
+    assert process.end(30.0, last_words="seven..") == 7
+    with pytest.raises(ValueError, match="closed"):
+        process.send("more")
+
+
+def test_an_interrupted_wait_leaves_no_child():
+    process = child(f"import os, signal; os.kill({os.getpid()}, signal.SIGINT);" + SLEEP)
+    with pytest.raises(KeyboardInterrupt):
+        process.wait_ready(30.0)
+    gone(process)

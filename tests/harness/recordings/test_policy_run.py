@@ -1,0 +1,149 @@
+"""A policy as an experiment: its recording, and the command `run-policy`."""
+
+import pickle
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from policies import holding, policy
+from recorded import policy_of
+
+from aero.policy.file import save
+from aero.policy.limits import Ending, RunLimits
+from aero.policy.loop import actions_on
+from aero.policy.running import RunSettings
+from hil import GroundTruth
+from hil.cli import main
+from hil.recordings.mcap_file import read_recording
+from hil.recordings.policy_run import record_policy
+from hil.recordings.recorder import Recorder
+from hil.targets.opening import open_target
+
+SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
+
+
+@pytest.fixture
+def path(tmp_path):
+    save(policy(), tmp_path / "policy.npz")
+    return tmp_path / "policy.npz"
+
+
+def test_a_policy_runs_through_every_byte_and_its_recording_replays():
+    with open_target("emulated") as target:
+        result, recording = policy_of(target, policy(), SHORT)
+    assert result.run.ending is Ending.TIME
+    assert result.run.steps == 20
+    assert max(result.lateness_s) == 0.0
+    assert set(recording.series) == {"codes", "hand", "action", "goal", "command_codes", "currents"}
+    np.testing.assert_array_equal(actions_on(policy(), recording["hand"].values), recording["action"].values)
+    np.testing.assert_allclose(np.diff(recording["hand"].times), 0.05)
+    assert len(recording.wire) > 3 * 20
+    assert [event.text for event in recording.events][-1] == Ending.TIME.value
+
+
+def test_a_rehearsal_is_recorded_and_replays_too():
+    settings = replace(SHORT, rehearsal_s=1.0, limits=RunLimits(grip_window_s=0.5))
+    told = []
+    with open_target("emulated") as target:
+        _, recording = policy_of(target, policy(), settings, progress=lambda *said: told.append(said))
+    before, after = recording["rehearsal_hand"], recording["hand"]
+    assert (len(before.times), before.columns, before.units) == (20, after.columns, after.units)
+    assert before.times[-1] < after.times[0]
+    for prefix in ("rehearsal_", ""):
+        actions = actions_on(policy(), recording[f"{prefix}hand"].values)
+        np.testing.assert_array_equal(actions, recording[f"{prefix}action"].values)
+    assert (0.5, "rehearsal, leave the hand empty") in told
+
+
+def test_two_runs_are_the_same_to_the_bit():
+    recordings = []
+    for _ in range(2):
+        with open_target("emulated", seed=4) as target:
+            recordings.append(policy_of(target, policy(), SHORT)[1])
+    assert recordings[0].wire == recordings[1].wire
+
+
+def test_a_dry_run_sends_no_position():
+    with open_target("emulated") as target:
+        _, recording = policy_of(target, policy(), RunSettings(seconds=0.5, dry=True))
+    assert {record.data[0] for record in recording.wire if record.direction == "to_hand"} <= {0x22, 0x24, 0x25}
+
+
+def test_run_policy_prints_and_records(path, tmp_path):
+    arguments = ["run-policy", str(path), "--empty", "--seconds", "1", "--record", str(tmp_path / "run.mcap")]
+    result = CliRunner().invoke(main, arguments, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    assert "the time was over" in result.output
+    assert read_recording(tmp_path / "run.mcap").header.experiment == "policy"
+
+
+def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turned(tmp_path):
+    save(holding(), tmp_path / "still.npz")
+    with_cube, empty = (
+        CliRunner().invoke(main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "1", *more]).output
+        for more in ([], ["--empty"])
+    )
+    assert re.search(r"cube turned\D+\d+\.\d\d rad in 1\.0 s", with_cube)
+    assert "cube at the end" in with_cube
+    assert "cube" not in empty
+
+
+def test_run_policy_without_an_object_says_that_it_is_lost(tmp_path):
+    save(holding(), tmp_path / "still.npz")
+    result = CliRunner().invoke(
+        main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "6", "--rehearse", "4", "--empty"]
+    )
+    assert result.exit_code == 1
+    assert "draws as little as" in result.output
+
+
+def test_run_policy_says_how_the_preset_differs_from_the_training(path):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "0.2", "--settings", "deployment"])
+    assert result.exit_code == 0, result.output
+    assert "nominal: trained" in result.output
+
+
+def test_run_policy_ends_with_one_when_a_limit_ends_it(path):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.5"])
+    assert result.exit_code == 1
+    assert "drawn more than 0.5 A" in " ".join(result.output.split())
+
+
+def test_run_policy_does_not_begin_on_a_hand_that_must_not_be_moved(path):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.001"])
+    assert result.exit_code == 4
+    assert "not moved" in result.output
+
+
+@pytest.mark.parametrize("arguments", [["--max-current", "-1"], ["--unit", "unknown"], ["--wait", "nan"]])
+def test_run_policy_refuses_what_cannot_be(path, arguments):
+    result = CliRunner().invoke(main, ["run-policy", str(path), *arguments])
+    assert result.exit_code == 2
+
+
+def test_run_policy_refuses_a_file_that_is_no_policy(tmp_path):
+    (tmp_path / "x.npz").write_bytes(b"x")
+    result = CliRunner().invoke(main, ["run-policy", str(tmp_path / "x.npz")])
+    assert result.exit_code == 2
+    assert "convert-policy" in result.output
+
+
+def test_convert_policy_refuses_a_pickle_that_runs_something(tmp_path):
+    (tmp_path / "evil").write_bytes(pickle.dumps(print))
+    result = CliRunner().invoke(main, ["convert-policy", str(tmp_path / "evil"), str(tmp_path / "out.npz")])
+    assert result.exit_code == 2
+    assert "do not trust" in result.output
+    assert not (tmp_path / "out.npz").exists()
+
+
+def test_a_recorded_policy_limits_a_guarded_hand_as_it_was_trained():
+    one = replace(holding(), settings=replace(holding().settings, torque_limit=0.5))
+    with open_target(guarded=True) as target:
+        recorder = Recorder(target, "policy")
+        record_policy(target, recorder, one, SHORT)
+        recording = recorder.finish()
+        limits = [servo.memory.get("goal_torque") for servo in target.get(GroundTruth).electronics.servos]
+    assert recording.header.parameters["torque_limit"] == 0.5
+    assert limits == [500] * 7

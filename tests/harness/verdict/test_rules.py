@@ -1,0 +1,169 @@
+"""Each rule by its name: the failed checks that it is about, and what it leaves."""
+
+import pytest
+
+from aero.channels import Channel
+from aero.errors import LinkTimeoutError
+from aero.protocol import Opcode
+from aero.safety import SafetyReason, SafetyStopError
+from hil.checks import JUDGED
+from hil.verdict.diagnosis import Component
+from hil.verdict.rules import Failures, rows, rule_for
+from hil.verdict.run_end import FINISHED, EndKind, RunEnd
+
+FINGERS = ("index", "middle", "ring", "pinky")
+
+
+def failures(**checks):
+    """Failures by `experiment__metric=excess` of the ring, `={subject: excess}`, or of a check of the hand."""
+    found = {}
+    for name, excess in checks.items():
+        experiment, metric = name.split("__")
+        subjects = {
+            subject for known in JUDGED[experiment].metrics if known.name == metric for subject in known.subjects
+        }
+        on = excess if isinstance(excess, dict) else {"hand" if subjects == {"hand"} else "ring": excess}
+        found |= {(experiment, metric, subject): value for subject, value in on.items()}
+    return found
+
+
+def told(end=FINISHED, sides=None, **checks):
+    found = failures(**checks)
+    location, row = rule_for(Failures(found, sides or {}), end)
+    return location.component, location.channels, row
+
+
+def all_of(excess, labels=FINGERS):
+    return dict.fromkeys(labels, excess)
+
+
+RING = (Channel.RING,)
+HAND_RULES = {
+    "driver": ({"driver__sent": 3, "staircase__tracking_rms": 9}, Component.DRIVER, "driver"),
+    "restart": ({"session__restarts": 3, "session__lost_replies": 3}, Component.BOARD, "restarts"),
+    "older firmware": ({"session__unanswered_limits": 3}, Component.BOARD, "older_firmware"),
+    "bytes lost": ({"session__lost_replies": 3, "replay__replay_shape": all_of(4)}, Component.LINK, "bytes"),
+    "bytes too many": ({"session__stray_bytes": 3}, Component.LINK, "bytes"),
+    "all readings jump": ({"staircase__overshoot_hand_percent": all_of(9)}, Component.LINK, "bytes"),
+    "lower bytes lost": ({"staircase__lower_byte": 5}, Component.LINK, "bytes"),
+    "bus stands still": ({"presence__distinct_readings": -3}, Component.LINK, "bus"),
+    "late replies": ({"presence__round_trip": 3, "replay__replay_delay": all_of(2)}, Component.LINK, "late_link"),
+    "repeats": ({"excursion__stale_readings": 3, "replay__replay_shape": all_of(5)}, Component.LINK, "repeats"),
+    "weak supply": ({"excursion__closed_percent": all_of(-4)}, Component.SUPPLY, "supply"),
+    "supply that sags": (
+        {"response__open_close_rate": -1.7, "excursion__closed_percent": -9, "excursion__fist_travel": -4},
+        Component.SUPPLY,
+        "supply",
+    ),
+    "supply too weak for the thumb": (
+        {
+            "audit__pull": {"thumb_cmc_flexion": 12, "thumb_flexor": 6},
+            "audit__followed": {"thumb_cmc_flexion": -2.5, "thumb_flexor": -1.3},
+        },
+        Component.SUPPLY,
+        "supply",
+    ),
+    "late servos": (
+        {"response__command_to_motion": 3, "replay__replay_delay": all_of(2)},
+        Component.HAND,
+        "late_servos",
+    ),
+    "other side": ({"audit__followed": all_of(2, FINGERS[:3])}, Component.BOARD, "other_side"),
+}
+CHANNEL_RULES = {
+    "no power": ({"audit__followed": -50, "audit__pull": -4, "excursion__closed_percent": -99}, "no_power"),
+    "blocked": ({"audit__followed": -50, "presence__idle_current": 30}, "blocked"),
+    "coarse": ({"staircase__resolution": 3, "staircase__overshoot_hand_percent": 9}, "coarse"),
+    "jumping": ({"staircase__overshoot_hand_percent": 9, "holding__creep_percent": 9}, "jumping"),
+    "cuts out": ({"holding__creep_percent": 99, "staircase__tracking_rms": 9}, "cuts_out"),
+    "drift": ({"holding__creep_percent": 1.2, "alike__held_again": 5}, "drift"),
+    "current that fades": ({"alike__held_again": -3}, "drift"),
+    "cable off": ({"audit__pull": -2, "excursion__closed_percent": 2, "staircase__take_up": 99}, "cable_off"),
+    "nothing pulls": ({"staircase__spring": -2, "staircase__take_up": 99}, "cable_off"),
+    "current sensor": (
+        {"staircase__spring": -2, "excursion__stop_current": -3, "staircase__take_up": 99},
+        "current_sensor",
+    ),
+    "zero": ({"presence__idle_current": 3}, "zero"),
+    "weak spring": ({"holding__holding_current": -2}, "spring_weak"),
+    "slow": ({"excursion__closed_percent": -9, "alike__rise": 4}, "slow"),
+    "dry friction": ({"staircase__dry_friction": 5}, "friction"),
+    "slack": ({"staircase__take_up": 7}, "slack"),
+    "strong spring": ({"excursion__closed_percent": -9, "holding__holding_current": 3}, "spring_strong"),
+    "weak": ({"excursion__closed_percent": -9}, "weak"),
+    "fast": ({"alike__opening": -3}, "fast"),
+    "one joint": ({"staircase__spring_shape": -4}, "one_joint"),
+    "hot": ({"presence__temperature": 3}, "hot"),
+    "cold": ({"alike__temperature": -7}, "temperature_sensor"),
+    "answers": ({"response__standstill": 9}, "answers"),
+}
+
+
+@pytest.mark.parametrize(("checks", "component", "row"), HAND_RULES.values(), ids=HAND_RULES)
+def test_a_rule_of_the_hand(checks, component, row):
+    assert told(**checks) == (component, (), row)
+
+
+@pytest.mark.parametrize(("checks", "row"), CHANNEL_RULES.values(), ids=CHANNEL_RULES)
+def test_a_rule_of_a_channel(checks, row):
+    assert told(**checks) == (Component.CHANNEL, RING, row)
+
+
+def test_two_channels_that_move_each_other_are_exchanged():
+    moved = {"index": 9, "middle": 9}
+    found = told(audit__others_moved=moved, audit__followed=all_of(-50, FINGERS[:2]))
+    assert found == (Component.CHANNELS, (Channel.INDEX, Channel.MIDDLE), "exchanged")
+
+
+def test_thumb_cables_are_exchanged_where_nothing_stops_the_base():
+    closed = {"thumb_cmc_flexion": 40, "thumb_flexor": -30}
+    assert told(excursion__closed_percent=closed)[2] == "exchanged"
+
+
+def test_a_little_on_all_to_one_side_is_the_supply():
+    sides = {("excursion", "closed_percent", label): -0.9 for label in FINGERS}
+    assert told(sides=sides, excursion__fist_travel=-1.1)[::2] == (Component.SUPPLY, "supply")
+
+
+def test_the_channel_for_which_most_speaks():
+    found = told(staircase__friction={"index": 1.1, "ring": 3.0}, staircase__dry_friction=4.0)
+    assert found == (Component.CHANNEL, RING, "friction")
+
+
+def test_what_no_rule_explains_is_said():
+    assert told(holding__warming=2.0) == (Component.CHANNEL, RING, "")
+    assert told(response__telemetry_period=-3.0)[0] is Component.HAND
+
+
+STOPS = {
+    SafetyReason.CURRENT: "blocked",
+    SafetyReason.TEMPERATURE: "hot",
+    SafetyReason.JUMP: "jumping",
+    SafetyReason.STRAY: "stray",
+}
+
+
+@pytest.mark.parametrize("reason", STOPS, ids=lambda reason: reason.value)
+def test_a_stop_of_the_guard_is_judged_by_its_reason_and_channel(reason):
+    """Its words name another channel, and are not read."""
+    end = RunEnd(EndKind.STOPPED, "excursion", "the pinky", SafetyStopError("the pinky", reason, Channel.RING))
+    assert told(end) == (Component.CHANNEL, RING, STOPS[reason])
+
+
+def test_a_stop_beside_a_check_that_says_more():
+    end = RunEnd(EndKind.STOPPED, "response", "", SafetyStopError("", SafetyReason.STRAY, Channel.RING))
+    assert told(end, audit__followed=-50, audit__pull=-4)[2] == "no_power"
+
+
+def test_ends_without_a_channel():
+    silent = RunEnd(EndKind.LINK, "audit", "no reply", LinkTimeoutError("no reply"))
+    assert told(silent, session__lost_replies=3)[::2] == (Component.BOARD_OR_LINK, "silent")
+    gone = RunEnd(EndKind.LINK, "audit", "gone", ConnectionError("gone"))
+    assert told(gone)[::2] == (Component.LINK, "port_gone")
+    pre = SafetyStopError("", SafetyReason.SILENT, unanswered=Opcode.SET_SPE)
+    assert told(RunEnd(EndKind.STOPPED, "audit", "", pre))[::2] == (Component.BOARD, "older_firmware")
+
+
+def test_every_row_that_a_rule_names_is_there():
+    named = {row for *_, row in (*HAND_RULES.values(), *CHANNEL_RULES.values())} | set(STOPS.values())
+    assert named <= rows().keys()

@@ -1,0 +1,243 @@
+"""A trial with a cube through every byte: where the cube is put, what is counted, and when it counts as lost."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from policies import holding, policy
+
+from aero.policy.limits import Ending
+from aero.policy.running import RunSettings
+from aero.policy.settings import PAPER_TRAINING
+from aero.policy.shipped import find_policy
+from aero.safety import Thresholds
+from model.cube_plant import CubePlant, CubeWatch
+from model.units import load_unit
+from model.units.cable_correction import correction
+from train.evaluation import cube_trial
+from train.evaluation.cube_trial import Surroundings, run_trial
+
+SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
+
+
+class Held(CubePlant):
+    """A cube where a test says, turned and touched as it says."""
+
+    height, touched, turned = 0.05, True, 0.0
+    placed = ()
+
+    def place_cube(self, position, orientation=(1.0, 0.0, 0.0, 0.0)):
+        super().place_cube(position, orientation)
+        self.placed = (*self.placed, np.array(position))
+
+    def cube_position(self):
+        return np.array([0.1, 0.0, self.height])
+
+    def cube_touched(self):
+        return self.touched
+
+    @property
+    def cube_rotation(self):
+        return self.turned
+
+
+@pytest.fixture
+def plant():
+    return Held(load_unit("ideal").hand)
+
+
+def watched(plant, heights, period_s=0.05):
+    """Look at a cube once a period, at these heights."""
+    watch = CubeWatch(plant, 0)
+    watch.place()
+    for height in heights:
+        plant.height = height
+        plant.advance_to(plant.time + period_s)
+        watch.sample()
+    return watch
+
+
+@pytest.mark.parametrize(("height", "lost"), [(-0.0501, True), (-0.0499, False), (-0.041, False)])
+def test_a_cube_below_minus_5_cm_is_lost_as_in_the_paper(height, lost, plant):
+    """Section "Learning In-Hand Cube Rotation"; what happens after the loss counts no more."""
+    watch = watched(plant, [0.05, height, 0.05, 0.05])
+    assert watch.lost is lost
+    assert watch.alive_s == pytest.approx(0.10 if lost else 0.20)
+
+
+def test_a_cube_may_bounce_for_half_a_second_as_in_training(plant):
+    plant.touched = False
+    assert np.isnan(watched(plant, [0.05] * 10).airborne)
+    plant.touched = False
+    assert watched(plant, [0.05] * 11).airborne == 1.0
+
+
+def test_a_person_puts_the_cube_within_2_mm_of_its_place():
+    """Standard deviation along each axis about (0.11, 0, 0.05)."""
+    plant = Held(load_unit("ideal").hand)
+    for seed in range(400):
+        CubeWatch(plant, seed).place()
+    placed = np.array(plant.placed[1:])
+    np.testing.assert_allclose(placed.mean(axis=0), [0.11, 0.0, 0.05], atol=4e-4)
+    np.testing.assert_allclose(placed.std(axis=0), 0.002, rtol=0.12)
+
+
+def test_a_trial_is_run_with_the_torque_that_the_policy_was_trained_with(monkeypatch):
+    """Three tenths of a servo's 1000 register units; without a limit of its own, what the guard allows."""
+    made = []
+
+    class Watched(cube_trial.EmulatedHand):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            made.append(self)
+
+    monkeypatch.setattr(cube_trial, "EmulatedHand", Watched)
+    found = {}
+    for limit in (0.3, None):
+        one = replace(holding(), settings=replace(holding().settings, torque_limit=limit))
+        seen = []
+        run_trial(
+            one,
+            load_unit("ideal"),
+            settings=SHORT,
+            on_step=lambda _, seen=seen: seen.append([servo.memory.get("goal_torque") for servo in made[-1].servos]),
+        )
+        found[limit] = seen[-1]
+    assert found[0.3] == [300] * 7
+    assert sorted(found[None]) == [500] * 3 + [700] * 4
+
+
+def test_a_trial_keeps_the_size_of_the_currents_and_the_rate_of_the_time_alive():
+    seen = []
+    trial = run_trial(
+        policy(3), load_unit("reference"), settings=SHORT, on_step=lambda step: seen.append(step.currents_a)
+    )
+    np.testing.assert_allclose(trial.mean_currents_a, np.abs(seen).mean(axis=0))
+    assert np.min(seen) < 0.0
+    assert replace(trial, rotation_rad=3.0, alive_s=2.0).rate_rad_s == 1.5
+    assert replace(trial, rotation_rad=0.0, alive_s=0.0).rate_rad_s == 0.0
+
+
+def test_a_trial_follows_the_cube_from_its_placing():
+    trial = run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
+    assert trial.run.steps > 10
+    assert 0.0 < trial.alive_s <= 1.0
+    assert np.isfinite(trial.rotation_rad)
+    assert trial == run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_either_hand_turns_the_cube_its_own_way(side, plants):
+    """The model is mirrored, so a left hand turns it clockwise; a trial counts both as forward."""
+    steady, unit = find_policy("steady"), load_unit("paper")
+    settings = RunSettings(seconds=4.0, correction=tuple(correction(unit, steady.settings)))
+    trial = run_trial(steady, unit, settings=settings, surroundings=Surroundings(side=side))
+    assert (trial.surroundings.side, trial.kept) == (side, True)
+    assert trial.rotation_rad > 1.0
+    assert (plants[0].cube_rotation > 1.0) is (side == "right")
+    assert (plants[0].cube_rotation < -1.0) is (side == "left")
+
+
+@pytest.mark.parametrize("unit", ["reference", "paper"])
+def test_a_hand_that_holds_the_nominal_grasp_keeps_the_cube(unit):
+    trial = run_trial(policy(), load_unit(unit), settings=RunSettings(seconds=2.0), script=np.zeros((40, 7)))
+    assert trial.run.ending is Ending.TIME, trial.run.reason
+    assert trial.kept
+    assert trial.airborne == 0.0
+
+
+def test_a_hand_that_opens_has_not_kept_the_cube():
+    opening = np.tile([1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0], (60, 1))
+    trial = run_trial(policy(), load_unit("reference"), settings=RunSettings(seconds=3.0), script=opening)
+    assert trial.run.ending is Ending.TIME
+    assert not trial.kept
+    assert trial.alive_s < 2.5
+
+
+def test_a_run_that_the_guard_ended_has_not_kept_the_cube():
+    thresholds = Thresholds(current_a=0.5, current_s=0.2)
+    script = np.zeros((20, 7))
+    trial = run_trial(policy(), load_unit("reference"), settings=SHORT, thresholds=thresholds, script=script)
+    assert trial.run.ending is Ending.STOPPED
+    assert "drawn more than 0.5 A" in trial.run.reason
+    assert not trial.kept
+
+
+@pytest.fixture
+def plants(monkeypatch):
+    """Every plant with a cube that a trial makes."""
+    made = []
+
+    class Watched(CubePlant):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            made.append(self)
+
+    monkeypatch.setattr("train.evaluation.cube_trial.CubePlant", Watched)
+    return made
+
+
+def test_travel_is_that_of_the_time_in_which_the_cube_was_held(plants):
+    """The index goes to and fro by 2 mm a period; after 10 of 40 periods the cube is gone."""
+    seen = []
+
+    def take_away(step):
+        seen.append(step)
+        if len(seen) == 10:
+            plants[0].place_cube((0.0, 0.0, -1.0))
+
+    script = np.zeros((40, 7))
+    script[::2, 0] = 0.1
+    trial = run_trial(
+        policy(), load_unit("reference"), settings=replace(SHORT, seconds=2.0), script=script, on_step=take_away
+    )
+    assert not trial.kept
+    assert trial.alive_s == pytest.approx(0.5, abs=0.11)
+    assert trial.travel_per_s[0] == pytest.approx(0.1 * PAPER_TRAINING.scale[0] / 0.05, rel=0.15)
+
+
+def test_time_in_the_air_counts_once_the_cube_has_settled(plants):
+    """The first 10 of 40 periods are for settling; from the 25th on the cube falls from far above."""
+    seen = []
+
+    def lift(step):
+        seen.append(step)
+        if len(seen) == 25:
+            plants[0].place_cube((0.11, 0.0, 50.0))
+
+    trial = run_trial(
+        policy(),
+        load_unit("reference"),
+        settings=replace(SHORT, seconds=2.0),
+        script=np.zeros((40, 7)),
+        on_step=lift,
+    )
+    assert trial.airborne == pytest.approx(15 / 30, abs=0.05)
+
+
+def test_a_cube_that_is_taken_away_ends_a_run_that_was_rehearsed(plants):
+    seen = []
+
+    def take_away(step):
+        seen.append(step)
+        if len(seen) == 90:
+            plants[0].place_cube((1.0, 0.0, 0.0))
+
+    unit, steady = load_unit("paper"), find_policy("steady")
+    settings = RunSettings(seconds=10.0, rehearsal_s=5.0, correction=tuple(correction(unit, steady.settings)))
+    trial = run_trial(steady, unit, settings=settings, on_step=take_away)
+    assert trial.run.ending is Ending.LOST
+    assert 90 < trial.run.steps <= 90 + 50
+
+
+def test_a_left_hand_mirrors_the_right_one():
+    """Exactly, but for where the cube is put: a person does not mirror that."""
+    made = {}
+    for side in ("right", "left"):
+        lengths = []
+        run_trial(
+            holding(), load_unit("reference"), settings=SHORT, surroundings=Surroundings(side=side),
+            on_step=lambda step, kept=lengths: kept.append(step.lengths),
+        )  # fmt: skip
+        made[side] = np.array(lengths)
+    np.testing.assert_allclose(made["left"], made["right"], atol=2e-3)

@@ -1,0 +1,132 @@
+"""Deployments as data, and what a set of trials says about one."""
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from policies import policy
+
+from aero.policy.file import save
+from aero.policy.settings import PAPER_DEPLOYMENT
+from aero.policy.task import ShownAction
+from hil.cli import main
+from train.evaluation.cube_trial import run_trial
+from train.evaluation.deployment import ANY_HAND, load_deployments
+from train.evaluation.simulation import beside_a_deployment
+
+NODE = load_deployments()["ros2-node"]
+CHANGES = {
+    "unit": "reference",
+    "firmware": "0.2.0",
+    "settings": "own",
+    "one_period_late": False,
+    "shown_action": "before_last",
+    "corrected": True,
+}
+
+
+@pytest.fixture(scope="module")
+def commands():
+    """Return the codes that a deployment sends in half a second."""
+
+    def sent(deployment):
+        (case,) = deployment.cases(policy(3), 1, seconds=0.5, seed=1)
+        codes = []
+        settings = replace(case.settings, approach_s=0.3, wait_s=0.1)
+        run_trial(
+            policy(3), case.unit, firmware=case.firmware, seed=case.seed, settings=settings,
+            on_step=lambda step: codes.append(step.command),
+        )  # fmt: skip
+        return np.array(codes)
+
+    return sent
+
+
+@pytest.fixture(scope="module")
+def as_the_node_does(commands):
+    return commands(NODE)
+
+
+def test_the_same_deployment_sends_the_same(commands, as_the_node_does):
+    np.testing.assert_array_equal(commands(NODE), as_the_node_does)
+
+
+@pytest.mark.parametrize("field", CHANGES)
+def test_every_row_of_a_deployment_changes_what_is_sent(field, commands, as_the_node_does):
+    changed = commands(replace(NODE, **{field: CHANGES[field]}))
+    assert changed.shape == as_the_node_does.shape
+    assert (changed != as_the_node_does).any()
+
+
+@pytest.mark.parametrize("name", load_deployments())
+def test_every_deployment_can_be_run(name):
+    deployment = load_deployments()[name]
+    first, second = deployment.cases(policy(), 2, seconds=1.0, seed=5)
+    assert (first.unit == second.unit) is (deployment.unit != ANY_HAND)
+    assert (first.seed, second.seed) == (5, 6)
+    assert any(first.settings.correction) is deployment.corrected
+
+
+def test_the_node_shows_the_last_action_to_every_policy():
+    (case,) = NODE.cases(policy(0, ShownAction.BEFORE_LAST), 1, seconds=1.0, seed=0)
+    assert case.settings.shown_action is ShownAction.LAST
+    assert case.settings.one_period_late
+
+
+def test_the_command_prints_data_with_everything_that_it_depends_on(tmp_path):
+    save(policy(), tmp_path / "policy.npz")
+    arguments = ["predict", str(tmp_path / "policy.npz"), "--trials", "1", "--seconds", "0.5", "--unit", "reference"]
+    result = CliRunner().invoke(main, [*arguments, "--json"], catch_exceptions=False)
+    assert result.exit_code == 0
+    said = json.loads(result.stdout)
+    assert said["deployment"]["name"] == "ros2-node"
+    assert said["deployment"]["unit"] == "reference"
+    assert [row["trials"] for row in said["predictions"]] == [1, 1, 1]
+    assert [row["name"] for row in said["predictions"]][-1] == "ros2-node"
+    assert said["predictions"][-1]["rate_interval"] is None
+
+
+def test_episodes_beside_a_deployment_differ_in_both_rows():
+    for episodes in beside_a_deployment(policy(3), PAPER_DEPLOYMENT, 3, seconds=1.0, seed=0).values():
+        assert len(set(episodes.rotation_rad)) == 3
+
+
+def test_the_paper_measured_a_turn_in_55_seconds_behind_its_node():
+    assert NODE.measured_rad_s == pytest.approx(2 * np.pi / 55, abs=5e-4)
+    others = [one.measured_rad_s for name, one in load_deployments().items() if name != "ros2-node"]
+    assert not any(others)
+
+
+def test_the_measured_rate_stands_in_the_table(tmp_path):
+    save(policy(), tmp_path / "policy.npz")
+    arguments = ["predict", str(tmp_path / "policy.npz"), "--trials", "1", "--seconds", "0.5", "--unit", "reference"]
+    said = CliRunner().invoke(main, arguments, catch_exceptions=False).stdout
+    assert any("measured on a physical hand" in line and "0.114" in line for line in said.splitlines())
+
+
+def test_a_unit_that_is_not_there_is_bad_usage():
+    result = CliRunner().invoke(main, ["predict", "--unit", "golden"])
+    assert result.exit_code == 2
+    assert "golden" in result.output
+
+
+DEPLOYED = {
+    "ros2-node": ("paper", "pre", "deployment", True, "last", False),
+    "ros2-node-0.2.0": ("plausible", "0.2.0", "deployment", True, "last", False),
+    "run-policy": ("plausible", "0.2.0", "own", False, "own", False),
+    "run-policy-twin": ("plausible", "0.2.0", "own", False, "own", True),
+}
+"""Unit, firmware, settings, a period late, shown action, corrected. The first is the paper's section "Zero-shot
+deployment" on its hand, run as the official node `rl_z_rotation_deploy` does, a period late."""
+
+
+def test_deployments_are_those_that_are_described():
+    found = {name: tuple(asdict(row).values())[2:8] for name, row in load_deployments().items()}
+    assert found == DEPLOYED
+    settings = load_deployments()["ros2-node"].run_settings(15.0)
+    assert settings.settings == PAPER_DEPLOYMENT
+    assert (settings.one_period_late, settings.shown_action) == (True, ShownAction.LAST)
+    own = load_deployments()["run-policy"].run_settings(15.0)
+    assert (own.settings, own.one_period_late, own.shown_action) == (None, False, None)

@@ -1,0 +1,96 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from checkpoints import EPISODES
+from policies import holding, policy
+
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
+from train.evaluation.rollouts import log, run, task_of
+from train.evaluation.simulation import BUILT, beside_a_deployment, conditions, delay_sweep, lag_sweep, measure
+from train.scene import build_scene
+from train.simulator import Simulator
+
+BATCH = 4
+
+
+@pytest.fixture(scope="module")
+def batch():
+    with Simulator([build_scene().compile()] * BATCH, threads=1) as simulator:
+        yield simulator
+
+
+def test_the_same_seed_gives_the_same_episodes_and_another_others(batch):
+    first, again, other = (run(policy(), task_of(policy()), batch, 1.0, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first.rotation_rad, again.rotation_rad)
+    assert (first.rotation_rad != other.rotation_rad).all()
+
+
+def test_a_hand_that_holds_still_commands_no_travel_and_hardly_turns_the_cube(batch):
+    episodes = run(holding(), task_of(holding()), batch, 2.0)
+    assert (episodes.travel_per_s == 0).all()
+    assert (episodes.action_change == 0).all()
+    assert (np.abs(episodes.rate_rad_s) < 1.0).all()
+    assert ((episodes.airborne >= 0) & (episodes.airborne <= 1)).all()
+
+
+def test_a_hand_that_opens_loses_the_cube_and_counts_only_until_then(batch):
+    settings = holding().settings
+    wide = np.add(settings.nominal, (0.02, 0.02, 0.02, 0.02, -0.7, 0.003, 0.012))
+    opened = task_of(holding(), replace(settings, nominal=tuple(wide)))
+    episodes = run(holding(), opened, batch, 3.0)
+    assert not episodes.kept.any()
+    assert (episodes.alive_s < 2.0).all()
+    assert episodes.summary()["survival"] == 0.0
+
+
+def test_the_conditions_are_the_papers_and_the_sweep_reaches_a_control_period():
+    trained, quiet, late, deployed = conditions(policy()).values()
+    assert trained.settings == policy().settings
+    assert max(quiet.settings.noise) == 0
+    assert late.actuation.delay_s == (0.05, 0.05)
+    assert deployed.settings == PAPER_DEPLOYMENT
+    assert deployed.reset.joint_std_rad == 0
+    delays = delay_sweep(policy())
+    assert next(iter(delays)) == 0
+    assert list(delays)[-1] == policy().settings.period_s
+    assert len({task.actuation.lag_s for task in lag_sweep(policy()).values()}) == len(lag_sweep(policy()))
+    assert all(task.actuation.delay_s == (delay, delay) for delay, task in delays.items())
+
+
+def test_every_condition_is_measured_by_name_and_the_delays_are_drawn(tmp_path):
+    told = []
+    found = measure(
+        policy(), 2, seconds=0.2, seed=0, picture=tmp_path / "delay.png", progress=lambda _, name: told.append(name)
+    )
+    assert list(found) == told
+    assert set(conditions(policy())) | {BUILT, "lag 25, delay 50 ms", "lag 60, delay 25 ms"} <= set(found)
+    assert {row["episodes"] for row in found.values()} == {2.0}
+    assert (tmp_path / "delay.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_summary_is_of_the_episodes():
+    summary = EPISODES.summary()
+    assert summary["episodes"] == 2.0
+    assert summary["survival"] == 0.5
+    assert summary["rate_rad_s"] == pytest.approx(20.0 / 15.0)
+    assert summary["airborne"] == pytest.approx(0.1)
+    assert summary["finger_travel_m_s"] == pytest.approx(0.01)
+
+
+def test_a_log_keeps_every_step_of_an_episode():
+    kept = log(policy(), task_of(policy()), 0.5, 3)
+    assert (kept.positions.shape, kept.actions.shape, kept.lengths.shape) == ((10, 23), (10, 7), (10, 7))
+    with Simulator([build_scene().compile()], threads=1) as single:
+        episodes = run(policy(), task_of(policy()), single, 0.5, 3)
+    change = np.linalg.norm(np.diff(np.vstack([np.zeros(7), kept.actions]), axis=0), axis=1)
+    np.testing.assert_allclose(episodes.action_change, change.mean())
+
+
+def test_beside_a_deployment_stands_the_simulator_as_trained_and_with_its_settings():
+    found = beside_a_deployment(policy(3), PAPER_DEPLOYMENT, 3, seconds=0.5, seed=0)
+    trained, deployed = found.values()
+    assert len(trained.kept) == len(deployed.kept) == 3
+    assert (trained.rotation_rad != deployed.rotation_rad).all()
+    (_, same) = beside_a_deployment(policy(3), PAPER_TRAINING, 3, seconds=0.5, seed=0).values()
+    assert (same.rotation_rad != deployed.rotation_rad).all()

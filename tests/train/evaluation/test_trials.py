@@ -1,0 +1,176 @@
+"""Which trials are made, and what they came to: all of them, by what the cube is like, and as figures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from policies import holding
+
+from aero.channels import Channel
+from aero.policy.limits import Ending
+from aero.policy.running import RunSettings
+from model.cubes import TAILS
+from model.scene import CUBE
+from model.units import load_unit
+from train.evaluation.cube_trial import Surroundings, run_trial
+from train.evaluation.strata import DIVISIONS, strata, strata_picture
+from train.evaluation.trial_set import trial_set
+from train.evaluation.trials import ANY_CUBE, CORRECTIONS, DISTURBANCES, figures, over_hands
+
+SHORT = RunSettings(seconds=0.2, approach_s=0.2, wait_s=0.1)
+
+
+@pytest.fixture(scope="module")
+def one():
+    return run_trial(holding(), load_unit("ideal"), settings=SHORT)
+
+
+def trial(one, *, kept, rate, side="right", **cube):
+    surroundings = Surroundings(replace(CUBE, **cube), side)
+    return replace(one, kept=kept, alive_s=1.0, rotation_rad=rate, surroundings=surroundings)
+
+
+@pytest.fixture
+def trials(one):
+    """Sticky cubes are lost, heavy ones do not turn, and all others turn at 1 rad/s."""
+    return [
+        *[trial(one, kept=False, rate=1.0, friction=0.9)] * 3,
+        *[trial(one, kept=True, rate=0.05, mass_kg=0.12, side="left")] * 2,
+        *[trial(one, kept=True, rate=1.0)] * 5,
+    ]
+
+
+def test_each_stratum_tells_its_own_trials(trials):
+    found = {row.name: row for row in strata(trials)}
+    assert (found["all"].trials, found["all"].kept, found["all"].turning) == (10, 7, 0.8)
+    sticky, heavy = found["friction 0.8 to 1"], found["mass, g, 110 to 140"]
+    assert (sticky.trials, sticky.kept, sticky.turning) == (3, 0, 1.0)
+    assert (heavy.trials, heavy.kept, heavy.turning, heavy.rate_rad_s) == (2, 2, 0.0, pytest.approx(0.05))
+    assert found["side, mm, 45 to 49"].trials == 0
+    assert (found["left hand"].trials, found["right hand"].trials) == (2, 8)
+    for row in found.values():
+        low, high = row.kept_interval
+        assert 0.0 <= low <= high <= 1.0
+        assert not row.trials or low <= row.kept_share <= high
+
+
+def test_every_trial_is_in_one_stratum_of_each_division(trials):
+    rows = strata(trials)
+    for division in DIVISIONS:
+        assert sum(row.trials for row in rows if row.name.startswith(division.name)) == len(trials)
+
+
+def test_the_upper_strata_are_the_tails_that_training_draws_from():
+    scales = {"friction": 1.0, "mass": 1e3, "side": 1e3}
+    for division in DIVISIONS:
+        (name,) = [name for name in TAILS if division.name.startswith(name)]
+        assert division.edges[-2:] == pytest.approx([scales[name] * end for end in TAILS[name]])
+
+
+def test_the_picture_is_drawn(trials, tmp_path):
+    strata_picture(trials, tmp_path / "strata.png")
+    assert (tmp_path / "strata.png").stat().st_size > 10_000
+
+
+def test_any_cube_goes_to_another_corrected_hand_each_right_and_left_in_turn():
+    made = over_hands(holding(), 4, seconds=15.0, seed=5)
+    assert [case.surroundings.side for case in made] == ["right", "left"] * 2
+    assert {case.name for case in made} == {ANY_CUBE}
+    assert len({case.unit.name for case in made}) == len({case.surroundings.cube for case in made}) == 4
+    assert all(any(case.settings.correction) for case in made)
+    again = over_hands(holding(), 3, seconds=15.0, seed=6)
+    assert [case.surroundings.cube for case in again] == [case.surroundings.cube for case in made[1:]]
+
+
+def test_each_disturbance_comes_to_the_same_hands_and_cubes():
+    rows = [over_hands(holding(), 2, seconds=15.0, seed=5, disturbance=one) for one in DISTURBANCES.values()]
+    assert len({(case.unit.name, case.surroundings.cube, case.seed) for row in rows for case in row}) == 2
+    assert len({case.surroundings.disturbance for row in rows for case in row}) == len(DISTURBANCES)
+
+
+def corrections(**how):
+    made = over_hands(holding(), 2, seconds=15.0, seed=5, **how)
+    return {case.seed: np.array(case.settings.correction) for case in made}
+
+
+def test_a_correction_is_exact_or_none_or_half_a_millimetre_wrong():
+    exact, none, wrong = (corrections(correct=how) for how in CORRECTIONS)
+    assert list(exact) == list(none) == list(wrong) == [5, 6]
+    for seed in (5, 6):
+        off = wrong[seed] - exact[seed]
+        assert 1e-4 < off.std() < 2e-3
+        assert off[Channel.THUMB_ABDUCTION] == 0.0
+        assert exact[seed].any()
+        assert not none[seed].any()
+
+
+def test_a_hand_is_corrected_by_its_unit_file_and_left_out_without_one(tmp_path):
+    (tmp_path / "6.toml").write_text('description = "a hand as the default one"\n')
+    measured = corrections(twins=tmp_path)
+    assert list(measured) == [6]
+    assert not np.allclose(measured[6], corrections()[6], atol=1e-5)
+    with pytest.raises(ValueError, match=r"5\.toml"):
+        over_hands(holding(), 1, seconds=15.0, seed=5, twins=tmp_path)
+
+
+def test_what_trials_came_to_has_intervals():
+    """Of 18 of 20, Wilson's interval is 69.9 to 97.2 %; that of a mean is about two standard errors to each side."""
+    rates = np.random.default_rng(0).normal(0.5, 0.1, 20)
+    found = trial_set("here", [True] * 18 + [False] * 2, np.full(20, 15.0), 15.0 * rates)
+    assert (found.trials, found.kept, found.kept_share, found.turning) == (20, 18, 0.9, 1.0)
+    assert found.kept_interval == pytest.approx((0.699, 0.972), abs=0.001)
+    error = np.std(rates, ddof=1) / np.sqrt(20)
+    assert found.rate_rad_s == pytest.approx(rates.mean())
+    assert found.rate_interval == pytest.approx((rates.mean() - 2 * error, rates.mean() + 2 * error), abs=0.5 * error)
+    assert found.turned_rad == pytest.approx(15.0 * np.median(rates))
+
+
+def test_a_trial_that_drops_the_cube_at_once_hardly_counts_for_the_rate():
+    """Its own rate is 20 rad/s; in all the cubes turned by 301 rad in 300.05 s."""
+    found = trial_set("", [True] * 20 + [False] * 2, [15.0] * 20 + [0.05, 0.0], [14.0, 16.0] * 10 + [1.0, 0.0])
+    assert found.rate_rad_s == pytest.approx(301.0 / 300.05)
+    low, high = found.rate_interval
+    assert 0.9 < low < found.rate_rad_s < high < 1.1
+
+
+def test_few_trials_have_no_interval_and_equal_ones_an_exact_one():
+    assert np.isnan(trial_set("", [True] * 2, [15.0] * 2, [3.0, 4.0]).rate_interval).all()
+    assert trial_set("", [True] * 3, [15.0] * 3, [3.0] * 3).rate_interval == (0.2, 0.2)
+    none = trial_set("", [], [], [])
+    assert (none.trials, none.kept_interval) == (0, (0.0, 1.0))
+    assert np.isnan([none.kept_share, none.rate_rad_s, none.turned_rad, none.turning]).all()
+
+
+def test_long_trials_are_counted_after_the_papers_rollout_too(one):
+    """One is lost after 10 s, one after 100 s, and two hold the cube for ten minutes."""
+    trials = [replace(one, kept=False, alive_s=after) for after in (10.0, 100.0)]
+    found = figures([*trials, *[replace(one, kept=True, alive_s=600.0)] * 2])
+    assert [found[f"held_{after}_s"] for after in (15, 50, 200)] == [0.75, 0.75, 0.5]
+    assert found["held_200_s_low"] < 0.5 < found["held_200_s_high"]
+    assert "held_15_s" not in figures([replace(one, kept=True, alive_s=15.0)])
+
+
+def test_figures_of_trials_are_their_means_and_extremes(one):
+    run = replace(one.run, ending=Ending.TIME, peak_current_a=1.0)
+    kept = replace(
+        one, kept=True, alive_s=2.0, rotation_rad=4.0, airborne=0.2, run=run,
+        travel_per_s=(0.01,) * 4 + (9.0,) * 3, mean_currents_a=(0.1,) * 6 + (0.5,),
+    )  # fmt: skip
+    stopped = replace(
+        kept, kept=False, alive_s=1.0, rotation_rad=1.0, airborne=np.nan,
+        run=replace(run, ending=Ending.STOPPED, peak_current_a=3.0), travel_per_s=(0.03,) * 4 + (9.0,) * 3,
+        mean_currents_a=(0.2,) * 6 + (0.1,),
+    )  # fmt: skip
+    found = figures([kept, stopped])
+    expected = {
+        "episodes": 2.0,
+        "survival": 0.5,
+        "rate_rad_s": 5.0 / 3.0,
+        "rotation_median_rad": 2.5,
+        "airborne": 0.2,
+        "finger_travel_m_s": 0.02,
+        "stopped": 0.5,
+        "mean_current_a": 0.3,
+        "peak_current_a": 3.0,
+    }
+    assert {name: found[name] for name in expected} == pytest.approx(expected)

@@ -1,0 +1,241 @@
+"""A policy on an emulated hand with a cube, through every byte: does it keep the cube, and how fast does it turn it?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aero.actuation import ActuationMap
+from aero.firmware import DEFAULT_FIRMWARE, firmware_of
+from aero.policy.file import Policy
+from aero.policy.limits import Ending
+from aero.policy.loop import run_policy
+from aero.policy.running import PolicyHand, Run, RunSettings, Step
+from aero.protocol import MAX_CODE
+from aero.safety import GuardedHand, Thresholds
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.links.in_process import InProcessLink
+from model.cube_plant import CubePlant, CubeWatch
+from model.geometry import Side
+from model.scene import CUBE, Cube
+from model.units import Unit
+
+Floats = NDArray[np.float64]
+
+SHOVED_AT_S, JOLT_S = 5.0, 0.1
+"""When a shove or a jolt comes, s under the policy, and how long a jolt lasts, s."""
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """How strong each is; the direction, horizontal, is drawn with the trial."""
+
+    tilt_rad: float = 0.0
+    """Angle of gravity to the axis that the policy was trained with, all the time."""
+    shove_m_s: float = 0.0
+    """Change of the cube's velocity."""
+    jolt_m_s2: float = 0.0
+    """Acceleration of the hand."""
+
+
+NONE = Disturbance()
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a trial meets besides the hand's mechanics."""
+
+    cube: Cube = CUBE
+    """What is turned."""
+    side: Side = "right"
+    """Which hand; the policy is the same, since lengths and codes are alike on both."""
+    disturbance: Disturbance = NONE
+    """What happens in the middle of it."""
+    assumed_firmware: str | None = None
+    """Firmware whose command window the host takes for the board's; None for the right one."""
+    step_rad: float = 0.0
+    """Angle of a shaft to whose multiples the host rounds what it reads and writes; 0 for none."""
+
+
+AS_MEASURED = Surroundings()
+"""The paper's cube in a right hand, and nothing happens."""
+
+
+@dataclass(frozen=True)
+class CubeTrial:
+    """What one trial came to."""
+
+    unit: str
+    """The hand."""
+    firmware: str
+    """What its board ran."""
+    seed: int
+    """Seed of the hand's noise and of where the cube was put."""
+    kept: bool
+    """Whether the cube was still in the hand when the time was over, and nothing ended the run before."""
+    alive_s: float
+    """Time until then or until the loss, s."""
+    rotation_rad: float
+    """Rotation about the vertical in that time, rad; positive as a right hand turns it, mirrored for a left one."""
+    airborne: float
+    """Share of the control periods at whose end nothing touched the cube; NaN for a trial that lost it at once."""
+    let_go: float
+    """Share of those at whose end nothing was within `cube_plant.GAP_M` of the cube."""
+    surroundings: Surroundings
+    """What it met."""
+    run: Run
+    """What the loop saw: its ending, missing readings, saturation, currents."""
+    travel_per_s: tuple[float, ...]
+    """Commanded travel of each channel while the cube was held, (7,), m/s, abduction rad/s."""
+    mean_currents_a: tuple[float, ...]
+    """Mean of each channel's absolute motor current while the policy acted, (7,), A."""
+
+    @property
+    def rate_rad_s(self) -> float:
+        """Mean angular velocity, rad/s."""
+        return self.rotation_rad / self.alive_s if self.alive_s else 0.0
+
+
+def run_trial(
+    policy: Policy,
+    unit: Unit,
+    *,
+    firmware: str = DEFAULT_FIRMWARE,
+    seed: int = 0,
+    settings: RunSettings | None = None,
+    surroundings: Surroundings = AS_MEASURED,
+    thresholds: Thresholds | None = None,
+    script: NDArray[np.float64] | None = None,
+    on_step: Callable[[Step], None] = lambda _: None,
+) -> CubeTrial:
+    """Run `policy` once from the nominal grasp with the cube put into the hand.
+
+    Args:
+        policy: what acts.
+        unit: mechanics and servos of the emulated hand.
+        firmware: version the board runs.
+        seed: of the hand's noise and of where the cube is put.
+        settings: of the loop; the policy's own and 15 s when left out.
+        surroundings: what it meets.
+        thresholds: of the guard, which watches this hand as it does a physical one; the defaults when left out.
+        script: actions (periods, 7) to play open loop in place of the policy's.
+        on_step: told about every control period.
+    """
+    settings = settings or RunSettings()
+    side = surroundings.side
+    plant = CubePlant(unit.hand, side, surroundings.cube)
+    electronics = EmulatedHand(plant, hand=side, firmware=firmware, servos=unit.servos, seed=seed)
+    watch = CubeWatch(plant, seed)
+    disturber = Disturber(plant, surroundings.disturbance, seed)
+    targets: list[np.ndarray] = []
+    currents: list[np.ndarray] = []
+
+    def follow(step: Step) -> None:
+        currents.append(np.abs(step.currents_a))
+        if not watch.lost:
+            targets.append(step.target)
+        watch.sample()
+        disturber.act(watch.alive_s)
+        on_step(step)
+
+    codec = ActuationMap.for_firmware(surroundings.assumed_firmware or firmware, hand=side)
+    link = InProcessLink(electronics)
+    guarded = GuardedHand(
+        link,
+        electronics.clock,
+        spans_counts=codec.window.spans_counts(),
+        usual=firmware_of(firmware).settings,
+        thresholds=thresholds or Thresholds(),
+    )
+    with guarded as hand:
+        hand.begin()
+        if policy.settings.torque_limit is not None:
+            hand.limit_torques(policy.settings.torque_limit)
+        step = surroundings.step_rad
+        run = run_policy(
+            policy,
+            CoarseHand(hand, step_codes(codec.window_rad, step)) if step else hand,
+            hand.clock,
+            codec,
+            settings=settings,
+            script=script,
+            on_ready=watch.place,
+            on_step=follow,
+        )
+    held_s = len(targets) * (settings.settings or policy.settings).period_s
+    travel = np.abs(np.diff(targets, axis=0)).sum(axis=0) / held_s if targets else np.zeros(7)
+    return CubeTrial(
+        unit=unit.name,
+        firmware=firmware,
+        seed=seed,
+        kept=not watch.lost and run.ending is Ending.TIME,
+        alive_s=watch.alive_s,
+        rotation_rad=watch.rotation_rad if side == "right" else -watch.rotation_rad,
+        airborne=watch.airborne,
+        let_go=watch.let_go,
+        surroundings=surroundings,
+        run=run,
+        travel_per_s=tuple(travel.tolist()),
+        mean_currents_a=tuple(np.nanmean(currents, axis=0).tolist() if currents else [0.0] * 7),
+    )
+
+
+class Disturber:
+    """Brings a disturbance to a plant."""
+
+    def __init__(self, plant: CubePlant, disturbance: Disturbance, seed: int) -> None:
+        """Tilt gravity at once; the direction is drawn from `seed`."""
+        self._plant, self._disturbance = plant, disturbance
+        angle = np.random.default_rng((seed, 1)).uniform(0.0, 2.0 * np.pi)
+        self._direction: Floats = np.array([np.cos(angle), np.sin(angle), 0.0])
+        self._before: float | None = None
+        down = plant.gravity_m_s2
+        strength = float(np.linalg.norm(down))
+        self._gravity = np.cos(disturbance.tilt_rad) * down + np.sin(disturbance.tilt_rad) * strength * self._direction
+        plant.lean(self._gravity)
+
+    def act(self, t: float) -> None:
+        """Do what comes at time `t`, s under the policy; called after every control period."""
+        before, self._before = self._before if self._before is not None else t, t
+        if before < SHOVED_AT_S <= t:
+            self._plant.shove_cube(self._disturbance.shove_m_s * self._direction)
+        jolted = SHOVED_AT_S <= t < SHOVED_AT_S + JOLT_S
+        self._plant.lean(self._gravity - (self._disturbance.jolt_m_s2 * self._direction if jolted else 0.0))
+
+
+@dataclass(frozen=True)
+class CoarseHand:
+    """Passes everything on; positions only in multiples of `step_codes`."""
+
+    hand: PolicyHand
+    step_codes: Floats
+    """Codes that a step of each channel has, (7,)."""
+
+    def read_codes(self) -> NDArray[np.uint16]:
+        """Read positions, (7,), command order."""
+        return self._rounded(self.hand.read_codes())
+
+    def command_codes(self, codes: ArrayLike) -> None:
+        """Send every channel to a position, (7,), command order."""
+        self.hand.command_codes(self._rounded(codes))
+
+    def read_currents(self) -> Floats:
+        """Read motor currents, (7,), A, command order."""
+        return self.hand.read_currents()
+
+    def read_temperatures(self) -> Floats:
+        """Read servo temperatures, (7,), °C, command order."""
+        return self.hand.read_temperatures()
+
+    def _rounded(self, codes: ArrayLike) -> NDArray[np.uint16]:
+        steps = np.round(np.asarray(codes, dtype=float) / self.step_codes)
+        return np.clip(np.round(steps * self.step_codes), 0, MAX_CODE).astype(np.uint16)
+
+
+def step_codes(window_rad: Floats, step_rad: float) -> Floats:
+    """Return how many codes a step of the shafts has, (7,), for windows (7, 2)."""
+    steps: Floats = MAX_CODE * step_rad / np.abs(np.diff(window_rad, axis=1)[:, 0])
+    return steps

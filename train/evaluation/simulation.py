@@ -1,0 +1,129 @@
+"""A policy measured in simulation: plain MuJoCo as trained and behind servos, and built hands of the training."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from aero.policy.file import Policy
+from aero.policy.settings import PAPER_DEPLOYMENT, PolicySettings
+from aero.whole_file import whole
+from model.scene import CUBE, Cube
+from train.actuation import BUS, ActuationRanges
+from train.built import BuiltSimulator, draw_scenes
+from train.evaluation.rollouts import Episodes, run, task_of
+from train.hands import HANDS, corrections, draw_hand
+from train.scene import build_scene
+from train.simulator import Simulator
+from train.task.episode import Task
+from train.task.grasp import NOMINAL_RESET
+
+SERVO_LAG_S = 0.025
+"""Closed loop of the physical hand's servos; the lag of the delay sweep."""
+SERVO_DELAY_S = 0.025
+"""From a command to its motion and into the next reading, rounded up; the delay of the lag sweep."""
+SWEEP_LAGS_S = (0.015, 0.040, 0.060)
+SWEEP_DELAYS_S = (0.0, 0.010, 0.020, 0.030, 0.040, 0.050)
+BUILT = "built hands, as training draws them"
+
+Figures = dict[str, dict[str, float]]
+"""Condition to figure to value, SI units."""
+
+
+def conditions(policy: Policy) -> dict[str, Task]:
+    """Return the conditions in plain MuJoCo without a sweep, by name."""
+    as_trained, deployed = task_of(policy), task_of(policy, PAPER_DEPLOYMENT)
+    return {
+        "as trained, with noise": as_trained,
+        "as trained, no noise": replace(as_trained, settings=replace(policy.settings, noise=(0.0,) * 7)),
+        "as trained, a period late": replace(as_trained, actuation=_servo(0.0, policy.settings.period_s)),
+        "deployed, nominal grasp": replace(deployed, reset=NOMINAL_RESET),
+    }
+
+
+def delay_sweep(policy: Policy) -> dict[float, Task]:
+    """Return the training conditions behind a servo of `SERVO_LAG_S`, by delay, s."""
+    return {delay_s: replace(task_of(policy), actuation=_servo(SERVO_LAG_S, delay_s)) for delay_s in SWEEP_DELAYS_S}
+
+
+def lag_sweep(policy: Policy) -> dict[float, Task]:
+    """Return the training conditions behind slower and faster servos with `SERVO_DELAY_S` each, by lag, s."""
+    return {lag_s: replace(task_of(policy), actuation=_servo(lag_s, SERVO_DELAY_S)) for lag_s in SWEEP_LAGS_S}
+
+
+def measure(
+    policy: Policy, episodes: int, *, seconds: float, seed: int, picture: Path, progress: Callable[[float, str], None]
+) -> Figures:
+    """Measure under every condition and sweep and on built hands, and draw the sweep of delays to `picture`."""
+    cases = {
+        **conditions(policy),
+        **{_name(SERVO_LAG_S, delay): task for delay, task in delay_sweep(policy).items()},
+        **{_name(lag, SERVO_DELAY_S): task for lag, task in lag_sweep(policy).items()},
+    }
+    found = {}
+    with Simulator([build_scene(policy.settings.torque_limit).compile()] * episodes) as batch:
+        for done, (name, task) in enumerate(cases.items()):
+            progress(done / (len(cases) + 1), name)
+            found[name] = run(policy, task, batch, seconds, seed)
+    progress(len(cases) / (len(cases) + 1), BUILT)
+    swept = [found[_name(SERVO_LAG_S, delay)] for delay in SWEEP_DELAYS_S]
+    delay_picture(list(SWEEP_DELAYS_S), swept, picture)
+    found[BUILT] = on_built_hands(policy, episodes, seconds=seconds, seed=seed)
+    return {name: one.summary() for name, one in found.items()}
+
+
+def on_built_hands(policy: Policy, episodes: int, *, seconds: float, seed: int) -> Episodes:
+    """Run an episode on each of as many built hands as training draws them, with the paper's cube."""
+    rng = np.random.default_rng(seed)
+    units = [draw_hand(HANDS, rng) for _ in range(episodes)]
+    scenes = draw_scenes(units, HANDS, rng, policy.settings.torque_limit)
+    corrected = corrections(units, policy.settings, rng, error_m=HANDS.correction_error_m)
+    with BuiltSimulator(scenes, corrected) as batch:
+        return run(policy, replace(task_of(policy), actuation=BUS), batch, seconds, seed)
+
+
+def beside_a_deployment(
+    policy: Policy, settings: PolicySettings, episodes: int, *, seconds: float, seed: int, cube: Cube = CUBE
+) -> dict[str, Episodes]:
+    """Measure as trained, and with the `settings` of a deployment; random resets and the training's noise in both.
+
+    From the nominal grasp without noise every episode would be the same one.
+    """
+    tasks = {
+        "plain MuJoCo, as trained": task_of(policy),
+        "plain MuJoCo, settings of the deployment": task_of(policy, replace(settings, noise=policy.settings.noise)),
+    }
+    with Simulator([build_scene(policy.settings.torque_limit, cube).compile()] * episodes) as batch:
+        return {name: run(policy, task, batch, seconds, seed) for name, task in tasks.items()}
+
+
+def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -> None:
+    """Draw the rate (mean and quartiles) and the survival against the delay."""
+    figure = Figure(figsize=(6, 4.5), layout="constrained")
+    rate, survival = figure.subplots(2, 1, sharex=True)
+    delays_ms = 1e3 * np.array(delays_s)
+    rates = [one.rate_rad_s for one in episodes]
+    rate.fill_between(delays_ms, *np.percentile(rates, [25, 75], axis=1), alpha=0.25, linewidth=0, label="quartiles")
+    rate.plot(delays_ms, np.mean(rates, axis=1), marker="o", label="mean")
+    rate.axhline(0.0, color="black", linewidth=0.6)
+    rate.set_ylabel("rate, rad/s")
+    rate.legend(frameon=False)
+    survival.plot(delays_ms, [one.kept.mean() for one in episodes], marker="o")
+    survival.set_ylim(-0.02, 1.02)
+    survival.set_ylabel("share that keeps the cube")
+    survival.set_xlabel("delay, ms")
+    figure.suptitle(f"Plain MuJoCo behind a servo of {1e3 * SERVO_LAG_S:.0f} ms lag", fontsize="medium")
+    with whole(path) as draft:
+        figure.savefig(draft, dpi=120)
+
+
+def _servo(lag_s: float, delay_s: float) -> ActuationRanges:
+    return ActuationRanges(lag_s=(lag_s, lag_s), delay_s=(delay_s, delay_s))
+
+
+def _name(lag_s: float, delay_s: float) -> str:
+    return f"lag {lag_s * 1e3:.0f}, delay {delay_s * 1e3:.0f} ms"
