@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, RECORDED_COUNTS, ServoParameters
+from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
 
 
 class CurrentLaw:
@@ -15,8 +15,9 @@ class CurrentLaw:
         self._effort_per_count = servo.stall_torque * servo.duty_per_count
         self._floor_ma, self._rise_ma = servo.current_floor_ma, servo.current_rise_ma
         self._knee = servo.current_knee_counts**2
-        self._start = self._recorded(RECORDED_COUNTS)
-        self._beyond = 1.0 / servo.duty_per_count - RECORDED_COUNTS
+        self._known = servo.current_known_counts
+        self._start = self._recorded(self._known)
+        self._beyond = 1.0 / servo.duty_per_count - self._known
         self._gain = servo.full_duty_units - self._start
         self._at_rest_always = not servo.current_turning_ma and math.isinf(servo.current_fading_counts)
         self._floor = servo.current_floor_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
@@ -30,9 +31,9 @@ class CurrentLaw:
         at 46), and from there straight to the reading at full duty, whatever the gain.
         """
         counts = abs(effort) / self._effort_per_count
-        if counts <= RECORDED_COUNTS:
+        if counts <= self._known:
             return self._recorded(counts)
-        return self._start + (counts - RECORDED_COUNTS) / self._beyond * self._gain
+        return self._start + (counts - self._known) / self._beyond * self._gain
 
     def turning(self, effort: float, speed: float) -> float:
         """Return the current of a winding's effort (N m) and a speed (counts/s), signs ignored.

@@ -16,8 +16,6 @@ ACCELERATION_UNIT_COUNTS = 100.0
 """One unit of the acceleration register, counts/s²."""
 CURRENT_UNIT_MA = 6.5
 """One unit of a current or torque register, mA, nominal."""
-RECORDED_COUNTS = 52.0
-"""Largest error at which a current was recorded, counts."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +52,8 @@ class ServoParameters:
     """What the static current per count gains towards large errors, mA."""
     current_knee_counts: float = 32.0
     """Error at which half of `current_rise_ma` is gained, counts."""
+    current_known_counts: float = 52.0
+    """Largest error at which the static current was recorded, counts; from there it goes straight to full duty."""
     current_turning_ma: float = 0.0
     """What the current per count gains as soon as the motor turns, mA."""
     current_turning_counts: float = 150.0
@@ -97,10 +97,10 @@ class ServoParameters:
                 f"{self.current_turning_counts:g} and {self.current_fading_counts:g} counts/s"
             )
         model_of(self.model)
-        if not 0.0 < self.duty_per_count < 1.0 / RECORDED_COUNTS:
+        if not 0.0 < self.duty_per_count * self.current_known_counts < 1.0:
             raise ValueError(
-                f"duty_per_count must be between 0 and 1/{RECORDED_COUNTS:g}, got {self.duty_per_count}: full duty "
-                "lies beyond the errors at which currents were recorded"
+                f"duty_per_count must be between 0 and 1/{self.current_known_counts:g}, got {self.duty_per_count}: "
+                "full duty lies beyond the errors at which currents were recorded (current_known_counts)"
             )
 
     @classmethod
