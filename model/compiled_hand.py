@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 SHAFTS = len(Channel)
 UNBOUNDED = 1e6
 """What stands for no bound on a torque, N m."""
+HOLDS_CLOSED_M = -5e-4
+"""Take-up below which a cable holds its digit partly closed, m: springs give way at about 0.2 mm."""
 UNPOWERED = Drive(powered=False)
 
 
@@ -47,6 +49,8 @@ class CompiledHand:
         ]
         spec.compiler.discardvisual = True  # geoms that nothing touches cost a seventh of a step
         self.parameters = parameters
+        self.supply = parameters.supply_ratio
+        """Supply voltage over nominal at present."""
         self.model = model = spec.compile()
         joints = [model.joint(joint.label) for joint in Joint]
         shafts = [model.joint(shaft_name(channel)) for channel in Channel]
@@ -75,7 +79,7 @@ class CompiledHand:
 
     def drive(self, shaft: int, drive: Drive) -> None:
         """Let a shaft's actuators follow `drive`, all but its setpoint, which is a control of MuJoCo's data."""
-        model, supply = self.model, self.parameters.supply_ratio
+        model, supply = self.model, self.supply
         stiffness, limit = supply * drive.stiffness, supply * drive.limit
         model.actuator_gainprm[shaft, 0] = stiffness
         model.actuator_biasprm[shaft, :3] = supply * drive.torque, -stiffness, -supply * drive.damping
@@ -84,9 +88,14 @@ class CompiledHand:
         bound = min(supply * drive.current_limit, UNBOUNDED)
         model.jnt_actfrcrange[self._shaft_joints[shaft]] = -bound, bound
 
-    def rub(self, tensions: Floats | float) -> None:
-        """Update the friction of sheaths and spools from the cable tensions, (6,), N, in the order of `CABLES`."""
-        self._friction[self._spools] = self._spool_friction + self._sheath_radius * tensions
+    def rub(self, tensions: Floats | float, factors: Floats | float = 1.0) -> None:
+        """Update the friction of sheaths and spools.
+
+        Args:
+            tensions: of the cables, (6,), N, in the order of `CABLES`.
+            factors: on the friction of each sheath, (6,).
+        """
+        self._friction[self._spools] = self._spool_friction + self._sheath_radius * tensions * factors
 
     def tensions(self, data: mujoco.MjData) -> Floats:
         """Return the tensions of the cables, (6,), N, as last solved for, in the order of `CABLES`."""
@@ -98,14 +107,22 @@ class CompiledHand:
         loose: Floats = data.ten_length[self._cables] - self.model.tendon_range[self._cables, 0]
         return loose
 
-    def held_closed(self) -> Floats:
-        """Return the joint angles, (16,) rad, at which cables that are too short are just taut, shafts at zero."""
-        angles = np.zeros(len(Joint))
+    def at_rest(self) -> tuple[Floats, Floats]:
+        """Return joint angles, (16,) rad, and shaft angles, (7,) rad, of a hand before it is driven.
+
+        Taut cables are unwound, so that driving them home winds them in. One that is much too short holds its digit
+        partly closed with its shaft at zero, as after a closure: so was the recorded thumb found.
+        """
+        joints, shafts = np.zeros(len(Joint)), np.zeros(SHAFTS)
         for channel in CABLES:
+            take_up = self.parameters.cable_take_up[channel]
+            if take_up >= HOLDS_CLOSED_M:
+                shafts[channel] = min(take_up, 0.0) / SPOOL_RADIUS
+                continue
             radii = winding(channel, self.parameters)
             own = [joint for joint in radii if radii[joint] > 0.0 and joint is not Joint.THUMB_ABDUCTION]
-            angles[own] = max(0.0, -self.parameters.cable_take_up[channel]) / sum(radii[joint] for joint in own)
-        return angles
+            joints[own] = -take_up / sum(radii[joint] for joint in own)
+        return joints, shafts
 
     def wound(self, joint_angles: Floats) -> Floats:
         """Return the spools' angles, (6,) rad, at which the cables of a hand at `joint_angles` (16,) are just taut."""

@@ -38,15 +38,20 @@ class BuiltHandParameters:
     """Torque lost per speed while a winding is driven, N m s/rad; a unit's is that of its servos."""
     supply_ratio: float = 1.0
     """Supply voltage over nominal; scales the torque that a servo's effort gives."""
+    supply_sag: float = 0.0
+    """Share of the supply voltage that is lost per duty times current of all motors together, both in the torque that
+    they are worth, 1/(N m)²: 0.1 loses 24 % when all seven stall."""
     spool_friction: Channels = _SPOOL_FRICTION
     """Dry friction of gears and spool, N m; Coulomb part of the recorded static errors."""
     spool_damping: Channels = (0.0,) * 7
     """Viscous friction of gears and spool, also unpowered, N m s/rad."""
     cable_friction: Channels = (0.0,) * 7
     """Dry friction of a cable in its guides as a share of its tension (capstan); the abduction entry is not used."""
+    cable_friction_spread: float = 0.0
+    """Standard deviation of that friction from one motion to the next, as a share of it: closures differ by it."""
     cable_take_up: Channels = (0.0,) * 7
-    """Cable wound in at the extended pose before it is taut, m; negative for one so short that it holds
-    the hand partly closed with its shaft at zero. Abduction has no cable."""
+    """Cable wound in at the extended pose before it is taut, m. Negative is pretension: the shaft at zero pulls the
+    cable by so much, and if the springs give way it holds the hand partly closed. Abduction has no cable."""
     cable_compliance: float = 5.4e-6
     """Stretch of a cable, m/N; 0.35 mm at 65 N."""
     winding_scale: Channels = (1.0,) * 7

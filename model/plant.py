@@ -23,6 +23,13 @@ from model.parameters import BuiltHandParameters
 
 TIME_RESOLUTION = 1e-9
 """Spans shorter than this are not integrated, s; a microsecond is the finest thing on the servo bus."""
+CABLE_SHAFTS = list(CABLES)
+TURNING = 0.1
+"""Speed at which a spool turns, rad/s; 65 counts/s."""
+NOTICEABLE = 0.003
+"""Change of the supply from which on the motors are driven anew, share of nominal."""
+LEAST_SUPPLY = 0.3
+"""What a supply keeps, share of nominal."""
 
 
 class Glimpse(NamedTuple):
@@ -41,8 +48,8 @@ class Glimpse(NamedTuple):
 class BuiltHandPlant:
     """Seven output shafts with spools, cables, joints and return springs behind them.
 
-    Starts at rest in the extended pose, held closed only by cables that are too short for it, unpowered. Deterministic:
-    the same calls give the same state to the bit.
+    Starts at rest in the extended pose, held closed only by cables that are much too short for it, unpowered.
+    Deterministic: the same calls give the same state to the bit.
     Time is cut where the caller cuts it, by a last shortened step, so a drive changes exactly when it is changed.
     """
 
@@ -56,12 +63,19 @@ class BuiltHandPlant:
         # MuJoCo's own memory, looked up once; each look-up makes an array.
         self._warnings, self._setpoints = self._data.warning.number, self._data.ctrl
         self._positions, self._velocities = self._data.qpos, self._data.qvel
-        self._data.qpos[self.compiled.joint_qpos] = self.compiled.held_closed()
+        joints, shafts = self.compiled.at_rest()
+        # In this order: the shaft of abduction is its joint.
+        self._positions[self.compiled.shaft_qpos] = shafts
+        self._positions[self.compiled.joint_qpos] = joints
         self._time = 0.0
         # Rows: setpoint, stiffness, damping, torque, limit.
         self._drives = np.zeros((5, SHAFTS))
         self._asked = [UNPOWERED] * SHAFTS
         self._drive_rows = tuple(self._drives)
+        self._friction_factors = np.ones(len(CABLES))
+        self._turning = np.zeros(len(CABLES))
+        # One for each, so that a cable rubs alike whatever the others do.
+        self._random = [np.random.default_rng(cable) for cable in CABLES]
 
     @property
     def time(self) -> float:
@@ -78,9 +92,11 @@ class BuiltHandPlant:
         if span <= 0.0:
             return
         model, data, step = self._model, self._data, self.parameters.timestep
+        # Between two calls, 10 ms apart at most while the board reads its servos, friction and supply are held.
         if self.compiled.has_sheaths:
-            # Between two calls, 10 ms apart at most while the board reads its servos, the friction is held.
-            self.compiled.rub(self.compiled.tensions(data))
+            self.compiled.rub(self.compiled.tensions(data), self._sheaths())
+        if self.parameters.supply_sag:
+            self._sag()
         full = int(span / step + TIME_RESOLUTION)
         if full:
             mujoco.mj_step(model, data, full)
@@ -195,6 +211,31 @@ class BuiltHandPlant:
     def _spec(self, hand: Side) -> mujoco.MjSpec:
         """Describe what is simulated; a plant with more around the hand adds it here."""
         return build_built(hand, self.parameters)
+
+    def _sheaths(self) -> NDArray[np.float64]:
+        """Return the factors on the friction of the sheaths, (6,); a cable that turns round settles in another way."""
+        spread = self.parameters.cable_friction_spread
+        if spread:
+            speeds = self.speeds()[CABLE_SHAFTS]
+            direction = np.where(np.abs(speeds) > TURNING, np.sign(speeds), self._turning)
+            for cable in np.flatnonzero(direction != self._turning).tolist():
+                self._friction_factors[cable] = max(0.0, 1.0 + spread * self._random[cable].standard_normal())
+            self._turning = direction
+        return self._friction_factors
+
+    def _sag(self) -> None:
+        """Lower the supply by what the motors draw, where that changes it noticeably."""
+        hand, unit = self.compiled, self.parameters
+        efforts = hand.supply * self.efforts()
+        limits = np.array([drive.current_limit for drive in self._asked])
+        windings = np.clip(efforts - unit.back_emf * self.speeds(), -limits, limits)
+        # A bridge draws the winding's current for as much of the time as its duty; a motor that brakes gives none back.
+        drawn = float(np.maximum(efforts * windings, 0.0).sum())
+        supply = unit.supply_ratio * max(1.0 - unit.supply_sag * drawn, LEAST_SUPPLY)
+        if abs(supply - hand.supply) > NOTICEABLE:
+            hand.supply = supply
+            for shaft, drive in enumerate(self._asked):
+                hand.drive(shaft, drive)
 
     def _check(self, shaft: int) -> None:
         if not 0 <= shaft < SHAFTS:

@@ -83,8 +83,13 @@ TIMESTEP_S = 0.005
 
 
 def in_training(unit: Unit) -> Unit:
-    """Return the same hand at training's step, with what it needs to hold a cube."""
-    return replace(unit, hand=replace(unit.hand, contacts=True, timestep=TIMESTEP_S))
+    """Return the same hand at training's step, with what it needs to hold a cube.
+
+    Its supply does not sag: by less than 1 % at the loads of a grasp, where the drawn ratio has 10 %. Its sheaths rub
+    alike from closure to closure: the friction drawn for each hand spans more.
+    """
+    hand = replace(unit.hand, contacts=True, timestep=TIMESTEP_S, supply_sag=0.0, cable_friction_spread=0.0)
+    return replace(unit, hand=hand)
 
 
 def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:

@@ -121,7 +121,7 @@ class ObjectPlant(BuiltHandPlant):
         for sizes, made, power in self._sizes:
             sizes[:] = made * factor**power
         mujoco.mj_resetData(model, data)
-        data.qpos[self.compiled.joint_qpos] = self.compiled.held_closed()
+        data.qpos[self.compiled.shaft_qpos], data.qpos[self.compiled.joint_qpos] = self.compiled.at_rest()[::-1]
         data.qpos[self._qpos : self._qpos + 7] = np.concatenate([position, orientation])
         self._time = 0.0
         for shaft in range(SHAFTS):

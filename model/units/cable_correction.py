@@ -71,7 +71,7 @@ def _joints(twin: CompiledHand, lengths: Floats) -> Floats:
     """Return the joint angles, (16,), of a hand whose shafts go from its start to `lengths`."""
     codec, data = ActuationMap(), mujoco.MjData(twin.model)
     angles = codec.angles_from_travel(codec.travel_from_lengths(lengths))
-    data.qpos[twin.joint_qpos] = twin.held_closed()
+    data.qpos[twin.joint_qpos] = twin.at_rest()[0]
     for step, span in [*((k, APPROACH_S / STEPS) for k in range(1, STEPS + 1)), (STEPS, REST_S)]:
         data.ctrl[:SHAFTS] = angles * step / STEPS
         twin.rub(twin.tensions(data))
