@@ -20,11 +20,10 @@ from aero.whole_file import write_whole
 from figures import ROOT, Rows, store
 from hil.lab.system_identification.calibration import calibrate
 from hil.lab.system_identification.excitation import EXPERIMENT, MOTIONS, excitation, play
-from hil.lab.system_identification.interval_factors import FILE, conformal_factor, deviations
 from hil.lab.system_identification.search import pooled_rms
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import replay
-from hil.lab.system_identification.uncertainty import COVERAGE_SIGMA
+from hil.lab.system_identification.uncertainty import COVERAGE_SIGMA, FILE, conformal_factor, deviations
 from hil.lab.system_identification.unit_file import unit_toml
 from hil.lab.system_identification.unit_parameters import numbers
 from hil.recordings.provenance import source_commit
@@ -148,7 +147,7 @@ def factors(*, measured: Path) -> None:
     kinds = pooled(lines)
     least = conformal_factor([one for off in kinds.values() for one in off])
     text = [
-        "# How much wider than their standard deviations intervals are, by kind of number (interval_factors.py).",
+        "# How much wider than their standard deviations intervals are, by kind of number (uncertainty.py).",
         f"# Made by `python -m figures.intervals factors` from {', '.join(line['hand'] for line in lines)},",
         f"# `record --excite {lines[0]['motion']}` at scale {FITTED_SCALE}, commit {lines[0]['commit']}.",
         f"# A kind of fewer than {ENOUGH} numbers has at least the factor of all kinds together.",

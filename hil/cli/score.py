@@ -14,9 +14,17 @@ from aero.channels import Channel
 from hil.cli.exits import usage_errors
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
-from hil.lab.system_identification.replay_score import ReplayScore, score
+from hil.lab.system_identification.replay_score import REST, REVERSAL, SAG, ReplayScore, score
 from hil.lab.system_identification.trace import load_trace
 from model.units.naming import unit_named
+
+ITSELF = "the hand itself, commanded alike"
+WITH = {
+    REVERSAL: "reversing at speed",
+    SAG: "more than 4 A in total: the supply sags",
+    REST: "at rest at the open hand: tension of the cables",
+}
+"""What is shown for each cause."""
 
 
 @click.command("score")
@@ -26,7 +34,8 @@ def score_command(*, recordings: tuple[Path, ...], unit: str) -> None:
     """Replay RECORDINGS of a hand into an emulated one, and show by channel how far it reads elsewhere.
 
     Each recording is replayed on several phases of the board's telemetry, and all count. Beside it stands how far the
-    hand differs from itself, where recordings hold the same commands. Nothing is fitted.
+    hand differs from itself on channels that recordings command alike, and which share of the error goes with the
+    tension of the resting hand, with a sagging supply, and with reversals at speed. Nothing is fitted.
     """
     console = new_console()
     with usage_errors():
@@ -36,6 +45,7 @@ def score_command(*, recordings: tuple[Path, ...], unit: str) -> None:
         task = bar.add_task("replays", total=None)
         result = score(traces, emulated, progress=lambda done, about: bar.update(task, completed=done, total=about))
     console.print(_table(result))
+    console.print(_shares(result))
 
 
 def _table(result: ReplayScore) -> Table:
@@ -45,8 +55,15 @@ def _table(result: ReplayScore) -> Table:
         ("currents, mA", "currents_a", 0, 1e3),
         ("warming, degC", "warming_c", 1, 1.0),
     ):
-        for name, errors in (*result.runs, ("all recordings", result.all_runs), ("the hand itself", result.repeats)):
+        for name, errors in (*result.runs, ("all recordings", result.all_runs), (ITSELF, result.repeats)):
             table.add_row(f"{what}: {name}", *_cells(scale * getattr(errors, quantity), digits))
+    return table
+
+
+def _shares(result: ReplayScore) -> Table:
+    table = Table("Of the squared error", "positions, %", "currents, %", box=SIMPLE_HEAD)
+    for cause, shares in result.shares.items():
+        table.add_row(WITH[cause], *(f"{100 * share:.0f}" if np.isfinite(share) else "-" for share in shares))
     return table
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.firmware import DEFAULT_FIRMWARE
-from hil.lab.system_identification.interval_factors import factors_of, interval_factors
 from hil.lab.system_identification.p_damping import PDampingModel
 from hil.lab.system_identification.replay_score import held_out
 from hil.lab.system_identification.search import (
@@ -30,7 +29,15 @@ from hil.lab.system_identification.search import (
 )
 from hil.lab.system_identification.trace import Trace
 from hil.lab.system_identification.trace_replay import ReplayedTrace, replay
-from hil.lab.system_identification.uncertainty import Intervals, covariance, intervals, told, widened
+from hil.lab.system_identification.uncertainty import (
+    Intervals,
+    covariance,
+    factors_of,
+    interval_factors,
+    intervals,
+    told,
+    widened,
+)
 from hil.lab.system_identification.unit_parameters import (
     FREE,
     KEPT,

@@ -6,7 +6,7 @@ Recordings of the same commands tell how far the hand itself comes out different
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -33,6 +33,13 @@ Floats = NDArray[np.float64]
 
 SAME_READ_S = 0.02
 """Readings of two runs this near in their commands' time are compared, s."""
+REST, SAG, REVERSAL = "rest tension", "sag", "reversal"
+CAUSES = (REVERSAL, SAG, REST)
+"""What a part of the error goes with; a reading of several counts for the first."""
+SAG_A = 4.0
+"""Sum of all currents from which on the recorded supply sags noticeably, A."""
+REVERSAL_COUNTS_PER_S = 2000.0
+"""Speed from which on a channel that is sent back reverses, counts/s."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +63,9 @@ class ReplayScore:
     all_runs: Errors
     """Over all readings of all recordings and phases."""
     repeats: Errors
-    """Between recordings of the same commands; NaN where there is no such pair."""
+    """Between recordings in which a channel has the same commands; NaN where there is no such pair."""
+    shares: Mapping[str, tuple[float, float]]
+    """Share of the squared error of positions and of currents by cause; NaN without any error."""
 
 
 def score(
@@ -71,11 +80,12 @@ def score(
             predicted = replay(trace, unit, firmware=trace.firmware or DEFAULT_FIRMWARE, side=trace.side, phase_s=phase)
             misses[-1].append(_missed(trace, predicted))
             progress(sum(map(len, misses)), about)
-    pairs = [_between(a, b) for a, b in combinations(traces, 2) if _same_commands(a, b)]
+    pairs = [_between(a, b, same) for a, b in combinations(traces, 2) if (same := _same_commands(a, b)).any()]
     return ReplayScore(
         tuple((trace.name, _errors(of)) for trace, of in zip(traces, misses, strict=True)),
         _errors([one for of in misses for one in of]),
         _errors(pairs),
+        _shares(traces, misses),
     )
 
 
@@ -103,21 +113,59 @@ def rise(temperatures: Floats) -> Floats:
     return found
 
 
-def _same_commands(a: Trace, b: Trace) -> bool:
-    return a.codes.shape == b.codes.shape and bool((a.codes == b.codes).all())
+def _same_commands(a: Trace, b: Trace) -> NDArray[np.bool_]:
+    """Return which channels have the same commands in both, (7,)."""
+    if a.codes.shape != b.codes.shape:
+        return np.zeros(CHANNELS, bool)
+    same: NDArray[np.bool_] = (a.codes == b.codes).all(axis=0)
+    return same
 
 
-def _between(a: Trace, b: Trace) -> _Misses:
-    """Compare readings that come at the same time after the same command."""
+def _between(a: Trace, b: Trace, same: NDArray[np.bool_]) -> _Misses:
+    """Compare readings that come at the same time after the same command, on the channels that are the `same`, (7,)."""
     index = np.clip(np.searchsorted(a.t_command, a.t_read, side="right") - 1, 0, None)
     wanted = b.t_command[index] + (a.t_read - a.t_command[index])
     nearest = np.abs(b.t_read[np.newaxis] - wanted[:, np.newaxis]).argmin(axis=1)
     near = np.abs(b.t_read[nearest] - wanted) <= SAME_READ_S
     return _Misses(
-        (b.counts[nearest] - a.counts)[near],
-        (b.currents[nearest] - a.currents)[near],
-        (rise(b.temperatures) - rise(a.temperatures))[np.newaxis],
+        *(
+            np.where(same, values, np.nan)
+            for values in (
+                (b.counts[nearest] - a.counts)[near],
+                (b.currents[nearest] - a.currents)[near],
+                (rise(b.temperatures) - rise(a.temperatures))[np.newaxis],
+            )
+        )
     )
+
+
+def _shares(traces: Sequence[Trace], misses: Sequence[Sequence[_Misses]]) -> dict[str, tuple[float, float]]:
+    """Return which share of the squared errors of positions and currents the readings of each cause have."""
+    squares = {cause: np.zeros(2) for cause in CAUSES}
+    total = np.zeros(2)
+    for trace, of in zip(traces, misses, strict=True):
+        cause = _causes(trace)
+        for one in of:
+            for row, values in enumerate((one.counts, one.currents)):
+                square = np.nan_to_num(np.square(values))
+                total[row] += square.sum()
+                for name, found in squares.items():
+                    found[row] += square[cause == CAUSES.index(name)].sum()
+    total[total == 0.0] = np.nan
+    return {name: (float(found[0] / total[0]), float(found[1] / total[1])) for name, found in squares.items()}
+
+
+def _causes(trace: Trace) -> NDArray[np.int64]:
+    """Return the place in `CAUSES` of what each reading's error goes with, (m, 7); the number of causes for none."""
+    goals = trace.goals_at_reads()
+    speeds = np.zeros_like(goals)
+    speeds[1:] = np.diff(trace.counts, axis=0) / np.maximum(np.diff(trace.t_read), 1e-3)[:, np.newaxis]
+    reverses = (np.abs(speeds) > REVERSAL_COUNTS_PER_S) & (speeds * (goals - trace.counts) < 0.0)
+    sags = np.nansum(np.abs(trace.currents), axis=1, keepdims=True) > SAG_A
+    found: NDArray[np.int64] = np.select(
+        [reverses, np.broadcast_to(sags, reverses.shape), trace.at_rest()], range(len(CAUSES)), len(CAUSES)
+    )
+    return found
 
 
 def _errors(misses: Sequence[_Misses]) -> Errors:

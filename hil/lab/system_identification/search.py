@@ -58,6 +58,8 @@ class Free:
     """Standard deviation that is believed before any data is seen."""
     additive: bool = False
     """Whether a field of a unit gains this number; else it is multiplied by its exponential."""
+    step: float = STEP
+    """Step of the finite differences in units of the spread."""
 
 
 class Model(Protocol):
@@ -175,12 +177,12 @@ def find_slopes(model: Model, x: Floats, phases_s: Sequence[float], residuals: R
     tried = np.tile(x, (len(groups), 1))
     for moved, group in zip(tried, groups, strict=True):
         for row in group:
-            moved[row] += STEP * free[row].spread
+            moved[row] += free[row].step * free[row].spread
     for group, there in zip(groups, rounds(model, tried, [phases_s] * len(groups)), strict=True):
         for row in group:
             channels = list(free[row].channels)
             for slope, after, before in zip(slopes, there, residuals, strict=True):
-                slope[:, channels, row] = (after - before)[:, channels] / (STEP * free[row].spread)
+                slope[:, channels, row] = (after - before)[:, channels] / (free[row].step * free[row].spread)
     return slopes
 
 

@@ -42,6 +42,10 @@ def closing_current_sign(side: HandSide) -> NDArray[np.float64]:
 
 
 CHANNELS = len(Channel)
+OPEN = 0.002
+"""Share of the window up to which a channel that is told so is at the open hand."""
+SETTLED_S = 0.4
+"""Time after which it rests there, s."""
 LARGEST_BYTES = 128 * 2**20
 """Largest size of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
 
@@ -87,6 +91,24 @@ class Trace:
             raise ValueError(f"{self.name}: {n} commands and {m} readings; a trace needs both")
         if np.any(np.diff(self.t_command) < 0) or np.any(np.diff(self.t_read) < 0):
             raise ValueError(f"{self.name}: times must not run backwards")
+
+    def goals_at_reads(self) -> NDArray[np.float64]:
+        """Return what each channel is last told before each reading, (m, 7) counts."""
+        latest = np.maximum(np.searchsorted(self.t_command, self.t_read, side="right") - 1, 0)
+        goals: NDArray[np.float64] = np.rint(self.codes[latest] * self.spans_counts / MAX_CODE)
+        return goals
+
+    def at_rest(self) -> NDArray[np.bool_]:
+        """Return which readings are of a channel that has been told to be open for `SETTLED_S`, (m, 7)."""
+        opened = self.codes <= OPEN * MAX_CODE
+        # Time since which each channel has been told so, by command; before the first one it was so all along.
+        told = np.where(opened, self.t_command[:, np.newaxis], np.inf)
+        begun = np.vstack([np.full(CHANNELS, True), ~opened[:-1]])
+        since = np.maximum.accumulate(np.where(opened & begun, told, -np.inf), axis=0)
+        since[np.cumsum(~opened, axis=0) == 0] = -np.inf
+        latest = np.maximum(np.searchsorted(self.t_command, self.t_read, side="right") - 1, 0)
+        rest: NDArray[np.bool_] = opened[latest] & (self.t_read[:, np.newaxis] - since[latest] >= SETTLED_S)
+        return rest
 
     @classmethod
     def from_npz(cls, path: Path) -> Self:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,8 @@ def replay(
 ) -> ReplayedTrace:
     """Send a trace's commands at their times and read at its read times; servos start as warm as the recorded ones.
 
+    The sheaths rub alike in all closures: how those of the unit differ is chance, which no other hand shares.
+
     Args:
         trace: the recorded run.
         unit: the emulated hand.
@@ -56,7 +58,8 @@ def replay(
         phase_s: shifts the recording against the board's telemetry, whose 10 ms grid no recording tells, s.
         currents: whether currents and temperatures are read too, after each position.
     """
-    electronics, _ = build_emulated(unit, firmware=firmware, hand=side, seed=seed)
+    alike = replace(unit, hand=replace(unit.hand, cable_friction_spread=0.0))
+    electronics, _ = build_emulated(alike, firmware=firmware, hand=side, seed=seed)
     for servo, shaft in zip(electronics.servos, SHAFT_OF_SERVO, strict=True):
         read = trace.temperatures[np.isfinite(trace.temperatures[:, shaft]), shaft]
         if len(read):

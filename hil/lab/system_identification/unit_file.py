@@ -25,7 +25,8 @@ PHYSICAL_UNITS: Mapping[str, str] = {
     "spring_closed": "N m",
     "closed_stop": "rad",
     "abduction_winding": "m/rad",
-    "cable_take_up": "m",
+    "cable_take_up": "m, negative is pretension",
+    "supply_sag": "share of the voltage lost per (N m)² of duty times current",
 }
 """Unit of each field that a written file may explain."""
 STARTING = "as the starting unit"

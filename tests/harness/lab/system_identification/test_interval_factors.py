@@ -5,13 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.lab.system_identification.interval_factors import (
+from hil.lab.system_identification.uncertainty import (
+    COVERAGE_SIGMA,
     conformal_factor,
     deviations,
     factors_of,
     interval_factors,
+    intervals,
+    widened,
 )
-from hil.lab.system_identification.uncertainty import COVERAGE_SIGMA, intervals, widened
 from hil.lab.system_identification.unit_parameters import FREE
 
 

@@ -89,6 +89,30 @@ def test_calibration_finds_a_changed_hand(tmp_path):
     assert pooled_rms(found.residuals) < 0.6 * start
 
 
+def test_calibration_finds_the_tension_of_the_open_hand(tmp_path):
+    """The encoders of taut cables read zero, whatever they pull: their currents tell it."""
+    tighter = list(REFERENCE.hand.cable_take_up)
+    tighter[Channel.INDEX] -= 1.5e-4
+    tighter[Channel.RING] += 1e-4
+    truth = dataclasses.replace(REFERENCE, hand=dataclasses.replace(REFERENCE.hand, cable_take_up=tuple(tighter)))
+    traces = (recorded(truth, short(0.1), tmp_path),)
+    fingers = {channels: (channels,) for channels in FINGERS}
+    free = tuple(n for n in FREE if n.name == "hand.cable_take_up" and n.channels in fingers.values())
+    model = UnitModel(REFERENCE, traces, free=free, phases_s=(0.0, 0.005))
+    found = model.unit(search(model, iterations=3).x).hand.cable_take_up
+    for channel in (Channel.INDEX, Channel.RING):
+        assert found[channel] == pytest.approx(tighter[channel], abs=5e-5)
+
+
+def test_calibration_finds_how_far_the_supply_sags(tmp_path):
+    truth = dataclasses.replace(REFERENCE, hand=dataclasses.replace(REFERENCE.hand, supply_sag=0.15))
+    start = dataclasses.replace(REFERENCE, hand=dataclasses.replace(REFERENCE.hand, supply_sag=0.05))
+    traces = tuple(recorded(truth, short(height), tmp_path) for height in (0.5, 0.9))
+    free = tuple(number for number in FREE if number.name == "hand.supply_sag")
+    model = UnitModel(start, traces, free=free, phases_s=(0.0, 0.005))
+    assert model.unit(search(model, iterations=3).x).hand.supply_sag == pytest.approx(0.15, rel=0.35)
+
+
 @pytest.mark.slow
 def test_calibration_reports_and_draws(trace):
     free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")

@@ -103,3 +103,18 @@ def test_recording_comes_back_through_a_file(tmp_path, side):
     assert np.isnan(trace.currents[0]).all()
     assert trace.currents[2].tolist() == pytest.approx((0.5 * closing_current_sign(side)).tolist())
     assert np.isnan(trace.temperatures).all()
+
+
+def test_a_channel_rests_some_time_after_it_was_told_to_open(tmp_path):
+    times = np.arange(0.0, 2.0, 0.1)
+    cmd = np.zeros((20, 7))
+    cmd[5:10, 3] = 0.5  # the index, in wire order
+    fields = {name: np.zeros((20, 7)) for name in ("pos", "cur_ma", "temp_c")}
+    spans = log()["span_counts"]
+    trace = load_trace(
+        write(tmp_path, fields | {"t_cmd": times, "t_pos": times + 0.05, "cmd": cmd, "span_counts": spans})
+    )
+    rest = trace.at_rest()
+    assert rest[:, 1:].all()
+    assert rest[:, 0].tolist() == [True] * 5 + [False] * 9 + [True] * 6
+    assert trace.goals_at_reads()[4:6, 0].tolist() == [0.0, 1639.0]
