@@ -1,8 +1,8 @@
 """Conditions: how a healthy hand happens to be found, none of which is a fault.
 
 A hand lies on its back, stands on an arm or hangs; a room is cold or hot; the host is busy; another program has left
-its limits on the board. `Conditions` says how one hand is found, `RANGES` how far and why hands differ in that, and
-`drawn` draws it. A validation must hold under all of them.
+its limits on the board; its cables are tighter or looser than on another day. `Conditions` says how one hand is found,
+`RANGES` how far and why hands differ in that, and `drawn` draws it. A validation must hold under all of them.
 """
 
 from __future__ import annotations
@@ -11,10 +11,12 @@ import dataclasses
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Any
 from zlib import crc32
 
 import numpy as np
 
+from aero.channels import Channel
 from model.units import Unit
 
 
@@ -38,6 +40,9 @@ class Conditions:
     """Torque limit that another program has left on all channels, register units; None for the firmware's own."""
     speed: int | None = None
     """Speed limit that it has left, register units; None for the firmware's own."""
+
+    pretension_m: tuple[float, ...] = (0.0,) * len(Channel)
+    """How much tighter each cable is than the unit's on that day, m; (7,) in command order."""
 
     @property
     def down(self) -> tuple[float, float, float]:
@@ -65,6 +70,9 @@ class Conditions:
         if self.supply_ratio is not None:
             hand = dataclasses.replace(hand, supply_ratio=self.supply_ratio)
             servos = dataclasses.replace(servos, voltage=NOMINAL_V * self.supply_ratio)
+        if any(self.pretension_m):
+            take_up = zip(hand.cable_take_up, self.pretension_m, strict=True)
+            hand = dataclasses.replace(hand, cable_take_up=tuple(length - tighter for length, tighter in take_up))
         return dataclasses.replace(unit, hand=hand, servos=servos)
 
 
@@ -80,9 +88,13 @@ class Spread:
     reason: str
     logarithmic: bool = False
     whole: bool = False
+    each: bool = False
+    """Whether each channel has its own."""
 
-    def draw(self, random: np.random.Generator) -> float:
+    def draw(self, random: np.random.Generator) -> float | tuple[float, ...]:
         """Draw evenly, or so that the logarithm is."""
+        if self.each:
+            return tuple(random.uniform(self.low, self.high, len(Channel)).tolist())
         if self.logarithmic:
             value = float(np.exp(random.uniform(math.log(self.low), math.log(self.high))))
         else:
@@ -101,6 +113,14 @@ RANGES = (
     Spread("lateness", "late_s", 0.0, 0.010, "a desktop without a real-time kernel; the guard bears far more"),
     Spread("settings", "torque", 300.0, 1023.0, "grasping at low torque to the register's end", whole=True),
     Spread("settings", "speed", 100.0, 32766.0, "slow demonstrations to no limit", logarithmic=True, whole=True),
+    Spread(
+        "tension",
+        "pretension_m",
+        -1e-4,
+        1e-4,
+        "zeros of homing, stretch: open fingers of one hand rest at 65 to 390 mA by the day, 0.1 mm is 200 mA",
+        each=True,
+    ),
 )
 KINDS = tuple(dict.fromkeys(span.kind for span in RANGES))
 """Kinds of condition."""
@@ -123,9 +143,9 @@ def drawn(seed: int, kinds: Collection[str] = KINDS) -> Conditions:
     """
     if unknown := sorted(set(kinds) - set(KINDS)):
         raise ValueError(f"there is no condition {', '.join(unknown)}; there are {', '.join(KINDS)}")
-    found: dict[str, float] = {}
+    found: dict[str, Any] = {}
     for kind in KINDS:
         random = np.random.default_rng([seed, crc32(kind.encode())])
         values = {span.name: span.draw(random) for span in RANGES if span.kind == kind}
         found |= values if kind in kinds else {}
-    return Conditions(**found)  # type: ignore[arg-type]
+    return Conditions(**found)

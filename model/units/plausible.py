@@ -37,16 +37,21 @@ RANGES = (
     Range("hand.winding_scale", 1.02, "one winding layer more or less of 0.2 mm on a 9 mm spool"),
     Range("hand.cable_compliance", 1.5, "new against stretched cable"),
     Range("hand.supply_ratio", 1.1, "bench supply against battery"),
+    Range("hand.supply_sag", 2.0, "length and section of the wires; assumed"),
+    Range("hand.cable_friction_spread", 1.5, "assumed"),
 )
 """Drawn by factors."""
-TAKE_UP_M = (0.0, 2.3e-3)
-"""Cable to wind in before a finger moves, m: a spool is set to within one tooth of the servo's 25-tooth spline, 14.4°.
+TAKE_UP_M = (-2.5e-4, 0.0, 2.3e-3)
+"""Cable to wind in before a finger moves, m: lowest, median and highest. Half of the fingers are taut, as the recorded
+hand's four; the others are set to within one tooth of the servo's 25-tooth spline, 14.4°.
 The 7.6 mm that one owner measured on an index is slack that a tooth or three would have taken in: a fault."""
 CMC_STOP_RAD = (0.88, 0.97)
 """Closed stop of CMC flexion, rad: homing finds it with the thumb abducted, and it then decides where the palm blocks
 the thumb without abduction: 55 to 61 % of 0.2.0's window, the recorded hand's 60.5 % included."""
 THENAR_M = (3e-3, 4.1e-3)
 """Radius of the palm that the thumb meets, m: nothing to meet before the stop, to just above the recorded one."""
+START_C = (27.0, 51.0)
+"""Temperature of the servos at first, °C: as the recorded hand was found."""
 FINGER_SPRING_FACTOR = 1.3
 """Springs of a finger, open and closed together: the fingers of one hand differ by as much."""
 
@@ -69,12 +74,13 @@ def plausible_unit(seed: int) -> Unit:
     for field in ("spring_open", "spring_closed"):
         hand[field] = tuple(np.multiply(hand[field], loads).tolist())
     take_up = np.array(hand["cable_take_up"])
-    take_up[:4] = draw.uniform(*TAKE_UP_M, 4)
+    take_up[:4] = np.interp(draw.uniform(0.0, 1.0, 4), (0.0, 0.5, 1.0), TAKE_UP_M)
     hand["cable_take_up"] = tuple(take_up.tolist())
     stops = np.array(hand["closed_stop"])
     stops[Joint.THUMB_CMC] = draw.uniform(*CMC_STOP_RAD)
     hand["closed_stop"] = tuple(stops.tolist())
     hand["thenar_radius"] = float(draw.uniform(*THENAR_M))
+    tables["servos"]["start_temperature_c"] = float(draw.uniform(*START_C))
     return dataclasses.replace(
         unit,
         name=f"plausible:{seed}",

@@ -5,6 +5,7 @@ or in calls that fail; never in a field that was set.
 """
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from aero.errors import AeroError
 from hil import GroundTruth, open_target
 from hil.faults import CATALOGUE
 from hil.faults.mechanics import JOINTS
+from hil.lab.system_identification.unit_file import unit_toml
+from model.units import load_unit
 
 STEPS, STEP_S = 10, 0.15
 LEVELS = np.array([60000, 48000, 36000, 30000, 40000, 24000, 50000])
@@ -77,11 +80,11 @@ LEAST = {
 """What is felt most of each, and how much of it at least."""
 
 
-def session(*faults, firmware=None):
+def session(*faults, firmware=None, unit="reference"):
     """Close and open a hand twice; return what was felt, by name."""
     felt = {"joints": [], "codes": [], "currents": [], "temperatures": []}
     failures = 0
-    with open_target(faults=faults, seed=3, firmware=firmware) as target:
+    with open_target(faults=faults, seed=3, firmware=firmware, unit=unit) as target:
         hand, plant, clock = target.hand, target.get(GroundTruth).plant, target.clock
         calls = {"codes": hand.read_codes, "currents": hand.read_currents, "temperatures": hand.read_temperatures}
         for step in range(STEPS):
@@ -110,8 +113,18 @@ def attempt(call):
 
 
 @functools.cache
-def healthy(firmware):
-    return session(firmware=firmware)
+def healthy(firmware, unit="reference"):
+    return session(firmware=firmware, unit=unit)
+
+
+@pytest.fixture(scope="module")
+def firm_supply(tmp_path_factory):
+    """The reference unit on a supply that does not sag, through which all motors feel what one draws."""
+    unit = load_unit("reference")
+    path = tmp_path_factory.mktemp("unit") / "firm.toml"
+    firm = replace(unit, hand=replace(unit.hand, supply_sag=0.0))
+    path.write_text(unit_toml(firm, "", {}), encoding="utf-8")
+    return str(path)
 
 
 def declared(name):
@@ -146,10 +159,10 @@ ONE_FINGER = [
 
 
 @pytest.mark.parametrize("name", ONE_FINGER)
-def test_a_fault_of_a_finger_leaves_the_other_fingers_alone(name):
+def test_a_fault_of_a_finger_leaves_the_other_fingers_alone(name, firm_supply):
     """And one that is not the default finger."""
-    bad = session(CATALOGUE[name].fault(CATALOGUE[name].severities[2], Channel.RING, BEGINS_S))
-    good = healthy("0.2.0")
+    bad = session(CATALOGUE[name].fault(CATALOGUE[name].severities[2], Channel.RING, BEGINS_S), unit=firm_supply)
+    good = healthy("0.2.0", firm_supply)
     for finger in set(FINGERS) - {Channel.RING}:
         moved = np.abs(bad["joints"] - good["joints"])[:, list(JOINTS[finger])]
         assert np.max(moved) < 0.02, finger

@@ -26,6 +26,7 @@ def test_conditions_are_drawn_within_their_ranges(seed):
     assert 0.0 <= found.late_s <= 0.010
     assert 300 <= found.torque <= 1023
     assert 100 <= found.speed <= 32766
+    assert np.all(np.abs(found.pretension_m) <= 1e-4)
     servos = found.applied(REFERENCE).servos
     assert 10.0 <= servos.start_temperature_c <= 45.0
 
@@ -39,6 +40,7 @@ def test_a_kind_is_drawn_alike_alone_and_with_others(seed, kinds):
         "supply": ("supply_ratio",),
         "lateness": ("late_s",),
         "settings": ("torque", "speed"),
+        "tension": ("pretension_m",),
     }
     assert fields.keys() == set(KINDS)
     for kind, names in fields.items():
@@ -78,3 +80,8 @@ def test_gravity_acts_where_it_is_said_to():
     np.testing.assert_allclose(build_built("right", REFERENCE.hand).option.gravity, (0.0, 0.0, -9.81))
     with pytest.raises(ValueError, match="length 1"):
         BuiltHandParameters(down=(0.0, 0.0, 2.0))
+
+
+def test_a_tighter_day_shortens_every_cable():
+    tighter = Conditions(pretension_m=(1e-4,) * 7).applied(REFERENCE).hand.cable_take_up
+    np.testing.assert_allclose(np.subtract(REFERENCE.hand.cable_take_up, tighter), 1e-4)

@@ -7,7 +7,7 @@ from aero.channels import Joint
 from firmware_emulator.links.in_process import InProcessLink
 from hil.targets.emulated_hand import build_emulated
 from model.units import load_unit
-from model.units.plausible import CMC_STOP_RAD, RANGES, TAKE_UP_M, THENAR_M, plausible_unit
+from model.units.plausible import CMC_STOP_RAD, RANGES, START_C, TAKE_UP_M, THENAR_M, plausible_unit
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -24,8 +24,14 @@ def test_stays_in_its_ranges(seed):
             drawn[Joint.THUMB_CMC] = origin[Joint.THUMB_CMC]
         assert np.all(drawn <= origin * span.factor * (1 + 1e-12))
         assert np.all(drawn >= origin / span.factor * (1 - 1e-12))
-    assert all(TAKE_UP_M[0] <= take_up <= TAKE_UP_M[1] for take_up in unit.hand.cable_take_up[:4])
+    assert all(TAKE_UP_M[0] <= take_up <= TAKE_UP_M[-1] for take_up in unit.hand.cable_take_up[:4])
     assert THENAR_M[0] <= unit.hand.thenar_radius <= THENAR_M[1]
+    assert START_C[0] <= unit.servos.start_temperature_c <= START_C[1]
+
+
+def test_about_half_of_the_fingers_are_taut_at_the_open_hand():
+    taut = [take_up < 0.0 for seed in range(50) for take_up in plausible_unit(seed).hand.cable_take_up[:4]]
+    assert 80 <= sum(taut) <= 120
 
 
 def test_same_seed_same_unit():

@@ -9,6 +9,7 @@ import pytest
 
 from aero.channels import FINGERS, Channel
 from firmware_emulator.servo.electrical import static_current, temperature_after
+from hil.lab.system_identification.trace import closing_current_sign
 from hil.targets.opening import open_target
 from model.units import load_unit
 
@@ -54,8 +55,28 @@ def test_heating(start, amperes, speed, seconds, rise):
     assert warm - start == pytest.approx(rise, abs=1.5)
 
 
-def test_idle_currents_at_the_open_hand(target):
-    assert np.all(np.abs(target.hand.read_currents()) <= 0.5)
+def test_idle_currents_at_the_open_hand_before_it_moves(target):
+    """Recorded before the first motion of a run: fingers 0 to 0.4 A, CMC flexion 0.07 to 0.9 A."""
+    currents = np.abs(target.hand.read_currents())
+    assert np.all(currents[list(FINGERS)] <= 0.4)
+    assert 0.07 <= currents[Channel.THUMB_CMC_FLEXION] <= 0.9
+
+
+def test_idle_currents_of_fingers_that_have_closed_once(target):
+    """Recorded after it on any day: 65 to 85 mA on the index, 0 to 26, 30 to 45 and 45 to 100 mA on the others."""
+    codes = np.zeros(7, int)
+    codes[list(FINGERS)] = 30000
+    for command in (codes, np.zeros(7, int)):
+        target.hand.command_codes(command)
+        target.clock.sleep_until(target.clock.now() + 1.0)
+    rest = np.mean([_after(target, 0.02) for _ in range(20)], axis=0)
+    np.testing.assert_allclose(rest[list(FINGERS)], [0.075, 0.015, 0.035, 0.08], atol=0.06)
+
+
+def _after(target, seconds):
+    """Return what pulls closed, A, some time later."""
+    target.clock.sleep_until(target.clock.now() + seconds)
+    return closing_current_sign("right") * target.hand.read_currents()
 
 
 def test_a_held_load_pulls_with_the_sign_of_the_register(target):
