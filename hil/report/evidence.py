@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
 
 import numpy as np
 
@@ -251,59 +250,15 @@ def _own_steps(steps: Iterable[CommandStep], channel: int) -> tuple[float, float
     return stretch[0].start, stretch[-1].end
 
 
-@dataclass(frozen=True)
-class FirstSeen:
-    """The first failed finding of a run in time."""
-
-    experiment: str
-    seen_s: float
-    """Since the hand was opened, s."""
-    passed_until_s: float
-    """End of the last experiment before it, s; all of those passed."""
-
-    @property
-    def sentence(self) -> str:
-        """When, in words."""
-        return f"from {self.seen_s:.0f} s after the start on, in {self.experiment}; every check before passed"
-
-
-def first_seen(validation: Validation) -> FirstSeen | None:
-    """Return when something was first seen, None when the first experiment that moves the hand shows it already."""
-    whole, results = validation.whole_run, validation.results
-    if whole is None:
-        return None
-    starts = start_times(whole.recording, [result.recording for result in results.values()])
-    names = sorted(starts, key=lambda name: starts[name])
-    bad = next((i for i, name in enumerate(names) if failed(results[name].findings)), None)
-    if bad is None or not any(_moves(results[name].recording) for name in names[:bad]):
-        return None
-    name, before = names[bad], names[:bad]
-    seen = [where.start for where in by_finding(validation.judged).values() if where.experiment == name]
-    ended = starts[before[-1]] + results[before[-1]].recording.header.duration_s
-    return FirstSeen(name, starts[name] + min(seen, default=0.0), ended)
-
-
-def start_times(whole: Recording, parts: Sequence[Recording]) -> Mapping[str, float]:
-    """Return when each experiment began, s since the hand was opened: where its bytes stand among those of the run.
-
-    One whose bytes are not there is left out.
-    """
-    times, writes = _sent(whole)
-    # One search through joined bytes: comparing lists of frames at every position took a second.
-    joined = b"".join(writes)
-    times_at = dict(zip(accumulate(map(len, writes), initial=0), times, strict=False))
-    found: dict[str, float] = {}
-    for part in parts:
-        own_times, own = _sent(part)
-        at = times_at.get(joined.find(b"".join(own))) if own else None
-        if at is not None:
-            found[part.header.experiment] = at - own_times[0]
-    return found
-
-
-def _sent(recording: Recording) -> tuple[list[float], list[bytes]]:
-    sent = [record for record in recording.wire if record.direction == "to_hand"]
-    return [record.t for record in sent], [record.data for record in sent]
+def first_seen(validation: Validation) -> str:
+    """Return when something was first seen, in words; empty when the first experiment that moves the hand shows it."""
+    ran = sorted(validation.results.values(), key=lambda result: result.recording.header.started)
+    bad = next((i for i, result in enumerate(ran) if failed(result.findings)), None)
+    if bad is None or not any(_moves(result.recording) for result in ran[:bad]):
+        return ""
+    before = sum(result.recording.header.duration_s for result in ran[:bad])
+    name = ran[bad].recording.header.experiment
+    return f"in {name}, after {before:.0f} s of experiments whose checks all passed"
 
 
 def _moves(recording: Recording) -> bool:

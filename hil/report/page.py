@@ -22,7 +22,7 @@ from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.recording import Recording
 from hil.report.beside_paper import compared, like_with_like, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_seen
-from hil.report.hand_picture import MARKS, WORDS, outline, thumb_heights, verdicts
+from hil.report.finger_map import DIGITS, MARKS, verdicts
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
 from hil.verdict.diagnosis import Component
 from hil.verdict.findings import Finding, failed
@@ -112,11 +112,9 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         heading=HEADINGS[verdict],
         place=place_of(validation),
         tally=validation.tally,
-        outline=outline(header.hand),
+        digits=DIGITS,
         channels=(states := verdicts(validation)),
-        thumb_heights=thumb_heights(header.hand),
         marks=MARKS,
-        words=WORDS,
         reasons=sorted({verdict.reason for verdict in states.values() if verdict.reason}),
         first_finding={item.finding.subject: item.anchor for item in reversed(shown.values())},
         diagnosis=diagnosis,

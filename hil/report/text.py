@@ -60,7 +60,7 @@ def _lines(validation: Validation) -> Iterator[tuple[str, str]]:
         remedy = "" if diagnosis.step and diagnosis.step.do == end.remedy else f" {end.remedy}"
         yield "ended", f"{end.sentence}. {end.meaning}{remedy}"
     if since := first_seen(validation):
-        yield "when", since.sentence
+        yield "when", since
     if diagnosis.sentence:
         yield "what", diagnosis.sentence
     if diagnosis.step:

@@ -10,8 +10,6 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from synthetic import staircase
 
 from aero.channels import Channel
@@ -20,7 +18,6 @@ from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.recordings.recording import Event
 from hil.report.beside_paper import table
-from hil.report.hand_picture import convex_hull, outline
 from hil.report.page import render_report
 from hil.verdict.diagnosis import NOTHING, Component, Diagnosis, Indication, Location, NextStep
 from hil.verdict.findings import Finding, Withheld
@@ -136,29 +133,6 @@ def test_a_command_is_carried_where_it_changes(recording, spoiled_page):
     values = recording["command"].values
     changes = np.flatnonzero(np.any(np.diff(values, axis=0), axis=1)) + 1
     assert len(found["t"]) == len({0, *changes, len(values) - 1})
-
-
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_the_thumb_is_drawn_on_the_side_of_the_hand(side):
-    digits = outline(side).digits
-    assert list(digits) == list(Channel)
-    thumb, pinky = digits[Channel.THUMB_FLEXOR].points[-1][0], digits[Channel.PINKY].points[-1][0]
-    assert (thumb > pinky) == (side == "right")
-
-
-def turn(a, b, c):
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-PLACES = st.tuples(st.integers(-9, 9), st.integers(-9, 9))
-
-
-@given(st.lists(PLACES, min_size=3, max_size=30).filter(lambda points: any(turn(*points[:2], p) for p in points)))
-def test_a_hull_turns_left_at_every_corner_and_holds_every_point(points):
-    hull = convex_hull(points)
-    for a, b, c in zip(hull, hull[1:] + hull[:1], hull[2:] + hull[:2], strict=True):
-        assert turn(a, b, c) > 0
-        assert all(turn(a, b, point) >= 0 for point in points)
 
 
 def test_every_link_leads_somewhere(spoiled_page):

@@ -1,0 +1,73 @@
+"""The finger map of a report: each channel's verdict beside its name, and the reason where it has none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from aero.channels import Channel
+from hil.verdict.diagnosis import Component
+from hil.verdict.judged_run import Validation
+
+DigitState = Literal["pass", "fail", "partly", "none"]
+WORDS: dict[DigitState, str] = {
+    "pass": "all checks passed",
+    "fail": "checks failed",
+    "partly": "passed until the run was aborted",
+    "none": "not judged",
+}
+MARKS: dict[DigitState, str] = {"pass": "\u2713", "fail": "\u2717", "partly": "\u25d0", "none": "\u2013"}
+"""Beside each name, so that no verdict is shown by colour alone."""
+BLAMED = {None, Component.CHANNEL, Component.CHANNELS, Component.HAND, Component.UNKNOWN}
+"""Components, or none, with which a failed check of a channel is about that channel."""
+DIGITS: dict[Channel, tuple[tuple[float, float], ...]] = {
+    Channel.INDEX: ((21.6, -138.6), (23.8, -179.5), (25.0, -200.2), (26.1, -222.9)),
+    Channel.MIDDLE: ((-1.5, -138.8), (-1.5, -179.7), (-1.5, -200.4), (-1.5, -223.1)),
+    Channel.RING: ((-24.6, -138.6), (-26.8, -179.5), (-28.0, -200.2), (-29.1, -222.9)),
+    Channel.PINKY: ((-47.3, -127.2), (-51.6, -168.0), (-53.9, -188.6), (-56.1, -211.3)),
+    Channel.THUMB_ABDUCTION: ((16.3, -73.8), (33.8, -72.5)),
+    Channel.THUMB_CMC_FLEXION: ((33.8, -72.5), (50.9, -98.7)),
+    Channel.THUMB_FLEXOR: ((50.9, -98.7), (64.8, -120.9), (73.3, -144.3)),
+}
+"""Joints and tip of what each channel moves, mm, right and down; a right hand seen from where its palm looks to, with
+the model's lengths. A left hand is its mirror image."""
+
+
+@dataclass(frozen=True)
+class ChannelVerdict:
+    """What a run says about one channel."""
+
+    state: DigitState
+    words: str
+    """For people."""
+    reason: str = ""
+    """Why it was not judged; empty for one that was."""
+
+
+def verdicts(validation: Validation) -> dict[Channel, ChannelVerdict]:
+    """Return each channel's verdict: grey where its checks say nothing about it, or where there are none.
+
+    A driver, a link or a supply that is at fault makes checks of healthy fingers fail.
+    """
+    return {channel: _verdict(validation, channel) for channel in Channel}
+
+
+def _verdict(validation: Validation, channel: Channel) -> ChannelVerdict:
+    location = validation.diagnosis.location
+    passed = [finding.passed for finding in validation.findings if finding.subject == channel.label]
+    if not passed:
+        return ChannelVerdict("none", WORDS["none"], "no check of the channel was run")
+    if not all(passed):
+        words = f"{passed.count(False)} of {len(passed)} checks failed"
+        elsewhere = location is not None and location.channels and channel not in location.channels
+        if location is not None and (
+            location.component not in BLAMED or (elsewhere and not _unexplained(validation, channel))
+        ):
+            return ChannelVerdict("none", words, f"what failed comes from the {location.words}")
+        return ChannelVerdict("fail", words)
+    state: DigitState = "pass" if validation.end.finding is None else "partly"
+    return ChannelVerdict(state, f"{WORDS[state]} ({len(passed)})")
+
+
+def _unexplained(validation: Validation, channel: Channel) -> bool:
+    return any(finding.subject == channel.label for finding in validation.diagnosis.unexplained)
