@@ -99,10 +99,8 @@ def first_plot(validation: Validation, seen: Mapping[Finding, Evidence]) -> Firs
         return _last_seconds(validation, cut)
     if seen:
         return _failed_beside_healthy(validation, seen)
-    for name, result in reversed(list(validation.results.items())):
-        if has_samples(result.recording, "model") or name == next(iter(validation.results)):
-            return _agreement(result.recording) if drawable(result.recording) else None
-    return None
+    shown = [result.recording for result in validation.results.values() if drawable(result.recording)]
+    return _agreement(max(shown, key=_agrees)) if shown else None
 
 
 def _last_seconds(validation: Validation, cut: Recording) -> FirstPlot:
@@ -149,13 +147,19 @@ def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Eviden
         columns.append(
             PlotColumn((channel,), max(0.0, where.start - PADDING_S), end + PADDING_S, channel.title, at=worst)
         )
-    if columns[0].at is None:
+    if columns[0].at is None and finding.subject in CHANNELS:
         columns[0] = replace(columns[0], at=_moment(result.recording, columns, unit))
     name = result.recording.header.experiment
     fine = finding.subject != "hand" and not any(f.subject == healthy.label for f in failed(validation.findings))
-    caption = f"{EXPERIMENTS[name].title}. The red line marks where this shows most: {finding.sentence}."
+    marked = "This shows here" if columns[0].at is None else "The red line marks where this shows most"
+    caption = f"{EXPERIMENTS[name].title}. {marked}: {finding.sentence}."
     title = _title(channels, ", which passed every check" if fine else "")
     return FirstPlot(title, caption, Plot("first-plot", name, ROWS_OF_UNIT.get(unit, ROWS[:3]), tuple(columns)))
+
+
+def _agrees(recording: Recording) -> tuple[bool, bool]:
+    """Return whether simulator and hand stand side by side in a recording, and whether the paper has the table."""
+    return has_samples(recording, "model"), bool(EXPERIMENTS[recording.header.experiment].columns)
 
 
 def _agreement(recording: Recording) -> FirstPlot:

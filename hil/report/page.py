@@ -17,6 +17,7 @@ from markupsafe import Markup
 
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS, WHOLE_RUN
+from hil.checks.shared.declaration import number
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.recording import Recording
@@ -148,13 +149,13 @@ def _template() -> Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"marked": marked, "subject": subject_words, "number": number}
+    environment.filters |= {"marked": marked, "subject": subject_words, "number": reading_text}
     return environment.get_template("report.html.j2")
 
 
-def number(value: float) -> str:
+def reading_text(value: float) -> str:
     """Return a reading in four digits, in words where it could not be measured."""
-    return "not measurable" if math.isnan(value) else f"{value:.4g}"
+    return "not measurable" if math.isnan(value) else number(value)
 
 
 def marked(text: str) -> Markup:

@@ -202,13 +202,18 @@ class Metric:
             return "not judged"
         if math.isnan(value):
             return "not measurable"
-        return self.says[round(value)] if self.says else f"{value:.4g} {self.unit}"
+        return self.says[round(value)] if self.says else f"{number(value)} {self.unit}"
 
     def advice(self, value: float, at_least: float, at_most: float) -> Advice:
         """Return what a reading means on its side of the middle of its bounds, or that it is not there."""
         if math.isnan(value):
             return self.missing
         return self.low if value < (at_least + at_most) / 2 else self.high
+
+
+def number(value: float) -> str:
+    """Return a number in four digits, never as a power of ten where it is large."""
+    return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
 
 
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
