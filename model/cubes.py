@@ -12,7 +12,7 @@ from model.scene import CUBE, Cube
 LOST_HEIGHT_M = -0.05
 """Height of the cube's centre below which it is lost, world frame (paper, section "Learning In-Hand Cube Rotation")."""
 SETTLING_S = 0.5
-"""Time in which a cube that is put in drops into the hand: without contact for a quarter of it, whatever is done."""
+"""Time in which a placed cube drops into the hand: without contact for a quarter of it, whatever is done."""
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ from train.task.episode import PHYSICS_STEP_S
 EXTRA = 3 * len(CABLES)
 """Values by which a built hand's state is longer than the routed hand's."""
 SHEATHS_HELD_S = 0.05
-"""How long the friction of the sheaths is held, a control period at 20 Hz; the emulated hand looks every 10 ms. Three
-policies turned the units `reference` and `paper` with it as with 10 ms, within 0.15 rad/s."""
+"""How long the friction of the sheaths is held, a control period at 20 Hz; the emulated hand updates it every 10 ms.
+Three policies turned the units `reference` and `paper` with it as with 10 ms, within 0.15 rad/s."""
 _STEPS = round(PHYSICS_STEP_S / TIMESTEP_S)
 _HELD_STEPS = round(SHEATHS_HELD_S / TIMESTEP_S)
 _SHAFTS = len(Channel)
@@ -106,26 +106,26 @@ class BuiltSimulator(Simulator):
         if len(set(map(id, scenes))) < len(scenes):
             raise ValueError("every built hand needs a scene of its own, for the friction of its sheaths is in it")
         self._scenes = list(scenes)
-        self._places = _places(self._models[0])
-        self.state_size = len(self._places) + len(CABLES)
+        self._indices = _state_indices(self._models[0])
+        self.state_size = len(self._indices) + len(CABLES)
         self._corrections = (
             np.zeros((len(scenes), 1, _SHAFTS)) if corrections is None else np.array(corrections)[:, None]
         )
         self._map = ActuationMap()
 
-    def replace(self, place: int, scene: CompiledHand, correction: Floats) -> None:
-        """Put another hand and its correction (7,) into a place of the batch."""
-        self._models[place], self._scenes[place] = scene.model, scene
-        self._corrections[place, 0] = correction
+    def replace(self, slot: int, scene: CompiledHand, correction: Floats) -> None:
+        """Put another hand and its correction (7,) into a slot of the batch."""
+        self._models[slot], self._scenes[slot] = scene.model, scene
+        self._corrections[slot, 0] = correction
 
-    def part(self, places: Sequence[int], threads: int | None = None) -> BuiltSimulator:
-        """Return the hands of these places as a batch of its own."""
-        return BuiltSimulator([self._scenes[place] for place in places], self._corrections[places, 0], threads)
+    def part(self, slots: Sequence[int], threads: int | None = None) -> BuiltSimulator:
+        """Return the hands of these slots as a batch of its own."""
+        return BuiltSimulator([self._scenes[slot] for slot in slots], self._corrections[slots, 0], threads)
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
         """Step every scene, see `Batch`."""
-        full, tensions = np.empty((len(states), len(self._places))), states[:, _TENSIONS]
-        full[:, self._places] = states[:, : len(self._places)]
+        full, tensions = np.empty((len(states), len(self._indices))), states[:, _TENSIONS]
+        full[:, self._indices] = states[:, : len(self._indices)]
         angles = np.zeros((len(states), controls.shape[1] * _STEPS, self._models[0].nu))
         setpoints = self._map.angles_from_travel(self._map.travel_from_lengths(controls + self._corrections))
         angles[:, :, :_SHAFTS] = np.repeat(setpoints, _STEPS, axis=1)
@@ -136,7 +136,7 @@ class BuiltSimulator(Simulator):
             full, sensed = super().advance(full, angles[:, start : start + _HELD_STEPS])
             tensions = sensed[:, -1, _TENSIONS]
             sensors.append(sensed[:, _STEPS - 1 :: _STEPS, : _TENSIONS.start])
-        return np.hstack([full[:, self._places], tensions]), self._as_routed(np.hstack(sensors))
+        return np.hstack([full[:, self._indices], tensions]), self._as_routed(np.hstack(sensors))
 
     def at(self, starts: Floats) -> Floats:
         """Return states at rest at `starts` (batch, 23), with every cable just taut."""
@@ -156,7 +156,7 @@ class BuiltSimulator(Simulator):
         return sensors
 
 
-def _places(model: mujoco.MjModel) -> NDArray[np.int_]:
+def _state_indices(model: mujoco.MjModel) -> NDArray[np.int_]:
     """Return where each value of a training state lies in MuJoCo's state of a built scene."""
     joints = [model.joint(joint.label) for joint in Joint]
     spools = [model.joint(shaft_name(channel)) for channel in CABLES]
@@ -164,8 +164,8 @@ def _places(model: mujoco.MjModel) -> NDArray[np.int_]:
     positions = [joint.qposadr[0] for joint in joints] + [cube.qposadr[0] + k for k in range(7)]
     velocities = [joint.dofadr[0] for joint in joints] + [cube.dofadr[0] + k for k in range(6)]
     first, second = 1, 1 + model.nq
-    places = [0, *(first + np.array(positions)), *(second + np.array(velocities))]
-    places += [first + spool.qposadr[0] for spool in spools] + [second + spool.dofadr[0] for spool in spools]
-    if sorted(places) != list(range(mujoco.mj_stateSize(model, STATE_KIND))):
+    indices = [0, *(first + np.array(positions)), *(second + np.array(velocities))]
+    indices += [first + spool.qposadr[0] for spool in spools] + [second + spool.dofadr[0] for spool in spools]
+    if sorted(indices) != list(range(mujoco.mj_stateSize(model, STATE_KIND))):
         raise ValueError("a built scene has one state value for each joint, spool and coordinate of the cube")
-    return np.array(places)
+    return np.array(indices)

@@ -1,7 +1,7 @@
 """The cube task for training: a batch of hands that restart by themselves, over either backend.
 
 Each restart draws one of the environment's prepared starts. Everything that changes is in `EnvironmentState`, a JAX
-pytree, so that a run can be kept and gone on with to the bit.
+pytree, so that a run can be saved and resumed to the bit.
 """
 
 from __future__ import annotations

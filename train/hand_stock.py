@@ -1,7 +1,7 @@
-"""The built hands of a stage, each with its cube; the oldest give way to new ones.
+"""The built hands of a stage, each with its cube; the oldest are replaced by new ones.
 
-A hand has a number, and everything about it follows from the stage's seed and that number. New hands take the places
-of the oldest in turn, so the count of redraws says which hands are there: a run that goes on builds the same ones.
+A hand has a number, and everything about it follows from the stage's seed and that number. New hands take the slots
+of the oldest in turn, so the count of redraws says which hands are there: a resumed run builds the same ones.
 """
 
 from __future__ import annotations
@@ -69,12 +69,12 @@ class HandStock:
 
 
 def present(count: int, new: int) -> list[int]:
-    """Return which numbers are in the `count` places of a batch after `new` hands have come to the first ones."""
-    return [place + count * -(-(new - place) // count) if new > place else place for place in range(count)]
+    """Return which numbers are in the `count` slots of a batch after `new` hands have come to the first ones."""
+    return [slot + count * -(-(new - slot) // count) if new > slot else slot for slot in range(count)]
 
 
 def oldest(count: int, new: int, hands: int) -> list[int]:
-    """Return the places that the next `hands` new ones take, after `new` have come."""
+    """Return the slots that the next `hands` new ones take, after `new` have come."""
     return [(new + k) % count for k in range(hands)]
 
 

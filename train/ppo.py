@@ -1,6 +1,6 @@
 """Proximal policy optimisation: one control period of acting, one pass of learning. Brax's losses, Optax's Adam.
 
-Brax's own training loop is one compiled program that cannot be interrupted, kept or gone on with; here Python stands
+Brax's own training loop is one compiled program that cannot be interrupted, saved or resumed; here Python stands
 between the control periods.
 """
 
@@ -103,7 +103,7 @@ class Ppo:
         normaliser, networks = untrained(self._networks, key)
         return Learner(normaliser, networks, networks.policy, self._optimiser.init(networks))
 
-    def go_on(self, learner: Learner) -> Learner:
+    def continued(self, learner: Learner) -> Learner:
         """Return a learner of another stage at the beginning of this one."""
         return learner._replace(average=learner.networks.policy, optimiser=self._optimiser.init(learner.networks))
 

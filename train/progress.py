@@ -1,4 +1,4 @@
-"""What is known of a run while it goes on: its epochs, and the curve of its checkpoints."""
+"""Progress of a run: its epochs, and the curve of its checkpoints."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Epoch:
 
 
 def append(folder: Path, point: Checkpoint) -> None:
-    """Add one point to the curve and draw the picture anew."""
+    """Add one point to the curve and redraw the picture."""
     path = folder / CURVE
     new = not path.exists()
     with path.open("a", newline="") as file:

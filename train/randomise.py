@@ -144,7 +144,7 @@ def _with_another_inertial(model: mujoco.MjModel, draws: Draws) -> NDArray[np.in
 
 
 def _bound(model: mujoco.MjModel, body: int) -> None:
-    """Put the box in which MuJoCo looks for contacts of a body of one geom where the geom is.
+    """Put the box in which MuJoCo searches for contacts of a body of one geom where the geom is.
 
     The box is given from the centre of mass; left behind by a drawn one, contacts are missed up to 5 mm deep.
     """

@@ -68,7 +68,7 @@ class Recipe:
     task: Task
     """What is trained for; the stages say what is rewarded, and on which hands."""
     stages: tuple[TrainingStage, ...]
-    """One after another; each goes on with the networks of the one before, and looks for its own best checkpoint."""
+    """One after another; each continues with the networks of the one before, and has its own best checkpoint."""
     goal: Goal = Goal()
     """What checkpoints are chosen by."""
     environments: int = 256
@@ -130,7 +130,7 @@ NEAR_DEFAULT = replace(HANDS, towards_recorded=(0.0, 0.5))
 """For the beginning: a gait is found sooner where the springs are alike."""
 
 AS_PLACED = ResetRanges(joint_std_rad=0.04, cube_offset_m=0.006, random_orientation=False)
-"""A cube that is put in upright, as people do, with three times the error of the trials through the bytes."""
+"""A cube that is placed upright, as people do, with three times the error of the trials through the bytes."""
 
 ANY_CUBE = TrainingStage(
     "spread",

@@ -1,4 +1,4 @@
-"""A run in progress: updates of the networks, stage after stage, and what is kept and told of them."""
+"""A run in progress: updates of the networks, stage after stage, and what is saved and reported of them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from train.run_state import Standing, load_arrays, save_state
 from train.stage_run import Backend, Reached, StageRun, StopCheck
 
 EPOCH_STEPS = 20_000
-"""Environment steps, rounded to whole updates, after which the run's state is written and told."""
+"""Environment steps, rounded to whole updates, after which the run's state is written and reported."""
 CHECKPOINTS = "checkpoints"
 """Folder of every checkpoint's parameters."""
 AVERAGE = "average_"
@@ -29,7 +29,7 @@ AVERAGE = "average_"
 
 
 class Listener(NamedTuple):
-    """Who is told about a run."""
+    """Callbacks of a run."""
 
     checkpoint: Callable[[Checkpoint], None] = lambda _: None
     epoch: Callable[[Epoch], None] = lambda _: None
@@ -46,7 +46,7 @@ class Order:
     """Of the native backend; None for all cores."""
     provenance: dict[str, Any]
     """What the policy's file is to say besides recipe, seed, attempt, steps and resumes."""
-    told: Listener
+    listener: Listener
     check: Callable[[], None]
     """Called between two batches of physics; what it raises ends the run."""
 
@@ -126,7 +126,7 @@ class TrainingRun:
         else:
             began, before = self._pace
             left_s = max(0, self._recipe.steps - standing.steps) * (now - began) / (standing.steps - before)
-        self._order.told.epoch(
+        self._order.listener.epoch(
             Epoch(
                 attempt=standing.attempt,
                 stage=stage,
@@ -178,7 +178,7 @@ class TrainingRun:
             best_rate_rad_s=max(standing.best_rate_rad_s, point.rate_rad_s),
         )
         append(self._order.folder, point)
-        self._order.told.checkpoint(point)
+        self._order.listener.checkpoint(point)
 
     def _stuck(self) -> bool:
         """Return whether the attempt holds the cube still, and set the run back to the beginning of the next if so."""

@@ -66,7 +66,7 @@ class Standing:
     processor_s: float = 0.0
     """Processor time of all attempts, threads added up, s."""
     resumes: int = 0
-    """How often the run went on after it had ended or was broken off."""
+    """How often the run was resumed."""
     best_rate_rad_s: float = 0.0
     """Highest rate of the attempt's checkpoints."""
     best_score: float | None = None
@@ -107,7 +107,7 @@ def read_standing(folder: Path) -> Standing:
     try:
         return Standing(**row | {"tendency": Tendency(**row["tendency"])})
     except (TypeError, KeyError) as error:
-        raise ValueError(f"{folder / STATE} is of another version of aero-hil; begin anew in another folder") from error
+        raise ValueError(f"{folder / STATE} is of another version of aero-hil; use another folder") from error
 
 
 def load_arrays(folder: Path, template: Any) -> Any:

@@ -46,7 +46,7 @@ CHOICE = "choice.json"
 
 @dataclass(frozen=True)
 class Candidate:
-    """A checkpoint that might be kept."""
+    """A checkpoint that might be chosen."""
 
     name: str
     policy: Policy
@@ -88,7 +88,7 @@ def choose(
 
     say(f"choosing on {HELD_OUT} held-out hands in process")
     about = load(folder / f"{recipe.name}.npz").provenance  # of the training, whatever program chooses
-    found = ranked(recipe, folder, standing, dict(about), threads=threads, told=show)
+    found = ranked(recipe, folder, standing, dict(about), threads=threads, on_candidate=show)
     best, rows = found[0], [{"name": one.name, "in_process": one.bound_rad_s} for one in found]
     if hands and recipe.stages[-1].built:
         say(f"comparing the best {FINALISTS} through every byte on {hands} hands with any cube")
@@ -130,7 +130,7 @@ def ranked(
     *,
     threads: int | None = None,
     check: Callable[[], None] = lambda: None,
-    told: Callable[[Candidate], None] = lambda _: None,
+    on_candidate: Callable[[Candidate], None] = lambda _: None,
 ) -> list[Candidate]:
     """Return the last checkpoints of a run and its average, the best first.
 
@@ -141,7 +141,7 @@ def ranked(
         provenance: what the policies' files are to say besides their steps.
         threads: None for all cores.
         check: called between two batches of physics; what it raises ends the choice.
-        told: about each candidate as it is measured.
+        on_candidate: called with each candidate as it is measured.
 
     Raises:
         FileNotFoundError: there is no checkpoint.
@@ -164,5 +164,5 @@ def ranked(
             made = run(policy, task, hands, EPISODE_S, seed=HELD_OUT_SEED, check=check)
             bound = lower_bound(recipe.goal, made.rate_rad_s, made.kept)
             found.append(Candidate(path.stem, policy, float(made.kept.mean()), float(made.rate_rad_s.mean()), bound))
-            told(found[-1])
+            on_candidate(found[-1])
     return sorted(found, key=lambda one: one.bound_rad_s, reverse=True)

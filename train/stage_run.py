@@ -84,12 +84,12 @@ class StageRun:
         return self._key(_UPDATES)
 
     def begin(self, before: Learner | None) -> Reached:
-        """Return a learner that goes on from the stage before, if any, and environments at their start."""
+        """Return a learner that continues from the stage before, if any, and environments at their start."""
         fresh = self.ppo.begin(self._key(_NETWORKS))
         rng = np.random.default_rng((*self._seed, _ENVIRONMENT))
         starts = prepare_starts(self._task, self._simulator, rng, check=self._check)
         environment = self._begin(starts, self._key(_ENVIRONMENT))
-        return Reached(self.ppo.go_on(before) if before else fresh, environment)
+        return Reached(self.ppo.continued(before) if before else fresh, environment)
 
     def template(self) -> Reached:
         """Return the shapes of learner and environments."""
@@ -102,18 +102,18 @@ class StageRun:
     def fill(self, new_hands: int) -> None:
         """Put the hands into the batch that are there after `new_hands` have come."""
         numbers = present(self._recipe.environments, new_hands)
-        self._put([place for place, number in enumerate(numbers) if number != place], numbers)
+        self._put([slot for slot, number in enumerate(numbers) if number != slot], numbers)
 
     def renew(self, environment: EnvironmentState, new_hands: int, hands: int) -> EnvironmentState:
         """Replace the oldest `hands` after `new_hands` have come, and let the new ones begin."""
         count = self._recipe.environments
-        places = oldest(count, new_hands, hands)
-        self._put(places, present(count, new_hands + hands))
-        scenes = self._simulator.part(places, self._threads)
+        slots = oldest(count, new_hands, hands)
+        self._put(slots, present(count, new_hands + hands))
+        scenes = self._simulator.part(slots, self._threads)
         with scenes:
             rng = np.random.default_rng((*self._seed, _RENEWED, new_hands))
             starts = prepare_starts(self._task, scenes, rng, check=self._check)
-        renewed: EnvironmentState = self._renew(environment, jnp.array(places), starts)
+        renewed: EnvironmentState = self._renew(environment, jnp.array(slots), starts)
         return renewed
 
     def policy(self, parameters: NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
@@ -124,10 +124,10 @@ class StageRun:
         """Run an episode on each hand that the stage's checkpoints are measured on."""
         return run(policy, self._task, self._measured, EPISODE_S, seed=self._seed[0], check=self._check).summary()
 
-    def _put(self, places: list[int], numbers: list[int]) -> None:
-        for place in places:
+    def _put(self, slots: list[int], numbers: list[int]) -> None:
+        for slot in slots:
             self._check()
-            self._simulator.replace(place, *self._stock.hand(numbers[place]))
+            self._simulator.replace(slot, *self._stock.hand(numbers[slot]))
 
     def _hands(self, backend: Backend, opened: ExitStack) -> tuple[Any, Advance]:
         """Return the hands to train on, and how they move."""

@@ -1,4 +1,4 @@
-"""A training run: the stages of a recipe one after another, kept so that no ending loses what was done."""
+"""A training run: the stages of a recipe one after another, saved so that no ending loses what was done."""
 
 from __future__ import annotations
 
@@ -71,12 +71,12 @@ def train(
     threads: int | None = None,
     resume: bool = False,
     provenance: Mapping[str, Any] | None = None,
-    told: Listener | None = None,
+    listener: Listener | None = None,
 ) -> TrainingEnd:
     """Train until the recipe's steps or the time are over, or a signal comes; nothing that was done is lost.
 
     The folder gets the curve, the parameters of every checkpoint, the best one of the stage as `<name>.npz`, and the
-    state, from which a run that goes on reaches the same weights as one that was never broken off.
+    state, from which a resumed run reaches the same weights as one that was never interrupted.
 
     Args:
         recipe: what to train.
@@ -85,9 +85,9 @@ def train(
         folder: made if missing.
         minutes: wall time of this call; None for no bound.
         threads: of the native backend; None for all cores.
-        resume: go on with the run in `folder`.
+        resume: continue the run in `folder`.
         provenance: what the policy's file is to say besides recipe, seed, attempt, steps and resumes.
-        told: about checkpoints and epochs.
+        listener: gets checkpoints and epochs.
 
     Raises:
         FileExistsError: `folder` holds a run and `resume` is not asked for.
@@ -97,24 +97,24 @@ def train(
     (folder / CHECKPOINTS).mkdir(parents=True, exist_ok=True)
     standing = _standing(recipe, seed, folder, resume)
     deadline = time.monotonic() + (60.0 * minutes if minutes else np.inf)
-    with noted(*STOPPING) as heard:
+    with noted(*STOPPING) as signals:
 
         def check() -> None:
-            if heard:
+            if signals:
                 raise _StoppedError(StopReason.STOPPED)
             if time.monotonic() >= deadline:
                 raise _StoppedError(StopReason.TIME)
 
-        order = Order(recipe, backend, folder, threads, dict(provenance or {}), told or Listener(), check)
+        order = Order(recipe, backend, folder, threads, dict(provenance or {}), listener or Listener(), check)
         run = TrainingRun(order, standing)
         ending = StopReason.DONE
         try:
             run.go(resume)
         except _StoppedError as stopped:
             ending = stopped.ending
-        finally:  # what was reached is kept, whatever the ending
+        finally:  # what was reached is saved, whatever the ending
             run.keep()
-    return TrainingEnd(ending, run.standing, heard[0] if heard else None)
+    return TrainingEnd(ending, run.standing, signals[0] if signals else None)
 
 
 def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing:

@@ -42,15 +42,15 @@ def run_policy(
 
     Args:
         policy: what acts.
-        hand: what it acts on; guarded, its currents, temperatures and encoders are watched, bare they are not.
+        hand: what it acts on; guarded, its currents, temperatures and encoders are watched, unguarded they are not.
         clock: of the hand; a guarded one has its own.
         actuation_map: for the hand's firmware.
         settings: how; None for the defaults.
         script: actions (periods, 7) to play open loop in place of the policy's; its length bounds the time too.
-        on_rehearsal: told about every control period of the rehearsal.
-        on_wait: told when the hand is in the nominal grasp and the object can be put in.
-        on_ready: told when the hand has waited in the nominal grasp and the policy is about to begin.
-        on_step: told about every control period after the rehearsal, before the next one begins.
+        on_rehearsal: called after every control period of the rehearsal.
+        on_wait: called when the hand is in the nominal grasp and the object can be put in.
+        on_ready: called when the hand has waited in the nominal grasp and the policy is about to begin.
+        on_step: called after every control period after the rehearsal, before the next one begins.
 
     Raises:
         ValueError: a script with a rehearsal, which is the policy's, or a script that is not (periods, 7) and finite.
@@ -186,7 +186,7 @@ class _Session:
             command = slewed(self.command, asked, self._most)
             self._write(command)
             currents = self._currents(period)
-            # The policy's memory and the loss of the object go on from `action` and `currents`; a callback that writes
+            # The policy's memory and the detection of a lost object use `action` and `currents`; a callback that writes
             # into its step must not change them.
             step = Step(
                 t=t,

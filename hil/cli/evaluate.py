@@ -122,7 +122,7 @@ def evaluate(
             for name, listed in cases.items():
                 if listed:
                     run_trials(policy, listed, made[name], show)
-    finally:  # what had ended is kept, whatever the ending
+    finally:  # what had ended is written, whatever the ending
         results |= {name: {row: figures(done) for row, done in rows.items()} for name, rows in made.items() if rows}
         report = {"policy": policy.name, "seed": seed, "results": results}
         write_whole(out / "evaluation.json", json.dumps(report, indent=1))

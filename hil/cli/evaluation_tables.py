@@ -33,7 +33,7 @@ travel of a finger, share of trials that something ended, current of the motor t
 that still held the cube after a time."""
 SCALE = {"finger_travel_m_s": 1e3}
 LEAST_NAME = 18
-"""Characters that a row's name has at least; a longer one goes on in the next line."""
+"""Characters that a row's name has at least; a longer one continues in the next line."""
 
 Rows = Mapping[str, Sequence[str]]
 

@@ -98,13 +98,21 @@ def train(
         console.print(line, soft_wrap=True)
 
     made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
-    told = run.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))
+    listener = run.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))
     try:
         if only_choose:
             ended = training.TrainingEnd(training.StopReason.DONE, read_standing(out))
         else:
             ended = training.train(
-                chosen, on, seed, out, minutes=minutes, threads=threads, resume=resume, provenance=made_with, told=told
+                chosen,
+                on,
+                seed,
+                out,
+                minutes=minutes,
+                threads=threads,
+                resume=resume,
+                provenance=made_with,
+                listener=listener,
             )
             done = f"{ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps"
             say(f"{ended.ending.value}: {done}, in {out}")

@@ -49,7 +49,7 @@ def record_policy(
         recorder: begun here.
         policy: what acts.
         settings: how.
-        progress: told about every control period.
+        progress: called after every control period.
         cube: put into the hand when the policy begins, and watched.
 
     Raises:

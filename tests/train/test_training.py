@@ -79,11 +79,11 @@ def commanded(monkeypatch, folder, *arguments, ending=StopReason.DONE, by_signal
     """Run the command with a training that only tells, and return what it asked for and what it said."""
     asked = []
 
-    def fake(recipe, backend, seed, folder, *, told, provenance, **options):
+    def fake(recipe, backend, seed, folder, *, listener, provenance, **options):
         asked.append((recipe, backend, seed, folder, options))
         assert {"mujoco", "jax", "brax"} <= provenance["versions"].keys()
-        told.epoch(EPOCH)
-        told.checkpoint(POINT)
+        listener.epoch(EPOCH)
+        listener.checkpoint(POINT)
         return TrainingEnd(ending, Standing(recipe.name, seed, steps=40_960), by_signal)
 
     monkeypatch.setattr(training, "train", fake)
@@ -195,7 +195,7 @@ def test_the_last_checkpoints_and_the_average_are_ranked_on_other_hands(unbroken
     monkeypatch.setattr(selection, "HELD_OUT", 3)
     monkeypatch.setattr(selection, "EPISODE_S", 0.5)
     told = []
-    found = selection.ranked(TINY, folder, ended.standing, {"seed": 0}, threads=1, told=told.append)
+    found = selection.ranked(TINY, folder, ended.standing, {"seed": 0}, threads=1, on_candidate=told.append)
     assert [one.name for one in told] == ["0_0000000080", "0_0000000120", "average_0_0000000120"]
     bounds = [one.bound_rad_s for one in found]
     assert bounds == sorted(bounds, reverse=True)
@@ -214,7 +214,7 @@ def test_a_run_that_holds_the_cube_still_is_begun_again_with_another_seed(tmp_pa
 
     hopeless = replace(TINY, stuck=Stuck(steps=80, rate_rad_s=1e3))
     with pytest.raises(KeyboardInterrupt):
-        trained(tmp_path, hopeless, told=Listener(checkpoint=enough))
+        trained(tmp_path, hopeless, listener=Listener(checkpoint=enough))
     assert [(point.attempt, point.steps) for point in told] == [(0, 80), (1, 80)]
     assert told[0].score != told[1].score
 

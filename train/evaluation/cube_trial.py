@@ -122,7 +122,7 @@ def run_trial(
         surroundings: what it meets.
         thresholds: of the guard, which watches this hand as it does a physical one; the defaults when left out.
         script: actions (periods, 7) to play open loop in place of the policy's.
-        on_step: told about every control period.
+        on_step: called after every control period.
     """
     settings = settings or RunSettings()
     side = surroundings.side

@@ -129,9 +129,9 @@ def mismatch_picture(rows: Sequence[Lost], path: Path) -> None:
     shown = [row for row in rows if row.name != NO_MISMATCH]
     figure = Figure(figsize=(8, 0.45 * len(shown) + 1.5), layout="constrained")
     axes = figure.subplots()
-    for place, row in enumerate(shown):
-        axes.barh(place, row.lost_rad_s, color="tab:blue", alpha=0.6)
-        axes.plot(row.interval, [place, place], color="black")
+    for position, row in enumerate(shown):
+        axes.barh(position, row.lost_rad_s, color="tab:blue", alpha=0.6)
+        axes.plot(row.interval, [position, position], color="black")
     axes.set_yticks(range(len(shown)), [row.name for row in shown])
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)

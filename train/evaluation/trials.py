@@ -84,19 +84,19 @@ def over_hands(
     """
     made = []
     for k in range(hands):
-        own = seed + k
-        unit, cube = plausible_unit(own), any_cube(np.random.default_rng((own, CUBE_STREAM)))
-        twin = None if twins is None else twins / f"{own}.toml"
+        number = seed + k
+        unit, cube = plausible_unit(number), any_cube(np.random.default_rng((number, CUBE_STREAM)))
+        twin = None if twins is None else twins / f"{number}.toml"
         if twin is not None and not twin.exists():
             continue
         known = unit if twin is None else load_unit(str(twin))
         row = np.zeros(len(Channel)) if correct == "none" and twin is None else correction(known, policy.settings)
         if correct == "wrong" and twin is None:
-            error = np.random.default_rng((own, WRONG_STREAM)).standard_normal(len(Channel))
+            error = np.random.default_rng((number, WRONG_STREAM)).standard_normal(len(Channel))
             row = row + WRONG_M * error * np.isin(np.arange(len(Channel)), CABLES)
         settings = RunSettings(seconds=seconds, correction=tuple(row.tolist()))
         surroundings = Surroundings(cube, SIDES[k % len(SIDES)], disturbance)
-        made.append(Case(ANY_CUBE, unit, DEFAULT_FIRMWARE, own, settings, surroundings))
+        made.append(Case(ANY_CUBE, unit, DEFAULT_FIRMWARE, number, settings, surroundings))
     if not made:
         raise ValueError(f"{twins} has no {seed}.toml, nor the unit file of another hand of this evaluation")
     return made
