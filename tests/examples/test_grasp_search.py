@@ -106,6 +106,7 @@ def easy():
     return replace(grasp, closure=(0.2, *grasp.closure[1:]))
 
 
+@pytest.mark.slow
 def test_a_search_gets_no_worse_and_finds_what_was_spoilt(easy):
     found = list(islice(search(easy, [IDEAL]), 8))
     worths = [one.worth for one in found]
@@ -116,13 +117,14 @@ def test_a_search_gets_no_worse_and_finds_what_was_spoilt(easy):
 
 
 def test_a_search_goes_on_from_what_it_kept(easy, tmp_path):
-    first = list(islice(search_in_turns([easy], [IDEAL], tmp_path), 3))
+    first = list(islice(search_in_turns([easy], [IDEAL], tmp_path), 2))
     (kept,) = read_grasps(file_of(easy.number, tmp_path))
     assert kept.margin == pytest.approx(first[-1].worth, abs=1e-3)
     again = next(search_in_turns([easy], [IDEAL], tmp_path))
     assert again.worth == pytest.approx(first[-1].worth, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_search_without_end_gives_each_grasp_its_turn(easy, tmp_path):
     hard = replace(NAMED["adduction grip"])
     seen = {one.grasp.number for one in islice(search_in_turns([hard, easy], [IDEAL], tmp_path), 40)}

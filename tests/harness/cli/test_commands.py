@@ -52,20 +52,20 @@ def test_help_imports_nothing_heavy(arguments):
 
 
 def test_an_unknown_experiment_lists_those_there_are():
-    refused = run((), "validate", "--only", "nothing")
-    assert refused.returncode == 2
+    refused = CliRunner().invoke(main, ["validate", "--only", "nothing"])
+    assert refused.exit_code == 2
     assert "'presence'" in refused.stderr
     assert "'staircase'" in refused.stderr
 
 
-def test_validating_does_not_need_pytest():
-    program = "import sys, hil.cli.validation_run, hil.cli.record, hil.cli.calibrate; sys.exit('pytest' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
-
-
-def test_validating_loads_neither_scipy_nor_matplotlib():
-    """Together they take a second to be imported, a tenth of a validation."""
-    program = "import sys, hil.cli.validation_run; sys.exit(bool({'scipy', 'matplotlib'} & sys.modules.keys()))"
+def test_validating_needs_no_pytest_and_loads_neither_scipy_nor_matplotlib():
+    """The latter take a second to be imported, a tenth of a validation."""
+    program = (
+        "import sys, hil.cli.validation_run\n"
+        "assert not {'scipy', 'matplotlib'} & sys.modules.keys()\n"
+        "import hil.cli.record, hil.cli.calibrate\n"
+        "assert 'pytest' not in sys.modules\n"
+    )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
 
 

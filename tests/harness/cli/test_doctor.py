@@ -24,7 +24,9 @@ HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())
 RESTARTED = (*HOMED[:4], 400 * 65535 // 1025, 500 * 65535 // 1296, HOMED[6])
 
 
-@pytest.mark.parametrize("version", ["pre", "0.1.0", "0.2.0", "main"])
+@pytest.mark.parametrize(
+    "version", ["pre", "main", *(pytest.param(version, marks=pytest.mark.slow) for version in ("0.1.0", "0.2.0"))]
+)
 def test_the_fingerprint_of_an_emulated_board_names_its_version_and_moves_nothing(version: str) -> None:
     with serve_in_process(firmware=version, hand="right", unit="reference", seed=0) as path:
         first = ask(path)

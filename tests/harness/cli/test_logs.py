@@ -24,12 +24,11 @@ def run(folder, *options):
 def test_nothing_is_logged_to_the_terminal_unless_asked_for(tmp_path):
     """The board restarts while it homes, before any recording takes the warning."""
     restarting = ["validate", "--only", "presence", "--fault", "board_restart@0.5", "--out", str(tmp_path / "out")]
-    for options, shown in (([], 0), (["-v"], 1)):
-        command = [sys.executable, "-m", "hil.cli", *restarting, *options]
-        ran = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert ran.returncode == 3
-        assert ran.stderr.count("WARNING aero.link: emulated: the board has restarted") == shown
-        assert ran.stderr.count("(it printed its boot text)") == shown
+    command = [sys.executable, "-m", "hil.cli", *restarting]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ran.returncode == 3
+    assert "the board has restarted" not in ran.stderr
+    assert "(it printed its boot text)" not in ran.stderr
 
 
 def test_v_shows_the_log_and_a_file_keeps_it(tmp_path):

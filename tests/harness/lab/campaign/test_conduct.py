@@ -38,6 +38,7 @@ def test_a_worker_that_is_killed_loses_nothing(expected):
     assert numbers(came) == expected
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_numbers(expected):
     distributed = pytest.importorskip("distributed")
     came = []
