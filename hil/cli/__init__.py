@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,6 +13,7 @@ import click
 
 from hil.cli.exits import OURS, Ended, Exit, interrupted, run
 from hil.cli.logs import log_nowhere, with_log
+from hil.cli.placeholders import placeholders
 
 
 class Command(NamedTuple):
@@ -66,11 +68,21 @@ class LazyGroup(click.Group):
         """Return the command names in the order of `COMMANDS`."""
         return list(COMMANDS)
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that is asked for; one that is misspelt is answered with the nearest."""
+        name = args[0]
+        if name not in COMMANDS and (close := get_close_matches(name, COMMANDS, 1)):
+            ctx.fail(f"There is no command `{name}`. Did you mean `{close[0]}`?")
+        ctx.meta["help"] = not {"-h", "--help"}.isdisjoint(args)
+        return super().resolve_command(ctx, args)
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return one command, None for an unknown name.
 
         Raises:
-            Ended: what it imports is not installed.
+            Ended: what it imports is not installed, and more than its help is wanted.
         """
         if cmd_name not in COMMANDS:
             return None
@@ -84,7 +96,11 @@ class LazyGroup(click.Group):
                 raise
             extra = COMMANDS[cmd_name].extra
             needs = f"`aero-hil {cmd_name}` needs the extra `{extra}`; from a checkout: pip install -e '.[{extra}]'"
-            raise Ended(f"{needs} ({error})", Exit.USAGE) from error
+            if ctx is None or not ctx.meta.get("help"):
+                raise Ended(f"{needs} ({error})", Exit.USAGE) from error
+            with placeholders(OURS):
+                command = getattr(import_module(module), attribute)
+            command.epilog = needs
         return with_log(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -7,11 +7,12 @@ from rich.progress import (
     BarColumn,
     Progress,
     ProgressColumn,
+    Task,
     TaskID,
     TaskProgressColumn,
     TextColumn,
-    TimeRemainingColumn,
 )
+from rich.text import Text
 
 
 def console(*, width: int | None = None, stderr: bool = False) -> Console:
@@ -28,6 +29,26 @@ LINE_S = 10.0
 """Time between two lines where there is no terminal, s."""
 
 
+EARLIEST_PERCENT, EARLIEST_S = 5.0, 2.0
+"""Before both, no time is estimated: the first steps are seldom like the rest."""
+
+
+def time_left(task: Task) -> str:
+    """Return about how long a task still takes, as the part that is done took; empty when that cannot be said yet."""
+    if task.total is None or task.elapsed is None or task.percentage < EARLIEST_PERCENT or task.elapsed < EARLIEST_S:
+        return ""
+    left_s = task.elapsed * (100.0 / task.percentage - 1.0)
+    return f"about {left_s / 60:.0f} min left" if left_s > 100.0 else f"about {left_s:.0f} s left"
+
+
+class TimeLeftColumn(ProgressColumn):
+    """The time left, for people."""
+
+    def render(self, task: Task) -> Text:
+        """Return the words."""
+        return Text(time_left(task))
+
+
 class ProgressBar(Progress):
     """Rich's bar, which alone shows nothing where its output is redirected."""
 
@@ -36,7 +57,7 @@ class ProgressBar(Progress):
     @classmethod
     def get_default_columns(cls) -> tuple[ProgressColumn, ...]:
         """Return Rich's, but for a description that is shown as it is: a path may look like markup."""
-        return description(), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+        return description(), BarColumn(), TaskProgressColumn(), TimeLeftColumn()
 
     def start(self) -> None:
         """Start the bar, or the time to the first line."""
@@ -59,5 +80,5 @@ class ProgressBar(Progress):
         self._said_at = self.get_time()
         task = next(task for task in self.tasks if task.id == task_id)
         part = "" if task.total is None else f": {task.percentage:.0f} %"
-        left = "" if task.time_remaining is None else f", about {task.time_remaining:.0f} s left"
+        left = f", {left}" if (left := time_left(task)) else ""
         self.console.print(f"{task.description}{part}{left}", highlight=False, markup=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from difflib import get_close_matches
 
 from aero.channels import CABLES, FINGERS, Channel
 from hil.faults import answers, board, encoder, host, link, mechanics, motor, servo, supply
@@ -45,7 +46,9 @@ def checked(fault: Fault) -> Fault:
 
 def _kind(name: str) -> Kind:
     if name not in CATALOGUE:
-        raise ValueError(f"there is no fault {name!r}; `aero-hil faults` lists them")
+        close = get_close_matches(name, CATALOGUE, 1)
+        meant = f"did you mean {close[0]}? " if close else ""
+        raise ValueError(f"there is no fault {name!r}; {meant}`aero-hil faults` lists them")
     return CATALOGUE[name]
 
 
@@ -81,9 +84,22 @@ def markdown() -> str:
     return "\n".join(rows)
 
 
+def severities(kind: Kind) -> str:
+    """Return the mild, medium and severe severity with their unit, for people."""
+    return "there or not" if kind.is_switch else f"{', '.join(f'{s:g}' for s in kind.severities)} {kind.unit}"
+
+
+def where(kind: Kind) -> str:
+    """Return where a fault may sit, for people."""
+    return PLACES.get(kind.subjects) or ", ".join(channel.label for channel in kind.subjects)
+
+
+def begins(kind: Kind) -> str:
+    """Return when a fault begins, for people."""
+    return "built in" if not kind.later else f"@{kind.at_s:g}" if kind.at_s else "any time"
+
+
 def _row(kind: Kind) -> str:
-    severity = "there or not" if kind.is_switch else f"{', '.join(f'{s:g}' for s in kind.severities)} {kind.unit}"
-    where = PLACES.get(kind.subjects) or ", ".join(channel.label for channel in kind.subjects)
-    begins = "built in" if not kind.later else f"@{kind.at_s:g}" if kind.at_s else "any time"
     meaning = kind.meaning if kind.visible else f"{kind.meaning} (cannot be seen: {kind.reason})"
-    return f"| `{kind.name}` | {meaning} | {severity} | {where} | {' '.join(kind.ids)} | {kind.layer} | {begins} |"
+    cells = (f"`{kind.name}`", meaning, severities(kind), where(kind), " ".join(kind.ids), kind.layer, begins(kind))
+    return f"| {' | '.join(cells)} |"

@@ -14,7 +14,7 @@ from hil.recordings.mcap_file import read_recording
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
 def test_a_pipe_is_refused(reader, tmp_path):
     os.mkfifo(tmp_path / reader.name)
-    with pytest.raises((*reader.declared, OSError), match=str(tmp_path)):
+    with pytest.raises((reader.declared, OSError), match=str(tmp_path)):
         reader.read(tmp_path / reader.name)
 
 

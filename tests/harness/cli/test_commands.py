@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from only_extras import hiding_others
 
 from hil.cli import COMMANDS, main
 
@@ -25,6 +26,24 @@ def test_help_lists_every_command_whatever_is_installed(lacking):
     listed = run(lacking, "--help")
     assert listed.returncode == 0, listed.stderr
     assert [name for name in COMMANDS if f"\n  {name} " in listed.stdout] == list(COMMANDS)
+
+
+def test_help_of_every_command_is_shown_without_its_extra(tmp_path):
+    program = "from hil.cli import COMMANDS, main\nfor name in COMMANDS: main([name, '--help'], prog_name='aero-hil')"
+    helped = subprocess.run(
+        [sys.executable, "-c", program], env=os.environ | hiding_others(tmp_path / "base", "aero-hil"),
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert helped.returncode == 0, helped.stderr
+    assert [name for name in COMMANDS if f"Usage: aero-hil {name} " in helped.stdout] == list(COMMANDS)
+    assert "needs the extra `view`" in helped.stdout
+
+
+def test_a_misspelt_command_is_answered_with_the_nearest():
+    refused = CliRunner().invoke(main, ["validat"])
+    assert refused.exit_code == 2
+    assert "Did you mean `validate`?" in refused.output
+    assert "Did you mean" not in CliRunner().invoke(main, ["xyz"]).output
 
 
 def test_a_command_whose_extra_is_not_installed_names_it():
