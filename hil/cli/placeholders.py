@@ -37,7 +37,6 @@ class _Placeholder(metaclass=_Anything):
 
 
 class _Module(ModuleType):
-    __path__: Sequence[str] = ()
     __version__ = "0"
 
     def __getattr__(self, name: str) -> Any:
