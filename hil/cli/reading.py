@@ -34,6 +34,6 @@ def judging(*paths: Path) -> Iterator[None]:
     """
     try:
         yield
-    except (LookupError, TypeError, AttributeError, ArithmeticError, ValueError, OSError) as error:
-        said = str(error) if isinstance(error, (ValueError, OSError)) else f"{type(error).__name__} {error}"
+    except (LookupError, TypeError, AttributeError, ArithmeticError, ValueError) as error:
+        said = str(error) if isinstance(error, ValueError) else f"{type(error).__name__} {error}"
         raise Ended(f"{', '.join(map(str, paths))}: {said}", Exit.USAGE) from error

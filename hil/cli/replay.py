@@ -15,7 +15,7 @@ from hil.cli.viewing import telling, viewing, with_view
 from hil.recordings.mcap_file import write_recording
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import silent
-from hil.recordings.wire_replay import compare_replies
+from hil.recordings.wire_replay import check_replayable, compare_replies
 from hil.recordings.wire_replay import replay as run_replay
 from hil.view.sources import source_of
 
@@ -37,10 +37,12 @@ def replay(
     with usage_errors():
         if out is not None:
             prepared_file(out)
-    with viewing(view, hand) as audience, hand.open() as opened, usage_errors():
+    with viewing(view, hand) as audience, hand.open() as opened:
+        with usage_errors():
+            check_replayable(recorded, opened)
         audience.follow(source_of(opened))
         replayed = run_replay(recorded, opened, progress=telling(audience, silent))
-        comparison = compare_replies(recorded, replayed)
+    comparison = compare_replies(recorded, replayed)
     if out is not None:
         write_recording(replayed, out)
     click.echo(f"{comparison.identical} of {comparison.requests} requests answered with the same bytes")

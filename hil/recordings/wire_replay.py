@@ -36,8 +36,8 @@ class ReplyComparison:
     """(7,) rms difference of the encoders, u16, over the position replies both have; NaN without any."""
 
 
-def replay(recording: Recording, target: Target, *, progress: Progress = silent) -> Recording:
-    """Send every byte of a recording to a target again and record what happens.
+def check_replayable(recording: Recording, target: Target) -> None:
+    """See whether a recording can be replayed into a target.
 
     Raises:
         ValueError: the recording holds no bytes, or the hand is guarded: bytes would pass beneath the guard.
@@ -47,9 +47,18 @@ def replay(recording: Recording, target: Target, *, progress: Progress = silent)
             f"{target.name} is guarded, and a replay writes bytes that no guard sees, settings and homing among them. "
             "Replay on `emulated` or `pty`; to move a hand on a port again, run the experiment on it and use `diff`."
         )
-    sent = [record for record in recording.wire if record.direction == "to_hand"]
-    if not sent:
+    if all(record.direction != "to_hand" for record in recording.wire):
         raise ValueError("this recording holds no bytes to the hand, so there is nothing to replay")
+
+
+def replay(recording: Recording, target: Target, *, progress: Progress = silent) -> Recording:
+    """Send every byte of a recording to a target again and record what happens.
+
+    Raises:
+        ValueError: as `check_replayable`.
+    """
+    check_replayable(recording, target)
+    sent = [record for record in recording.wire if record.direction == "to_hand"]
     mark, start = target.wire.mark(), target.clock.now()
     for i, record in enumerate(sent):
         _read_until(target, start + record.t)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 from aero.regular_file import read_text
 from hil.checks import JUDGED, Measured
 from hil.checks.shared.declaration import Metric, Worse
+from hil.recordings.errors import writing
 from hil.recordings.seal import KEY, unsealed
 from hil.verdict.findings import Finding
 
@@ -27,14 +29,22 @@ def store(results: Path, baseline: Path) -> None:
     Raises:
         FileNotFoundError: `results` holds no `checks.json`.
         FileExistsError: the folder exists already; a baseline is not overwritten.
+        CannotBeWrittenError: the folder cannot be written; none is left.
     """
     if not (results / "checks.json").is_file():
         raise FileNotFoundError(f"{results} holds no checks.json; give the folder that `aero-hil validate --out` wrote")
     if baseline.exists():
         raise FileExistsError(f"{baseline} exists already; remove it or choose another name")
-    baseline.mkdir(parents=True)
-    for path in (results / "checks.json", *sorted(results.glob("*.mcap"))):
-        shutil.copy2(path, baseline / path.name)
+    draft = baseline.with_name(f".{os.getpid()}.{baseline.name}")
+    try:
+        with writing(baseline):
+            draft.mkdir(parents=True)
+            for path in (results / "checks.json", *sorted(results.glob("*.mcap"))):
+                shutil.copy2(path, draft / path.name)
+            draft.rename(baseline)
+    except BaseException:
+        shutil.rmtree(draft, ignore_errors=True)
+        raise
 
 
 def load(baseline: Path) -> Mapping[str, Measured]:

@@ -14,6 +14,7 @@ Angles are those that the encoders say: one angle for all joints on a cable, sin
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -33,6 +34,7 @@ from aero.channels import Joint
 from aero.whole_file import whole
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import map_of
+from hil.recordings.errors import writing
 from hil.recordings.mcap_file import RecordingFile, epoch_ns
 from hil.recordings.recording import Header, Recording
 from hil.report.evidence import by_finding
@@ -52,20 +54,16 @@ def export(recording: Recording, path: Path) -> None:
     """Write a recording for Foxglove, replacing what is at `path`; everything is in the order of time.
 
     Raises:
-        OSError: the file cannot be written.
+        CannotBeWrittenError: the file cannot be written.
         Exception: the recording lacks something; then nothing is written.
     """
-    with whole(path) as draft:
-        _write(recording, draft)
-
-
-def _write(recording: Recording, path: Path) -> None:
-    file = RecordingFile(path, recording.header)
-    for name, series in recording.series.items():
-        file.add_series(name, series.columns, series.units)
-    for _, write in sorted([*_recorded(recording), *_added(recording)], key=lambda entry: entry[0]):
-        write(file)
-    file.finish(recording.header)
+    entries = sorted([*_recorded(recording), *_added(recording)], key=lambda entry: entry[0])
+    with writing(path), whole(path) as draft, closing(RecordingFile(draft, recording.header)) as file:
+        for name, series in recording.series.items():
+            file.add_series(name, series.columns, series.units)
+        for _, write in entries:
+            write(file)
+        file.finish(recording.header)
 
 
 def layout() -> str:
