@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from hil.cli.exits import OURS, Ended, Exit, interrupted, run
+from hil.cli.exits import OURS, Ended, Exit, ctrl_c_held, run
 from hil.cli.logs import log_nowhere, with_log
 from hil.cli.placeholders import placeholders
 
@@ -88,10 +88,9 @@ class LazyGroup(click.Group):
             return None
         module, attribute = COMMANDS[cmd_name].place.split(":")
         try:
-            command: click.Command = getattr(import_module(module), attribute)
+            with ctrl_c_held():
+                command: click.Command = getattr(import_module(module), attribute)
         except ImportError as error:
-            if interrupted(error):
-                raise KeyboardInterrupt from error
             if (error.name or "").partition(".")[0] in OURS:
                 raise
             extra = COMMANDS[cmd_name].extra

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -115,13 +117,22 @@ def ending(error: BaseException) -> tuple[int, str]:
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
 
 
-def interrupted(error: BaseException) -> bool:
-    """Return whether Ctrl-C is behind an error: a compiled module that it interrupts says that its start failed."""
-    while True:
-        cause = error.__cause__ or error.__context__
-        if cause is None or isinstance(cause, KeyboardInterrupt):
-            return cause is not None
-        error = cause
+@contextmanager
+def ctrl_c_held() -> Iterator[None]:
+    """Hold Ctrl-C back while modules are imported: some libraries swallow it where they look for optional ones."""
+    # `aero.safety.interrupts` does this too, and loads NumPy, which help must not wait for.
+    in_main = threading.current_thread() is threading.main_thread()
+    if not in_main or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        yield
+        return
+    caught: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _frame: caught.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if caught:
+            raise KeyboardInterrupt
 
 
 def _of_drawing(error: BaseException) -> bool:
