@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,8 +10,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
 
+from aero.child_process import ChildProcess
+
+START_S, ANSWER_S = 60.0, 20.0
+"""Time the emulator has to start, and to carry out an order, s."""
 STOP_S = 10.0
-"""Time the emulator has to leave after SIGTERM."""
+"""Time the emulator has to leave after SIGTERM, s."""
 
 
 class BusDriver(Protocol):
@@ -68,7 +71,7 @@ def driver_factory(name: str) -> Factory:
 class ServedBus:
     """An emulated robot on a pseudo-terminal, and orders to it; each order is answered."""
 
-    def __init__(self, port: str, process: subprocess.Popen[str]) -> None:
+    def __init__(self, port: str, process: ChildProcess) -> None:
         self.port = port
         """Path of the terminal."""
         self._process = process
@@ -78,12 +81,10 @@ class ServedBus:
 
         Raises:
             ValueError: it was refused.
+            ChildError: there is no answer.
         """
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.write(" ".join(map(str, words)) + "\n")
-        self._process.stdin.flush()
-        answer = self._process.stdout.readline().strip()
+        self._process.send(" ".join(map(str, words)) + "\n")
+        answer = self._process.read_line(ANSWER_S)
         if answer.startswith("refused"):
             raise ValueError(answer)
         return answer
@@ -104,19 +105,14 @@ def served_bus(robot: Path) -> Iterator[ServedBus]:
     """Serve a robot's file in a process of its own, so that it shares no interpreter with a driver that polls.
 
     Raises:
-        RuntimeError: it does not start.
+        ChildError: it does not start.
     """
     with tempfile.TemporaryDirectory() as folder:
         link = Path(folder) / "bus"
         command = [sys.executable, "-P", "-m", "hil.cli", "emulate-bus", str(robot), "--link", str(link), "--orders"]
-        pipe = subprocess.PIPE
-        with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as process:
-            try:
-                assert process.stdout is not None
-                assert process.stderr is not None
-                if not process.stdout.readline().startswith("ready"):
-                    raise RuntimeError(process.stderr.read())
-                yield ServedBus(str(link), process)
-            finally:
-                process.terminate()
-                process.wait(STOP_S)
+        process = ChildProcess(command, "`aero-hil emulate-bus`")
+        process.wait_ready(START_S)
+        try:
+            yield ServedBus(str(link), process)
+        finally:
+            process.end(STOP_S)
