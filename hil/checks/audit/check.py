@@ -38,7 +38,7 @@ def measure(recording: Recording) -> Measured:
     """Return, in per cent of the nudge, how far each channel followed, came back, and moved with the others."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     pull = closing_current(currents.values, recording.header.hand)
-    spans = map_of(recording.header).window.spans_counts()
+    spans, readings = map_of(recording.header).window.spans_counts(), codes.values.astype(int)
     found: dict[str, dict[str, float]] = {}
     steps = find_steps(commands.times, commands.values)
     for step, opening in zip(steps[::2], steps[1::2], strict=True):
@@ -52,6 +52,6 @@ def measure(recording: Recording) -> Measured:
             "others_moved": float(np.abs(others).max()),
             "came_back": 100.0 - float(back[step.channel] - start[step.channel]) / (NUDGE * MAX_CODE) * 100.0,
             "pull": float(pulled - before),
-            "quantum_fits": 100.0 * float(fits_span(codes.values[:, step.channel], spans[step.channel]).mean()),
+            "quantum_fits": 100.0 * float(fits_span(readings[:, step.channel], spans[step.channel]).mean()),
         }
     return found
