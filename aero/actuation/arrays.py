@@ -60,7 +60,7 @@ def as_codes(values: Array, width: int, what: str) -> Array:
 
 
 def whole_numbers(values: ArrayLike, width: int | None, lowest: int, highest: int, what: str) -> NDArray[np.int64]:
-    """Return a copy of integers in `lowest`..`highest`, with `width` entries on the last axis; any number when None.
+    """Return a copy of whole numbers in `lowest`..`highest`, with `width` entries on the last axis, if not None.
 
     Raises:
         ValueError: not integers, out of range, or another shape.
@@ -68,8 +68,9 @@ def whole_numbers(values: ArrayLike, width: int | None, lowest: int, highest: in
     array = np.array(values)
     if width is not None:
         _of_width(array, width, what)
-    if array.dtype.kind not in "iu":
-        raise ValueError(f"{what}: expected integers in {lowest}..{highest}, got {array.dtype}")
+    whole = array.dtype.kind in "iu" or (array.dtype.kind == "f" and bool((array == np.rint(array)).all()))
+    if not whole:
+        raise ValueError(f"{what}: expected integers in {lowest}..{highest}, got {array.dtype} {array.tolist()}")
     if array.size and not (array.min() >= lowest and array.max() <= highest):
         raise ValueError(f"{what}: expected {lowest}..{highest}, got {array.min()}..{array.max()}")
     return array.astype(np.int64)

@@ -6,7 +6,7 @@ import logging
 import os
 import threading
 from collections.abc import Callable, Iterable
-from typing import Concatenate, NoReturn, ParamSpec, TypeVar
+from typing import NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,7 +70,7 @@ class Guard:
         self._stop: SafetyStopError | None = None
         self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of a call
 
-    def exchange(self, call: Callable[Concatenate[AeroHand, P], T], *args: P.args, **kwargs: P.kwargs) -> T:
+    def exchange(self, call: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Poll the hand if it is time, and carry out one call of its driver.
 
         Raises:
@@ -79,7 +79,7 @@ class Guard:
 
         def polled() -> T:
             self._poll()
-            return call(self._hand, *args, **kwargs)
+            return call(*args, **kwargs)
 
         return self._alone(polled)
 

@@ -44,7 +44,8 @@ def _polled(
     def guarded(self: GuardedHand, /, *args: P.args, **kwargs: P.kwargs) -> T:
         if check is not None:
             check(*args, **kwargs)
-        return self._guard.exchange(call, *args, **kwargs)
+        bound: Callable[P, T] = getattr(self._hand, call.__name__)
+        return self._guard.exchange(bound, *args, **kwargs)
 
     update_wrapper(guarded, call)
     return guarded
