@@ -12,7 +12,7 @@ from importlib.resources.abc import Traversable
 from typing import Any
 
 from hil.checks.shared.declaration import parse_metric
-from hil.checks.shared.experiment import Experiment, Measured, Measuring
+from hil.checks.shared.experiment import Experiment, Measured, Measuring, complete
 
 
 def _read(folder: Traversable) -> Measuring:
@@ -26,7 +26,7 @@ def _read(folder: Traversable) -> Measuring:
         found["details"] = module.details
     if not hasattr(module, "run"):
         return Measuring(**found)
-    return Experiment(run=module.run, furthest=module.FURTHEST, **found)
+    return Experiment(run=module.run, furthest=module.FURTHEST, **(found | {"measure": complete(module.measure)}))
 
 
 _FOUND = [_read(folder) for folder in resources.files(__name__).iterdir() if (folder / "checks.toml").is_file()]

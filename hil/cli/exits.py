@@ -40,6 +40,8 @@ class Exit(IntEnum):
     """A result could not be written."""
     FIRMWARE = 6
     """A firmware program ended, hangs, or was stopped by a sanitizer."""
+    HOST_BUSY = 7
+    """This computer was held up too often for a verdict."""
     DEFECT = 70
     """A mistake of this program."""
 

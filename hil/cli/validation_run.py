@@ -28,7 +28,7 @@ from hil.targets.target import Onlooker, Question
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
-from hil.verdict.run_end import ended_at_closing
+from hil.verdict.run_end import EndKind, ended_at_closing
 from hil.verdict.validation import validate as run_validation
 from hil.view.sources import source_of
 
@@ -117,6 +117,8 @@ def _show(result: Validation, audience: Audience) -> None:
 
 def _end(result: Validation, folder: Path) -> NoReturn:
     """Leave with the exit code of the run."""
+    if result.end.kind is EndKind.HOST_BUSY:
+        raise Ended(f"{result.end.reason} What was recorded is in {folder}", Exit.HOST_BUSY)
     if result.end.error is None:
         sys.exit(Exit.WITHIN_LIMITS if result.passed else Exit.OUT_OF_LIMITS)
     if isinstance(result.end.error, SystemExit):

@@ -55,8 +55,15 @@ class Withheld:
     subject: str
     words: str
     """Name of the metric for people."""
-    reason: str
-    """Why, inside a sentence."""
+    held_up_s: float = 0.0
+    """How long this computer was held up meanwhile, s; 0 when it was late throughout, by little each time."""
+
+    @property
+    def reason(self) -> str:
+        """Why, inside a sentence."""
+        if not self.held_up_s:
+            return "this computer was late throughout"
+        return f"this computer was held up for {1e3 * self.held_up_s:.0f} ms"
 
     @property
     def sentence(self) -> str:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
-from hil.checks.shared.declaration import Effect
+from hil.checks.shared.declaration import Effect, Metric
 from hil.checks.shared.experiment import Experiment, Measuring
+from hil.checks.shared.lateness import LATE_S, VERY_LATE_S, held_up, longest
+from hil.checks.shared.signals import find_steps, own_stretch
+from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
@@ -25,11 +29,14 @@ from hil.verdict.firmware_version import (
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, excesses, load_limits
 from hil.verdict.rules import Failures, Row, rows, rule_for
-from hil.verdict.run_end import SAYS_NOTHING, EndKind
+from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
 from model.units import DEFAULT_LIMITS, shipped_units
 from model.units.naming import PLAUSIBLE, unit_named
 
-LATE = "this computer was too late to take it"
+BAD_S = 0.05
+"""Time from which on a computer that is held up is busy, s."""
+BUSY = 3
+"""Stretches of an experiment, each of one channel or the hand, that were not judged for that: then no run is."""
 
 
 class Judge:
@@ -85,12 +92,12 @@ class Judge:
         return self._compared(ALIKE, list(results.values())[-1].recording, measured)
 
     def _compared(self, measuring: Measuring, recording: Recording, measured: Measured) -> Result:
-        findings, withheld = compare(measuring, measured, self.limits, LATE)
-        return Result(recording, measured, findings, withheld)
+        late = _lateness(measuring, recording) if isinstance(measuring, Experiment) else _never_late
+        return Result(recording, measured, *compare(measuring, measured, self.limits, late))
 
     def judged(self, run: Validation) -> Validation:
         """Return a run whose experiments and session are judged, with what concerns it as a whole."""
-        run = replace(run, driver=self.driver(run.results), alike=self.alike(run.results))
+        run = _busy(replace(run, driver=self.driver(run.results), alike=self.alike(run.results)))
         return run if run.passed else replace(run, diagnosis=self.diagnosis(run))
 
     def diagnosis(self, run: Validation) -> Diagnosis:
@@ -139,6 +146,36 @@ class Judge:
                 unhomed = may_be_unhomed(self._firmware, read_as)
                 return board, "windows", (first, rows()["windows"].causes[1]) if unhomed else (first,)
         return (*rule_for(found, run.end), ())
+
+
+def _never_late(subject: str, metric: Metric) -> float:
+    return 0.0
+
+
+def _lateness(measuring: Experiment, recording: Recording) -> Callable[[str, Metric], float]:
+    """Return a function that says how long this computer was held up when a subject's reading was taken."""
+    stretches = held_up(recording, measuring.period_s)
+    commands = recording.series.get("command", recording.series.get("command_codes"))
+    steps = [] if commands is None else find_steps(commands.times, commands.values)
+
+    def late(subject: str, metric: Metric) -> float:
+        if not stretches:
+            return 0.0
+        which = metric.seconds or measuring.seconds
+        own = None if which or subject not in CHANNELS else own_stretch(steps, CHANNELS.index(subject))
+        seconds = longest(stretches, *(own or (0.0, math.inf)))
+        return seconds if seconds > (LATE_S if metric.timed else VERY_LATE_S) else 0.0
+
+    return late
+
+
+def _busy(run: Validation) -> Validation:
+    """Return a run that ends for its computer where that was held up too often, and nothing else is wrong."""
+    stretches = {(one.experiment, one.subject) for one in run.withheld if one.held_up_s > BAD_S}
+    if len(stretches) < BUSY or not run.passed:
+        return run
+    reason = f"{len(stretches)} stretches were not judged: this computer was held up. Try again on a quiet machine."
+    return replace(run, end=RunEnd(EndKind.HOST_BUSY, ", ".join(sorted({name for name, _ in stretches})), reason))
 
 
 def _asks(name: str) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib import resources
@@ -195,29 +195,30 @@ def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, .
 
 
 def compare(
-    measuring: Measuring, measured: Measured, limits: tuple[Limit, ...], late: str
+    measuring: Measuring, measured: Measured, limits: tuple[Limit, ...], late: Callable[[str, Metric], float]
 ) -> tuple[tuple[Finding, ...], tuple[Withheld, ...]]:
     """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
 
-    A number that was withheld, because the host was too late to tell, is not there and not judged. One that the hand
-    did not let be measured is NaN, and fails.
+    A number that was withheld, because the host was too late to tell, is not there and not judged. One that is out of
+    limits, and was taken while this computer was held up, is not judged either. One that the hand did not let be
+    measured is NaN, and fails.
 
     Args:
         measuring: what measured it.
         measured: its readings.
         limits: of the hand.
-        late: why a reading is not there, inside a sentence.
+        late: how long this computer was held up when a subject's reading was taken, s; 0 when it was not too long.
     """
     found, withheld = list[Finding](), list[Withheld]()
     for limit in limits:
         for subject in limit.subjects if limit.experiment == measuring.name else ():
             metric, value = measuring.metric(limit.metric, subject), reading(measured, subject, limit.metric)
-            if value is None and metric.optional:
-                continue
-            if value is None:
-                withheld.append(Withheld(limit.experiment, limit.metric, subject, metric.words, late))
-            else:
-                found.append(limit.judge(metric, subject, value))
+            seconds = late(subject, metric)
+            finding = None if value is None else limit.judge(metric, subject, value)
+            if finding is not None and (finding.passed or not seconds):
+                found.append(finding)
+            elif finding is not None or not metric.optional:
+                withheld.append(Withheld(limit.experiment, limit.metric, subject, metric.words, seconds))
     return tuple(found), tuple(withheld)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from aero.actuation.fingerprint import fits_span
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed
+from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed, require
 from hil.checks.shared.signals import closing_current, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -41,6 +41,7 @@ def measure(recording: Recording) -> Measured:
     spans, readings = map_of(recording.header).window.spans_counts(), codes.values.astype(int)
     found: dict[str, dict[str, float]] = {}
     steps = find_steps(commands.times, commands.values)
+    require(len(steps) == 2 * len(Channel), "nudges")
     for step, opening in zip(steps[::2], steps[1::2], strict=True):
         start, nudged, back = (last_before(codes.times, codes.values, t) for t in (step.start, step.end, opening.end))
         moved = (nudged - start) / (NUDGE * MAX_CODE) * 100.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, Sampler, last_before
+from hil.checks.shared.experiment import Measured, Sampler, last_before, require
 from hil.checks.shared.signals import find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -43,6 +43,7 @@ def measure(recording: Recording) -> Measured:
         for step in find_steps(commands.times, commands.values)
         if step.channel == Channel.THUMB_CMC_FLEXION and step.after > step.before
     ]
+    require(len(closing) == len(ABDUCTIONS), "closings")
     rows = np.array([last_before(codes.times, codes.values, step.end) for step in closing]) * 100.0 / MAX_CODE
     stops = rows[:, Channel.THUMB_CMC_FLEXION]
     before = np.array([last_before(codes.times, codes.values, step.start) for step in closing]) * 100.0 / MAX_CODE

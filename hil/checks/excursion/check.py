@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aero.actuation import ActuationMap
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed
+from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed, require
 from hil.checks.shared.signals import CommandStep, closing_current, display_unit, find_steps
 from hil.recordings.recorder import LENGTH_UNITS, Progress, Recorder
 from hil.recordings.recording import Recording
@@ -89,7 +89,9 @@ def measure(recording: Recording) -> Measured:
     codec = map_of(recording.header)
     pull = closing_current(currents.values, recording.header.hand)
     steps = find_steps(commands.times, commands.values)
+    require(len(steps) > 2 * len(Channel), "closings")
     fist = [step for step in steps[2 * len(Channel) :] if step.after > step.before]
+    require(bool(fist), "a fist")
     ends = np.array([last_before(codes.times, codes.values, t) for t in (fist[0].start, fist[-1].end)])
     fist_travel = np.diff(codec.travel_from_angles(codec.angles_from_codes(ends.astype(np.int64))), axis=0)[0]
     header = recording.header

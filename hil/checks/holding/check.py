@@ -9,7 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import LOOSE_GRASP, Measured, Sampler
+from hil.checks.shared.experiment import LOOSE_GRASP, Measured, Sampler, require
 from hil.checks.shared.signals import closing_current
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -36,6 +36,7 @@ def measure(recording: Recording) -> Measured:
     pull = closing_current(currents.values, recording.header.hand)
     held = (currents.times > OPEN_S + 1.0) & (currents.times < OPEN_S + HOLD_S)
     still = (codes.times > OPEN_S + 1.0) & (codes.times < OPEN_S + HOLD_S)
+    require(bool(held.any() and still.any()), "samples of the hand that holds")
     return {
         channel.label: {
             "holding_current": float(np.median(pull[held, channel])),

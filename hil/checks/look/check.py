@@ -15,6 +15,7 @@ from aero.channels import FINGERS, Channel
 from hil.checks.look import questions
 from hil.checks.look.questions import AGAIN, NO, NONE, STRAIGHT
 from hil.checks.shared.experiment import Measured, Sampler, one_closed
+from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import LookEndedError, MissingCapabilityError, Onlooker, Question, Target
@@ -123,7 +124,7 @@ def measure(recording: Recording) -> Measured:
     labels = [channel.label for channel in Channel]
     wanted = ["bent", *(f"{what}_{label}" for label in labels for what in ("moved", "followed"))]
     if missing := [name for name in wanted if name not in answers]:
-        raise ValueError(f"there is no answer to {missing[0]}; the look was ended before its end")
+        raise CannotBeMeasuredError(f"there is no answer to {missing[0]}; the look was ended before its end")
     bent = str(answers["bent"]).split()
     found: dict[str, dict[str, float]] = {}
     for channel in Channel:

@@ -9,7 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from hil.checks.shared.exchanges import exchanges, lost_replies, round_trips
-from hil.checks.shared.experiment import Measured
+from hil.checks.shared.experiment import Measured, require
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Header, Recording
 from hil.targets.boot_text import identify
@@ -47,6 +47,7 @@ def measure(recording: Recording) -> Measured:
         for channel in Channel
     }
     requests, trips = round_trips(recording.wire)
+    require(bool(trips), "replies")
     return channels | {
         "hand": {
             "lost_replies": 100.0 * lost_replies(exchanges(recording.wire)) / requests,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.policy.settings import PAPER_TRAINING
-from hil.checks.shared.experiment import Measured
+from hil.checks.shared.experiment import Measured, require
 from hil.checks.shared.side_by_side import follow
 from hil.checks.shared.signals import at_times, display_unit, rms
 from hil.recordings.recorder import Progress, Recorder
@@ -60,6 +60,7 @@ def measure(recording: Recording) -> Measured:
     """Return, by channel, the hand's delay against the simulator (ms) and their difference with and without it."""
     hand, model = recording["hand"], recording["model"]
     moving = hand.times > SETTLE_S + LONGEST_DELAY_S
+    require(bool(moving.any()), "the motion")
     found = {}
     for channel in Channel:
         _, scale = display_unit(hand.units[channel])

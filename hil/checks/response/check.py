@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE, Opcode
 from hil.checks.shared.exchanges import round_trips
-from hil.checks.shared.experiment import Measured
+from hil.checks.shared.experiment import Measured, require
 from hil.checks.shared.signals import CommandStep, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording, Series
@@ -100,9 +100,11 @@ def measure(recording: Recording) -> Measured:
     delays = [motion_after(step, requests, codes.values[:, CHANNEL]) for step in steps]
     changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
     fast = _after(codes, cycles)
+    require(len(fast.times) > 1 and changed.size > 1, "the cycles")
     goals = goal_at(commands, fast.times)
     asked = requests[codes.times >= cycles]
     _, trips = round_trips(recording.wire)
+    require(bool(trips), "replies")
     arrived = not any(event.text == NOT_ARRIVED for event in recording.events)
     rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
     still = {finger: standstills(asked, fast.times, fast.values, goals, (finger,)) for finger in FINGERS}

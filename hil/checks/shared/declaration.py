@@ -22,6 +22,7 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `published` | a figure of the paper's text, and the metric of the simulator that corresponds (`model`) |
 | `witness` | `low` and `high`: the effects (`Effect`) that a reading beyond that side is a witness of |
 | `seconds` | `last closing` where only the last one counts |
+| `timed` | true of a number that is a time, or in motion: it is not judged where the computer was held up |
 | `optional` | true of a number that is left out where it has no meaning |
 | `worst_at` | metric with the instant of its worst sample |
 
@@ -174,6 +175,8 @@ class Metric:
     published: tuple[Published, ...] = ()
     seconds: str = ""
     worst_at: str = ""
+    timed: bool = False
+    """Whether it does not stand where the computer was held up for a sample."""
     optional: bool = False
     """Whether it is left out where it has no meaning, as without a load."""
     witness_low: tuple[Effect, ...] = ()
@@ -218,7 +221,7 @@ def number(value: float) -> str:
 
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
 TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
-SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional"}
+SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional", "timed"}
 KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", "witness", *BOUND, *TEXTS, *SEEN}
 
 

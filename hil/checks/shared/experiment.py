@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.declaration import Metric
+from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import Target
@@ -98,6 +100,8 @@ class Experiment(Measuring):
     """How long it takes about, s of hand time."""
     rank: int
     """Place in the order in which a hand goes through the experiments: what asks least of it comes first."""
+    period_s: float = SAMPLE_S
+    """Planned time from one reading of the encoders to the next, s."""
     gate: bool = False
     """Whether a hand that fails it is kept from what follows."""
     gentle_after: tuple[str, ...] = ()
@@ -110,6 +114,28 @@ class Experiment(Measuring):
     """Whether it runs without being asked for by name."""
     asks: bool = False
     """Whether a person answers; no known fault is told from answers."""
+
+
+def require(holds: bool, lacks: str) -> None:
+    """See that a recording holds what is measured.
+
+    Raises:
+        CannotBeMeasuredError: it lacks that.
+    """
+    if not holds:
+        raise CannotBeMeasuredError(f"the recording lacks {lacks}; was it cut short?")
+
+
+def complete(measure: Callable[[Recording], Measured]) -> Callable[[Recording], Measured]:
+    """Return a measurement that refuses a recording in which a series has less than two samples."""
+
+    @wraps(measure)
+    def measured(recording: Recording) -> Measured:
+        for name, series in recording.series.items():
+            require(len(series.times) > 1, f"samples of {name}")
+        return measure(recording)
+
+    return measured
 
 
 def record(
@@ -178,11 +204,11 @@ def last_before(times: Floats, values: Floats, t: float) -> Floats:
     """Return the last sample (k,) taken before `t`.
 
     Raises:
-        ValueError: there is none; the recording was cut short.
+        CannotBeMeasuredError: there is none; the recording was cut short.
     """
     row = int(np.searchsorted(times, t)) - 1
     if row < 0:
-        raise ValueError(f"no sample before {t:.2f} s; was the recording cut short?")
+        raise CannotBeMeasuredError(f"no sample before {t:.2f} s; was the recording cut short?")
     sample: Floats = values[row]
     return sample
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -63,6 +64,17 @@ def find_steps(times: Floats, command: Floats) -> list[CommandStep]:
         )
         for row, channel in zip(rows, channels, strict=True)
     ]
+
+
+def own_stretch(steps: Iterable[CommandStep], channel: int) -> tuple[float, float] | None:
+    """Return the first stretch in which only this channel is commanded, or its first step; None without a step, s."""
+    stretch: list[CommandStep] = []
+    for step in steps:
+        if step.channel == channel:
+            stretch.append(step)
+        elif stretch:
+            break
+    return (stretch[0].start, stretch[-1].end) if stretch else None
 
 
 # What the mechanism alone says about signs; no map, no window and no measurement goes in here.

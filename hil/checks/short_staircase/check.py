@@ -18,6 +18,7 @@ from hil.checks.shared.signals import display_unit, find_steps, rms
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.checks.staircase.rise_time import IN_TIME_S, respond
 from hil.checks.staircase.tracking import residuals
+from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -70,7 +71,7 @@ def measure(recording: Recording) -> Measured:
     The rise of a channel is withheld where the host was late in all of its steps.
 
     Raises:
-        ValueError: it is too short to evaluate.
+        CannotBeMeasuredError: it is too short to evaluate.
     """
     command, hand = recording["command"], recording["hand"]
     residual, settled = residuals(recording)
@@ -80,7 +81,9 @@ def measure(recording: Recording) -> Measured:
     for channel in Channel:
         own = [step for step in steps if step.channel == channel]
         if len(own) != len(STEPS) + 1:
-            raise ValueError(f"{channel.label} has {len(own)} of {len(STEPS) + 1} steps; was the recording cut short?")
+            raise CannotBeMeasuredError(
+                f"{channel.label} has {len(own)} of {len(STEPS) + 1} steps; was the recording cut short?"
+            )
         answers = [(step, respond(step, hand.times, hand.values[:, channel])) for step in own[1:-1]]
         parts = [answer.change / (step.after - step.before) for step, answer in answers]
         made = [answer for (_, answer), part in zip(answers, parts, strict=True) if part >= LEAST_PART]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES, Channel
 from hil.checks.shared.signals import closing_current, find_steps
+from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]
@@ -105,7 +106,7 @@ def loads(recording: Recording) -> dict[Channel, Load]:
     """Return the load of each cable from a staircase recording; the abduction has no cable.
 
     Raises:
-        ValueError: a channel has fewer than two levels.
+        CannotBeMeasuredError: a channel has fewer than two levels.
     """
     command, currents, travel = (recording[name] for name in ("command", "currents", "travel"))
     pull = closing_current(currents.values, recording.header.hand)
@@ -115,7 +116,9 @@ def loads(recording: Recording) -> dict[Channel, Load]:
         ends = [step.end for step in steps if step.channel == channel]
         levels = len(ends) // 2
         if levels < 2:
-            raise ValueError(f"{channel.label}: a load needs at least two levels up and down, there are {levels}")
+            raise CannotBeMeasuredError(
+                f"{channel.label}: a load needs at least two levels up and down, there are {levels}"
+            )
         rows = np.searchsorted(currents.times, ends) - 1
         up, down = pull[rows[: levels - 1], channel], pull[rows[levels : 2 * levels - 1], channel][::-1]
         at = np.searchsorted(travel.times, ends[: levels - 1]) - 1

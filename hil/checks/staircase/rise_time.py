@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.checks.shared.signals import CommandStep
+from hil.recordings.errors import CannotBeMeasuredError
 
 Floats = NDArray[np.float64]
 
@@ -59,12 +60,14 @@ def respond(step: CommandStep, times: Floats, values: Floats) -> Response:
         values: (n,) float, the trace of the step's channel in any unit.
 
     Raises:
-        ValueError: the trace has fewer than two samples between the step and its end.
+        CannotBeMeasuredError: the trace has fewer than two samples between the step and its end.
     """
     first = max(0, int(np.searchsorted(times, step.start, side="right")) - 1)
     last = int(np.searchsorted(times, step.end, side="left"))
     if last - first < 2:
-        raise ValueError(f"no samples between {step.start:.3f} s and {step.end:.3f} s; was the recording cut short?")
+        raise CannotBeMeasuredError(
+            f"no samples between {step.start:.3f} s and {step.end:.3f} s; was the recording cut short?"
+        )
     t, v = times[first:last], values[first:last]
     change = float(v[-1] - v[0])
     if change == 0.0:

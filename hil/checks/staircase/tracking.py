@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from hil.checks.shared.experiment import require
 from hil.checks.shared.signals import CommandStep, at_times, display_unit, find_steps, rms
 from hil.checks.staircase.rise_time import Response, median_rise, respond
+from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording
 
 Floats = NDArray[np.float64]
@@ -111,7 +113,7 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
 
     Raises:
         KeyError: the recording lacks a series; it was made by another experiment.
-        ValueError: it is too short to evaluate.
+        CannotBeMeasuredError: it is too short to evaluate.
     """
     command, hand, model, travel = (recording[name] for name in ("command", "hand", "model", "travel"))
     residual, settled = residuals(recording)
@@ -120,13 +122,15 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
     for channel in Channel:
         own = [step for step in steps if step.channel == channel]
         if not own:
-            raise ValueError(f"{channel.label} is never commanded in this recording; it is no complete staircase")
+            raise CannotBeMeasuredError(
+                f"{channel.label} is never commanded in this recording; it is no complete staircase"
+            )
         matched = _matched(own, (model.times, model.values[:, channel]), (hand.times, hand.values[:, channel]))
         unit, scale = display_unit(command.units[channel])
         mask = settled[:, channel]
         kept = scale * residual[mask, channel]
         if not kept.size:
-            raise ValueError(f"{channel.label} has no settled sample; hold every level for longer than 0.4 s")
+            raise CannotBeMeasuredError(f"{channel.label} has no settled sample; hold each level for more than 0.4 s")
         sweep = (hand.times[mask] >= own[0].start) & (hand.times[mask] <= own[-1].end)
         worst = int(np.argmax(np.abs(kept)))
         rows[channel] = ChannelMetrics(
@@ -154,6 +158,7 @@ def _matched(
 
 
 def _span(times: Floats, values: Floats, steps: list[CommandStep]) -> float:
+    require(bool(((times >= steps[0].start) & (times <= steps[-1].end)).any()), "samples of a sweep")
     inside = (times >= steps[0].start) & (times <= steps[-1].end)
     return float(np.ptp(values[inside]))
 

@@ -16,7 +16,7 @@ from hil.recordings.provenance import source_commit
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
-from hil.verdict.run_end import FINISHED
+from hil.verdict.run_end import FINISHED, EndKind
 from hil.verdict.validation import validate
 from model.geometry import Side
 from model.units.conditions import drawn
@@ -126,7 +126,8 @@ def perform(trial: Trial) -> Outcome:
     try:
         with opening as target:
             done = validate(target, trial.experiments, on_result=_raise_when_decided if trial.stop_early else _go_on)
-            stopped = "" if done.end.finding is None else f"{done.end.finding.sentence}. {done.end.reason}".strip()
+            said = done.end.finding if done.end.kind is not EndKind.HOST_BUSY else None
+            stopped = "" if said is None else f"{said.sentence}. {done.end.reason}".strip()
             ended = done.end.error_name
     except _DecidedError as decided:
         done, stopped = decided.so_far, STOPPED_EARLY

@@ -40,7 +40,7 @@ def test_a_value_that_could_not_be_measured_fails():
 def test_each_subject_of_the_experiment_is_compared():
     other = parse_limit({**TABLE, "experiment": "latency", "subjects": ["hand"]})
     measured = {"index": {"tracking_rms": 0.5}, "ring": {"tracking_rms": 1.5}}
-    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE), other), "late")
+    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE), other), lambda *_: 0.0)
     assert withheld == ()
     assert [finding.subject for finding in findings] == ["index", "ring"]
     assert [finding.subject for finding in failed(findings)] == ["ring"]
@@ -48,9 +48,17 @@ def test_each_subject_of_the_experiment_is_compared():
 
 def test_a_number_that_was_withheld_is_not_judged_and_one_that_is_not_measurable_fails():
     measured = {"index": {}, "ring": {"tracking_rms": math.nan}}
-    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE),), "it was late")
-    assert [one.sentence for one in withheld] == ["Index finger: tracking error was not judged: it was late"]
+    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE),), lambda *_: 0.0)
+    late = "Index finger: tracking error was not judged: this computer was late throughout"
+    assert [one.sentence for one in withheld] == [late]
     assert [(finding.subject, finding.passed) for finding in findings] == [("ring", False)]
+
+
+def test_a_reading_out_of_limits_is_not_judged_where_the_computer_was_held_up():
+    measured = {"index": {"tracking_rms": 5.0}, "ring": {"tracking_rms": 0.5}}
+    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE),), lambda *_: 0.08)
+    assert [(finding.subject, finding.passed) for finding in findings] == [("ring", True)]
+    assert [one.reason for one in withheld] == ["this computer was held up for 80 ms"]
 
 
 @pytest.mark.parametrize(

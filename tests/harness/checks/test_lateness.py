@@ -1,0 +1,43 @@
+"""A computer that is held up is told from a late link in the times of the bytes."""
+
+import numpy as np
+import pytest
+
+from hil.checks.shared.lateness import held_up
+from hil.recordings.recording import Recording, Series
+from hil.targets.wire_log import WireRecord
+from tests.support.synthetic import HEADER, LABELS
+
+PERIOD_S = 0.02
+ASK, REPLY, COMMAND = b"\x22" + bytes(15), b"\x22" + bytes(15), b"\x11" + bytes(15)
+
+
+def recording(late=(), slow=()):
+    """Fifty readings and commands; `late` gives how long the program waited before some, `slow` the link after some."""
+    t, times, wire = 0.0, [], []
+    for row in range(50):
+        t = max(t, row * PERIOD_S) + dict(late).get(row, 0.0)
+        times.append(t)
+        trip = 0.001 + dict(slow).get(row, 0.0)
+        wire += [WireRecord(t, "to_hand", ASK), WireRecord(t + trip, "from_hand", REPLY)]
+        wire.append(WireRecord(t + trip + 0.0005, "to_hand", COMMAND))
+        t += trip + 0.0005
+    codes = Series.of(LABELS, ["u16"] * 7, times, np.zeros((50, 7)))
+    return Recording(HEADER, {"codes": codes}, tuple(wire))
+
+
+def test_a_program_in_time_is_never_held_up():
+    assert held_up(recording(), PERIOD_S) == ()
+    assert held_up(recording(late=[(row, 0.01) for row in range(0, 50, 2)]), PERIOD_S) == ()
+
+
+def test_a_program_that_waited_is_held_up_for_as_long():
+    (one,) = held_up(recording(late=[(20, 0.08)]), PERIOD_S)
+    assert one.seconds == pytest.approx(0.08, abs=0.002)
+    assert one.end == pytest.approx(0.48)
+
+
+def test_one_slow_reply_is_a_computer_and_many_are_a_link():
+    (one,) = held_up(recording(slow=[(20, 0.08)]), PERIOD_S)
+    assert one.seconds == pytest.approx(0.081)
+    assert held_up(recording(slow=[(row, 0.08) for row in range(10, 40, 3)]), PERIOD_S) == ()
