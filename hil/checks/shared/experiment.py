@@ -16,7 +16,7 @@ from aero.protocol import MAX_CODE
 from hil.checks.shared.declaration import Metric
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder, silent
-from hil.recordings.recording import Header, Recording
+from hil.recordings.recording import DELAYS, Header, Recording
 from hil.targets.target import Target
 
 Floats = NDArray[np.float64]
@@ -132,7 +132,7 @@ def complete(measure: Callable[[Recording], Measured]) -> Callable[[Recording], 
     @wraps(measure)
     def measured(recording: Recording) -> Measured:
         for name, series in recording.series.items():
-            require(len(series.times) > 1, f"samples of {name}")
+            require(name == DELAYS or len(series.times) > 1, f"samples of {name}")
         return measure(recording)
 
     return measured

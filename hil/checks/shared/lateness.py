@@ -1,14 +1,14 @@
-"""When this computer, or what answers for the board, was held up in a recording, told from the times of its bytes."""
+"""When this computer, or an emulated board on it, was held up: as its loops noted, and as the times of bytes tell."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from aero.protocol import Opcode
 from hil.recordings.recording import Recording
+from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
 
 LATE_S = 0.015
@@ -24,21 +24,7 @@ SILENT = {Opcode.CTRL_POS, Opcode.CTRL_TOR}
 """Requests that are not answered."""
 
 
-@dataclass(frozen=True)
-class HeldUp:
-    """A stretch in which nothing was done that was due."""
-
-    start: float
-    """s since the start of the recording."""
-    end: float
-
-    @property
-    def seconds(self) -> float:
-        """How long."""
-        return self.end - self.start
-
-
-def held_up(recording: Recording, period_s: float) -> tuple[HeldUp, ...]:
+def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
     """Return when a recording shows that nothing was done for longer than `LATE_S` although it was due.
 
     Args:
@@ -48,24 +34,25 @@ def held_up(recording: Recording, period_s: float) -> tuple[HeldUp, ...]:
     idle, trips = _gaps(recording.wire)
     times = recording["codes"].times
     if not idle or len(times) < LEAST_SAMPLES:
-        return ()
-    starts, ends = (np.array([getattr(gap, name) for gap in idle]) for name in ("start", "end"))
-    edges = np.stack([starts, ends], axis=1).ravel()
-    spent = np.repeat(np.append(0.0, np.cumsum(ends - starts)), 2)[1:-1]
+        return recording.delays
+    ends, lengths = (np.array(values) for values in zip(*((gap.t, gap.by_s) for gap in idle), strict=True))
+    edges = np.stack([ends - lengths, ends], axis=1).ravel()
+    spent = np.repeat(np.append(0.0, np.cumsum(lengths)), 2)[1:-1]
     free = np.diff(np.interp(times, edges, spent)) - period_s
-    found = [HeldUp(float(times[i + 1] - free[i]), float(times[i + 1])) for i in np.flatnonzero(free > LATE_S)]
-    slow = [trip for trip in trips if trip.seconds > LATE_S + period_s]
+    found = [delay for delay in recording.delays if delay.by_s > LATE_S]
+    found += [Delay(float(times[i + 1]), float(free[i]), Loop.PROGRAM) for i in np.flatnonzero(free > LATE_S)]
+    slow = [trip for trip in trips if trip.by_s > LATE_S + period_s]
     if len(slow) <= FEW * len(trips):
         found += slow
-    return tuple(sorted(found, key=lambda one: one.start))
+    return tuple(sorted(found))
 
 
-def _gaps(wire: Sequence[WireRecord]) -> tuple[list[HeldUp], list[HeldUp]]:
+def _gaps(wire: Sequence[WireRecord]) -> tuple[list[Delay], list[Delay]]:
     """Return the stretches between exchanges, in which the program does as it pleases, and those of the exchanges."""
-    idle, trips = list[HeldUp](), list[HeldUp]()
+    idle, trips = list[Delay](), list[Delay]()
     for before, record in zip(wire, wire[1:], strict=False):
         asked = before.direction == "to_hand" and before.data[0] not in SILENT
-        gap = HeldUp(before.t, record.t)
+        gap = Delay(record.t, record.t - before.t, Loop.PROGRAM if not asked else Loop.BOARD)
         if record.direction == "to_hand" and not asked:
             idle.append(gap)
         elif record.direction == "from_hand" and asked:
@@ -73,6 +60,6 @@ def _gaps(wire: Sequence[WireRecord]) -> tuple[list[HeldUp], list[HeldUp]]:
     return idle, trips
 
 
-def longest(stretches: Iterable[HeldUp], start: float, end: float) -> float:
-    """Return the longest of the stretches that touch a time from `start` to `end`, s; 0 without any."""
-    return max((one.seconds for one in stretches if one.start < end and one.end > start), default=0.0)
+def longest(delays: Iterable[Delay], start: float, end: float) -> float:
+    """Return the longest of the delays that touch a time from `start` to `end`, s; 0 without any."""
+    return max((one.by_s for one in delays if one.t - one.by_s < end and one.t > start), default=0.0)

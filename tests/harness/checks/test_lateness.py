@@ -33,11 +33,11 @@ def test_a_program_in_time_is_never_held_up():
 
 def test_a_program_that_waited_is_held_up_for_as_long():
     (one,) = held_up(recording(late=[(20, 0.08)]), PERIOD_S)
-    assert one.seconds == pytest.approx(0.08, abs=0.002)
-    assert one.end == pytest.approx(0.48)
+    assert one.by_s == pytest.approx(0.08, abs=0.002)
+    assert one.t == pytest.approx(0.48)
 
 
 def test_one_slow_reply_is_a_computer_and_many_are_a_link():
     (one,) = held_up(recording(slow=[(20, 0.08)]), PERIOD_S)
-    assert one.seconds == pytest.approx(0.081)
+    assert one.by_s == pytest.approx(0.081)
     assert held_up(recording(slow=[(row, 0.08) for row in range(10, 40, 3)]), PERIOD_S) == ()

@@ -176,9 +176,9 @@ def test_nothing_is_loaded_from_anywhere(spoiled_page):
 
 
 def test_what_was_not_judged_is_grey_with_its_reason_in_one_line(recording):
-    late = [Withheld("staircase", "rise_hand_ms", c.label, "rise time", "it was held up") for c in Channel]
+    late = [Withheld("staircase", "rise_hand_ms", c.label, "rise time", 0.08) for c in Channel]
     html = page(recording, [GOOD], withheld=tuple(late))
-    assert "1 kind of reading not judged: it was held up" in html
+    assert "1 kind of reading not judged: this computer was held up for 80 ms" in html
     assert "rise time (staircase): index finger, middle finger" in html
     assert "All 1 checks passed, 7 not judged." in html
 
