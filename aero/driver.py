@@ -14,7 +14,7 @@ from aero import protocol
 from aero.acknowledgement import Centred, Trimmed, centred, trimmed
 from aero.channels import Channel
 from aero.clock import Clock, WallClock, positive_s
-from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
+from aero.errors import DesyncError, EchoError, LinkTimeoutError, NoTelemetryError, RefusedError
 from aero.link import HostLink
 from aero.link_state import Content
 from aero.protocol import Opcode, Reply
@@ -36,6 +36,8 @@ _SET_ID_TIMEOUT_S = 5.0
 HOMING_TIMEOUT_S = 200.0
 _TELEMETRY_PERIOD_S = 0.02
 _FIRST_TELEMETRY_TRIES = 3
+_ECHOED = (1, 2, 3, 4, 5, 6, 7)
+"""Words that no seven temperatures are."""
 
 
 class AeroHand:
@@ -331,6 +333,13 @@ class AeroHand:
                 return reply
             self._wait(_TELEMETRY_PERIOD_S)
             reply = self._query(opcode)
+        # The board ignores the words of a query; a loop-back, or an adapter that echoes, gives them back.
+        probe = protocol.make_reply(Opcode.GET_TEMP, _ECHOED)
+        if {*self._link.ask(probe, self._reply_timeout_s, self._patience_s).reply.words} == {*_ECHOED}:
+            raise EchoError(
+                f"{self.name}: this line only gives back what is sent, and no hand answers; is this a loop-back, or "
+                "the port of an adapter that echoes?"
+            )
         raise NoTelemetryError(
             f"{self.name}: the board answers, but all readings are zero, temperatures included, so it has not reached "
             "all seven servos once since it started. One missing servo or loose bus connector is enough. Check the "

@@ -32,5 +32,9 @@ class NoTelemetryError(AeroError):
     """The board answers, but not one of its telemetry cycles has reached all seven servos since it started."""
 
 
+class EchoError(AeroError):
+    """The line gives back what is sent, and nothing else answers."""
+
+
 class WindowMismatchError(AeroError, ValueError):
     """The actuation map was made for another command window than the one the firmware uses."""

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import struct
 import sys
-import termios
-import tty
 from pathlib import Path
 from types import TracebackType
+
+try:
+    import fcntl
+    import termios
+    import tty
+except ImportError:  # Windows
+    fcntl = termios = tty = None  # type: ignore[assignment]
 
 FAST = 1_000_000
 TCGETS2 = 0x802C542A
@@ -32,7 +36,10 @@ class Terminal:
 
         Raises:
             FileExistsError: `link` exists and is not the stale link of an emulator that died.
+            OSError: this system has no pseudo-terminals.
         """
+        if termios is None:
+            raise OSError("this system has no pseudo-terminals; serve on a serial port, or use `emulated`")
         self._device, self._client = os.openpty()
         tty.setraw(self._client)
         self._set_fast()

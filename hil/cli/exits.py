@@ -17,8 +17,9 @@ from enum import IntEnum
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
-from hil.recordings.errors import FULL_DISK, CannotBeWrittenError
+from hil.recordings.errors import FULL_DISK, CannotBeWrittenError, UnwritablePlaceError
 
 _LOG = logging.getLogger(__name__)
 
@@ -76,6 +77,10 @@ def usage_errors() -> Iterator[None]:
     except OSError as error:
         if error.errno in FULL_DISK:
             raise
+        context = click.get_current_context(silent=True)
+        ours = context is not None and context.get_parameter_source("out") is ParameterSource.DEFAULT
+        if isinstance(error, UnwritablePlaceError) and ours:
+            raise Ended(f"{error}; start in another folder, or name one with --out", Exit.NOT_WRITTEN) from error
         raise Ended(str(error), Exit.USAGE) from error
     except (ValueError, OverflowError) as error:
         raise Ended(str(error), Exit.USAGE) from error

@@ -15,6 +15,10 @@ class CannotBeWrittenError(OSError):
     """A result could not be written, for example because the disk is full; the message names the file."""
 
 
+class UnwritablePlaceError(OSError):
+    """Results cannot go to a place, which was tried before there were any; the message names it."""
+
+
 class CannotBeMeasuredError(ValueError):
     """A recording lacks what a measurement needs; the message says what."""
 

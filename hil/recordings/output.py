@@ -9,6 +9,8 @@ from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from hil.recordings.errors import UnwritablePlaceError
+
 LATEST = "latest"
 """Link to the newest of the folders that are named by their time."""
 
@@ -17,7 +19,7 @@ def prepared_folder(folder: Path) -> Path:
     """Make a folder and try to write into it.
 
     Raises:
-        OSError: it cannot be made or written; the message names it.
+        UnwritablePlaceError: it cannot be made or written; the message names it.
     """
     missing = next((parent for parent in (*reversed(folder.parents), folder) if not parent.exists()), None)
     try:
@@ -27,7 +29,9 @@ def prepared_folder(folder: Path) -> Path:
     except OSError as error:
         if missing is not None:
             _remove_empty(folder, missing)
-        raise OSError(error.errno, f"cannot write into the folder: {error.strerror}", str(folder)) from error
+        raise UnwritablePlaceError(
+            error.errno, f"cannot write into the folder: {error.strerror}", str(folder)
+        ) from error
     return folder
 
 
@@ -61,7 +65,7 @@ def prepared_file(path: Path) -> Path:
     try:
         prepared_folder(path.parent)
     except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from error
+        raise UnwritablePlaceError(error.errno, error.strerror, str(path)) from error
     if (path.is_symlink() or path.exists()) and not path.is_file():
         raise OSError(f"{path} is there already and no regular file; choose another name")
     if path.exists() and not os.access(path, os.W_OK):
