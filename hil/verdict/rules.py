@@ -261,7 +261,11 @@ def of_a_sensor(failures: Failures) -> Told | None:
 
 def of_the_times(failures: Failures) -> Told | None:
     """What comes late on the whole hand, and by no lack of torque."""
-    late = failures.hand("response/command_to_motion", 1) or len(failures.on("replay/replay_delay", 1)) >= MANY
+    # A channel that does not move at all leaves no time to measure.
+    measured = not failures.on("audit/followed", -1)
+    late = (measured and failures.hand("response/command_to_motion", 1)) or len(
+        failures.on("replay/replay_delay", 1)
+    ) >= MANY
     telemetry = failures.hand("response/telemetry_period")
     soft = len(failures.on("excursion/closed_percent")) >= MANY or len(failures.on("staircase/excursion_hand")) >= MANY
     return _first(

@@ -10,7 +10,8 @@ from aero.channels import Channel
 from hil.cli import main
 from hil.recordings.recording import Header
 from hil.verdict.diagnosis import Component, Location, command_again, filled, hand_options, on_hand
-from hil.verdict.rules import rows
+from hil.verdict.rules import Failures, rows, rule_for
+from hil.verdict.run_end import FINISHED
 
 EMULATED = Header(
     "audit", "emulated", "left", "0.1.5", "paper", "homed", "plausible:7", 3, faults="motor_weak:ring=0.5"
@@ -37,6 +38,17 @@ def test_every_command_is_one_that_exists(header, location):
             asked = [word if word not in ("ADAPTER", "PORT", "SERVO") else "0" for word in words]
             result = CliRunner().invoke(main, [*asked, "--help"])
             assert result.exit_code == 0, (command, result.output)
+
+
+def test_a_channel_that_stands_still_is_not_a_late_hand():
+    """Of a dead motor the time from command to motion cannot be measured, which counts as out of limits."""
+    off = {
+        ("response", "command_to_motion", "hand"): 3.0, ("audit", "followed", "ring"): -87.0,
+        ("audit", "pull", "ring"): -3.2, ("excursion", "closed_percent", "ring"): -600.0,
+    }  # fmt: skip
+    assert rule_for(Failures(off, {}), FINISHED) == (RING, "no_power")
+    late = {("response", "command_to_motion", "hand"): 3.0}
+    assert rule_for(Failures(late, {}), FINISHED)[1] == "late_servos"
 
 
 def test_the_finger_and_its_servo_are_named():
