@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -50,7 +51,7 @@ def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
 def _gaps(wire: Sequence[WireRecord]) -> tuple[list[Delay], list[Delay]]:
     """Return the stretches between exchanges, in which the program does as it pleases, and those of the exchanges."""
     idle, trips = list[Delay](), list[Delay]()
-    for before, record in zip(wire, wire[1:], strict=False):
+    for before, record in pairwise(wire):
         asked = before.direction == "to_hand" and before.data[0] not in SILENT
         gap = Delay(record.t, record.t - before.t, Loop.PROGRAM if not asked else Loop.BOARD)
         if record.direction == "to_hand" and not asked:
