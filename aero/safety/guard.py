@@ -25,11 +25,16 @@ from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
 from aero.safety.stop import LinkLostError, SafetyReason, SafetyStopError, Violation
 from aero.safety.thresholds import Thresholds
+from aero.safety.watchdog import Watchdog
 from aero.safety.watched_clock import WatchedClock
 
 P = ParamSpec("P")
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
+ENDED = Violation(SafetyReason.ENDED, "The program ended")
+"""Nothing was wrong."""
+WATCHDOG_S = 0.5
+"""Time from one check of whether a hand on a port goes unwatched to the next, s."""
 
 
 class Guard:
@@ -67,7 +72,10 @@ class Guard:
         self._lookout = Lookout(hand, clock, thresholds, spans_counts, telemetry_s)
         self._closed = False
         self._is_open = True
+        self._ending = ENDED
+        """Why it is opened for the last time."""
         self._stop: SafetyStopError | None = None
+        self._watchdog = Watchdog(self._poll_for_the_program, WATCHDOG_S)
         self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of a call
 
     def exchange(self, call: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
@@ -197,6 +205,7 @@ class Guard:
         if os.getpid() != self._owner:
             return
         before = self._stop
+        self._watchdog.end()
         try:
             try:
                 self._open_at_the_end()
@@ -233,8 +242,9 @@ class Guard:
             raise SafetyStopError(str(self._stop), self._stop.reason, self._stop.channel, self._stop.unanswered)
         if self.phase is Phase.ENDING:
             raise SafetyStopError(
-                f"{self._hand.name}: it is being opened for the last time, and takes no more commands.",
-                SafetyReason.ENDING,
+                f"{self._hand.name}: it is being opened for the last time. {self._ending.text}.",
+                self._ending.reason,
+                self._ending.channel,
             )
 
     def _poll(self) -> None:
@@ -245,6 +255,11 @@ class Guard:
         stop = self._lookout.look(closed=self._closed, restore=lambda: self._limits.restore(self._last_codes))
         if stop is not None:
             self._abort(stop.violation, silent=stop.silent)
+
+    def _poll_for_the_program(self) -> None:
+        """Poll a hand on a port that goes unwatched, which stops it."""
+        if self._closed and self._lookout.unwatched_s > self.thresholds.unwatched_s:
+            self.poll()
 
     def _check(self) -> Health:
         self._poll()
@@ -276,6 +291,7 @@ class Guard:
         health = self._check()
         if self._standby is not None:
             self._standby.start()
+            self._watchdog.start()
         self.phase, self._is_open = Phase.OPENING, False
         self._limits.begin()
         self._ramp(health.codes, OPEN)
@@ -362,8 +378,8 @@ class Guard:
         Returns:
             What every later call raises; also now, when the hand may not be open.
         """
-        self.phase = Phase.ENDING
-        stop = violation or Violation(SafetyReason.ENDED, "The program ended")
+        stop = violation or ENDED
+        self._ending, self.phase = stop, Phase.ENDING
         kind: type[SafetyStopError] = SafetyStopError
         try:
             doubt = open_and_relax(

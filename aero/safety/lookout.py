@@ -56,6 +56,11 @@ class Lookout:
         self.watch.pause()
         self._due = self._looked_at = self._clock.now()
 
+    @property
+    def unwatched_s(self) -> float:
+        """Time since the last poll, s."""
+        return self._clock.now() - self._looked_at
+
     def remark(self) -> str:
         """Return what to say about late looks and late replies, empty when all was in time."""
         return self._lateness.remark()

@@ -38,8 +38,6 @@ class SafetyReason(Enum):
     """The link was lost while a hand may have been closed; nothing else was wrong."""
     ENDED = "ended"
     """The program has ended this hand, and asks for more."""
-    ENDING = "ending"
-    """The hand is being opened for the last time, and another thread asks for more."""
     FORKED = "forked"
     """A forked process used the hand of its parent."""
     NO_STANDBY = "no standby process"

@@ -14,8 +14,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aero import serial_transport
-from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, guard, standby
+from aero import open_hand, serial_transport
+from aero.safety import GuardedHand, SafetyReason, SafetyStopError, Standby, Thresholds, guard, standby
 from aero.safety.interrupts import uninterrupted, unwinding
 from aero.safety.opening import Doubt
 from aero.serial_transport import SerialTransport
@@ -113,6 +113,27 @@ def closed_and_then(number, *arguments, program=PROGRAM, cwd=ROOT):
 def test_a_program_that_is_stopped_or_killed_leaves_the_hand_open(number):
     codes = {signal.SIGINT: -signal.SIGINT, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGKILL: -signal.SIGKILL}
     assert closed_and_then(number) == codes[number]
+
+
+def test_a_program_that_blocks_does_not_hold_the_hand_closed():
+    """As in a callback that takes half a minute; the hand is opened meanwhile, and the next call says why."""
+    electronics = EmulatedHand(Bench())
+    server, onlooker = PtyServer(electronics), Onlooker(electronics)
+    thread = threading.Thread(target=server.run, args=(onlooker.look,))
+    thread.start()
+    limits = Thresholds(opening_s=0.3, stale_s=5.0, silent_s=5.0, unwatched_s=1.0)
+    try:
+        with open_hand(server.name, firmware="0.2.0", thresholds=limits) as hand:
+            hand.command_codes([40000] * 7)
+            assert onlooker.closed.wait(10.0)
+            assert onlooker.opened.wait(20.0)  # no call of the hand meanwhile
+            with pytest.raises(SafetyStopError, match="nobody has looked at the hand") as stop:
+                hand.read_codes()
+        assert stop.value.reason is SafetyReason.UNWATCHED
+    finally:
+        onlooker.leave.set()
+        thread.join()
+        server.close()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")

@@ -164,6 +164,6 @@ def test_every_call_is_refused_while_the_hand_is_opened_for_the_last_time(monkey
     monkeypatch.setattr(guard, "open_and_relax", watched)
     begin = len(link.positions)
     hand.close()
-    assert refused == [SafetyReason.ENDING] * 2
+    assert refused == [SafetyReason.ENDED] * 2
     assert np.diff(link.positions[begin - 1 :], axis=0).max() <= 0, "nothing closes the hand again"
     assert_open_and_weak(electronics)

@@ -1,0 +1,49 @@
+"""Polls a hand on a port when its program does not, as in a callback that takes half a minute."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+
+from aero.safety.stop import SafetyStopError
+
+_LOG = logging.getLogger(__name__)
+
+
+class Watchdog:
+    """A thread that asks now and then whether its hand goes unwatched.
+
+    It shares the guard's lock, so that it comes between two calls of the program and never into one. It needs Python
+    to run: a call of a C library that keeps the interpreter lock, or a stopped process, stops it too.
+    """
+
+    def __init__(self, check: Callable[[], None], period_s: float) -> None:
+        """Prepare it; nothing runs before `start`.
+
+        Args:
+            check: polls the hand if its program has not for too long.
+            period_s: time from one check to the next, s.
+        """
+        self._check = check
+        self._period_s = period_s
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Start it; nothing happens when it runs already."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="aero watchdog", daemon=True)
+            self._thread.start()
+
+    def end(self) -> None:
+        """Check no more; does not wait for a check that is being made."""
+        self._ended.set()
+
+    def _run(self) -> None:
+        while not self._ended.wait(self._period_s):
+            try:
+                self._check()
+            except (SafetyStopError, ConnectionError) as error:
+                _LOG.info("the watchdog ends: %s", error)  # the program's next call raises it too
+                return
