@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from aero.safety import SafetyReason, SafetyStopError
 from hil.checks import EXPERIMENTS, JUDGED, Measuring
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
-from hil.checks.shared.signals import CommandStep, find_steps
+from hil.checks.shared.signals import find_steps, own_stretch
 from hil.checks.shared.subjects import CHANNELS, subject_words
 from hil.recordings.recording import Recording
 from hil.report.plots import ROWS, Plot, PlotColumn, drawable, duration_s, has_samples, with_samples
@@ -238,20 +238,8 @@ def _seconds(recording: Recording, subject: str, which: str, end: float) -> tupl
     if which == "last closing":
         closing = [step for step in steps if step.after > step.before]
         return (closing[-1].start, closing[-1].end) if closing else (0.0, end)
-    return _own_steps(steps, CHANNELS.index(subject)) or (0.0, end)
-
-
-def _own_steps(steps: Iterable[CommandStep], channel: int) -> tuple[float, float] | None:
-    """Return the first stretch in which only this channel is commanded, None without one that can be seen."""
-    stretch: list[CommandStep] = []
-    for step in steps:
-        if step.channel == channel:
-            stretch.append(step)
-        elif stretch:
-            break
-    if not stretch or stretch[-1].end - stretch[0].start < SHORTEST_S:
-        return None
-    return stretch[0].start, stretch[-1].end
+    start, stop = own_stretch(steps, CHANNELS.index(subject)) or (0.0, end)
+    return (start, stop) if stop - start >= SHORTEST_S else (0.0, end)
 
 
 def first_seen(validation: Validation) -> str:
