@@ -10,7 +10,7 @@ import numpy as np
 
 from aero.channels import FINGERS, Channel
 from aero.safety import SafetyReason, SafetyStopError
-from hil.checks import EXPERIMENTS, JUDGED, Measuring
+from hil.checks import EXPERIMENTS, JUDGED
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import find_steps, own_stretch
@@ -77,7 +77,7 @@ def evidence(experiment: str, finding: Finding, result: Result) -> Evidence | No
     end = duration_s(recording)
     if not end:
         return None
-    metric = _metric(measuring, finding)
+    metric = _metric(finding)
     start, end = _seconds(recording, finding.subject, measuring.seconds or (metric.seconds if metric else ""), end)
     worst = reading(result.measured, finding.subject, metric.worst_at) if metric else None
     return Evidence(recording.header.experiment, start, end, None if worst is None or math.isnan(worst) else worst)
@@ -127,17 +127,18 @@ def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Eviden
     found = [finding for finding in seen if rank(finding) == best]
     clear = min(CLEARLY, max(map(excess, found)))
 
-    def hard_to_see(finding: Finding) -> tuple[bool, float, float]:
-        # Seen best where the hand closes fully, in few seconds.
-        experiment, where = EXPERIMENTS.get(finding.experiment), seen[finding]
+    def hard_to_see(finding: Finding) -> tuple[bool, bool, float, float]:
+        # Seen best where the channel alone closes fully, in few seconds.
+        experiment, where, metric = EXPERIMENTS.get(finding.experiment), seen[finding], _metric(finding)
         closes = experiment is not None and experiment.furthest[suspect] >= FULLY
-        return not closes, where.end - where.start, -excess(finding)
+        together = metric is not None and bool(metric.seconds)
+        return not closes, together, where.end - where.start, -excess(finding)
 
     finding = min((one for one in found if excess(one) >= clear), key=hard_to_see)
     bad = Channel(CHANNELS.index(finding.subject)) if finding.subject in CHANNELS else suspect
     channels = (bad, healthy := _companion(validation, bad))
     result = validation.judged[finding.experiment]
-    metric = _metric(JUDGED[finding.experiment], finding)
+    metric = _metric(finding)
     unit = metric.unit if metric else ""
     columns = []
     for channel in channels:
@@ -222,9 +223,10 @@ def _moment(recording: Recording, columns: Sequence[PlotColumn], unit: str) -> f
     return float(times[inside][np.argmax(np.abs(values[inside, bad[0]] - beside))])
 
 
-def _metric(measuring: Measuring, finding: Finding) -> Metric | None:
+def _metric(finding: Finding) -> Metric | None:
     """Return what is known of the number of a finding, None for one about the experiment as a whole."""
-    found = (m for m in measuring.metrics if m.name == finding.check and finding.subject in m.subjects)
+    metrics = JUDGED[finding.experiment].metrics if finding.experiment in JUDGED else ()
+    found = (m for m in metrics if m.name == finding.check and finding.subject in m.subjects)
     return next(found, None)
 
 

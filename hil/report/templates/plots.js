@@ -102,7 +102,7 @@
         dataIdx: (u, s, i) => { while (i > 0 && u.data[s][i] == null) i--; return i; } },
       series: [{ label: "time", value: value("s") }, ...parts.map((part) => ({
         label: part.label, stroke: part.stroke, dash: part.dash, width: 1.5, scale: part.unit, value: value(part.unit),
-        points: { show: part.xy[0].length < 20 }, paths: part.steps ? uPlot.paths.stepped({ align: 1 }) : undefined }))],
+        points: { show: !part.steps && part.xy[0].length < 20 }, paths: part.steps ? uPlot.paths.stepped({ align: 1 }) : undefined }))],
       hooks: { drawAxes: [mark] },
     }, uPlot.join(parts.map((part) => part.xy)), holder);
     made.setScale("x", { min: column.start, max: column.end });
