@@ -21,7 +21,6 @@ from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
 from train.evaluation.cube_trial import CubeTrial
 from train.evaluation.mismatches import lost, mismatch_picture, over_mismatches
-from train.evaluation.rollouts import check_video, log, task_of, video
 from train.evaluation.simulation import measure
 from train.evaluation.strata import strata, strata_picture
 from train.evaluation.trials import ANY_CUBE, CORRECTIONS, DISTURBANCES, figures, over_hands, run_trials
@@ -67,10 +66,9 @@ WIDTH = 120
 @click.option(
     "--trials", type=click.IntRange(1, MOST), default=10, show_default=True, help="Mismatches: trials of each."
 )
-@click.option("--video", "with_video", is_flag=True, help="Render one simulated episode.")
 @click.option(
     "--out", type=NewFolder(), default=Path("evaluation"), show_default=True,
-    help="Folder for evaluation.json, the pictures and policy.mp4.",
+    help="Folder for evaluation.json and the pictures.",
 )  # fmt: skip
 def evaluate(
     *,
@@ -84,7 +82,6 @@ def evaluate(
     twins: Path | None,
     disturbance: str,
     trials: int,
-    with_video: bool,
     out: Path,
 ) -> None:
     """Measure POLICY, the shipped one (`steady`, the default) or a file: does it keep the cube, how fast does it turn?
@@ -96,8 +93,6 @@ def evaluate(
     with usage_errors():
         policy = find_policy(policy_name)
         prepared_folder(out)
-        if with_video:
-            check_video()
         cases = {
             "hands": over_hands(
                 policy, units, seconds=seconds, seed=seed, disturbance=DISTURBANCES[disturbance],
@@ -129,8 +124,6 @@ def evaluate(
         for title, rows in results.items():
             print_figures(console, title, rows)
         _show(console, made, out)
-    if with_video:
-        video(log(policy, task_of(policy), seconds, seed).positions, out / "policy.mp4", policy.settings.period_s)
 
 
 def _show(console: Console, made: dict[str, dict[str, list[CubeTrial]]], out: Path) -> None:

@@ -9,13 +9,11 @@ from typing import Literal
 
 import click
 
-from aero.policy.file import load
 from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import source_commit, versions
-from train.evaluation.rollouts import check_video, log, video
 from train.progress import Checkpoint, Epoch
 from train.recipe import RECIPES, on_gpu, on_routed_hands
 
@@ -49,7 +47,6 @@ WITHOUT_GPU = (
 @click.option(
     "--choose", "only_choose", is_flag=True, help="Choose among what the folder's run has, and train no more."
 )
-@click.option("--video", "with_video", is_flag=True, help="Render an episode of the best checkpoint at the end.")
 @click.option(
     "--out", type=NewFolder(), default=Path("training"), show_default=True,
     help="Folder for the policy, the curve and the checkpoint.",
@@ -65,7 +62,6 @@ def train(
     threads: int | None,
     units: int,
     only_choose: bool,
-    with_video: bool,
     out: Path,
 ) -> None:
     """Train RECIPE, `steady` for the hand or `paper` for comparison.
@@ -76,8 +72,6 @@ def train(
     """
     with usage_errors():
         prepared_folder(out)
-        if with_video:
-            check_video()
     try:
         from train import run, selection, training  # noqa: PLC0415 - the extra is asked for where it is used
         from train.run_state import read_standing  # noqa: PLC0415
@@ -127,9 +121,6 @@ def train(
         raise Ended(str(error), Exit.USAGE) from error
     if ended.by_signal:
         sys.exit(128 + ended.by_signal)
-    if with_video and (out / f"{recipe}.npz").exists():
-        drawn = log(load(out / f"{recipe}.npz"), chosen.task, EPISODE_S, seed).positions
-        video(drawn, out / f"{recipe}.mp4", chosen.task.settings.period_s)
 
 
 def _epoch_line(epoch: Epoch) -> str:

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.util import find_spec
-from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +12,9 @@ from aero.policy.file import Policy
 from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, targets
 from model.cubes import SETTLING_S
-from model.film import check_drawing, frames
 from train import actuation
 from train.actuation import SPEED_LIMIT
-from train.scene import build_scene
-from train.simulator import Batch, Floats, Simulator, positions, velocities
+from train.simulator import Batch, Floats, positions, velocities
 from train.task.episode import Episode, EpisodeOutcome, Task, begin, command, finish, observed
 from train.task.grasp import draw_starts
 from train.task.signals import unpack
@@ -71,43 +66,6 @@ def task_of(policy: Policy, settings: PolicySettings | None = None) -> Task:
     return Task(settings=settings or policy.settings, shown_action=policy.shown_action)
 
 
-class Log(NamedTuple):
-    """One episode, step by step; each after the action of that control period."""
-
-    positions: Floats
-    """Generalised positions, (steps, 23)."""
-    actions: Floats
-    """(steps, 7)"""
-    lengths: Floats
-    """Channel values, (steps, 7), m, abduction rad."""
-
-
-def log(policy: Policy, task: Task, seconds: float, seed: int = 0) -> Log:
-    """Run one episode in native MuJoCo and keep all of it; arguments as for `run`."""
-    rows: list[tuple[Floats, Floats, Floats]] = []
-    with Simulator([build_scene(policy.settings.torque_limit).compile()], threads=1) as batch:
-        _run(policy, task, batch, seconds, rng=np.random.default_rng(seed), on_period=lambda *s: rows.append(_row(*s)))
-    return Log(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-def check_video() -> None:
-    """Try what a video needs, before any work.
-
-    Raises:
-        ValueError: the extra `train` is not installed, or nothing can be drawn here.
-    """
-    if find_spec("imageio") is None:
-        raise ValueError("--video needs the extra `train`")
-    check_drawing("--video")
-
-
-def video(positions: Floats, path: Path, period_s: float) -> None:
-    """Write positions (steps, 23), `period_s` apart, as an MP4. Needs OpenGL; without a display set `MUJOCO_GL=egl`."""
-    import imageio.v3 as imageio  # noqa: PLC0415 - only videos need it
-
-    imageio.imwrite(path, np.array(list(frames(positions))), fps=round(1.0 / period_s))
-
-
 def run(
     policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0, *, check: Callable[[], None] = lambda: None
 ) -> Episodes:
@@ -121,27 +79,8 @@ def run(
         seed: of starts, actuation and noise.
         check: called after each control period; what it raises ends the run.
     """
-    tally = _Tally(task, len(batch))
-
-    def add(episode: Episode, states: Floats, sensors: Floats, outcome: EpisodeOutcome) -> None:
-        tally.add(episode, states, sensors, outcome)
-        check()
-
-    _run(policy, task, batch, seconds, rng=np.random.default_rng(seed), on_period=add)
-    return tally.episodes()
-
-
-def _run(
-    policy: Policy,
-    task: Task,
-    batch: Batch,
-    seconds: float,
-    *,
-    rng: np.random.Generator,
-    on_period: Callable[[Episode, Floats, Floats, EpisodeOutcome], None],
-) -> None:
-    """Run episodes and tell `on_period` the episode, states, sensors and outcome after each control period."""
-    count = len(batch)
+    rng, count = np.random.default_rng(seed), len(batch)
+    tally = _Tally(task, count)
     starts = draw_starts(rng, count, task.reset)
     states = batch.at(starts)
     sensors = batch.sensors_at(starts, np.array(task.settings.nominal))
@@ -156,11 +95,9 @@ def _run(
             task, episode, sensors, positions=positions(states), velocities=velocities(states), noise=noise
         )
         observation = outcome.observation
-        on_period(episode, states, sensors, outcome)
-
-
-def _row(episode: Episode, states: Floats, _sensors: Floats, _outcome: EpisodeOutcome) -> tuple[Floats, Floats, Floats]:
-    return positions(states)[0], episode.memory.last[0], episode.lengths[0]
+        tally.add(episode, sensors, outcome)
+        check()
+    return tally.episodes()
 
 
 class _Tally:
@@ -173,7 +110,7 @@ class _Tally:
         self._airborne, self._observed = np.zeros((2, count))
         self._travel = np.zeros((count, CHANNELS))
 
-    def add(self, episode: Episode, _states: Floats, sensors: Floats, outcome: EpisodeOutcome) -> None:
+    def add(self, episode: Episode, sensors: Floats, outcome: EpisodeOutcome) -> None:
         action, before = episode.memory.last, episode.memory.before_last
         period_s, alive = self._task.settings.period_s, self._alive
         nominal, scale = np.array(self._task.settings.nominal), np.array(self._task.settings.scale)

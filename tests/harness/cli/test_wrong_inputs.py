@@ -24,7 +24,6 @@ from hil import open_target
 from hil.cli import main
 from hil.recordings.mcap_file import write_recording
 from hil.verdict.validation import validate
-from train.evaluation import rollouts
 
 NOT_WHOLE = ("nan", "inf", "1.5", "", "abc", "1e999", "99999999999999999999")
 VALUES = {
@@ -274,19 +273,15 @@ def test_an_opengl_that_cannot_be_loaded_is_bad_usage(tmp_path):
     assert ran.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("lacking", ["imageio", "OpenGL"])
-@pytest.mark.parametrize("command", ["evaluate", "train"])
-def test_a_video_that_cannot_be_made_is_refused_before_any_work(command, lacking, tmp_path, monkeypatch):
+def test_a_film_that_cannot_be_drawn_is_refused_before_any_work(tmp_path, monkeypatch):
     def no_context(*_):
         raise RuntimeError("no display")
 
-    if lacking == "imageio":
-        monkeypatch.setattr(rollouts, "find_spec", lambda name: None)
     monkeypatch.setattr(mujoco, "Renderer", no_context)
-    result = CliRunner().invoke(main, [command, "--video", "--out", str(tmp_path / "out")])
+    result = CliRunner().invoke(main, ["run-policy", "--film", str(tmp_path / "out.gif")])
     assert result.exit_code == 2
-    assert result.output.startswith("Error: --video")
-    assert list((tmp_path / "out").iterdir()) == []
+    assert result.output.startswith("Error: --film")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_link_in_place_of_a_result_is_replaced_and_not_followed(tmp_path):

@@ -6,7 +6,7 @@ from checkpoints import EPISODES
 from policies import holding, policy
 
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
-from train.evaluation.rollouts import log, run, task_of
+from train.evaluation.rollouts import run, task_of
 from train.evaluation.simulation import BUILT, beside_a_deployment, conditions, delay_sweep, lag_sweep, measure
 from train.scene import build_scene
 from train.simulator import Simulator
@@ -76,15 +76,6 @@ def test_the_summary_is_of_the_episodes():
     assert summary["rate_rad_s"] == pytest.approx(20.0 / 15.0)
     assert summary["airborne"] == pytest.approx(0.1)
     assert summary["finger_travel_m_s"] == pytest.approx(0.01)
-
-
-def test_a_log_keeps_every_step_of_an_episode():
-    kept = log(policy(), task_of(policy()), 0.5, 3)
-    assert (kept.positions.shape, kept.actions.shape, kept.lengths.shape) == ((10, 23), (10, 7), (10, 7))
-    with Simulator([build_scene().compile()], threads=1) as single:
-        episodes = run(policy(), task_of(policy()), single, 0.5, 3)
-    change = np.linalg.norm(np.diff(np.vstack([np.zeros(7), kept.actions]), axis=0), axis=1)
-    np.testing.assert_allclose(episodes.action_change, change.mean())
 
 
 def test_beside_a_deployment_stands_the_simulator_as_trained_and_with_its_settings():
