@@ -58,7 +58,7 @@ class RunSettings:
     """Time in the nominal grasp before the policy begins, for placing the object, s."""
     rehearsal_s: float = 0.0
     """Time for which the policy first acts on the empty hand, so that a lost object ends the run later
-    (`object_loss`); 0 for no rehearsal, and then it goes unnoticed."""
+    (`ObjectLoss`); 0 for no rehearsal, and then it goes unnoticed."""
     dry: bool = False
     """Whether nothing is written: the policy acts on what it reads, and the hand stays as it is."""
     one_period_late: bool = False

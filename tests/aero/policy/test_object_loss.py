@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import Channel
-from aero.policy.object_loss import ObjectLoss, drawn
+from aero.policy.limits import ObjectLoss, drawn
 from aero.policy.running import RunSettings
 
 sums = st.lists(st.floats(0.0, 10.0), min_size=1, max_size=60)
