@@ -8,6 +8,7 @@ import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from urllib.parse import urlsplit
+from warnings import catch_warnings, simplefilter
 
 import serial
 from serial.tools import list_ports
@@ -60,9 +61,11 @@ class SerialTransport:
         write_timeout = None if port_or_url.startswith("rfc2217://") else _WRITE_TIMEOUT_S
         _check_address(port_or_url)
         try:
-            port = serial.serial_for_url(
-                port_or_url, baudrate=baud_rate, timeout=_POLL_S, write_timeout=write_timeout, exclusive=True
-            )
+            with catch_warnings():
+                simplefilter("ignore", DeprecationWarning)  # of pyserial 3.5's rfc2217; an error in some test suites
+                port = serial.serial_for_url(
+                    port_or_url, baudrate=baud_rate, timeout=_POLL_S, write_timeout=write_timeout, exclusive=True
+                )
         except OSError as error:
             raise _cannot_open(port_or_url, error) from error
         try:

@@ -6,7 +6,9 @@ import subprocess
 import sys
 
 import pytest
+from click.testing import CliRunner
 
+from hil.cli import main
 from hil.targets.pty_process import serve_in_process
 
 pytest_plugins = ["pytester"]
@@ -394,6 +396,52 @@ def test_one_worker_of_xdist_uses_the_port_and_says_what_it_skips(pytester):
         result = pytester.runpytest_subprocess(f"--hil={port}", "-n", "1", "--hil-still")
     result.assert_outcomes(passed=2, skipped=4)
     result.stdout.fnmatch_lines(["*aero-hil: left out*"])
+
+
+@pytest.fixture(scope="module")
+def network_hand():
+    """`aero-hil emulate --listen`, at its URL."""
+    command = [sys.executable, "-P", "-m", "hil.cli", "emulate", "--listen", "127.0.0.1:0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        yield server.stdout.readline().split()[1]
+        server.terminate()
+
+
+def test_a_hand_on_the_network_is_tested(pytester, network_hand):
+    pytester.makepyfile(ONE_TEST.format(network_hand))
+    result = pytester.runpytest_subprocess(f"--hil={network_hand}", "-W", "error")
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines([f"aero-hil: right hand on {network_hand}, firmware 0.2.0"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["doctor"], "a hand answers at"),
+        (["validate", "--only", "presence", "--out", "out"], "within limits"),
+        (["record", "--dry-run"], "118 s of hand time"),
+    ],
+)
+def test_commands_reach_a_hand_on_the_network(tmp_path, monkeypatch, network_hand, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(main, [*arguments, "--hil", network_hand])
+    assert done.exit_code == 0, done.output
+    assert said in done.output
+
+
+@pytest.mark.parametrize(
+    ("target", "said"),
+    [
+        ("loop://", "this line only gives back what is sent"),
+        ("socket://bench", "is given as socket://HOST:PORT"),
+        ("nothing://bench", "nothing"),
+    ],
+)
+def test_an_address_that_cannot_be_a_hand_is_one_line(run, target, said):
+    result = run(f"--hil={target}")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    (line,) = [line for line in result.errlines + result.outlines if line.startswith("ERROR")]
+    assert said in line
 
 
 def test_a_missing_hand_is_one_error_in_a_worker_too(pytester):
