@@ -4,6 +4,7 @@
 """
 
 import os
+import re
 import shutil
 import subprocess
 import tarfile
@@ -96,3 +97,10 @@ def test_every_module_that_is_compiled_exists():
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     modules = settings["tool"]["hatch"]["build"]["hooks"]["custom"]["compiled"]
     assert [module for module in modules if not (ROOT / module).is_file()] == []
+
+
+def test_the_workflows_run_environments_of_tox():
+    matrix = re.findall(r"env: (?:\[(\w+)\]|(\w+))\}?$", (ROOT / ".github/workflows/tests.yml").read_text(), re.M)
+    named = {"".join(pair) for pair in matrix} | {"portable"}
+    assert {"tests", "lint", "types"} < named
+    assert named <= set(re.findall(r"^\[testenv:([\w-]+)\]", (ROOT / "tox.ini").read_text(), re.M))
