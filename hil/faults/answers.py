@@ -11,6 +11,7 @@ from firmware_emulator.packets import HEADER, Instruction, pack
 from firmware_emulator.servo.encoding import decode_signed, encode_signed
 from firmware_emulator.servo.registers import REGISTERS
 from hil.faults.fault import ALL, SHARE, Fault, Kind
+from hil.faults.site import Begin, Effect, FaultSite
 
 PERIOD_S = 0.1
 """Period of a servo that is silent now and then, s."""
@@ -72,7 +73,7 @@ class SpoiledAnswers:
             assert fault.channel is not None
             if len(data) < 6 or data[2] != WIRE_ORDER.index(fault.channel):
                 continue
-            spoiled = EFFECTS[fault.name](BusAnswer(data, self._address, self._kernel.now), fault.severity, random)
+            spoiled = SPOILS[fault.name](BusAnswer(data, self._address, self._kernel.now), fault.severity, random)
             if spoiled != data:
                 self._fired(fault)
             data = spoiled
@@ -182,7 +183,7 @@ KINDS = (
         bounds=(0, 100),
     ),
 )
-EFFECTS: dict[str, Spoil] = {
+SPOILS: dict[str, Spoil] = {
     "servo_silent": _silent,
     "answers_damaged": _damaged,
     "position_garbage": _garbage,
@@ -190,3 +191,16 @@ EFFECTS: dict[str, Spoil] = {
     "temperature_wrong": _warmer,
     "current_wrong": _current,
 }
+
+
+def _spoil(site: FaultSite, fault: Fault) -> Begin:
+    def begin() -> None:
+        tap = site.hand.bus.tap
+        if not isinstance(tap, SpoiledAnswers):
+            site.hand.bus.tap = tap = SpoiledAnswers(site.hand.kernel, site.fire)
+        tap.add(fault, site.random(fault))
+
+    return begin
+
+
+EFFECTS: dict[str, Effect] = dict.fromkeys(SPOILS, _spoil)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from aero.channels import WIRE_ORDER
 from aero.firmware import FIRMWARE
 from firmware_emulator.firmware.board import Board
@@ -14,13 +12,23 @@ from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
 from hil.faults.fault import ALL, HOMED, ONCE, SWITCH, Fault, Kind
-
-PutInto = Callable[[EmulatedHand, Fault], None]
+from hil.faults.site import Begin, Effect, FaultSite, at_once
 
 RUNS = "board_runs_"
 """Begins the name of a fault that says which version the board runs in truth."""
 WRONG_SIDE = "board_of_other_side"
 OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
+
+
+def _runs(site: FaultSite, fault: Fault) -> Begin:
+    version = fault.name.removeprefix(RUNS)
+    if version == site.firmware:
+        raise ValueError(f"a board that runs {version} as declared is no fault; declare another firmware")
+    return lambda: setattr(site, "firmware", version)
+
+
+def _wrong_side(site: FaultSite, fault: Fault) -> Begin:
+    return lambda: setattr(site, "board_side", OTHER_SIDE[site.side])
 
 
 def _restart(hand: EmulatedHand, fault: Fault) -> None:
@@ -137,12 +145,13 @@ KINDS = (
         reason=HOMED,
     ),
 )
-EFFECTS: dict[str, PutInto] = {
-    "board_restart": _restart,
-    "power_cycle": _power_cycle,
-    "board_hangs": _hang,
-    "nvs_lost": _forget,
-    "trim_left_in": _trim,
-    "calibrated_mid": _centre,
-    "calibrated_mid_and_homed": _centre_and_home,
+BUILT_IN: dict[str, Effect] = {**{f"{RUNS}{version}": _runs for version in PROFILES}, WRONG_SIDE: _wrong_side}
+EFFECTS: dict[str, Effect] = {
+    "board_restart": at_once(_restart),
+    "power_cycle": at_once(_power_cycle),
+    "board_hangs": at_once(_hang),
+    "nvs_lost": at_once(_forget),
+    "trim_left_in": at_once(_trim),
+    "calibrated_mid": at_once(_centre),
+    "calibrated_mid_and_homed": at_once(_centre_and_home),
 }

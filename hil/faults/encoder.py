@@ -12,9 +12,10 @@ from random import Random
 
 from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
-from hil.faults.fault import ALL, HOMED, Fault, Kind
-from hil.faults.motor import Layered, shaft_of
+from hil.faults.fault import ALL, HOMED, Kind
+from hil.faults.motor import layered, shaft_of
 from hil.faults.shaft_layer import Floats, ShaftLayer
+from hil.faults.site import Effect
 
 ReadingChange = Callable[[float, float], float]
 """What an encoder reads, rad, at a shaft angle, rad, and a time since it went wrong, s."""
@@ -131,12 +132,8 @@ def _noisy(rms: float, random: Random) -> ReadingChange:
     return lambda true, seconds: true + random.gauss(0.0, rms)
 
 
-def _encoder(make: Callable[[float, Random], ReadingChange]) -> Layered:
-    return lambda plant, fault, unit, random: Encoder(plant, shaft_of(fault), make(fault.severity, random))
-
-
-def _frozen(plant: Plant, fault: Fault, unit: object, random: Random) -> ShaftLayer:
-    return Frozen(plant, shaft_of(fault), Stays())
+def _encoder(make: Callable[[float, Random], ReadingChange]) -> Effect:
+    return layered(lambda site, fault: Encoder(site.shafts, shaft_of(fault), make(fault.severity, site.random(fault))))
 
 
 KINDS = (
@@ -214,13 +211,13 @@ KINDS = (
         reason="the servo controls on what its encoder reads, so the readings follow and only the finger lags",
     ),
 )
-EFFECTS: dict[str, Layered] = {
-    "encoder_scale": lambda plant, fault, unit, _: Scaled(plant, shaft_of(fault), fault.severity),
+EFFECTS: dict[str, Effect] = {
+    "encoder_scale": layered(lambda site, fault: Scaled(site.shafts, shaft_of(fault), fault.severity)),
     "encoder_offset": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
     "encoder_slip": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
     "encoder_creep": _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),
     "encoder_noise": _encoder(lambda rms, random: _noisy(rms * RAD_PER_COUNT, random)),
-    "encoder_frozen": _frozen,
+    "encoder_frozen": layered(lambda site, fault: Frozen(site.shafts, shaft_of(fault), Stays())),
     "encoder_quantised": _encoder(lambda step, _: _quantised(step * RAD_PER_COUNT)),
     "encoder_play": _encoder(lambda play, _: Play(play * RAD_PER_COUNT)),
 }

@@ -13,6 +13,7 @@ from typing import Any
 from aero.channels import Channel, Joint
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.faults.fault import ALL, CABLES, FINGERS, HOMED, ONCE, RUBBING, SHARE, SWITCH, Fault, Kind
+from hil.faults.site import Effect
 from model.units import Unit
 
 Change = Callable[[Unit, Fault], Unit]
@@ -192,7 +193,7 @@ KINDS = (
         "stop_early", "hand", ("D19",), "of travel lost", (0.03, 0.1, 0.4), "joints stop early", ALL, bounds=(0, 0.95)
     ),
 )
-EFFECTS: dict[str, Change] = {
+CHANGES: dict[str, Change] = {
     "gear_friction": _on_channel("spool_friction", lambda value, severity: value + severity),
     "gear_jammed": _on_channel("spool_friction", lambda value, severity: JAMMED_NM),
     "slow_servo": _slow,
@@ -213,3 +214,10 @@ EFFECTS: dict[str, Change] = {
     "stop_gone": _on_joints("closed_stop", lambda value, severity: value + math.radians(severity)),
     "stop_early": _on_joints("closed_stop", lambda value, severity: value * (1.0 - severity)),
 }
+
+
+def _rebuilt(change: Change) -> Effect:
+    return lambda site, fault: lambda: site.rebuild(lambda unit: change(unit, fault))
+
+
+EFFECTS = {name: _rebuilt(change) for name, change in CHANGES.items()}

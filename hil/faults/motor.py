@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from random import Random
 
 from aero.channels import Channel
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.fault import ALL, FINGERS, ONCE, SHARE, SWITCH, Fault, Kind
 from hil.faults.shaft_layer import Floats, ShaftLayer
+from hil.faults.site import Effect, FaultSite
 from model.units import Unit
 
 PERIOD_S = 0.1
@@ -148,12 +148,16 @@ class Exchanged(ShaftLayer):
         """Do nothing: it is there from the beginning."""
 
 
-Layered = Callable[[Plant, Fault, Unit, Random], ShaftLayer]
+def layered(make: Callable[[FaultSite, Fault], ShaftLayer]) -> Effect:
+    """Return the effect of a layer in front of `site.shafts`."""
+    return lambda site, fault: site.insert(make(site, fault))
 
 
-def _motor(change: Callable[[Drive, float, Unit], Drive]) -> Layered:
-    return lambda plant, fault, unit, _: Motor(
-        plant, shaft_of(fault), lambda drive: change(drive, fault.severity, unit)
+def _motor(change: Callable[[Drive, float, Unit], Drive]) -> Effect:
+    return layered(
+        lambda site, fault: Motor(
+            site.shafts, shaft_of(fault), lambda drive: change(drive, fault.severity, site.healthy)
+        )
     )
 
 
@@ -241,12 +245,12 @@ KINDS = (
         later=False,
     ),
 )
-EFFECTS: dict[str, Layered] = {
+EFFECTS: dict[str, Effect] = {
     "motor_dead": _motor(lambda drive, severity, unit: UNPOWERED),
-    "motor_weak": lambda plant, fault, unit, _: Weak(plant, shaft_of(fault), fault.severity),
+    "motor_weak": layered(lambda site, fault: Weak(site.shafts, shaft_of(fault), fault.severity)),
     "motor_runaway": _motor(_runaway),
-    "motor_intermittent": lambda plant, fault, unit, _: Intermittent(plant, shaft_of(fault), fault.severity),
-    "winding_reversed": lambda plant, fault, unit, _: Reversed(plant, shaft_of(fault)),
-    "finger_cables_swapped": lambda plant, fault, unit, _: Exchanged(plant, shaft_of(fault)),
-    "thumb_cables_swapped": lambda plant, fault, unit, _: Exchanged(plant, shaft_of(fault)),
+    "motor_intermittent": layered(lambda site, fault: Intermittent(site.shafts, shaft_of(fault), fault.severity)),
+    "winding_reversed": layered(lambda site, fault: Reversed(site.shafts, shaft_of(fault))),
+    "finger_cables_swapped": layered(lambda site, fault: Exchanged(site.shafts, shaft_of(fault))),
+    "thumb_cables_swapped": layered(lambda site, fault: Exchanged(site.shafts, shaft_of(fault))),
 }

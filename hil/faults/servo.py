@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from aero.channels import WIRE_ORDER, Channel
 from firmware_emulator.hand import EmulatedHand
@@ -11,8 +10,7 @@ from firmware_emulator.servo.registers import REGISTERS
 from firmware_emulator.servo.servo import Servo
 from hil.faults.fault import ALL, FINGERS, ONCE, SWITCH, Fault, Kind
 from hil.faults.motor import ALIKE, NEIGHBOUR
-
-PutInto = Callable[[EmulatedHand, Fault], None]
+from hil.faults.site import Effect, at_once
 
 THUMB_ID_NEIGHBOUR = {
     Channel.THUMB_ABDUCTION: Channel.THUMB_CMC_FLEXION,
@@ -123,11 +121,11 @@ KINDS = (
         bounds=(0, 1023),
     ),
 )
-EFFECTS: dict[str, PutInto] = {
-    "servo_missing": _missing,
-    "servo_id_doubled": _double,
-    "finger_ids_exchanged": _exchange,
-    "thumb_ids_exchanged": _exchange,
-    "servo_hot": _hot,
-    "protection_low": _protection,
+EFFECTS: dict[str, Effect] = {
+    "servo_missing": at_once(_missing),
+    "servo_id_doubled": at_once(_double),
+    "finger_ids_exchanged": at_once(_exchange),
+    "thumb_ids_exchanged": at_once(_exchange),
+    "servo_hot": at_once(_hot),
+    "protection_low": at_once(_protection),
 }

@@ -7,12 +7,13 @@ from dataclasses import replace
 
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Drive, Plant
-from hil.faults.fault import Kind
-from hil.faults.motor import Layered, weaker
+from hil.faults.fault import Fault, Kind
+from hil.faults.motor import weaker
 from hil.faults.shaft_layer import ShaftLayer
+from hil.faults.site import Begin, Effect, FaultSite
 
 NOTICEABLE = 0.01
-"""Change of the voltage, share, from which on the motors are driven anew."""
+"""Change of the voltage, fraction, from which on the motors are driven anew."""
 SHAFTS = range(7)
 
 
@@ -23,17 +24,20 @@ class Sagging(ShaftLayer):
         super().__init__(behind, shaft=0)
         self._lost_per_effort = lost_at_stall / (len(SHAFTS) * stall_torque)
         self._lost = 0.0
-        self.told: Callable[[float], None] = lambda _lost: None
-        """Hears of the share of the voltage that is lost, whenever it has changed noticeably."""
+        self._on_change: Callable[[float], None] = lambda _lost: None
         self._all_asked = [Drive(powered=False) for _ in SHAFTS]
 
+    def follow(self, on_change: Callable[[float], None]) -> None:
+        """Call this with the fraction of the voltage that is lost, whenever it has changed noticeably."""
+        self._on_change = on_change
+
     def advance_to(self, t: float) -> None:
-        """Integrate to `t`, s, and look at what the motors draw."""
+        """Integrate to `t`, s, and see what the motors draw."""
         super().advance_to(t)
         lost = self._lost_per_effort * float(abs(self.behind.efforts()).sum()) if self.active else 0.0
         if abs(lost - self._lost) > NOTICEABLE:
             self._lost = lost
-            self.told(lost)
+            self._on_change(lost)
             self.renew()
 
     def drive(self, shaft: int, drive: Drive) -> None:
@@ -63,7 +67,7 @@ class Supply:
         self._browned_out = False
 
     def changed(self, lost: float) -> None:
-        """Take the share of the voltage that is lost now."""
+        """Take the fraction of the voltage that is lost now."""
         volts = self._volts * (1.0 - lost)
         self._hand.supply(volts)
         if not self._feeds_board:
@@ -99,7 +103,14 @@ KINDS = (
         bounds=(0, 0.95),
     ),
 )
-EFFECTS: dict[str, Layered] = {
-    name: lambda plant, fault, unit, _: Sagging(plant, fault.severity, unit.servos.stall_torque)
-    for name in ("supply_sags", BROWNS_OUT)
-}
+
+
+def _sagging(site: FaultSite, fault: Fault) -> Begin:
+    layer = Sagging(site.shafts, fault.severity, site.healthy.servos.stall_torque)
+    site.on_connect(
+        lambda hand: layer.follow(Supply(hand, site.unit.servos.voltage, feeds_board=fault.name == BROWNS_OUT).changed)
+    )
+    return site.insert(layer)
+
+
+EFFECTS: dict[str, Effect] = dict.fromkeys(("supply_sags", BROWNS_OUT), _sagging)

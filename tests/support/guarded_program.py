@@ -26,6 +26,7 @@ from hil.faults.board import EFFECTS as BOARD_EFFECTS
 from hil.faults.faulty_hand import build_faulty
 from hil.faults.link import LinkFaults
 from hil.faults.servo import EFFECTS as SERVO_EFFECTS
+from hil.faults.site import FaultSite
 from hil.targets.guarding import guard
 from model.units.naming import unit_named
 
@@ -77,6 +78,11 @@ class GuardedProgram:
         else:
             self.electronics, self._plant = after.electronics, after._plant
         self._seed = seed
+        schedule = Schedule((), seed)
+        self._site = FaultSite(
+            unit_named(unit), firmware=firmware, side="right", random=schedule.random, fire=schedule.fire
+        )
+        self._site.connect(self.electronics)
         self.line = self.electronics.link_faults = OverheardLine()
         self.clock = self.electronics.clock
         self.link = FailingLink(self.electronics)
@@ -330,7 +336,7 @@ class GuardedProgram:
 
     def _put_in(self, fault):
         if fault.name in BOARD_EFFECTS | SERVO_EFFECTS:
-            (BOARD_EFFECTS | SERVO_EFFECTS)[fault.name](self.electronics, fault)
+            (BOARD_EFFECTS | SERVO_EFFECTS)[fault.name](self._site, fault)()
             self._restarted_since |= self.hand.phase is Phase.STOPPED
             if fault.name in {"board_hangs", "servo_missing"}:
                 self.excused = fault.name

@@ -8,7 +8,8 @@ from firmware_emulator.bench import Bench
 from firmware_emulator.plant import Drive
 from hil import open_target
 from hil.faults import Schedule, parse_fault
-from hil.faults.faulty_hand import LAYERS
+from hil.faults.faulty_hand import ON_SHAFTS
+from hil.faults.site import FaultSite
 from model.units import load_unit
 
 UNIT = load_unit("ideal")
@@ -18,9 +19,11 @@ RING = Channel.RING
 
 def driven(text, seconds=1.0):
     """Drive a bench to GOALS through the layer of a fault; return bench and layer."""
-    fault, bench = parse_fault(text), Bench()
-    layer = LAYERS[fault.name](bench, fault, UNIT, Schedule((), 1).random(fault))
-    layer.begin()
+    fault, bench, chances = parse_fault(text), Bench(), Schedule((), 1)
+    site = FaultSite(UNIT, firmware="0.2.0", side="right", random=chances.random, fire=chances.fire)
+    site.build_mechanics(lambda _: bench)
+    ON_SHAFTS[fault.name](site, fault)()
+    layer = site.shafts
     for shaft, goal in enumerate(GOALS):
         layer.drive(shaft, Drive(setpoint=goal, stiffness=3.0, damping=0.05, limit=0.5))
     for tick in range(1, round(seconds / 0.002) + 1):
