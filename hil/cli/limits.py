@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -15,7 +16,7 @@ from hil.lab.campaign.kept_readings import write_kept
 from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of, require_enough
 from hil.lab.campaign.store import NAME, opened
 from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.compute import FALSE_ALARMS, computed_limits, own_limits, widened
+from hil.lab.limits.compute import FALSE_ALARMS, LEAST_HANDS, computed_limits, own_limits, widened
 from hil.lab.limits.writing import Provenance, limits_text
 from hil.recordings.provenance import command_line
 from hil.verdict.limits import Limit, read_limits, read_provenance, without
@@ -41,7 +42,7 @@ SHIPPED = "the shipped units of this kind, homed and in ideal zeros, each group 
 )
 @click.option(
     "--widen", is_flag=True,
-    help="Keep the present limits, and move out those that do not hold a hand of CAMPAIGN; a few hands are enough.",
+    help="Keep the present limits, move out those that do not hold a hand of CAMPAIGN, and add those of new checks.",
 )  # fmt: skip
 def limits(*, campaign: Path, out: Path, hands_only: bool, widen: bool) -> None:
     """Compute the limits from the healthy hands of CAMPAIGN, a folder that `aero-hil campaign --healthy` made.
@@ -101,8 +102,17 @@ def _origin(kind: str, hands: Sequence[Outcome], commands: Sequence[str]) -> dic
 
 
 def _widen(out: Path, kind: str, hands: Sequence[Outcome], commands: Sequence[str]) -> None:
-    """Write the present limits of a kind, and those that it takes from another and that do not hold its hands."""
+    """Write the present limits of a kind, those of another that do not hold its hands, and those of new checks.
+
+    New are those of checks that have none, from enough hands; with a guard or without one their readings are alike.
+    """
     extends, own = read_limits(kind)
+    known = {(limit.experiment, limit.metric) for limit in own}
+    new: tuple[Limit, ...] = ()
+    if not extends and len(hands) >= LEAST_HANDS:
+        unguarded = [replace(hand, trial=replace(hand.trial, guarded=False)) for hand in hands]
+        every = computed_limits(CHECKS, healthy_hands_of(unguarded))
+        new = tuple(limit for limit in every if (limit.experiment, limit.metric) not in known)
     inherited = without(read_limits(extends)[1], own) if extends else ()
     groups = healthy_hands_of(hands, kind)
     wider, changed = widened(CHECKS, own, groups), widened(CHECKS, inherited, groups)
@@ -112,8 +122,8 @@ def _widen(out: Path, kind: str, hands: Sequence[Outcome], commands: Sequence[st
     name = f"{WIDENED}_{1 + sum(table.startswith(WIDENED) for table in present)}"
     path = out / f"{kind}.toml"
     made = {**present, name: _origin(kind, hands, commands)}
-    write_whole(path, limits_text((*wider, *beyond), made, extends=extends))
-    click.echo(f"{path}: {moved} limits widened for {len(hands)} healthy hands")
+    write_whole(path, limits_text((*wider, *beyond, *new), made, extends=extends))
+    click.echo(f"{path}: {moved} limits widened for {len(hands)} healthy hands, {len(new)} new")
 
 
 def _bounds(limit: Limit) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""A run is entered once and left once: nothing of it stays, whatever ends it; the board has its own limits meanwhile."""
+"""A run is entered once and left once: nothing of it stays, whatever ends it; a board has its own limits meanwhile."""
 
 import logging
 from dataclasses import replace
