@@ -14,6 +14,7 @@ from functools import cache
 from importlib import resources
 
 from aero.channels import Channel
+from aero.errors import DesyncError
 from aero.safety import SafetyReason
 from hil.checks.shared.declaration import Effect
 from hil.verdict.diagnosis import Component, Location
@@ -183,11 +184,11 @@ def of_the_bytes(failures: Failures, end: RunEnd) -> Told | None:
             (failures.hand("session/unanswered_limits") and not lost, Component.BOARD, "older_firmware"),
             (end.unanswered_limit and not lost, Component.BOARD, "older_firmware"),
             (isinstance(end.error, ConnectionError), Component.LINK, "port_gone"),
-            (broken and not stray, Component.BOARD_OR_LINK, "silent"),
+            (broken and not stray and not isinstance(end.error, DesyncError), Component.BOARD_OR_LINK, "silent"),
             (lost or stray or broken or len(jumping) >= MANY, Component.LINK, "bytes"),
             (failures.hand("response/backward_readings") and len(failures.channels) != 1, Component.LINK, "bytes"),
             (failures.hand("staircase/lower_byte") and not failures.channels, Component.LINK, "bytes"),
-            (len(failures.on("presence/temperature")) >= MANY, Component.LINK, "bytes"),
+            (len(failures.on("presence/temperature")) > 1, Component.LINK, "bytes"),
         )
     )
 
@@ -195,15 +196,15 @@ def of_the_bytes(failures: Failures, end: RunEnd) -> Told | None:
 def of_the_bus(failures: Failures, end: RunEnd) -> Told | None:
     """Readings that stand still on all channels, at rest or on their way: a silent servo, or a link that repeats."""
     gone = failures.hand("presence/distinct_readings") or failures.hand("presence/boot_contradictions")
-    late = failures.hand("presence/round_trip")
+    late = failures.hand("presence/round_trip") or failures.hand("response/telemetry_period", 1)
     still = failures.on("excursion/stale") | failures.on("response/standstill") | failures.on("staircase/late_steps")
     shared = failures.hand("excursion/stale_readings") or failures.hand("response/longest_standstill")
     others = len(failures.on("replay/replay_shape")) >= MANY or len(still) > 1
     return _first(
         (
             (gone or end.stop is SafetyReason.STALE, Component.LINK, "bus"),
-            (late, Component.LINK, "late_link"),
             (shared and others and not failures.short_of_torque(MANY), Component.LINK, "repeats"),
+            (late, Component.LINK, "late_link"),
             (len(failures.on("staircase/late_steps")) >= MANY, Component.LINK, "bytes"),
         )
     )
@@ -262,15 +263,12 @@ def of_a_sensor(failures: Failures) -> Told | None:
 def of_the_times(failures: Failures) -> Told | None:
     """What comes late on the whole hand, and by no lack of torque."""
     # A channel that does not move at all leaves no time to measure.
-    measured = not failures.on("audit/followed", -1)
-    late = (measured and failures.hand("response/command_to_motion", 1)) or len(
-        failures.on("replay/replay_delay", 1)
-    ) >= MANY
-    telemetry = failures.hand("response/telemetry_period")
+    slow_start = failures.hand("response/command_to_motion", 1) and not failures.on("audit/followed", -1)
+    late = slow_start or len(failures.on("replay/replay_delay", 1)) >= MANY
     soft = len(failures.on("excursion/closed_percent")) >= MANY or len(failures.on("staircase/excursion_hand")) >= MANY
     return _first(
         (
-            (late or (telemetry and not failures.channels), Component.HAND, "late_servos"),
+            (late, Component.HAND, "late_servos"),
             (soft, Component.HAND, "cables_soft"),
         )
     )
@@ -312,6 +310,7 @@ def what(failures: Failures, channel: Channel) -> str:
         (stands, "no_power"),
         (high("staircase/resolution"), "coarse"),
         (high("staircase/overshoot_hand_percent"), "jumping"),
+        (high("audit/others_moved") and channel in THUMB_CABLES, "stop_moved"),
         (high("holding/creep_percent") and high("staircase/tracking_rms"), "cuts_out"),
         (high("holding/creep_percent") or (low("alike/held_again") or high("alike/held_again")), "drift"),
         (high("response/standstill", "excursion/stale") and not short, "answers"),

@@ -48,6 +48,11 @@ HAND_RULES = {
     "lower bytes lost": ({"staircase__lower_byte": 5}, Component.LINK, "bytes"),
     "bus stands still": ({"presence__distinct_readings": -3}, Component.LINK, "bus"),
     "late replies": ({"presence__round_trip": 3, "replay__replay_delay": all_of(2)}, Component.LINK, "late_link"),
+    "late telemetry": (
+        {"response__telemetry_period": 3, "replay__replay_shape": all_of(2)},
+        Component.LINK,
+        "late_link",
+    ),
     "repeats": ({"excursion__stale_readings": 3, "replay__replay_shape": all_of(5)}, Component.LINK, "repeats"),
     "weak supply": ({"excursion__closed_percent": all_of(-4)}, Component.SUPPLY, "supply"),
     "supply that sags": (
@@ -132,7 +137,7 @@ def test_the_channel_for_which_most_speaks():
 
 def test_what_no_rule_explains_is_said():
     assert told(holding__warming=2.0) == (Component.CHANNEL, RING, "")
-    assert told(response__telemetry_period=-3.0)[0] is Component.HAND
+    assert told(response__telemetry_period=-3.0) == (Component.UNKNOWN, (), "")
 
 
 STOPS = {
