@@ -45,6 +45,7 @@ from hil.lab.system_identification.unit_parameters import (
     excited,
     identifiable_parameters,
     numbers,
+    pulling,
 )
 from hil.lab.workers import leave_interrupts_to_the_parent
 from model.units import Unit
@@ -126,6 +127,7 @@ def calibrate(
     moved = excited(kept)
     if not moved:
         raise ValueError("no channel moves in these recordings; `aero-hil record --excite all` moves each of them")
+    told_by = identifiable_parameters(free, moved, pulling(kept))
     done = 0
 
     def replayed() -> None:
@@ -137,7 +139,7 @@ def calibrate(
     compared: list[Residuals] = []
     hidden: list[Floats] = []
     with _processes(jobs) as pool:
-        model = UnitModel(start, kept, firmware, pool, identifiable_parameters(free, moved), replayed=replayed)
+        model = UnitModel(start, kept, firmware, pool, told_by, replayed=replayed)
         about = _replays(model)
         found = search(model, iterations=iterations, report=report)
         fitted = replace(model, start=model.unit(found.x), free=KEPT)

@@ -110,6 +110,14 @@ class Trace:
         rest: NDArray[np.bool_] = opened[latest] & (self.t_read[:, np.newaxis] - since[latest] >= SETTLED_S)
         return rest
 
+    def beyond(self) -> NDArray[np.bool_]:
+        """Return which readings tell the tension of a cable by their currents, (m, 7).
+
+        The code of a channel that rests at the open hand stays zero when its cable draws the shaft beyond the window.
+        """
+        tells: NDArray[np.bool_] = self.at_rest() & (self.counts == 0.0) & np.isfinite(self.currents)
+        return tells
+
     @classmethod
     def from_npz(cls, path: Path) -> Self:
         """Read an `.npz` log of a right hand in wire order.

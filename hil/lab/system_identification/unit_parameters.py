@@ -38,6 +38,9 @@ PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
 """Where a recording may lie on the board's 10 ms telemetry grid, s."""
 
 
+TAKE_UP = "hand.cable_take_up"
+
+
 def _each(name: str, spread: float, channels: tuple[Channel, ...] = ALL) -> tuple[Free, ...]:
     return tuple(Free(name, (channel,), (channel,), spread) for channel in channels)
 
@@ -57,7 +60,7 @@ FREE: tuple[Free, ...] = (
     *_springs("hand.spring_open", 0.4),
     *_springs("hand.spring_rise", 0.6),
     # A short step: the pull on a taut cable changes within 0.1 mm.
-    *(Free("hand.cable_take_up", (channel,), (channel,), 1e-3, additive=True, step=0.1) for channel in CABLES),
+    *(Free(TAKE_UP, (channel,), (channel,), 1e-3, additive=True, step=0.1) for channel in CABLES),
     Free("hand.supply_sag", (), ALL, 0.7),
     Free("hand.closed_stop", tuple(range(12)), FINGERS, 0.01),
     Free("hand.abduction_winding", (0,), THUMB, 0.3),
@@ -86,8 +89,15 @@ def excited(traces: Sequence[Trace]) -> frozenset[Channel]:
     return frozenset(channel for channel in Channel if swept[channel] > MOVED * MAX_CODE)
 
 
-def identifiable_parameters(free: Sequence[Free], moved: Set[Channel]) -> tuple[Free, ...]:
-    """Return what recordings that move some channels tell.
+def pulling(traces: Sequence[Trace]) -> frozenset[Channel]:
+    """Return the channels whose tension at the open hand recordings tell, moving or not."""
+    return frozenset(channel for channel in CABLES if any(trace.beyond()[:, channel].any() for trace in traces))
+
+
+def identifiable_parameters(
+    free: Sequence[Free], moved: Set[Channel], pulled: Set[Channel] = frozenset()
+) -> tuple[Free, ...]:
+    """Return what recordings that move some channels, and tell the tension of some, tell.
 
     A number of which each entry belongs to one channel is told for those channels. What channels share is told when all
     of them move, so that fitting one channel changes no other.
@@ -95,12 +105,13 @@ def identifiable_parameters(free: Sequence[Free], moved: Set[Channel]) -> tuple[
     told = []
     for number in free:
         each, rest = divmod(len(number.indices), len(number.channels))
-        channels = tuple(channel for channel in number.channels if channel in moved)
+        felt = moved | pulled if number.name == TAKE_UP else moved
+        channels = tuple(channel for channel in number.channels if channel in felt)
         if len(channels) == len(number.channels):
             told.append(number)
         elif channels and each and not rest:
             own = zip(number.channels, range(0, len(number.indices), each), strict=True)
-            kept = tuple(i for channel, at in own if channel in moved for i in number.indices[at : at + each])
+            kept = tuple(i for channel, at in own if channel in felt for i in number.indices[at : at + each])
             told.append(dataclasses.replace(number, indices=kept, channels=channels))
     return tuple(told)
 
@@ -172,13 +183,9 @@ def _without_rise(hand: dict[str, Any]) -> dict[str, Any]:
 
 
 def _misses(trace: Trace, unit: Unit, firmware: str, phase_s: float) -> Floats:
-    """Return predicted less recorded counts; of a channel at rest at the open hand, by its current.
-
-    The encoder of a taut cable lies beyond the end of the window there, and its code stays zero.
-    """
+    """Return predicted less recorded counts, by the current where the encoder lies beyond the window."""
     predicted = replay(trace, unit, firmware=firmware, phase_s=phase_s)
     missed = predicted.counts - trace.counts
-    beyond = trace.at_rest() & (trace.counts == 0.0) & np.isfinite(trace.currents)
     pull = (trace.currents - predicted.currents) / (1e-3 * unit.servos.current_floor_ma)
-    closed: Floats = np.where(beyond, pull, missed)
+    closed: Floats = np.where(trace.beyond(), pull, missed)
     return closed

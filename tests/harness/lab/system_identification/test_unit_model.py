@@ -88,6 +88,12 @@ def test_what_is_fitted_to_some_channels_changes_no_other(moved):
         assert told == FREE
 
 
+def test_a_still_channel_tells_the_tension_of_its_cable_alone():
+    told = identifiable_parameters(FREE, {Channel.INDEX}, {Channel.RING, Channel.INDEX})
+    assert [n.name for n in told if Channel.RING in n.channels] == ["hand.cable_take_up"]
+    assert {n.name for n in told if Channel.INDEX in n.channels} > {"hand.cable_take_up", "hand.spool_friction"}
+
+
 def test_a_written_unit_says_what_was_fitted_and_how_surely():
     friction = np.array(plausible_unit(1).hand.spool_friction)
     low, high = friction * 0.9, friction * 1.1
