@@ -17,9 +17,8 @@ from model.geometry import Side, hand
 from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import BuiltHandParameters
-from model.silicone import lay_skin
 from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
-from model.softness import constraint
+from model.softness import constraint, lay_skin
 
 NEVER = 1.0
 """Upper limit of the cables' length, m; out of reach."""

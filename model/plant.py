@@ -72,6 +72,7 @@ class BuiltHandPlant:
         self._drives = np.zeros((5, SHAFTS))
         self._asked = [UNPOWERED] * SHAFTS
         self._drive_rows = tuple(self._drives)
+        self._current_limits = np.zeros(SHAFTS)
         self._friction_factors = np.ones(len(CABLES))
         self._turning = np.zeros(len(CABLES))
         # One for each, so that a cable rubs alike whatever the others do.
@@ -128,6 +129,7 @@ class BuiltHandPlant:
             raise ValueError(f"a current limit is not negative, not {drive.current_limit}")
         self._drives[:, shaft] = values
         self._asked[shaft] = drive
+        self._current_limits[shaft] = drive.current_limit
         self._setpoints[shaft] = drive.setpoint
         self.compiled.drive(shaft, drive)
 
@@ -227,8 +229,8 @@ class BuiltHandPlant:
         """Lower the supply by what the motors draw, where that changes it noticeably."""
         hand, unit = self.compiled, self.parameters
         efforts = hand.supply * self.efforts()
-        limits = np.array([drive.current_limit for drive in self._asked])
-        windings = np.clip(efforts - unit.back_emf * self.speeds(), -limits, limits)
+        windings = efforts - unit.back_emf * self.speeds()
+        windings = np.minimum(np.maximum(windings, -self._current_limits), self._current_limits)
         # A bridge draws the winding's current for as much of the time as its duty; a motor that brakes gives none back.
         drawn = float(np.maximum(efforts * windings, 0.0).sum())
         supply = unit.supply_ratio * max(1.0 - unit.supply_sag * drawn, LEAST_SUPPLY)

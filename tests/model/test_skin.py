@@ -9,7 +9,7 @@ import pytest
 from aero.channels import Joint
 from model.built import build_built
 from model.parameters import BuiltHandParameters
-from model.silicone import COVERED
+from model.softness import COVERED
 from model.units import load_unit
 from model.units.skin import NUMBERS, Skin, with_skin
 

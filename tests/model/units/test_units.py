@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 import model
 from hil.verdict.limits import kinds
-from model.units import load_unit, shipped_units
-from model.units.fill import fill
+from model.units import fill, load_unit, shipped_units
 
 
 @dataclass(frozen=True)
