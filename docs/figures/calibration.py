@@ -11,10 +11,10 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from figures import load, store
-from hil.lab.system_identification.search import pooled_rms
+from aero.channels import Channel
+from figures import Rows, load, store
+from hil.lab.system_identification.replay_score import Errors, ReplayScore, score
 from hil.lab.system_identification.trace import load_trace
-from hil.lab.system_identification.unit_parameters import UnitModel
 from hil.recordings.provenance import source_commit
 from model.units.naming import unit_named
 
@@ -23,34 +23,58 @@ FULL_STEPS = (14, 15)
 """The runs at full steps; scores are also given without them."""
 
 
-def scored(runs: Path) -> tuple[list[float], list[float]]:
-    """Score the shipped unit on the recorded runs: counts rms of all runs and without those at full steps.
-
-    Over any telemetry phase, and over the best of each run.
-    """
-    traces = tuple(load_trace(path) for path in sorted(runs.glob("run_*.npz")))
-    model = UnitModel(unit_named("reference"), traces, "0.2.0", None, ())
-    nothing, n = np.zeros(0), len(traces)
-    by_phase = [model.residuals([nothing] * n, [phase] * n) for phase in model.phases_s]
-    best = [min(some, key=_square) for some in zip(*by_phase, strict=True)]
-    kept = [run for run in range(n) if run not in FULL_STEPS]
-    return (
-        [pooled_rms(some[run] for some in by_phase for run in chosen) for chosen in (range(n), kept)],
-        [pooled_rms(best[run] for run in chosen) for chosen in (range(n), kept)],
-    )
+def positions(result: ReplayScore, readings: list[int]) -> str:
+    """Return the error of positions over all phases, counts rms, of all runs and without those at full steps."""
+    squares = np.array([np.mean(errors.counts**2) for _, errors in result.runs])
+    kept = np.isin(np.arange(len(squares)), FULL_STEPS, invert=True)
+    weights = np.array(readings)
+    return " / ".join(f"{np.sqrt(np.average(squares[of], weights=weights[of])):.2f}" for of in (kept | True, kept))
 
 
-def _square(residuals: NDArray[np.float64]) -> float:
-    return float(np.mean(residuals**2))
+def currents(result: ReplayScore) -> Rows:
+    """Return the errors of currents by channel beside the hand's own, mA."""
+    by_run = [_milliamperes(errors) for _, errors in result.runs]
+    return [
+        ("", *(channel.title for channel in Channel), "all"),
+        *(
+            (name, *(f"{value:.0f}" for value in values))
+            for name, values in (
+                ("all runs", _milliamperes(result.all_runs)),
+                ("median of the runs", np.median(by_run, axis=0)),
+                ("two runs, commanded alike", _milliamperes(result.repeats)),
+            )
+        ),
+    ]
+
+
+def shares(result: ReplayScore) -> Rows:
+    """Return which share of the squared error goes with what."""
+    return [
+        ("share of the squared error, %", *result.shares),
+        *(
+            (what, *(f"{100 * share[row]:.0f}" for share in result.shares.values()))
+            for row, what in enumerate(("positions", "currents"))
+        ),
+    ]
+
+
+def _milliamperes(errors: Errors) -> NDArray[np.float64]:
+    each = 1e3 * errors.currents_a
+    return np.append(each, np.sqrt(np.nanmean(each**2)))
 
 
 @click.command()
 @click.argument("runs", type=click.Path(exists=True, file_okay=False, path_type=Path))
 def main(runs: Path) -> None:
-    """Score the shipped unit on RUNS, a folder with the sixteen recorded runs, and store the result."""
-    scores = (f"{both:.2f} / {without:.2f}" for both, without in scored(runs))
-    row = [SCORED, *scores, "", "", source_commit()[:12]]
-    store("calibration.scores", [row if old[0] == SCORED else old for old in load("calibration.scores")["rows"]])
+    """Score the shipped unit on RUNS, a folder with the sixteen recorded runs, and store the results."""
+    traces, commit = [load_trace(path) for path in sorted(runs.glob("run_*.npz"))], source_commit()[:12]
+    result = score(traces, unit_named("reference"))
+    row = [SCORED, positions(result, [len(trace.t_read) for trace in traces]), "", commit]
+    origin = "sixteen recorded runs of one right hand"
+    rows = [row if old[0] == SCORED else old for old in load("calibration.scores")["rows"]]
+    store("calibration.scores", rows, origin=f"{origin}; commit {', '.join(sorted({old[-1] for old in rows[1:]}))}")
+    for name, table in (("currents", currents(result)), ("shares", shares(result))):
+        store(f"calibration.{name}", table, origin=f"{origin}; commit {commit}")
 
 
 if __name__ == "__main__":
