@@ -294,7 +294,7 @@ def _ours(name: str) -> Any:
     try:
         return import_module(name)
     except ImportError as error:
-        raise pytest.UsageError(f"aero-hil: {error}; pip install 'aero-hil[suite]'") from error
+        raise pytest.UsageError(f"aero-hil: {error}; `aero-hil doctor` says how to install `suite`") from error
 
 
 def _workers(config: pytest.Config) -> int:

@@ -5,47 +5,23 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import click
 
-from aero.clock import WallClock
-from hil.cli.doctor.hand import check_hand
-from hil.cli.doctor.installation import check_installation
-from hil.cli.doctor.machine import check_drawing, check_jitter, lateness_s
-from hil.cli.doctor.ports import check_ports, holders, list_ports, read_port
+from hil.cli.doctor.hand import examine_port
+from hil.cli.doctor.machine import check_drawing, check_installation, check_jitter, lateness_s
 from hil.cli.exits import Exit
 from hil.robots.finding import Examined, Subject, Verdict, worst
 
 
-def _ports(named: str) -> Iterator[Examined]:
-    ports = list_ports()
-    if named and all(port.device != named for port in ports) and Path(named).exists():
-        ports += (read_port(named),)
-    return check_ports(ports, named)
-
-
-EXAMINATIONS: tuple[Callable[[], Iterable[Examined]], ...] = (
-    check_installation,
-    lambda: [check_drawing()],
-    lambda: [check_jitter(lateness_s(WallClock()))],
-)
-"""Examinations of this machine."""
-EXAMINATIONS_OF_A_PORT: tuple[Callable[[str], Iterable[Examined]], ...] = (
-    _ports,
-    lambda named: check_hand(named, holders(named)) if named else (),
-)
-"""Each takes the port that was named, empty without one."""
-
-
 def examine(named: str = "") -> Iterator[Examined]:
-    """Yield every finding as it is made."""
-    for examination in EXAMINATIONS:
-        yield from examination()
-    for examination_of_a_port in EXAMINATIONS_OF_A_PORT:
-        yield from examination_of_a_port(named)
+    """Yield every finding as it is made; `named` is a hand's port, empty for none."""
+    yield from check_installation()
+    yield check_drawing()
+    yield check_jitter(lateness_s())
+    yield from examine_port(named)
 
 
 FORMAT = 1
@@ -66,7 +42,8 @@ def doctor(port: str | None, as_json: bool) -> None:
         if not as_json:
             show(finding)
     if as_json:
-        click.echo(json.dumps(_document(findings), indent=2))
+        document: dict[str, Any] = {"format": FORMAT, "verdict": worst(findings)}
+        click.echo(json.dumps(document | {"findings": [finding.as_dict() for finding in findings]}, indent=2))
     sys.exit(exit_code(findings))
 
 
@@ -76,10 +53,6 @@ def exit_code(findings: Iterable[Examined]) -> Exit:
     if worst(findings, Subject.LINK) is Verdict.WRONG:
         return Exit.NO_HAND
     return Exit.OUT_OF_LIMITS if worst(findings) is Verdict.WRONG else Exit.WITHIN_LIMITS
-
-
-def _document(findings: list[Examined]) -> dict[str, Any]:
-    return {"format": FORMAT, "verdict": worst(findings), "findings": [finding.as_dict() for finding in findings]}
 
 
 def show(finding: Examined) -> None:

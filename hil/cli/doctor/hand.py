@@ -1,9 +1,13 @@
-"""The hand at a port, asked at rest: nothing moves and no register changes."""
+"""The ports of this machine and the hand at one of them, asked at rest: nothing moves and no register changes."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+
+from serial.tools.list_ports import comports
 
 from aero import UNSHIFTED, AeroHand, Channel, CommandWindow
 from aero.actuation.fingerprint import fits_span
@@ -13,10 +17,139 @@ from aero.protocol import MAX_CODE
 from hil.robots.finding import Examined, Subject, Verdict
 from hil.targets.boot_text import identify
 
+HAND_USB = (0x303A, 0x1001)
+"""USB vendor and product of the hand's board, an ESP32-S3 with its own USB port."""
+UDEV_FILE = "/etc/udev/rules.d/70-aero-hand.rules"
+UDEV_RULE = (
+    'SUBSYSTEM=="tty", ATTRS{idVendor}=="303a", ATTRS{idProduct}=="1001", MODE="0660", TAG+="uaccess", '
+    'ENV{ID_MM_DEVICE_IGNORE}="1"'
+)
+"""Gives the port to whoever is logged in, and keeps ModemManager from writing to it."""
+UDEV_COPY = (
+    f"echo '{UDEV_RULE}' | sudo tee {UDEV_FILE}",
+    "sudo udevadm control --reload-rules && sudo udevadm trigger --subsystem-match=tty",
+)
+PSEUDO_TERMINALS = {"/dev/ptmx", "/dev/pts/ptmx"}
+"""Open in whoever serves a pseudo-terminal: `aero-hil emulate` is no second master of its own hand."""
+MOST_LATENCY_MS = 2
+"""More than this adds to each reply of about 2 ms; adapters by FTDI come with 16 ms."""
 SPANS = UNSHIFTED.spans_counts()
 """Width of each channel's command window as homing leaves it, (7,) counts, the same for every firmware and side."""
 RESTARTED = CommandWindow.for_firmware(DEFAULT_FIRMWARE, "mixed")
 """The windows of firmware 0.2.0 after a restart without homing: the thumb's have another width."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """What the system says about one serial port."""
+
+    device: str
+    usb: tuple[int, int] | None = None
+    """USB vendor and product."""
+    serial_number: str = ""
+    permitted: bool = True
+    """Whether this user may read and write it."""
+    group: str = ""
+    """Group that owns it, empty where there is none."""
+    holders: tuple[str, ...] = ()
+    """Programs that have it open, as `name (process ID)`; only those that this user may see."""
+    latency_ms: int | None = None
+    """Latency timer of the USB adapter; None where it has none."""
+
+
+def examine_port(named: str) -> Iterator[Examined]:
+    """Yield what there is to say about the ports, and about the hand at the one that is named, empty for none."""
+    ports = [
+        _read_port(found.device, None if found.vid is None else (found.vid, found.pid), found.serial_number or "")
+        for found in sorted(comports())
+    ]
+    if named and all(port.device != named for port in ports) and Path(named).exists():
+        ports.append(_read_port(named))
+    yield from check_ports(ports, named)
+    if named:
+        yield from check_hand(named, holders(named))
+
+
+def _read_port(device: str, usb: tuple[int, int] | None = None, serial_number: str = "") -> Port:
+    """Return what the system says about a port, without opening it."""
+    real = os.path.realpath(device)
+    try:
+        group = Path(real).group()
+    except (OSError, KeyError, NotImplementedError):
+        group = ""
+    try:
+        latency_ms = int(_latency_file(real).read_text())
+    except (OSError, ValueError):
+        latency_ms = None
+    return Port(device, usb, serial_number, os.access(real, os.R_OK | os.W_OK), group, holders(real), latency_ms)
+
+
+def _latency_file(device: str) -> Path:
+    return Path("/sys/class/tty", Path(os.path.realpath(device)).name, "device/latency_timer")
+
+
+def holders(device: str) -> tuple[str, ...]:
+    """Return which other programs have a device open; none where the system does not say."""
+    device, found = os.path.realpath(device), []
+    for process in Path("/proc").glob("[0-9]*"):
+        if process.name == str(os.getpid()):
+            continue
+        try:
+            opened = {os.path.realpath(file) for file in (process / "fd").iterdir()}
+            if device in opened and not (device.startswith("/dev/pts/") and opened & PSEUDO_TERMINALS):
+                found.append(f"{(process / 'comm').read_text().strip()} ({process.name})")
+        except OSError:  # of another user, or ended meanwhile
+            continue
+    return tuple(sorted(found))
+
+
+def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Examined]:
+    """Judge the ports of this machine; the one that is named counts as the hand's."""
+    hands = [port for port in ports if (port.device == named if named else port.usb == HAND_USB)]
+    data = {
+        "ports": [{"device": port.device, "usb": list(port.usb or ()), "serial": port.serial_number} for port in ports],
+        "hands": [port.device for port in hands],
+    }
+    if "://" in named:
+        found, remedy = f"named: {named}, over the network", ""
+    elif named and hands:
+        found, remedy = f"named: {named}", ""
+    elif hands:
+        found = f"looks like a hand: {', '.join(port.device for port in hands)}"
+        remedy = f"have it asked too: aero-hil doctor --hil {hands[0].device}"
+    else:
+        why = f"{named} is no port of this machine" if named else "none looks like a hand"
+        found = f"{why}; serial ports here: {', '.join(port.device for port in ports) or 'none'}"
+        remedy = "plug the hand in, with a cable that carries data; without a hand: aero-hil emulate"
+    yield Examined("ports", Verdict.OK, found, remedy, data=data)
+    for port in hands:
+        yield from _check_port(port)
+
+
+def _check_port(port: Port) -> Iterator[Examined]:
+    """Judge one port: rights, holders, latency timer."""
+    device = port.device
+    data = {"device": device, "group": port.group, "permitted": port.permitted}
+    if port.permitted:
+        yield Examined("rights", Verdict.OK, f"{device} can be read and written", data=data)
+    else:
+        found = f"{device} belongs to the group `{port.group}`, and this user may not use it"
+        remedy = f"sudo usermod -aG {port.group or 'dialout'} $USER and log in again; or copy this rule"
+        yield Examined("rights", Verdict.WRONG, found, remedy, UDEV_COPY, data=data)
+    verdict, found, remedy = Verdict.OK, f"nothing seen that holds {device}", ""
+    if port.holders:
+        verdict, remedy = Verdict.LOOK, "end it: a hand has one master"
+        found = f"{device} is open in {', '.join(port.holders)}"
+    data = {"device": device, "holders": list(port.holders)}
+    yield Examined("holder", verdict, found, remedy, subject=Subject.LINK, data=data)
+    copy: tuple[str, ...] = ()
+    verdict, found, remedy = Verdict.OK, f"{device} has no latency timer", ""
+    if port.latency_ms is not None:
+        found = f"{device} holds bytes back for up to {port.latency_ms} ms"
+        if port.latency_ms > MOST_LATENCY_MS:
+            verdict, remedy = Verdict.LOOK, "shorten it, until it is unplugged"
+            copy = (f"echo 1 | sudo tee {_latency_file(device)}",)
+    yield Examined("latency", verdict, found, remedy, copy, data={"device": device, "latency_ms": port.latency_ms})
 
 
 @dataclass(frozen=True)
@@ -25,7 +158,6 @@ class Answers:
 
     codes: tuple[int, ...]
     """Positions, command order."""
-    temperatures_c: tuple[float, ...]
     knows_limits: bool
     knows_calibrate_mid: bool
     boot_text: str
@@ -41,25 +173,27 @@ def ask(port: str) -> Answers:
     """
     with AeroHand.open_unguarded(port) as hand:
         codes = tuple(hand.read_codes().tolist())
-        temperatures = tuple(hand.read_temperatures().tolist())
-        return Answers(codes, temperatures, hand.knows_limits(), hand.knows_calibrate_mid(), hand.boot_text)
+        return Answers(codes, hand.knows_limits(), hand.knows_calibrate_mid(), hand.boot_text)
 
 
 def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Examined]:
     """Ask a hand, and judge its answers; one that another program holds is left alone."""
-    if held_by:
-        found, remedy = f"not asked: {port} is open in {', '.join(held_by)}", "end that program first"
-        yield Examined("answer", Verdict.WRONG, found, remedy, subject=Subject.LINK, data={"answers": None})
-        return
+    answers: Answers | None = None
+    verdict, found, remedy = Verdict.OK, f"a hand answers at {port}", ""
     try:
-        answers = ask(port)
+        if held_by:
+            verdict, remedy = Verdict.WRONG, "end that program first"
+            found = f"not asked: {port} is open in {', '.join(held_by)}"
+        else:
+            answers = ask(port)
     except (AeroError, ConnectionError, ValueError) as error:
+        verdict, found = Verdict.WRONG, str(error)
         remedy = "look at the lines about the port above; then supply, cable, and whether this is the hand's port"
-        yield Examined("answer", Verdict.WRONG, str(error), remedy, subject=Subject.LINK, data={"answers": False})
-        return
-    yield Examined("answer", Verdict.OK, f"a hand answers at {port}", subject=Subject.LINK, data={"answers": True})
-    yield check_firmware(answers)
-    yield check_calibration(answers.codes)
+    data = {"answers": None if held_by else answers is not None}
+    yield Examined("answer", verdict, found, remedy, subject=Subject.LINK, data=data)
+    if answers is not None:
+        yield check_firmware(answers)
+        yield check_calibration(answers.codes)
 
 
 def candidates(answers: Answers) -> tuple[str, ...]:
@@ -79,17 +213,18 @@ def candidates(answers: Answers) -> tuple[str, ...]:
 def check_firmware(answers: Answers) -> Examined:
     """Name the versions that the board behaves like; those that answer alike at rest stand together."""
     versions = candidates(answers)
-    data = {"versions": list(versions), "knows_limits": answers.knows_limits}
-    data["knows_calibrate_mid"] = answers.knows_calibrate_mid
+    data = {
+        "versions": list(versions),
+        "knows_limits": answers.knows_limits,
+        "knows_calibrate_mid": answers.knows_calibrate_mid,
+    }
+    verdict, found, remedy = Verdict.OK, f"behaves like {' or '.join(versions)}", ""
     if not versions:
-        found = "it behaves like none of the known versions"
+        verdict, found = Verdict.LOOK, "it behaves like none of the known versions"
         remedy = "flash a published version, and home the hand"
-        return Examined("firmware", Verdict.LOOK, found, remedy, subject=Subject.HAND, data=data)
-    found = f"behaves like {' or '.join(versions)}"
-    remedy = "give the flashed one as --firmware; these answer alike, and no board reports its own" * (
-        len(versions) > 1
-    )
-    return Examined("firmware", Verdict.OK, found, remedy, subject=Subject.HAND, data=data)
+    elif len(versions) > 1:
+        remedy = "give the flashed one as --firmware; these answer alike, and no board reports its own"
+    return Examined("firmware", verdict, found, remedy, subject=Subject.HAND, data=data)
 
 
 def restarted(codes: Sequence[int]) -> bool:

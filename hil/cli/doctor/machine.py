@@ -1,24 +1,32 @@
-"""How this machine draws, and how late it wakes a program."""
+"""This machine: Python, what is installed, how MuJoCo draws, and how late a program is woken."""
 
 from __future__ import annotations
 
+import json
 import os
+import platform
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from importlib.metadata import PackageNotFoundError, distribution, requires, version
 from importlib.util import find_spec
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+from packaging.utils import canonicalize_name
 
-from aero.clock import Clock
+from aero.clock import Clock, WallClock
 from aero.safety import Thresholds
 from aero.safety.lateness import WORTH_SAYING_S
+from hil.recordings.provenance import source_commit
 from hil.robots.finding import Examined, Verdict
 
+PROJECT = "aero-hil"
 PATIENCE_S = 30.0
-"""For one attempt, s; a good one takes about one."""
+"""For one attempt to draw, s; a good one takes about one."""
 BACKENDS = {"linux": ("egl", "osmesa")}
 """What to try where the first attempt fails, by `sys.platform`: what needs no display."""
 LOADED, DREW = "loaded", "drew"
@@ -31,30 +39,158 @@ renderer.render()
 print("{DREW}", flush=True)
 os._exit(0)
 """
+TICK_S, TICKS = 0.005, 200
+"""A second of ticks, eight in the time between two polls of the guard."""
 
 
-@dataclass(frozen=True)
-class Attempt:
+class Need(NamedTuple):
+    """One package that something needs."""
+
+    name: str
+    wanted: str
+    """Range of versions, empty for any."""
+    installed: str | None
+
+    @property
+    def fits(self) -> bool:
+        """Whether it is installed in a version of the range."""
+        return self.installed is not None and SpecifierSet(self.wanted).contains(self.installed, prereleases=True)
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.installed}, wanted {self.wanted}" if self.installed else self.name
+
+
+def check_installation() -> Iterator[Examined]:
+    """Look at Python, this project, the packages that everything needs, and the extras."""
+    commit = source_commit()
+    try:
+        ours = distribution(PROJECT)
+    except PackageNotFoundError:
+        yield _python("")
+        remedy = "from its folder: pip install -e . in a virtual environment"
+        data = {"version": None, "commit": commit}
+        yield Examined(PROJECT, Verdict.WRONG, "it runs, but is not installed", remedy, data=data)
+        return
+    yield _python(ours.metadata["Requires-Python"] or "")
+    data = {"version": ours.version, "commit": commit}
+    yield Examined(PROJECT, Verdict.OK, f"{ours.version}, commit {commit or 'not known'}", data=data)
+    yield _packages(needs("", _declared, _installed))
+    names = sorted(ours.metadata.get_all("Provides-Extra") or [])
+    yield from _extras({name: needs(name, _declared, _installed) for name in names})
+
+
+def needs(
+    extra: str, requires_of: Callable[[str], Sequence[str]], version_of: Callable[[str], str | None]
+) -> tuple[Need, ...]:
+    """Return what an extra needs beyond the project's own dependencies; those themselves for the name ``.
+
+    Args:
+        extra: name of the extra.
+        requires_of: returns the requirements that an installed package declares, by its name.
+        version_of: returns the version of an installed package, or None.
+    """
+
+    def walk(package: str, extra: str) -> Iterator[Need]:
+        for line in requires_of(package):
+            requirement = Requirement(line)
+            marker = requirement.marker
+            always = marker is None or marker.evaluate({"extra": ""})
+            if always == bool(extra) or not (marker is None or marker.evaluate({"extra": extra})):
+                continue
+            name = canonicalize_name(requirement.name)
+            if name != PROJECT:
+                yield Need(name, str(requirement.specifier), version_of(name))
+            for further in requirement.extras:  # extras that name extras, of this project or of others
+                yield from walk(name, further)
+
+    return tuple(sorted({need.name: need for need in walk(PROJECT, extra)}.values()))
+
+
+def _installed(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _declared(name: str) -> Sequence[str]:
+    try:
+        return requires(name) or ()
+    except PackageNotFoundError:
+        return ()
+
+
+def install_command(extra: str, origin: str | None) -> str:
+    """Return how to add an extra to an installation, by what its `direct_url.json` says; None for an index's."""
+    direct = json.loads(origin or "{}")
+    url = direct.get("url", "")
+    if not url:
+        return f"pip install '{PROJECT}[{extra}]'"
+    if not url.startswith("file://") or "dir_info" not in direct:
+        return f"pip install '{PROJECT}[{extra}] @ {url}'"
+    editable = "-e " if direct["dir_info"].get("editable") else ""
+    return f"pip install {editable}'{url.removeprefix('file://')}[{extra}]'"
+
+
+def _python(wanted: str) -> Examined:
+    found = f"{platform.python_version()} on {platform.system()} {platform.release()}, {platform.machine()}"
+    data = {"version": platform.python_version(), "system": platform.system(), "machine": platform.machine()}
+    if SpecifierSet(wanted).contains(platform.python_version(), prereleases=True):
+        return Examined("python", Verdict.OK, found, data=data)
+    remedy = f"{PROJECT} wants Python {wanted}; make a virtual environment with one"
+    return Examined("python", Verdict.WRONG, found, remedy, data=data)
+
+
+def _packages(base: Sequence[Need]) -> Examined:
+    data = {need.name: need.installed for need in base}
+    if unfit := [need for need in base if not need.fits]:
+        found = f"missing or in a version that was not tested: {'; '.join(map(str, unfit))}"
+        remedy = "install aero-hil again, in a virtual environment of its own"
+        return Examined("packages", Verdict.WRONG, found, remedy, data=data)
+    found = ", ".join(f"{need.name} {need.installed}" for need in base)
+    return Examined("packages", Verdict.OK, found or "nothing is declared", data=data)
+
+
+def _extras(extras: dict[str, tuple[Need, ...]]) -> Iterator[Examined]:
+    """Say which extras are usable; one of which something is missing was not asked for, and is no fault."""
+    usable = {name: all(need.fits for need in found) for name, found in extras.items()}
+    lacking = [name for name, found in extras.items() if any(need.installed is None for need in found)]
+    data = {
+        name: {"usable": usable[name], "packages": {need.name: need.installed for need in found}}
+        for name, found in extras.items()
+    }
+    said = f"usable: {', '.join(name for name in extras if usable[name]) or 'none'}"
+    said += f"; not installed: {', '.join(lacking)}" if lacking else ""
+    origin = distribution(PROJECT).read_text("direct_url.json")
+    remedy = f"for one of the others: {install_command('NAME', origin)}" if lacking else ""
+    yield Examined("extras", Verdict.OK, said, remedy, data=data)
+    for name, found in extras.items():
+        if not usable[name] and name not in lacking:
+            unfit = "; ".join(str(need) for need in found if not need.fits)
+            yield Examined(f"extra {name}", Verdict.LOOK, unfit, install_command(name, origin))
+
+
+class Attempt(NamedTuple):
     """What came of trying to draw."""
 
     loaded: bool
     """Whether MuJoCo could be loaded."""
     drew: bool
     said: str = ""
-    """The last thing that was said about a failure."""
+    """The last line of a failure."""
 
 
-def attempt(backend: str | None, patience_s: float = PATIENCE_S) -> Attempt:
+def attempt(backend: str | None) -> Attempt:
     """Load MuJoCo and draw, with `MUJOCO_GL` set to `backend` or, for None, not set."""
     environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
     if backend is not None:
         environment["MUJOCO_GL"] = backend
     command = [sys.executable, "-P", "-c", PROGRAM]
     try:
-        ran = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=patience_s, check=False)
+        ran = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     except subprocess.TimeoutExpired as error:
         out = error.stdout.decode() if isinstance(error.stdout, bytes) else error.stdout or ""
-        return Attempt(LOADED in out, drew=False, said=f"it did not end within {patience_s:g} s")
+        return Attempt(LOADED in out, drew=False, said=f"it did not end within {PATIENCE_S:g} s")
     said = [line for line in ran.stderr.splitlines() if line.strip()] or [f"it ended with status {ran.returncode}"]
     return Attempt(LOADED in ran.stdout, DREW in ran.stdout, said[-1])
 
@@ -77,26 +213,19 @@ def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: 
     others: list[str | None] = [None] if named is not None and not first.loaded else []
     others += [backend for backend in BACKENDS.get(sys.platform, ()) if backend != named]
     works = next((backend for backend in others if tried(backend).drew), named)
+    remedy = "install an OpenGL that needs no display (Debian: libegl1 or libosmesa6) and set MUJOCO_GL=egl or osmesa"
     if works is not None and works != named:
         remedy = f"export MUJOCO_GL={works}, which works here"
-    else:
-        remedy = (
-            "install an OpenGL that needs no display (Debian: libegl1 or libosmesa6) and set MUJOCO_GL=egl or osmesa"
-        )
     if not first.loaded:
-        return Examined(
-            "drawing", Verdict.WRONG, f"MuJoCo cannot be loaded; {setting}: {first.said}", remedy, data=data
-        )
+        found = f"MuJoCo cannot be loaded; {setting}: {first.said}"
+        return Examined("drawing", Verdict.WRONG, found, remedy, data=data)
     found = f"MuJoCo cannot draw; {setting}: {first.said}. Only pictures and videos need it"
     return Examined("drawing", Verdict.LOOK, found, remedy, data=data | {"works": works})
 
 
-TICK_S, TICKS = 0.005, 200
-"""A second of ticks, eight in the time between two looks of the guard."""
-
-
-def lateness_s(clock: Clock) -> NDArray[np.float64]:
+def lateness_s(clock: Clock | None = None) -> NDArray[np.float64]:
     """Return how late each of `TICKS` waits ends, (n,) s; waits for as long as they take."""
+    clock = clock or WallClock()
     late = np.empty(TICKS)
     for tick in range(TICKS):
         due = clock.now() + TICK_S
@@ -105,14 +234,15 @@ def lateness_s(clock: Clock) -> NDArray[np.float64]:
     return late
 
 
-def check_jitter(late_s: NDArray[np.float64], thresholds: Thresholds | None = None) -> Examined:
+def check_jitter(late_s: NDArray[np.float64]) -> Examined:
     """Judge how late the ticks came, (n,) s, by what the guard of a hand needs."""
-    limits = thresholds or Thresholds()
-    worst, usual = float(late_s.max()), float(np.quantile(late_s, 0.99))
-    found = f"a tick of {1e3 * TICK_S:g} ms came up to {1e3 * worst:.1f} ms late (99 %: {1e3 * usual:.1f} ms)"
-    found += f"; the guard of a hand looks every {1e3 * limits.look_s:g} ms"
-    data = {"worst_ms": 1e3 * worst, "p99_ms": 1e3 * usual, "ticks": len(late_s), "fine_ms": 1e3 * WORTH_SAYING_S}
-    remedy = "end what keeps the machine busy; a fault is noticed later by as much as a look is late"
+    limits = Thresholds()
+    worst, p99 = float(late_s.max()), float(np.quantile(late_s, 0.99))
+    found = f"a tick of {1e3 * TICK_S:g} ms came up to {1e3 * worst:.1f} ms late (99 %: {1e3 * p99:.1f} ms)"
+    found += f"; the guard of a hand polls every {1e3 * limits.look_s:g} ms"
+    data = {"worst_ms": 1e3 * worst, "p99_ms": 1e3 * p99, "ticks": len(late_s), "fine_ms": 1e3 * WORTH_SAYING_S}
     if worst <= WORTH_SAYING_S:
         return Examined("jitter", Verdict.OK, found, data=data)
-    return Examined("jitter", Verdict.LOOK if worst <= limits.silent_s else Verdict.WRONG, found, remedy, data=data)
+    verdict = Verdict.LOOK if worst <= limits.silent_s else Verdict.WRONG
+    remedy = "end what keeps the machine busy; a fault is noticed later by as much as a poll is late"
+    return Examined("jitter", verdict, found, remedy, data=data)

@@ -12,10 +12,20 @@ import pytest
 
 from aero.firmware import FIRMWARE
 from hil.cli.doctor import exit_code
-from hil.cli.doctor.hand import SPANS, Answers, ask, candidates, check_calibration, check_hand
-from hil.cli.doctor.installation import needs
-from hil.cli.doctor.machine import Attempt, check_drawing, check_jitter
-from hil.cli.doctor.ports import HAND_USB, UDEV_COPY, Port, check_ports, holders
+from hil.cli.doctor.hand import (
+    HAND_USB,
+    SPANS,
+    UDEV_COPY,
+    Answers,
+    Port,
+    ask,
+    candidates,
+    check_calibration,
+    check_hand,
+    check_ports,
+    holders,
+)
+from hil.cli.doctor.machine import Attempt, check_drawing, check_jitter, install_command, needs
 from hil.cli.exits import Exit, ending
 from hil.robots.finding import Examined, Subject, Verdict
 from hil.targets.pty_process import serve_in_process
@@ -38,19 +48,17 @@ def test_the_fingerprint_of_an_emulated_board_names_its_version_and_moves_nothin
 
 
 def test_versions_that_answer_alike_stand_together() -> None:
-    answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, knows_calibrate_mid=False, boot_text="")
+    answers = Answers(HOMED, knows_limits=True, knows_calibrate_mid=False, boot_text="")
     assert candidates(answers) == tuple(version for version in FIRMWARE if version not in ("pre", "main"))
 
 
 def test_a_boot_text_narrows_the_versions_down() -> None:
-    answers = Answers(HOMED, (30.0,) * 7, knows_limits=True, knows_calibrate_mid=False, boot_text="[BOOT] Auto Homing")
+    answers = Answers(HOMED, knows_limits=True, knows_calibrate_mid=False, boot_text="[BOOT] Auto Homing")
     assert candidates(answers) == ("0.1.3",)
 
 
 def test_a_restart_without_homing_shows_in_the_thumb() -> None:
-    assert candidates(Answers(RESTARTED, (30.0,) * 7, knows_limits=True, knows_calibrate_mid=False, boot_text="")) == (
-        "0.2.0",
-    )
+    assert candidates(Answers(RESTARTED, knows_limits=True, knows_calibrate_mid=False, boot_text="")) == ("0.2.0",)
     found = check_calibration(RESTARTED)
     assert found.verdict is Verdict.LOOK
     assert "home" in found.remedy
@@ -143,7 +151,20 @@ def test_drawing_names_the_opengl_that_works(monkeypatch: pytest.MonkeyPatch) ->
 def test_an_extra_without_its_packages_is_not_usable() -> None:
     declared = {"aero-hil": ["numpy>=2", "mujoco>=3 ; extra == 'emulate'", "aero-hil[emulate] ; extra == 'hil'"]}
     found = needs("hil", lambda name: declared.get(name, []), lambda name: None)
-    assert [need.name for need in found.lacking] == ["mujoco"]
+    assert [need.name for need in found if need.installed is None] == ["mujoco"]
+
+
+@pytest.mark.parametrize(
+    ("origin", "command"),
+    [
+        (None, "pip install 'aero-hil[view]'"),
+        ('{"url": "file:///srv/aero", "dir_info": {"editable": true}}', "pip install -e '/srv/aero[view]'"),
+        ('{"url": "file:///srv/aero", "dir_info": {}}', "pip install '/srv/aero[view]'"),
+        ('{"url": "https://x/a.whl", "archive_info": {}}', "pip install 'aero-hil[view] @ https://x/a.whl'"),
+    ],
+)
+def test_an_extra_is_installed_from_where_the_rest_came(origin: str | None, command: str) -> None:
+    assert install_command("view", origin) == command
 
 
 @pytest.mark.parametrize(
