@@ -47,11 +47,11 @@ def serve_in_process(
     hand: Literal["right", "left"],
     unit: str,
     seed: int,
-    delays: DelayLog,
+    delays: DelayLog | None = None,
     program: Path | None = None,
     faults: Sequence[Fault] = (),
 ) -> Iterator[str]:
-    """Start an emulated hand on a pseudo-terminal and yield the path a client may open; its delays go to a log.
+    """Start an emulated hand on a pseudo-terminal and yield the path a client may open; its delays go to `delays`.
 
     Raises:
         FaultNeverFiredError: a fault had no effect until it was stopped.
@@ -63,7 +63,7 @@ def serve_in_process(
         command += ["--firmware-program", str(program)]
     for fault in faults:
         command += ["--fault", str(fault)]
-    heard = _Heard(delays)
+    heard = _Heard(delays or DelayLog())
     child = ChildProcess(command, "`aero-hil emulate`", on_line=heard.take)
     path = child.wait_ready(START_S)
     try:
