@@ -74,7 +74,7 @@ def train(
         prepared_folder(out)
     try:
         from train import run, selection, training  # noqa: PLC0415 - the extra is asked for where it is used
-        from train.run_state import read_standing  # noqa: PLC0415
+        from train.run_state import STATE, read_standing  # noqa: PLC0415
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or training.machine_backend()
@@ -113,10 +113,16 @@ def train(
         if ended.ending is training.StopReason.DONE:
             chooser = {"chosen_at_commit": source_commit()}
             selection.choose(chosen, out, ended.standing, hands=units, threads=threads, say=say, chooser=chooser)
+        elif not (out / STATE).exists():
+            say(f"Nothing is kept in {out}: the run ended before its first update.")
         else:
+            best = f", every checkpoint and the best one, {recipe}.npz" if (out / f"{recipe}.npz").exists() else ""
             bound = f" --steps {steps}" if steps else ""
-            say(f"Kept in {out}: the state, every checkpoint and the best one so far, {recipe}.npz.")
+            say(f"Kept in {out}: the state{best}.")
             say(f"To continue: aero-hil train {recipe} --seed {seed}{bound} --out {out} --resume")
+    except KeyboardInterrupt:
+        say(f"Every checkpoint is kept in {out}. To choose again: aero-hil train {recipe} --out {out} --choose")
+        raise
     except (FileExistsError, FileNotFoundError, ValueError) as error:
         raise Ended(str(error), Exit.USAGE) from error
     if ended.by_signal:

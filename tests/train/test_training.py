@@ -84,6 +84,8 @@ def commanded(monkeypatch, folder, *arguments, ending=StopReason.DONE, by_signal
         assert {"mujoco", "jax", "brax"} <= provenance["versions"].keys()
         listener.epoch(EPOCH)
         listener.checkpoint(POINT)
+        if ending is StopReason.TIME:
+            (folder / STATE).touch()
         return TrainingEnd(ending, Standing(recipe.name, seed, steps=40_960), by_signal)
 
     monkeypatch.setattr(training, "train", fake)
@@ -117,6 +119,10 @@ def test_mjx_without_a_gpu_says_so_and_keeps_to_the_size_for_cpus(accelerated, e
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_run_that_a_signal_ended_has_its_exit_code_and_says_what_is_kept(number, code, monkeypatch, tmp_path):
     options = {"ending": StopReason.STOPPED, "by_signal": number}
+    _, result = commanded(monkeypatch, tmp_path, "--backend", "native", **options)
+    assert (result.exit_code, "Nothing is kept" in result.output) == (code, True)
+    (tmp_path / STATE).touch()
+    (tmp_path / "steady.npz").touch()
     _, result = commanded(monkeypatch, tmp_path, "--backend", "native", **options)
     assert result.exit_code == code
     assert f"Kept in {tmp_path}: the state, every checkpoint" in result.output.replace("\n", "")
