@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         write_whole(options.out, spec.to_xml())
     else:
         # Imported late: drawing needs an OpenGL context, exporting does not.
-        from model.render import write_picture  # noqa: PLC0415
+        from model.pictures import write_picture  # noqa: PLC0415
 
         write_picture(spec, options.out, options.hand)
     print(f"{options.out}: {options.kind} {options.hand} hand")

@@ -87,7 +87,7 @@ class CubePlant(BuiltHandPlant):
         return gravity
 
     def posture(self) -> NDArray[np.float64]:
-        """Return joint angles, rad, and the cube's position, m, and orientation, w x y z: (23,), for `model.film`."""
+        """Return joint angles, rad, and the cube's position, m, and orientation, w x y z: (23,)."""
         cube = self._data.qpos[self._cube_qpos : self._cube_qpos + 7]
         return np.concatenate([self._data.qpos[self.compiled.joint_qpos], cube])
 
@@ -120,7 +120,7 @@ class CubeWatch:
         """Whether it has fallen."""
         self._samples = self._untouched = self._let_go = 0
         self.postures: list[NDArray[np.float64]] = []
-        """Posture of hand and cube at the end of each control period, for `model.film.frames`."""
+        """Posture of hand and cube at the end of each control period, for `model.pictures.frames`."""
 
     def place(self) -> None:
         """Put the cube at rest into the hand; its time begins."""

@@ -1,4 +1,4 @@
-"""All grasps in one picture, each as it was when the person had let go. Needs an OpenGL context, see `model.render`."""
+"""All grasps in one picture, each as it was when the person had let go. Needs OpenGL, see `model.pictures`."""
 
 from __future__ import annotations
 

@@ -31,8 +31,8 @@ from hil.recordings.recorder import Recorder
 from hil.targets.target import GroundTruth
 from hil.view.sources import source_of
 from model.cube_plant import CubePlant, CubeWatch
-from model.film import check_drawing, frames
 from model.geometry import Side
+from model.pictures import check_drawing, frames
 from model.scene import CUBE
 from model.units.cable_correction import correction
 from model.units.naming import unit_named

@@ -8,10 +8,10 @@ at the end. A message says its time in seconds since the start of the recording,
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
-import os
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 from datetime import datetime
 from pathlib import Path
@@ -22,7 +22,7 @@ from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from numpy.typing import NDArray
-from zstandard import ZstdError, frame_content_size
+from zstandard import ZstdError
 
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
@@ -30,7 +30,6 @@ from aero.whole_file import begin_file, whole
 from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.mcap_writer import McapWriter
 from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
-from hil.recordings.seal import digest
 from hil.targets.wire_log import Direction, WireRecord
 
 METADATA = "aero-hil"
@@ -54,12 +53,6 @@ BUFFER_BYTES = 4096
 """Of compressed data that may wait in this program."""
 LARGEST_RECORD = 64 * 2**20
 """Bytes of a record beyond which a file is damaged; ours have a few kB."""
-LARGEST_RATIO = 40
-"""Of unpacked to packed bytes, above which a file is damaged or made to fill the memory; ours have 6 to 12."""
-SLACK_BYTES = 2**20
-"""Unpacked bytes of ours that are not counted."""
-CHUNK_SLACK_BYTES = 16 * 2**20
-"""The same of one chunk, which may hold a camera's dark frame."""
 DAMAGED = (
     McapError,
     ZstdError,
@@ -214,6 +207,11 @@ class RecordingFile:
         return self._epoch_ns + round(t * 1e9)
 
 
+def digest(content: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of a JSON object, whatever the order of its keys, in hexadecimal."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
 def epoch_ns(header: Header) -> int:
     """Return the date of a recording's beginning, ns since 1970; 0 for one that does not know it."""
     return round(datetime.fromisoformat(header.started).timestamp() * 1e9) if header.started else 0
@@ -244,7 +242,7 @@ def read_recording(path: Path) -> Recording:
     """
     with open_regular(path) as stream:
         try:
-            return _assembled(_records(stream), path, os.fstat(stream.fileno()).st_size)
+            return _assembled(_records(stream), path)
         except UnusableFileError:
             raise
         except DAMAGED as error:
@@ -262,23 +260,15 @@ def _records(stream: BinaryIO) -> Iterator[McapRecord]:
             if not isinstance(record, Chunk):
                 yield record
                 continue
-            size = _unpacked_size(record)
-            if size > LARGEST_RATIO * len(record.data) + CHUNK_SLACK_BYTES:
-                raise McapError(f"a chunk of {len(record.data)} bytes unpacks to {size}")
+            if record.uncompressed_size > LARGEST_RECORD:
+                raise McapError(f"a chunk unpacks to {record.uncompressed_size} bytes; {LARGEST_RECORD} are the most")
             yield from breakup_chunk(record, validate_crc=True)
     except (EndOfFile, struct.error):
         if stream.read(1):
             raise  # damaged, and not cut by the end of the program that wrote it
 
 
-def _unpacked_size(chunk: Chunk) -> int:
-    """Return what a chunk takes in memory, by its own word and by its content's."""
-    said = frame_content_size(chunk.data) if chunk.compression == "zstd" else len(chunk.data)
-    return max(chunk.uncompressed_size, said)
-
-
-def _assembled(records: Iterator[McapRecord], path: Path, packed: int) -> Recording:
-    unpacked = 0
+def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
     header: Header | None = None
     topics: dict[int, str] = {}
     schemas: dict[int, dict[str, Any]] = {}
@@ -298,9 +288,6 @@ def _assembled(records: Iterator[McapRecord], path: Path, packed: int) -> Record
             elif record.topic in (*WIRE_TOPICS, "/events"):
                 topics[record.id] = record.topic
         elif isinstance(record, Message) and record.channel_id in topics:
-            unpacked += len(record.data)
-            if unpacked > LARGEST_RATIO * packed + SLACK_BYTES:
-                raise McapError(f"{packed} bytes unpack to more than {unpacked}")
             topic, body = topics[record.channel_id], json.loads(record.data)
             if topic in WIRE_TOPICS:
                 wire.append(WireRecord(body["t"], WIRE_TOPICS[topic], bytes.fromhex(body["hex"])))

@@ -12,7 +12,6 @@ from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
-from hil.recordings.seal import sealed
 from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report
 from hil.verdict.judged_run import Validation
@@ -24,7 +23,7 @@ def write_figures(validation: Validation, out: Path) -> None:
     Raises:
         OSError: the folder cannot be written.
     """
-    write_whole(out / "checks.json", json.dumps(sealed(checks_json(validation)), indent=2) + "\n")
+    write_whole(out / "checks.json", json.dumps(checks_json(validation), indent=2) + "\n")
     if (metrics := metrics_json(validation)) is not None:
         write_whole(out / "metrics.json", json.dumps(metrics, indent=2) + "\n")
 

@@ -11,12 +11,13 @@ from typing import Any
 
 from serial.tools.list_ports import comports
 
+from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.clock import Clock
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.hand import Hand
-from aero.safety import GuardedHand, Thresholds
+from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from firmware_emulator.hand import EmulatedHand
@@ -25,7 +26,6 @@ from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
 from hil.targets.delays import DelayLog, TimedClock, TimedTransport
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
-from hil.targets.guarding import drive, ready_for_the_worst
 from hil.targets.pty_process import serve_in_process
 from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
@@ -175,7 +175,7 @@ def in_process(
     settable = firmware_of(request.firmware).settings is not None
     found = found_as(request.conditions, link, clock, settable=settable, seed=request.seed)
     wire = WireLog(found, clock)
-    with drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
+    with _drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
         if request.homed:
             hand.home()
         yield request.granted(hand, clock, wire, capabilities=(GroundTruth(plant, electronics),))
@@ -224,8 +224,8 @@ def _serial(request: OpenRequest, port: str) -> Iterator[tuple[Hand, Clock, Wire
     wire = WireLog(TimedTransport(transport, clock), clock)
     with (
         closing(clock),
-        ready_for_the_worst(port, request.thresholds, request.firmware) as standby,
-        drive(
+        _standby_process(port, request.thresholds, request.firmware) as standby,
+        _drive(
             wire,
             clock,
             request.map,
@@ -239,3 +239,48 @@ def _serial(request: OpenRequest, port: str) -> Iterator[tuple[Hand, Clock, Wire
         except (AeroError, ConnectionError) as error:
             raise NoHandError(f"no hand answers at {port!r}: {error}") from error
         yield hand, clock, wire
+
+
+def _drive(
+    transport: Transport,
+    clock: Clock,
+    codec: ActuationMap,
+    firmware: str,
+    *,
+    thresholds: Thresholds | None,
+    standby: Standby | None = None,
+) -> Hand:
+    """Return a driver on an open transport, guarded when there are thresholds."""
+    if thresholds is None:
+        return AeroHand(transport, clock)
+    return guard(transport, clock, codec, firmware, thresholds, standby=standby)
+
+
+def guard(
+    transport: Transport,
+    clock: Clock,
+    codec: ActuationMap,
+    firmware: str,
+    thresholds: Thresholds,
+    *,
+    standby: Standby | None = None,
+) -> GuardedHand:
+    """Return a guarded driver on an open transport, made for one firmware."""
+    return GuardedHand(
+        transport,
+        clock,
+        spans_counts=codec.window.spans_counts(),
+        usual=firmware_of(firmware).settings,
+        thresholds=thresholds,
+        standby=standby,
+    )
+
+
+@contextmanager
+def _standby_process(port: str, thresholds: Thresholds | None, firmware: str) -> Iterator[Standby | None]:
+    """Prepare for this program being terminated or killed; yields what a guarded hand needs for it."""
+    if thresholds is None:
+        yield None
+        return
+    with unwinding():
+        yield Standby(port, thresholds, settable=firmware_of(firmware).settings is not None)

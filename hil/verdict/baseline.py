@@ -13,14 +13,13 @@ from aero.regular_file import read_text
 from hil.checks import JUDGED, Measured
 from hil.checks.shared.declaration import Metric, Worse
 from hil.recordings.errors import writing
-from hil.recordings.seal import KEY, unsealed
 from hil.verdict.findings import Finding
 
 LARGEST_BYTES = 16 * 2**20
 """Of the figures of a run, which have some ten thousand."""
-FIELDS = {"passed", "not_run", "counts", "measured", "findings", "diagnosis", "withheld", KEY}
-FORMER_FIELDS = {"sight", "explanations"}
-"""Of `checks.json`, now and in version 0.1.0."""
+FIELDS = {"passed", "not_run", "counts", "measured", "findings", "diagnosis", "withheld"}
+FORMER_FIELDS = {"sight", "explanations", "sha256"}
+"""Of `checks.json`, now and in earlier versions."""
 
 
 def store(results: Path, baseline: Path) -> None:
@@ -58,7 +57,6 @@ def load(baseline: Path) -> Mapping[str, Measured]:
         checks = json.loads(read_text(path, LARGEST_BYTES))
         if unknown := sorted(checks.keys() - FIELDS - FORMER_FIELDS):
             raise ValueError(f"unknown {', '.join(unknown)}")
-        checks = unsealed(checks)
         return {
             experiment: {
                 subject: {metric: value for metric, value in row.items() if _is_figure(metric, value)}

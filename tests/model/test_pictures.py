@@ -1,3 +1,5 @@
+"""Pictures and films: drawn only where an OpenGL backend is named."""
+
 import os
 
 import mujoco
@@ -9,8 +11,10 @@ from policies import holding, policy
 
 from aero.policy.file import save
 from hil.cli import main
+from model import build_routed
+from model.__main__ import main as draw
 from model.cube_plant import CubePlant
-from model.film import HEIGHT, STICKERS, WIDTH, add_stickers, frames
+from model.pictures import FILM_HEIGHT, FILM_WIDTH, HEIGHT, STICKERS, WIDTH, add_stickers, frames, picture
 from model.scene import Cube, add_cube
 
 drawn = pytest.mark.skipif(
@@ -28,8 +32,8 @@ def test_every_face_of_the_cube_has_a_colour_of_its_own(cube):
     assert len({tuple(colour) for colour in model.site_rgba}) == 6
 
 
-def share_of(picture, colour):
-    """Return the share of a picture that has about the hue of a sticker."""
+def fraction_of(picture, colour):
+    """Return the fraction of a picture that has about the hue of a sticker."""
     wanted = np.array(STICKERS[colour][:3])
     pixels = picture.reshape(-1, 3) / 255.0
     length = np.linalg.norm(pixels, axis=1)
@@ -44,10 +48,10 @@ def test_a_cube_that_turns_shows_its_next_face():
         plant.place_cube((0.11, 0.0, 0.05), (np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)))
         postures.append(plant.posture())
     before, after = frames(np.array(postures))
-    assert before.shape == (HEIGHT, WIDTH, 3)
+    assert before.shape == (FILM_HEIGHT, FILM_WIDTH, 3)
     red, orange = (1, 0, 0), (-1, 0, 0)
-    assert share_of(before, red) > 0.01 > share_of(after, red)
-    assert share_of(after, orange) > 0.01
+    assert fraction_of(before, red) > 0.01 > fraction_of(after, red)
+    assert fraction_of(after, orange) > 0.01
 
 
 @drawn
@@ -57,7 +61,7 @@ def test_run_policy_leaves_a_film(tmp_path):
     result = CliRunner().invoke(main, arguments, catch_exceptions=False)
     assert result.exit_code == 0, result.output
     with Image.open(tmp_path / "film.gif") as film:
-        assert (film.n_frames, film.size, film.info["duration"]) == (10, (WIDTH, HEIGHT), 100)
+        assert (film.n_frames, film.size, film.info["duration"]) == (10, (FILM_WIDTH, FILM_HEIGHT), 100)
 
 
 @pytest.mark.parametrize(
@@ -69,3 +73,21 @@ def test_a_film_that_cannot_be_is_refused_before_anything_moves(arguments, said,
     result = CliRunner().invoke(main, ["run-policy", str(tmp_path / "policy.npz"), *arguments])
     assert result.exit_code == 2
     assert said in " ".join(result.output.split())
+
+
+@drawn
+def test_the_left_hand_looks_like_the_right_one_in_a_mirror():
+    right, left = (picture(build_routed(side), side).astype(int) for side in ("right", "left"))
+    assert right.shape == (HEIGHT, WIDTH, 3)
+    red_cables = (right[..., 0] > 180) & (right[..., 1] < 80) & (right[..., 2] < 80)
+    assert red_cables.sum() > 300
+    different = np.abs(right - left[:, ::-1]).max(axis=2) > 40
+    assert different.mean() < 0.01
+    assert (np.abs(right - left).max(axis=2) > 40).mean() > 0.02
+
+
+@drawn
+def test_render_writes_a_png(tmp_path):
+    path = tmp_path / "hand.png"
+    draw(["render", "--out", str(path)])
+    assert path.read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,165 @@
+"""Pictures of a hand, and of one that turns a cube. Needs OpenGL; on a machine without display set `MUJOCO_GL=egl`."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aero.channels import FINGERS, Joint
+from aero.whole_file import whole
+from model.appearance import CABLE_RGBA, PULLEY_RGBA, Rgba
+from model.geometry import Side
+from model.portrait import dress_up
+from model.routed import build_routed
+from model.scene import CUBE, Cube, add_cube
+
+Picture = NDArray[np.uint8]
+"""(height, width, 3) RGB."""
+WIDTH, HEIGHT, DPI = 1500, 1000, 100
+FILM_WIDTH, FILM_HEIGHT = 480, 360
+CAMERA = ((0.100, 0.004, -0.005), 0.235, -20.0, -55.0)
+FILM_CAMERA = ((0.115, 0.008, 0.0), 0.25, 155.0, -36.0)
+"""Point looked at (world frame, m), distance, m, azimuth and elevation in MuJoCo's degrees, for a right hand; a left
+one is seen in the mirror."""
+SHADOW_SIZE, SAMPLES = 2048, 4
+"""Quality of a film's frame; a picture's takes three times as long to draw."""
+LEGEND: tuple[tuple[str, Rgba], ...] = (
+    ("cable of a servo", CABLE_RGBA["actuation"]),
+    ("coupling of PIP and DIP", CABLE_RGBA["coupling"]),
+    ("return spring of MCP or CMC", CABLE_RGBA["mcp_spring"]),
+    ("return spring of the outer joints", CABLE_RGBA["distal_spring"]),
+    ("pulley", PULLEY_RGBA),
+)
+CURL = (0.10, 0.16, 0.24, 0.32)
+"""Angle of every joint of the fingers in a picture, rad, from index to pinky."""
+THUMB_POSE = {Joint.THUMB_ABDUCTION: 1.1, Joint.THUMB_CMC: 0.3, Joint.THUMB_MCP: 0.25, Joint.THUMB_IP: 0.25}
+"""rad"""
+STICKERS: dict[tuple[int, int, int], Rgba] = {
+    (1, 0, 0): (0.80, 0.15, 0.15, 1.0),
+    (-1, 0, 0): (0.95, 0.55, 0.10, 1.0),
+    (0, 1, 0): (0.15, 0.55, 0.25, 1.0),
+    (0, -1, 0): (0.15, 0.30, 0.75, 1.0),
+    (0, 0, 1): (0.95, 0.95, 0.95, 1.0),
+    (0, 0, -1): (0.95, 0.85, 0.15, 1.0),
+}
+"""Colour on each face, by its outward direction: a turn and its direction can be seen, as on the puzzle."""
+BLACK: Rgba = (0.12, 0.12, 0.13, 1.0)
+"""Colour of the cube between its stickers."""
+STICKER_FRACTION, STICKER_THICKNESS = 0.8, 0.2e-3
+"""Of a face's width; m."""
+
+
+def shown_pose() -> NDArray[np.float64]:
+    """Return the joint angles, (16,) rad, of a hand that is about to take something."""
+    angles = np.zeros(len(Joint))
+    angles[: 3 * len(FINGERS)] = np.repeat(CURL, 3)
+    angles[list(THUMB_POSE)] = list(THUMB_POSE.values())
+    return angles
+
+
+def picture(spec: mujoco.MjSpec, side: Side = "right", joint_angles: ArrayLike | None = None) -> Picture:
+    """Draw the palm of a hand, (HEIGHT, WIDTH, 3).
+
+    Args:
+        spec: a hand; a copy of it is dressed, lit and compiled.
+        side: which hand it is.
+        joint_angles: (16,) float, rad; `shown_pose` when left out.
+    """
+    dressed = spec.copy()
+    dress_up(dressed, side)
+    dressed.visual.global_.offwidth, dressed.visual.global_.offheight = WIDTH, HEIGHT
+    model = dressed.compile()
+    data = mujoco.MjData(model)
+    angles = shown_pose() if joint_angles is None else np.asarray(joint_angles, dtype=float)
+    for joint in Joint:
+        data.joint(joint.label).qpos = angles[joint]
+    with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
+        return _drawn(renderer, model, data, _camera(side, *CAMERA))
+
+
+def write_picture(spec: mujoco.MjSpec, path: Path, side: Side = "right", joint_angles: ArrayLike | None = None) -> None:
+    """Write `picture` as a PNG file, with a legend of the cables' colours."""
+    # A film needs no plots.
+    from matplotlib.figure import Figure  # noqa: PLC0415
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+
+    figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.imshow(picture(spec, side, joint_angles))
+    axes.set_axis_off()
+    lines = [Line2D([], [], color=rgba, linewidth=6, label=label, solid_capstyle="round") for label, rgba in LEGEND]
+    axes.legend(handles=lines, loc="lower left", frameon=False, fontsize=17, borderaxespad=1.5, handlelength=1.4)
+    with whole(path) as draft:
+        figure.savefig(draft)
+
+
+def frames(positions: NDArray[np.float64], side: Side = "right", cube: Cube = CUBE) -> Iterator[Picture]:
+    """Yield one picture of the routed hand with its cube, (FILM_HEIGHT, FILM_WIDTH, 3), for each posture.
+
+    Args:
+        positions: (frames, 23): joint angles, rad, in the order of `Joint`, then the cube's position, m, and
+            orientation, unit quaternion w x y z, in the world frame.
+        side: which hand.
+        cube: what it turns.
+    """
+    spec = build_routed(side)
+    add_stickers(add_cube(spec, cube), cube)
+    dress_up(spec, side)
+    spec.visual.quality.shadowsize, spec.visual.quality.offsamples = SHADOW_SIZE, SAMPLES
+    model = spec.compile()
+    data, camera = mujoco.MjData(model), _camera(side, *FILM_CAMERA)
+    with mujoco.Renderer(model, FILM_HEIGHT, FILM_WIDTH) as renderer:
+        for row in positions:
+            data.qpos[:] = row
+            yield _drawn(renderer, model, data, camera)
+
+
+def add_stickers(body: mujoco.MjsBody, cube: Cube) -> None:
+    """Put a coloured square on each face of a cube."""
+    body.first_geom().rgba = BLACK
+    for direction, colour in STICKERS.items():
+        outward = np.array(direction)
+        flat = np.where(outward, STICKER_THICKNESS / 2, STICKER_FRACTION * cube.side_m / 2)
+        place = 0.5 * cube.side_m * outward
+        body.add_site(type=mujoco.mjtGeom.mjGEOM_BOX, size=flat, pos=place, rgba=colour)
+
+
+def check_drawing(asked: str) -> None:
+    """Try whether pictures can be drawn here, before any work.
+
+    Args:
+        asked: the option that needs them.
+
+    Raises:
+        ValueError: they cannot, with what to try.
+    """
+    try:
+        with (
+            warnings.catch_warnings(action="ignore"),
+            mujoco.Renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), 8, 8),
+        ):
+            pass
+    except Exception as error:  # each OpenGL library has errors of its own
+        said = " ".join(str(error).split())
+        raise ValueError(f"{asked}: nothing can be drawn here ({said}); set MUJOCO_GL=egl") from error
+
+
+def _drawn(renderer: mujoco.Renderer, model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera) -> Picture:
+    mujoco.mj_forward(model, data)
+    renderer.update_scene(data, camera)
+    rgb: Picture = renderer.render()
+    return rgb
+
+
+def _camera(
+    side: Side, looked_at: tuple[float, float, float], distance: float, azimuth: float, elevation: float
+) -> mujoco.MjvCamera:
+    found, mirror = mujoco.MjvCamera(), 1.0 if side == "right" else -1.0
+    found.lookat[:] = looked_at * np.array([1.0, mirror, 1.0])
+    found.distance, found.azimuth, found.elevation = distance, mirror * azimuth, elevation
+    return found
