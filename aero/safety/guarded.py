@@ -96,7 +96,7 @@ class GuardedHand:
             standby=standby,
         )
         # For a program that forgets to close it, and for an interrupt at the very beginning of `close`.
-        weakref.finalize(self, self._guard.end)
+        self._finalizer = weakref.finalize(self, self._guard.end)
 
     def __enter__(self) -> Self:
         return self

@@ -15,7 +15,6 @@ from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
 from hil.recordings.recording import Recording
 from hil.report.page import BYTES_ALONE, render_report
-from hil.verdict.margins import margins_left, nearest
 from hil.verdict.validation import judge_recordings
 
 NOT_JUDGED = {
@@ -46,8 +45,6 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
     write_whole(out, page)
     if not judged.results and not judged.end.cut:
         click.echo(BYTES_ALONE)
-    if line := nearest(margins_left(made.values())):
-        click.echo(line)
     cut = [str(path) for path, recording in made.items() if not recording.header.finished]
     if cut and judged.judged_passed:
         rest = "; the rest is within limits" if judged.judged else ""

@@ -257,6 +257,7 @@ class GuardedProgram:
 
     def _killed(self, cut):
         self.over = True
+        self.hand._finalizer.detach()  # as in a process that is gone
         if self.hand.phase in {Phase.RESTING, Phase.STOPPED}:
             return  # no second process was started, or it was stood down
         if not self.link.unplugged:

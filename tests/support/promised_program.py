@@ -1,36 +1,39 @@
-"""A guarded program whose end says how far the guard's promises were from being broken."""
+"""A guarded program whose end demands that the guard has kept its promises, as the bytes show it."""
 
 import numpy as np
+from exchanged_signals import STEP_S, longest_s, signals
 from guarded_program import SETTLES_S, GuardedProgram, step
 
 from aero.protocol import Opcode
-from aero.safety.opening import SWITCH_OFF
+from aero.safety import Thresholds
 from aero.safety.state import Phase
-from hil.targets.wire_log import WireRecord
-from hil.verdict.margins import margin
-from hil.verdict.promise_signals import signals
-from hil.verdict.promises import PROMISES, STEP_S, YES
 
 QUERIES = {Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP}
 UNWATCHED_S = 2.7
 """After homing: the guard begins anew, and its commands need their time."""
+LIMITS = Thresholds()
+"""The published ones, whatever the guard of a test was given."""
+ENDING_S = 2.5 * LIMITS.opening_patience_s
 
 
 class PromisedProgram(GuardedProgram):
-    """As `GuardedProgram`; `margins` holds every promise's `Margin` by its name when the program has ended."""
+    """As `GuardedProgram`; `broken` holds what the guard of an ended program has not kept, with how far.
 
-    def __init__(self, **how):
+    `late_s` is what may be added to a threshold's own time: a poll, its exchanges, lost replies, the age of a value.
+    """
+
+    def __init__(self, *, late_s=0.2, **how):
         super().__init__(**how)
+        self.late_s = late_s
         if self.built:
             self.excused = "a hand that may not be able to open"
         self.link.log = []
         self.start_s = self.clock.now()
-        self.phases, self.homings, self.executed = [], [], []
-        self.margins = {}
+        self.phases, self.homings, self.executed, self.broken = [], [], [], {}
         write = self.link.write
 
         def noted(data):
-            self.phases.append((self.clock.now() - self.start_s, self.hand.phase))
+            self.phases.append((self.clock.now(), self.hand.phase))
             write(data)
 
         self.link.write = noted
@@ -49,16 +52,13 @@ class PromisedProgram(GuardedProgram):
 
     @step
     def end(self, how="normally", cut=0):
-        """End the program, see what it promised, and demand that nothing was broken."""
+        """End the program, and demand that every promise was kept."""
         begun = self.clock.now()
         try:
             GuardedProgram.end.__wrapped__(self, how, cut)
         finally:
-            self._measure(begun - self.start_s)
-        for found in self.margins.values():
-            assert found.value >= 0.0, (
-                f"promise {found.promise.name} is broken by {-found.value:.3g} {found.promise.unit}"
-            )
+            self._judge(begun)
+        assert not self.broken, f"promises are broken: {self.broken}"
 
     def _overheard(self, board):
         take = board.next_frame
@@ -66,51 +66,52 @@ class PromisedProgram(GuardedProgram):
         def next_frame():
             frame = take()
             if frame is not None:
-                self.executed.append((self.clock.now() - self.start_s, frame))
+                self.executed.append(frame)
             return frame
 
         board.next_frame = next_frame
         return board
 
-    def _measure(self, ended_s):
-        wire = [
-            WireRecord(t - self.start_s, "to_hand" if direction == ">" else "from_hand", data)
-            for t, direction, data in self.link.log
-        ]
-        end_s = self.clock.now() - self.start_s
-        times, found = signals(wire, end_s)
-        found |= self._phases(times)
-        found["unasked"] = self._unasked(times, wire)
-        left = np.where(times >= ended_s, np.minimum(times, end_s - SETTLES_S) - ended_s, 0.0)
-        found["left"] = np.maximum(left, self._stopping(times))
-        bent = np.abs(np.rad2deg(self._plant.joint_angles())).max()
-        found["ended"] = np.where(np.arange(len(times)) == len(times) - 1, YES, -YES)
-        found["bent"] = np.full(len(times), bent)
-        found["told"] = np.full(len(times), YES if SWITCH_OFF in self.said or self.built else -YES)
-        self.margins = {promise.name: margin(promise, times, found) for promise in PROMISES}
+    def _judge(self, ended):
+        log = [(t - self.start_s, direction, data) for t, direction, data in self.link.log]
+        times, found = signals(log, self.clock.now() - self.start_s)
+        moving, gentle = self._phases(times)
+        seen = moving & found["fresh"]
+        late_s = self.late_s
+        most = {
+            "current": (longest_s(seen & (found["current"] > LIMITS.current_a)), LIMITS.current_s + late_s),
+            "temperatures": (
+                np.max(found["temperatures_age"], where=seen, initial=0.0),
+                LIMITS.temperature_look_s + 2 * late_s,
+            ),
+            "stale": (np.max(found["stale"], where=moving, initial=0.0), LIMITS.stale_s + late_s),
+            "silence": (np.max(found["silence"], where=moving, initial=0.0), LIMITS.silent_s + 7 * late_s),
+            "beyond": (longest_s(seen & (found["beyond"] > LIMITS.beyond)), LIMITS.stray_s + late_s),
+            "short": (longest_s(seen & (found["short"] > LIMITS.short)), LIMITS.stray_s + late_s),
+            "gentle": (np.max(found["step"], where=gentle, initial=0.0), 1.05 * STEP_S / LIMITS.opening_s),
+            "unasked": (self._unasked(log), 0),
+            "ending": (max(self.clock.now() - SETTLES_S - ended, self._stopping_s()), ENDING_S),
+        }
+        self.broken = {name: f"{value:.3g} of {bound:.3g}" for name, (value, bound) in most.items() if value > bound}
 
     def _phases(self, times):
         """Return whether the hand moves and is watched, and whether it opens for the first time."""
-        at = np.searchsorted([t for t, _ in self.phases], times, side="right") - 1
+        at = np.searchsorted([t - self.start_s for t, _ in self.phases], times, side="right") - 1
         phases = [self.phases[i][1] if i >= 0 else Phase.RESTING for i in at]
         homing = np.zeros(len(times), bool)
         for begun, done in self.homings:
             homing |= (times >= begun - STEP_S) & (times <= done)
         moving = np.array([phase in {Phase.OPENING, Phase.MOVING} for phase in phases]) & ~homing
-        gentle = np.array([phase is Phase.OPENING for phase in phases])
-        return {"moving": np.where(moving, YES, -YES), "gentle": np.where(gentle, YES, -YES)}
+        return moving, np.array([phase is Phase.OPENING for phase in phases])
 
-    def _stopping(self, times):
-        """Return for how long the hand has been opening for the last time, s."""
-        begun = next((t for t, phase in self.phases if phase is Phase.ENDING), None)
-        done = max((t for t, phase in self.phases if phase is Phase.ENDING), default=0.0)
-        return np.zeros(len(times)) if begun is None else np.clip(np.minimum(times, done) - begun, 0.0, None)
+    def _stopping_s(self):
+        """Return how long the last opening took, s."""
+        ending = [t for t, phase in self.phases if phase is Phase.ENDING]
+        return ending[-1] - ending[0] if ending else 0.0
 
-    def _unasked(self, times, wire):
+    def _unasked(self, log):
         """Return how many commands the board has carried out that nobody had sent."""
-        asked = iter([record.data for record in wire if record.direction == "to_hand"])
-        count = np.zeros(len(times))
-        for t, frame in self.executed:
-            if frame[0] in {*Opcode} - QUERIES and not any(frame == one for one in asked):
-                count[times >= t] += 1.0
-        return count
+        asked = iter([data for _, direction, data in log if direction == ">"])
+        return sum(
+            frame[0] in {*Opcode} - QUERIES and not any(frame == one for one in asked) for frame in self.executed
+        )
