@@ -16,7 +16,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from aero.channels import Channel
-from hil.checks import EXPERIMENTS, WHOLE_RUN
+from hil.checks import EXPERIMENTS, JUDGED, WHOLE_RUN
 from hil.checks.shared.declaration import number
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
@@ -48,7 +48,7 @@ MOST_FINDINGS = 6
 
 @dataclass(frozen=True)
 class Section:
-    """One experiment of the page."""
+    """One experiment of the page, or what was judged of the run as a whole."""
 
     name: str
     title: str
@@ -199,13 +199,15 @@ def _exchanged(recordings: Mapping[str, Recording]) -> Plot | None:
 
 def _sections(validation: Validation) -> list[Section]:
     found = []
-    for name, result in validation.results.items():
-        experiment, bad = EXPERIMENTS[name], failed(result.findings)
+    for name, result in validation.judged.items():
+        if not result.findings and name not in EXPERIMENTS:
+            continue
+        judged, bad = JUDGED[name], failed(result.findings)
         own = {CHANNELS.index(finding.subject) for finding in bad if finding.subject in CHANNELS}
         channels = [Channel(number) for number in sorted(own)] or Channel
-        plot = whole(result.recording, channels) if drawable(result.recording) else None
-        details = experiment.details(result.recording) if experiment.details and result.measured else None
-        found.append(Section(name, experiment.title, result, len(bad), plot, details))
+        plot = whole(result.recording, channels) if name in EXPERIMENTS and drawable(result.recording) else None
+        details = judged.details(result.recording) if judged.details and result.measured else None
+        found.append(Section(name, judged.title, result, len(bad), plot, details))
     return found
 
 

@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from hil.checks import EXPERIMENTS
+from hil.checks import JUDGED
 from hil.report.beside_paper import Cell, compared, like_with_like, table
 from hil.report.evidence import excess, first_seen
 from hil.report.page import HEADINGS, MOST_FINDINGS, place_of, verdict_of, withheld_lines
@@ -37,10 +37,12 @@ def run_text(validation: Validation, report: str, width: int) -> Iterator[Text |
         lines.add_row(Text(label, style="bold"), Text(text.replace("`", "")))
     if lines.rows:
         yield lines
-    for name, result in validation.results.items():
+    for name, result in validation.judged.items():
+        if not result.findings and name not in validation.results:
+            continue
         bad = len(failed(result.findings))
         count = (f"{bad} of {len(result.findings)} failed", "bold") if bad else f"{len(result.findings)} checks passed"
-        yield Text.assemble(f"{name:10} {EXPERIMENTS[name].title}: ", count)
+        yield Text.assemble(f"{name:10} {JUDGED[name].title}: ", count)
     beside = compared(validation)
     if beside is not None and validation.passed:  # of a hand that failed the page has it
         yield from _beside(beside, width)

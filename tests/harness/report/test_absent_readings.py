@@ -15,36 +15,45 @@ from hil.report.page import render_report
 from hil.report.results import checks_json, metrics_json
 from hil.report.text import run_text
 
-METRICS = [(name, metric) for name, check in JUDGED.items() for metric in dict.fromkeys(m.name for m in check.metrics)]
 ABSENT, NAN = "absent", "NaN"
+FIELDS = {"session": "whole_run", "driver": "driver", "alike": "alike"}
+"""Results of a validation that are of no experiment, with their fields."""
 
 
-def without(measured, metric, how):
-    """The readings with one metric absent or NaN on every subject."""
-    if how == ABSENT:
-        return {subject: {k: v for k, v in row.items() if k != metric} for subject, row in measured.items()}
-    return {subject: {k: math.nan if k == metric else v for k, v in row.items()} for subject, row in measured.items()}
+def without(measured, how, metrics):
+    """The readings with some metrics absent or NaN on every subject."""
+    return {
+        subject: {
+            name: math.nan if name in metrics else value
+            for name, value in row.items()
+            if how == NAN or name not in metrics
+        }
+        for subject, row in measured.items()
+    }
 
 
 def with_result(validation, name, result):
     if name in validation.results:
         return replace(validation, results={**validation.results, name: result})
-    return replace(validation, **{"session": {"whole_run": result}, "driver": {"driver": result}}[name])
+    return replace(validation, **{FIELDS[name]: result})
+
+
+def numbers(validation):
+    """Every table and file of a run."""
+    files = [checks_json(validation), metrics_json(validation)]
+    beside = compared(validation)
+    tables = [text_rows(validation), () if beside is None else table(beside)]
+    return json.dumps(files, allow_nan=False) + repr(tables)
 
 
 def shown(validation):
     """Everything that a person or a program reads of a run."""
-    page = render_report(validation)
-    said = io.StringIO()
+    page, said = render_report(validation), io.StringIO()
     console = Console(width=80, file=said, markup=False, highlight=False)
     for line in run_text(validation, "out/report.html", console.width):
         console.print(line)
-    files = [checks_json(validation), metrics_json(validation)]
-    text = json.dumps(files, allow_nan=False) + said.getvalue()
-    if (beside := compared(validation)) is not None:
-        text += repr(table(beside))
     visible = re.sub(r"<script.*?</script>|<style.*?</style>", "", page, flags=re.DOTALL)
-    return visible + text + repr(text_rows(validation))
+    return visible + said.getvalue() + numbers(validation)
 
 
 def test_a_complete_run_says_no_nan(validated):
@@ -52,13 +61,17 @@ def test_a_complete_run_says_no_nan(validated):
 
 
 @pytest.mark.parametrize("how", [ABSENT, NAN])
-@pytest.mark.parametrize(("check", "metric"), METRICS)
-def test_a_reading_may_be_absent_or_nan(validated, check, metric, how):
+@pytest.mark.parametrize("check", JUDGED)
+def test_every_reading_may_be_absent_or_nan(validated, check, how):
     if (result := validated.judged.get(check)) is None:
         pytest.skip(f"{check} is not part of the run")
-    spoiled = replace(result, measured=without(result.measured, metric, how))
-    text = shown(with_result(validated, check, spoiled))
-    assert not re.search(r"\bnan\b", text)
+    names = {metric.name for metric in JUDGED[check].metrics}
+    for name in names:
+        spoiled = replace(result, measured=without(result.measured, how, {name}))
+        assert not re.search(r"\bnan\b", numbers(with_result(validated, check, spoiled))), name
+    failing = tuple(replace(finding, passed=False) for finding in result.findings)
+    spoiled = replace(result, measured=without(result.measured, how, names), findings=failing)
+    assert not re.search(r"\bnan\b", shown(with_result(validated, check, spoiled)))
 
 
 @pytest.mark.parametrize("check", JUDGED)
@@ -67,11 +80,12 @@ def test_a_whole_subject_may_be_absent(validated, check):
         pytest.skip(f"{check} is not part of the run")
     for subject in result.measured:
         left = {name: row for name, row in result.measured.items() if name != subject}
-        shown(with_result(validated, check, replace(result, measured=left)))
+        numbers(with_result(validated, check, replace(result, measured=left)))
+    shown(with_result(validated, check, replace(result, measured={})))
 
 
 def test_the_numbers_of_a_withheld_reading_are_null(validated):
     result = validated.results["staircase"]
-    spoiled = replace(result, measured=without(result.measured, "rise_hand_ms", ABSENT))
+    spoiled = replace(result, measured=without(result.measured, ABSENT, {"rise_hand_ms"}))
     content = metrics_json(with_result(validated, "staircase", spoiled))
     assert {row["rise_hand_ms"] for row in content["channels"].values()} == {None}

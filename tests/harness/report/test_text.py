@@ -69,6 +69,8 @@ def test_the_count_is_that_of_the_page_and_the_files(validated):
     assert tally.failed == 0
     assert f"all {tally.passed} checks passed" in printed(validated, 200)
     assert tally.passed == len(validated.findings)
+    said = printed(validated, 200)
+    assert sum(map(int, re.findall(r": (\d+) checks passed", said))) == tally.passed
 
 
 def test_each_experiment_takes_about_as_long_as_is_said_before_a_hand_moves(validated):
