@@ -60,7 +60,6 @@ def test_the_report_judges_the_link_and_says_what_it_cannot(replies, code, said,
     assert said in result.output
     assert "the driver's order, scale and sign are not judged" in result.output
     assert "What was meant" in page.read_text()
-    assert ("what each encoder reads" in page.read_text().lower()) == (replies == 1)
 
 
 @pytest.mark.skipif(not available, reason="needs a limit on the size of files")
