@@ -31,6 +31,14 @@ REST_WAIT_S, REST_TRIES = 0.2, 15
 REST_RAD_S = 0.2
 """Shaft speed below which a hand is at rest."""
 
+
+def _seed(text: str) -> int:
+    """Return what NumPy takes as a seed; the parser makes one line of the error."""
+    if not 0 <= int(text) < 2**32:
+        raise ValueError
+    return int(text)
+
+
 OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "hil": {
         "metavar": "TARGET",
@@ -43,7 +51,7 @@ OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "hil-still": {"action": "store_true", "help": "skip tests that move the hand"},
     "hil-homing": {"action": "store_true", "help": "also run tests that home a hand in real time"},
     "hil-long": {"action": "store_true", "help": "also run tests that take long in real time"},
-    "hil-seed": {"type": int, "default": 0, "help": "seed of the emulated hand's noise (default 0)"},
+    "hil-seed": {"type": _seed, "default": 0, "help": "seed of the emulated hand's noise (default 0)"},
     "bus-driver": {"metavar": "FACTORY", "help": "driver of the servo bus to test: my_package.my_module:factory"},
     "bus-robot": {"metavar": "PATH", "help": "robot behind the fixture bus_target, a TOML file"},
 }
@@ -278,8 +286,8 @@ def bus_target(request: pytest.FixtureRequest) -> RobotBus:
         pytest.fail("bus_target needs a robot: mark the test with `robot(PATH)`, or run with --bus-robot=PATH")
     try:
         robot: RobotBus = _ours("hil.robots.robot_bus").RobotBus.of_file(path, seed=request.config.option.aero_hil_seed)
-    except (ValueError, OSError, pytest.UsageError) as error:
-        pytest.fail(f"bus_target: {error}", pytrace=False)
+    except Exception as error:
+        pytest.fail(f"bus_target: {_one_line(error)}", pytrace=False)
     return robot
 
 
@@ -295,6 +303,17 @@ def _ours(name: str) -> Any:
         return import_module(name)
     except ImportError as error:
         raise pytest.UsageError(f"aero-hil: {error}; `aero-hil doctor` says how to install `suite`") from error
+
+
+def _one_line(error: Exception) -> str:
+    """Return what the command line says of an error; one of ours, whose traceback is worth more, is raised again."""
+    if isinstance(error, (pytest.UsageError, ValueError)):
+        return str(error)
+    exits = _ours("hil.cli.exits")
+    code, line = exits.ending(error)
+    if code == exits.Exit.DEFECT:
+        raise error
+    return str(line)
 
 
 def _workers(config: pytest.Config) -> int:
@@ -360,19 +379,13 @@ def _open(config: pytest.Config) -> Target:
     """Open the hand of the session.
 
     Raises:
-        UsageError: it cannot be opened; a defect of ours keeps its own error.
+        UsageError: it cannot be opened.
     """
     opened = ExitStack()
     try:
         target = opened.enter_context(_opener(config))
-    except pytest.UsageError:
-        raise
     except Exception as error:
-        exits = _ours("hil.cli.exits")
-        code, line = exits.ending(error)
-        if code == exits.Exit.DEFECT:
-            raise
-        raise pytest.UsageError(line) from error
+        raise pytest.UsageError(_one_line(error)) from error
     config.add_cleanup(opened.close)
     config.stash[_TARGET] = target
     return target

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from urllib.parse import urlsplit
 
 import serial
 
@@ -23,9 +24,15 @@ class SerialPort:
             serial.SerialException: it cannot be opened; the message names it.
         """
         try:
-            self._port = serial.serial_for_url(port, BAUD, timeout=0, write_timeout=0.1)
-        except (OSError, ValueError) as error:
-            raise serial.SerialException(f"cannot open the servo bus port {port!r}: {error}") from error
+            if port.startswith(("socket://", "rfc2217://")) and not urlsplit(port).port:
+                raise ValueError("the address has no port")
+            # pyserial's rfc2217 knows no write timeout.
+            write_timeout = None if port.startswith("rfc2217://") else 0.1
+            self._port = serial.serial_for_url(port, BAUD, timeout=0, write_timeout=write_timeout)
+            self._port.fileno()
+        except (OSError, ValueError, AttributeError) as error:
+            said = f"cannot serve the servo bus on {port!r}: {error}; give a device, or socket://HOST:PORT"
+            raise serial.SerialException(said) from error
 
     @property
     def baud(self) -> int:

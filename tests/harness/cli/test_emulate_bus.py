@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 import serial
+from click.testing import CliRunner
 
 from firmware_emulator.packets import pack
+from hil.cli import main
 
 ROOT = Path(__file__).parents[3]
 ARM = ROOT / "examples/arm/arm.toml"
@@ -92,6 +94,17 @@ def test_a_model_that_cannot_be_simulated_ends_with_one_line_and_exit_code_2(tmp
         assert process.returncode == 2
     assert said.startswith(f"Error: {tmp_path}/stiff.xml: MuJoCo cannot simulate it at joint 'a'")
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("port", "said"),
+    [("loop://", "fileno"), ("socket://host", "the address has no port"), ("/dev/no-such", "/dev/no-such")],
+)
+def test_a_port_that_cannot_be_served_is_one_line(port, said):
+    done = CliRunner().invoke(main, ["emulate-bus", str(ARM), "--port", port])
+    assert done.exit_code == 2
+    assert done.output.startswith(f"Error: cannot serve the servo bus on '{port}': ")
+    assert said in done.output
 
 
 def test_a_file_that_is_no_robot_is_one_line_and_exit_code_2(tmp_path):
