@@ -95,7 +95,7 @@ class FeedbackBlock:
             speed if 0 <= speed <= MAX_WORD else _word(speed),
             load if load >= 0 else -load | 0x400,
             round(10.0 * self.volts),
-            int(self.temperature_c),
+            min(int(self.temperature_c), 255),  # what a servo that heats on and on comes to
             memory[self._async_flag],
             self.status,
             self._moving_bits & ((1 if speed else 0) | (2 if abs(setpoint_counts - counts) > REACHED_COUNTS else 0)),

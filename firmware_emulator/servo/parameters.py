@@ -96,6 +96,9 @@ class ServoParameters:
                 "the speeds of the current's law must be positive, got "
                 f"{self.current_turning_counts:g} and {self.current_fading_counts:g} counts/s"
             )
+        for name, most in (("voltage", 25.5), ("rest_temperature_c", 255.0), ("start_temperature_c", 255.0)):
+            if not 0.0 <= getattr(self, name) <= most:
+                raise ValueError(f"{name}: a servo's register holds 0 to {most:g}, got {getattr(self, name):g}")
         model_of(self.model)
         if not 0.0 < self.duty_per_count * self.current_known_counts < 1.0:
             raise ValueError(

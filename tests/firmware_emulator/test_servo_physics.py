@@ -1,3 +1,4 @@
+import dataclasses
 import math
 from itertools import pairwise
 
@@ -166,3 +167,17 @@ def test_calibration_makes_the_present_angle_read_the_value_and_shifts_all_else(
 def test_a_frame_is_right_both_ways(direction, zero, angle):
     frame = Frame(Mounting(0, direction, zero))
     assert abs(frame.angle(frame.counts(angle)) - angle) <= 0.51 * RAD_PER_COUNT
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("voltage", 26.0),
+        ("start_temperature_c", 300.0),
+        ("start_temperature_c", -1.0),
+        ("rest_temperature_c", math.nan),
+    ],
+)
+def test_what_no_register_holds_is_refused_before_the_first_reading(name, wrong):
+    with pytest.raises(ValueError, match=f"{name}: a servo's register holds"):
+        dataclasses.replace(HLS3606M, **{name: wrong})
