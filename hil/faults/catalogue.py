@@ -74,14 +74,7 @@ def _number(text: str, what: str) -> float:
         raise ValueError(f"{text!r} is not {what}") from None
 
 
-HEADER = "| fault | what it is | severity: mild, medium, severe | where | list | layer | begins |"
 PLACES: dict[tuple[Channel, ...], str] = {(): "the hand", ALL: "a channel", CABLES: "a cable", FINGERS: "a finger"}
-
-
-def markdown() -> str:
-    """Return one row a fault."""
-    rows = [HEADER, "|---|---|---|---|---|---|---|", *map(_row, CATALOGUE.values())]
-    return "\n".join(rows)
 
 
 def severities(kind: Kind) -> str:
@@ -97,9 +90,3 @@ def where(kind: Kind) -> str:
 def begins(kind: Kind) -> str:
     """Return when a fault begins, for people."""
     return "built in" if not kind.later else f"@{kind.at_s:g}" if kind.at_s else "any time"
-
-
-def _row(kind: Kind) -> str:
-    meaning = kind.meaning if kind.visible else f"{kind.meaning} (cannot be seen: {kind.reason})"
-    cells = (f"`{kind.name}`", meaning, severities(kind), where(kind), " ".join(kind.ids), kind.layer, begins(kind))
-    return f"| {' | '.join(cells)} |"

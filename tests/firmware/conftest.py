@@ -17,6 +17,13 @@ def sources() -> Path | None:
     return Path(named) if named else None
 
 
+def pytest_collection_modifyitems(items):
+    """Keep the tests of a file on one worker, which compiles once."""
+    for item in items:
+        if item.path.parent == Path(__file__).parent:
+            item.add_marker(pytest.mark.xdist_group(item.path.name))
+
+
 @pytest.fixture(scope="session")
 def compiler():
     try:

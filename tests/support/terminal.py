@@ -1,0 +1,90 @@
+"""Commands of a page as a reader types them: one after the other in one folder, servers until the next one starts."""
+
+import re
+import shlex
+import signal
+import subprocess
+from contextlib import ExitStack, contextmanager
+
+from pages import LIMIT_S, ROOT, environment, missing
+
+from aero import AeroHand
+
+SERVERS = re.compile(r"aero-hil (emulate|emulate-bus|view|proxy)\b")
+"""They run until Ctrl-C."""
+INSTALLATION = re.compile(r"(python3? -m venv|\. ~|pip install|python -m pip|git submodule|mkdir|cd )")
+PORTS = ("/dev/ttyACM0", "/dev/ttyACM1", "/dev/ttyUSB0")
+ARM = ROOT / "examples/arm/arm.toml"
+SHORTER = {
+    r"aero-hil validate\b.* --hil (?!.*--dry-run)(?!.*--only)": "--only presence --only audit",
+    r"aero-hil record\b(?!.*--dry-run)": "--excite steps --channel index --scale 0.4",
+    r"aero-hil run-policy\b": "--seconds 3 --wait 0",
+    r"aero-hil predict\b": "--trials 1 --seconds 2",
+    r"aero-hil evaluate\b": "--units 1 --trials 1 --seconds 2",
+}
+"""Command to the options that make it short here."""
+
+
+def commands(block):
+    """Return the commands of a shell block, without comments and installation; a loop is one command."""
+    lines = re.sub(r"\\\n\s*", " ", block).splitlines()
+    if any(line.startswith("for ") for line in lines):
+        return [block]
+    found = [line.partition("  #")[0].strip() for line in lines if not line.startswith("#")]
+    return [command for command in found if command and not INSTALLATION.match(command)]
+
+
+class Terminal:
+    """A shell in a folder, with emulated hands on the ports that pages name."""
+
+    def __init__(self, folder, stack: ExitStack, **variables):
+        self.folder, self.stack, self.variables = folder, stack, environment() | variables
+        self.ports, self.serving = {}, stack.enter_context(ExitStack())
+
+    def port(self, name):
+        """Serve a homed hand, or a robot on the adapter, once for each name."""
+        if name not in self.ports:
+            link = self.ports[name] = str(self.folder / name.replace("/dev/", ""))
+            if name == "/dev/ttyUSB0":
+                self.stack.enter_context(self.served(f"aero-hil emulate-bus {ARM} --link {link}"))
+            else:
+                self.stack.enter_context(self.served(f"aero-hil emulate --link {link} --seed 5"))
+                with AeroHand.open_unguarded(link) as hand:
+                    hand.home()
+        return self.ports[name]
+
+    def type(self, command, shown=(), *, code=0):
+        """Run a command, or start a server; check its output and its exit code, and return its output."""
+        command = command.replace("/tmp/", f"{self.folder}/").replace("examples/", f"{ROOT}/examples/")
+        for name in PORTS:
+            if name in command:
+                command = command.replace(name, self.port(name))
+        if SERVERS.match(command) and "--help" not in command:
+            self.serving.close()
+            self.serving.enter_context(self.served(command, shown))
+            return ""
+        more = [options for pattern, options in SHORTER.items() if re.match(pattern, command)]
+        ran = subprocess.run(
+            " ".join([command, *more]), shell=True, cwd=self.folder, env=self.variables, text=True, timeout=LIMIT_S,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+        )  # fmt: skip
+        assert ran.returncode == code, f"{command}\n{ran.stdout[-3000:]}"
+        assert not missing(shown, ran.stdout), f"{command}\n{ran.stdout[-3000:]}"
+        return ran.stdout
+
+    @contextmanager
+    def served(self, command, shown=()):
+        """A server, from the moment when it has printed what is shown (`ready` or `view`) until Ctrl-C."""
+        with subprocess.Popen(
+            shlex.split(command), cwd=self.folder, env=self.variables, text=True, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        ) as server:  # fmt: skip
+            said = ""
+            while missing(shown, said) if shown else not re.search(r"^(ready|view) ", said, re.M):
+                line = server.stdout.readline()
+                assert line, f"{command} ended and printed {said!r}"
+                said += line
+            try:
+                yield
+            finally:  # else a failed command would leave it waiting for its server
+                server.send_signal(signal.SIGINT)
