@@ -45,6 +45,7 @@ def add_cube(spec: mujoco.MjSpec, cube: Cube = CUBE) -> mujoco.MjsBody:
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=(half, half, half),
         mass=cube.mass_kg,
+        # Torsional friction is 0.05 m in the released scene; it acts on soft skin alone (condim 4).
         friction=(cube.friction, 0.005, 0.0001),
         rgba=(0.90, 0.55, 0.15, 1.0),
     )
