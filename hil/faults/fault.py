@@ -73,7 +73,7 @@ class Kind:
     name: str
     layer: FaultLayer
     ids: tuple[str, ...]
-    """Rows of the list of faults in docs/faults.md that it stands for, such as `D7`."""
+    """Reported faults that it stands for, by layer: A host link, B firmware, C servo bus, D hand, E host."""
     unit: str
     """Unit of the severity; empty for a fault that is there or not."""
     severities: tuple[float, float, float]
