@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import shlex
+import tomllib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
+from importlib import resources
 from pathlib import Path
 
 from aero.channels import WIRE_ORDER, Channel
@@ -16,6 +20,9 @@ from hil.targets.target import PHYSICAL
 from hil.verdict.findings import Finding
 
 VALIDATE = "aero-hil validate"
+
+ELSEWHERE = {Effect.BYTES, Effect.RESTART, Effect.DRIVER, Effect.HEAT}
+"""Effects that no servo, cable or digit has."""
 
 
 class Component(Enum):
@@ -107,6 +114,30 @@ class Diagnosis:
 
 NOTHING = Diagnosis()
 """Of a run in which nothing is wrong."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of `diagnoses.toml`."""
+
+    causes: tuple[str, ...] = ()
+    test: str = ""
+    command: str = ""
+    effects: frozenset[Effect] = frozenset()
+
+
+@cache
+def rows() -> Mapping[str, Row]:
+    """Return the diagnoses, by name."""
+    text = (resources.files("hil") / "data" / "diagnoses.toml").read_text(encoding="utf-8")
+    return {
+        name: Row(tuple(row["causes"]), row["test"], row.get("command", ""), _effects(row.get("effects")))
+        for name, row in tomllib.loads(text).items()
+    }
+
+
+def _effects(names: Iterable[str] | None) -> frozenset[Effect]:
+    return frozenset(Effect) - ELSEWHERE if names is None else frozenset(map(Effect, names))
 
 
 def filled(text: str, location: Location | None, header: Header) -> str:

@@ -16,7 +16,7 @@ from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
-from hil.verdict.diagnosis import Component, Diagnosis, Indication, Location, NextStep, command_again, filled
+from hil.verdict.diagnosis import Component, Diagnosis, Indication, Location, NextStep, Row, command_again, filled, rows
 from hil.verdict.findings import Finding, failed
 from hil.verdict.firmware_version import (
     has_other_windows,
@@ -28,7 +28,7 @@ from hil.verdict.firmware_version import (
 )
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, excesses, load_limits
-from hil.verdict.rules import Failures, Row, rows, rule_for
+from hil.verdict.rules import Failures, rule_for
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
 from model.units import DEFAULT_LIMITS, shipped_units
 from model.units.naming import PLAUSIBLE, unit_named

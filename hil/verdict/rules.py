@@ -6,17 +6,12 @@ Bytes and times come first, then what the whole hand shares, then single channel
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 
 from aero.channels import Channel
 from aero.errors import DesyncError
 from aero.safety import SafetyReason
-from hil.checks.shared.declaration import Effect
 from hil.verdict.diagnosis import Component, Location
 from hil.verdict.limits import Key, out_of_limits
 from hil.verdict.run_end import EndKind, RunEnd
@@ -28,8 +23,6 @@ TO_ONE_SIDE = 0.55
 STANDS = 3.0
 """Excess of the way that a channel followed, from which on it did not move at all."""
 LABELS = {channel.label: channel for channel in Channel}
-ELSEWHERE = {Effect.BYTES, Effect.RESTART, Effect.DRIVER, Effect.HEAT}
-"""Effects that no servo, cable or digit has."""
 GENTLE = {"presence", "audit", "session", "driver", "alike"}
 """Experiments that a hand goes through which may push against something."""
 STOPS = {
@@ -55,33 +48,9 @@ LESS_TORQUE = {
 """Readings that too little torque moves, and to which side."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of `diagnoses.toml`."""
-
-    causes: tuple[str, ...] = ()
-    test: str = ""
-    command: str = ""
-    effects: frozenset[Effect] = frozenset()
-
-
-@cache
-def rows() -> Mapping[str, Row]:
-    """Return the diagnoses, by name."""
-    text = (resources.files("hil") / "data" / "diagnoses.toml").read_text(encoding="utf-8")
-    return {
-        name: Row(tuple(row["causes"]), row["test"], row.get("command", ""), _effects(row.get("effects")))
-        for name, row in tomllib.loads(text).items()
-    }
-
-
 def _key(check: str, subject: str) -> Key:
     experiment, _, metric = check.partition("/")
     return experiment, metric, subject
-
-
-def _effects(names: Iterable[str] | None) -> frozenset[Effect]:
-    return frozenset(Effect) - ELSEWHERE if names is None else frozenset(map(Effect, names))
 
 
 class Failures:
@@ -115,11 +84,6 @@ class Failures:
         return Counter(
             LABELS[subject] for _, metric, subject in self.failed if subject in LABELS and metric != "others_moved"
         )
-
-    @property
-    def beside(self) -> frozenset[Channel]:
-        """Channels that are off beside the others of the hand."""
-        return self.on("alike/rise") | self.on("alike/opening")
 
     @property
     def loaded(self) -> frozenset[Channel]:

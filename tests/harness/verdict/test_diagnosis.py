@@ -9,8 +9,8 @@ from click.testing import CliRunner
 from aero.channels import Channel
 from hil.cli import main
 from hil.recordings.recording import Header
-from hil.verdict.diagnosis import Component, Location, command_again, filled, hand_options, on_hand
-from hil.verdict.rules import Failures, rows, rule_for
+from hil.verdict.diagnosis import Component, Location, command_again, filled, hand_options, on_hand, rows
+from hil.verdict.rules import Failures, rule_for
 from hil.verdict.run_end import FINISHED
 
 EMULATED = Header(

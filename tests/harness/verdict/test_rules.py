@@ -7,8 +7,8 @@ from aero.errors import LinkTimeoutError
 from aero.protocol import Opcode
 from aero.safety import SafetyReason, SafetyStopError
 from hil.checks import JUDGED
-from hil.verdict.diagnosis import Component
-from hil.verdict.rules import Failures, rows, rule_for
+from hil.verdict.diagnosis import Component, rows
+from hil.verdict.rules import Failures, rule_for
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
 FINGERS = ("index", "middle", "ring", "pinky")
