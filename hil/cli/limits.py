@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from aero.whole_file import write_whole
-from hil.checks import CHECKS, DEFAULT, DRIVER, WHOLE_RUN
+from hil.checks import ALIKE, CHECKS, DEFAULT, DRIVER, WHOLE_RUN
 from hil.cli.exits import usage_errors
 from hil.lab.campaign.held_out import held_out
 from hil.lab.campaign.kept_readings import write_kept
@@ -111,7 +111,9 @@ def _widen(out: Path, kind: str, hands: Sequence[Outcome], commands: Sequence[st
     new: tuple[Limit, ...] = ()
     if not extends and len(hands) >= LEAST_HANDS:
         unguarded = [replace(hand, trial=replace(hand.trial, guarded=False)) for hand in hands]
-        every = computed_limits(CHECKS, healthy_hands_of(unguarded))
+        every = computed_limits(
+            CHECKS, [group for group in healthy_hands_of(unguarded) if group.population], _made_anew(hands)
+        )
         new = tuple(limit for limit in every if (limit.experiment, limit.metric) not in known)
     inherited = without(read_limits(extends)[1], own) if extends else ()
     groups = healthy_hands_of(hands, kind)
@@ -133,7 +135,7 @@ def _bounds(limit: Limit) -> tuple[float, float]:
 def _made_anew(outcomes: Sequence[Outcome]) -> set[str]:
     """Return the experiments that every hand went through; the run as a whole is judged after a whole one."""
     asked = set.intersection(*(set(outcome.trial.experiments) for outcome in outcomes))
-    return asked | {WHOLE_RUN.name, DRIVER.name} if asked.issuperset(DEFAULT) else asked
+    return asked | {WHOLE_RUN.name, DRIVER.name, ALIKE.name} if asked.issuperset(DEFAULT) else asked
 
 
 def _beside(present: Provenance, fresh: Provenance, anew: set[str]) -> Provenance:
