@@ -219,21 +219,15 @@ def widened(checks: Sequence[Check], limits: Sequence[Limit], groups: Sequence[H
 
 
 def _held(limit: Limit, values: Floats, floor: float) -> Limit:
-    """Return a limit that holds some readings as well.
-
-    What it calls healthy stays: the places among healthy readings, by which faults are known, do not move.
-    """
+    """Return a limit that holds some readings as well."""
     low, high = float(values.min()), float(values.max())
     at_least = limit.at_least if low - floor >= limit.at_least else _outward(low - floor, -1)
     at_most = limit.at_most if high + floor <= limit.at_most else _outward(high + floor, 1)
     moved = (at_least, at_most) != (limit.at_least, limit.at_most)
     more = f"; widened for one of {values.size} more, {_short(low)} to {_short(high)}" if moved else ""
-    return replace(
-        limit,
-        source=limit.source + more,
-        at_least=at_least,
-        at_most=at_most,
-    )
+    known = limit.healthy or (low, high)
+    healthy = (float(f"{min(known[0], low):.6g}"), float(f"{max(known[1], high):.6g}"))
+    return replace(limit, source=limit.source + more, at_least=at_least, at_most=at_most, healthy=healthy)
 
 
 def _widened(limit: Limit, values: Floats, floor: float) -> list[Limit]:
