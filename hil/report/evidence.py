@@ -153,7 +153,7 @@ def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Eviden
     name = result.recording.header.experiment
     fine = finding.subject != "hand" and not any(f.subject == healthy.label for f in failed(validation.findings))
     marked = "This shows here" if columns[0].at is None else "The red line marks where this shows most"
-    caption = f"{EXPERIMENTS[name].title}. {marked}: {finding.sentence}."
+    caption = f"{JUDGED[name].title}. {marked}: {finding.sentence}."
     title = _title(channels, ", which passed every check" if fine else "")
     return FirstPlot(title, caption, Plot("first-plot", name, ROWS_OF_UNIT.get(unit, ROWS[:3]), tuple(columns)))
 

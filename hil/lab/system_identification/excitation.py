@@ -8,12 +8,14 @@ alone, since the thumb meets the fingers and its own channels pull at each other
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import FINGERS, Channel
+from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 from hil.recordings.recorder import Progress, Recorder, silent
@@ -175,10 +177,13 @@ def play(target: Target, recorder: Recorder, excitation: Excitation, *, progress
             progress((frame + 1) / len(codes), excitation.name)
     except SafetyStopError as stop:
         recorder.note(str(stop), "error")
-        command = np.zeros_like(command)  # the guard opens the hand itself
+        raise  # the guard opens the hand itself
+    except BaseException:
+        # A signal may have cut a write: what ended the run counts, and the guard opens the hand once more.
+        with suppress(AeroError):
+            _open(target, command)
         raise
-    finally:
-        _open(target, command)
+    _open(target, command)
 
 
 def _open(target: Target, command: NDArray[np.int64]) -> None:
