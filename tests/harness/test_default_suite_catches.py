@@ -57,8 +57,8 @@ def test_a_servo_with_a_third_of_its_speed_gone_is_slow():
 @pytest.mark.parametrize(
     ("channel", "by"),
     [
-        ("index", "audit/pull/index"),
-        ("pinky", "audit/pull/pinky"),
+        ("index", "short_staircase/tracking_rms/index"),
+        ("pinky", "short_staircase/tracking_rms/pinky"),
         ("thumb_cmc_flexion", ENDED),  # the guard stops a thumb that is driven into its stop
         ("thumb_flexor", "short_staircase/tracking_rms/thumb_flexor"),
     ],
