@@ -18,7 +18,8 @@ from .trial import CODEC, FURTHEST_M, LOADS, Pace, Result, codes_of, perform
 TIMESTEP_S = 0.004
 QUICK = Pace(shaping_s=0.35, closing_s=0.5, settling_s=0.2, gravity_s=0.5, push_s=0.3, hopeless_m=0.01)
 SHARE = 0.74
-"""Of the stall torque that the boards' usual torque limit, 700, leaves a blocked servo."""
+"""Of the stall torque, which rehearsals let a blocked servo use: the board's usual limit, 700, leaves the unit
+`reference` 0.83."""
 SPEED = 12.0
 """At which a setpoint moves, rad/s, as the profile of firmware 0.2.0's servos does on average."""
 TICK_S = 0.02

@@ -30,6 +30,8 @@ LOADED_A = 0.15
 """Median current that a wound cable draws at least, A; a spool alone draws 0.02 to 0.13."""
 JUMP_A = 0.08
 """Least rise of the current where a cable begins to pull, A: the springs of a finger ask for 0.13 and more."""
+PULLING = 0.5
+"""Share of its last current from which on a cable pulls already: a slack one draws a quarter of it, a taut one half."""
 BESIDE = 3
 """Readings on either side that a rise is taken between."""
 TURN, HALF_TURN = 4096, 2048
@@ -101,6 +103,9 @@ def taken_up(wound: Floats, pull: Floats) -> float:
     if float(np.median(pull[-BESIDE:])) < LOADED_A:
         return np.nan
     rows = np.arange(BESIDE, len(pull) - BESIDE + 1)
-    rise = np.array([np.median(pull[row : row + BESIDE]) - np.median(pull[row - BESIDE : row]) for row in rows])
+    before = np.array([np.median(pull[row - BESIDE : row]) for row in rows])
+    rise = np.array([np.median(pull[row : row + BESIDE]) for row in rows]) - before
+    # A taut cable has its steepest rise anywhere: the load of its springs grows all the way.
+    rise[before > PULLING * np.median(pull[-BESIDE:])] = 0.0
     steepest = int(np.argmax(rise))
     return float(wound[rows[steepest]]) if rise[steepest] >= JUMP_A else 0.0

@@ -18,7 +18,7 @@ def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
     asked_for = {"short_staircase", "repeatability", "look", "window", "homing"}
     assert list(EXPERIMENTS) == order.split()
     assert list(DEFAULT) == [name for name in order.split() if name not in asked_for]
-    assert list(JUDGED) == [*order.split(), "session", "driver"]
+    assert list(JUDGED) == [*order.split(), "session", "driver", "alike"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
     assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
     pushing = [name for name, experiment in EXPERIMENTS.items() if experiment.pushes_at_stops]

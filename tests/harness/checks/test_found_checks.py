@@ -36,7 +36,7 @@ def test_the_limits_of_an_experiment_are_compared_with_what_it_measured(results)
 def test_what_was_measured_can_be_written(results):
     written = json.loads(json.dumps(checks_json(results), allow_nan=False))
     assert written["passed"] is True
-    assert set(written["measured"]) == {*SOME, "session", "driver"}
+    assert set(written["measured"]) == {*SOME, "session", "driver", "alike"}
 
 
 def test_the_audit_takes_no_sign_from_the_map(monkeypatch):
