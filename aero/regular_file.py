@@ -30,7 +30,11 @@ def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
             raise OSError(f"{path} is no regular file")
         if most_bytes is not None and found.st_size > most_bytes:
             raise OSError(f"{path} has {found.st_size} bytes; {most_bytes} are the most that make sense")
-        if stream.read(len(LFS_POINTER)) == LFS_POINTER:
+        try:
+            start = stream.read(len(LFS_POINTER))
+        except OSError as error:  # a read does not know the name
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        if start == LFS_POINTER:
             raise OSError(f"{path} is a Git LFS pointer: run `git lfs pull` where it comes from")
         stream.seek(0)
     except BaseException:

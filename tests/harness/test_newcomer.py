@@ -21,6 +21,7 @@ PACKAGES = ("aero", "firmware_emulator", "model", "hil")
 def copy(tmp_path):
     for package in PACKAGES:
         shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "aero_hil.py", tmp_path)
     return tmp_path
 
 
@@ -84,7 +85,9 @@ def test_an_experiment_is_a_folder(copy):
         "FURTHEST = (0.0,) * len(Channel)\n"
         "def run(target, recorder, progress):\n"
         "    recorder.begin()\n"
-        "    recorder.add('codes', target.clock.now(), target.hand.read_codes())\n"
+        "    for _ in range(2):\n"
+        "        recorder.add('codes', target.clock.now(), target.hand.read_codes())\n"
+        "        target.clock.sleep_until(target.clock.now() + 0.1)\n"
         "def measure(recording):\n    return {'hand': {'readings': float(len(recording['codes'].times))}}\n"
     )
     (folder / "checks.toml").write_text(
@@ -100,7 +103,7 @@ def test_an_experiment_is_a_folder(copy):
         "with open_target() as target: done = validate(target, ['presence', 'waiting'])\n"
         "print(DEFAULT[1], done.numbers['waiting']['hand']['readings'], 'plot-waiting' in render_report(done))\n"
     )
-    assert run(copy, program) == ["waiting", "1.0", "True"]
+    assert run(copy, program) == ["waiting", "2.0", "True"]
 
 
 def test_a_firmware_version_is_a_row_for_the_driver_and_one_for_the_emulator(copy):
@@ -132,7 +135,7 @@ def test_a_fault_is_added_in_the_file_of_its_place(copy):
         '    Kind("servo_warm", "servo", ("D12",), "°C", (40, 45, 50), "a servo is warm", ALL, bounds=(0, 120)),\n'
         '    Kind("servo_hot"',
     )
-    edit(path, '    "servo_hot": _hot,', '    "servo_hot": _hot,\n    "servo_warm": _hot,')
+    edit(path, '    "servo_hot": at_once(_hot),', '    "servo_hot": at_once(_hot),\n    "servo_warm": at_once(_hot),')
     assert touched(copy) == {Path("hil/faults/servo.py")}
     program = (
         "from hil import open_target\n"

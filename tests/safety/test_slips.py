@@ -68,15 +68,15 @@ class Slipping:
 
 @pytest.mark.parametrize("counts", [-400, 400])
 def test_a_slip_of_400_counts_at_rest_is_not_noticed_and_a_known_command_shows_it(counts):
-    """The figures of the unit `plausible:0`: 2.2 A when it is healthy, and it is stopped for its current at -400."""
+    """The figures of the unit `plausible:0`: 1.53 A when it is healthy, and it is stopped for its current at -400."""
     slipped, healthy = Slipping(0, counts), Slipping(0, 0)
     assert not slipped.stopped
     assert not healthy.stopped
-    assert healthy.current_a == pytest.approx(2.2, abs=0.1)
+    assert healthy.current_a == pytest.approx(1.53, abs=0.1)
     if counts < 0:
         assert slipped.current_a == np.inf
     else:
-        assert healthy.current_a - slipped.current_a == pytest.approx(0.39, abs=0.05)
+        assert healthy.current_a - slipped.current_a == pytest.approx(0.105, abs=0.05)
 
 
 def test_a_slip_of_900_counts_at_rest_is_noticed():
