@@ -119,12 +119,6 @@ def _joint_dynamics(unit: BuiltHandParameters) -> JointDynamics:
 def _springs(unit: BuiltHandParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the joints' spring rates, N m/rad, and relaxed angles, rad."""
     opened, closed = np.array(unit.spring_open), np.array(unit.spring_closed)
-    if np.any(closed < opened):
-        joint = Joint(int(np.argmax(closed < opened)))
-        raise ValueError(
-            f"{joint.label}: a return spring cannot pull less closed than open, "
-            f"{closed[joint]} N m against {opened[joint]} N m"
-        )
     # A constant torque is a very soft spring that is very far from relaxed.
     stiffness = np.maximum(closed - opened, 1e-6 * np.abs(opened)) / JOINT_BOX_RAD[:, 1]
     relaxed = -np.divide(opened, stiffness, out=np.zeros_like(opened), where=stiffness > 0.0)

@@ -107,6 +107,13 @@ class BuiltHandParameters:
             signed = field.name in {"cable_take_up", "spring_open", "spring_closed", "down"}
             if not np.all(np.isfinite(values)) or (np.any(values < 0) and not signed):
                 raise ValueError(f"{field.name} must be finite and not negative, not {getattr(self, field.name)}")
+        less = np.less(self.spring_closed, self.spring_open)
+        if np.any(less):
+            joint = Joint(int(np.argmax(less)))
+            raise ValueError(
+                f"{joint.label}: a return spring cannot pull less closed than open, "
+                f"{self.spring_closed[joint]} N m against {self.spring_open[joint]} N m"
+            )
         if abs(np.linalg.norm(self.down) - 1.0) > 1e-6:
             raise ValueError(f"down must have length 1, not {np.linalg.norm(self.down):g}")
         for name in ("rotor_inertia", "joint_inertia", "closed_stop", "winding_scale", "timestep", "supply_ratio"):

@@ -70,7 +70,13 @@ def _channel(fault: Fault) -> Channel:
 
 def _both_springs(change: Callable[[float, float], float]) -> Change:
     opened, closed = _on_joints("spring_open", change), _on_joints("spring_closed", change)
-    return lambda unit, fault: closed(opened(unit, fault), fault)
+
+    def changed(unit: Unit, fault: Fault) -> Unit:
+        # A spring that pulls less closed than open is refused, also on the way.
+        stronger = change(1.0, fault.severity) > 1.0
+        return opened(closed(unit, fault), fault) if stronger else closed(opened(unit, fault), fault)
+
+    return changed
 
 
 def _stiff_joint(unit: Unit, fault: Fault) -> Unit:

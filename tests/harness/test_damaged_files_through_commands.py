@@ -164,7 +164,7 @@ def stores(good, folder, count):
         shutil.rmtree(folder / "c", ignore_errors=True)
         (folder / "c").mkdir()
         (folder / "c" / "campaign.duckdb").write_bytes(damaged(content, seed))
-        text = lines[0] if seed % 20 else lines[1 + seed // 20 % 2]
+        text = lines[0] if seed % 20 else lines[1]
         code, said = run([{"C": str(folder / "c"), "L": str(folder / "l")}.get(word, word) for word in text.split()])
         assert code in {0, 2}, said
         seen["refused" if code else "used"] += 1

@@ -106,7 +106,7 @@ BUILD_ERRORS = {
     "two cables swapped": BuildError(swapped(Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)),
     "cable wound backwards": BuildError(reversed_shaft(Channel.RING)),
     "cable slack by 20 mm": BuildError(hand={"cable_take_up": {Channel.MIDDLE: 0.020}}),
-    "stiff joint": BuildError(hand={"joint_friction": {Joint.INDEX_PIP: 0.16}}),
+    "stiff joint": BuildError(hand={"joint_friction": {Joint.INDEX_PIP: 0.25}}),
     "trimmed servo": BuildError(prepare=lambda target: target.hand.trim(Channel.MIDDLE, 5)),
     "servo of the wrong ID": BuildError(electronics=rename(4, 9)),
     "wrong firmware window": BuildError(calibration="unshifted"),

@@ -166,7 +166,8 @@ def test_a_widened_limit_holds_the_readings_before_and_the_new_ones(before, new)
     (wider,) = widened([CHECK], [limit], [healthy(new)])
     assert wider.at_least <= min(limit.at_least, min(new) - 0.1 + 1e-9)
     assert wider.at_most >= max(limit.at_most, max(new) + 0.1 - 1e-9)
-    assert wider.healthy == pytest.approx((min(*before, *new, limit.healthy[0]), max(*before, *new, limit.healthy[1])), rel=1e-5, abs=1e-6)
+    every = (*before, *new, *limit.healthy)
+    assert wider.healthy == pytest.approx((min(every), max(every)), rel=1e-5, abs=1e-6)
     held = min(new) - 0.1 >= limit.at_least and max(new) + 0.1 <= limit.at_most
     assert (("widened" in wider.source) is False) == held
     if held:
