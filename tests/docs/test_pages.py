@@ -30,6 +30,8 @@ PAGES = sorted(
     for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
     if path.stem not in ELSEWHERE and blocks(path, "sh")
 )
+CODES = {"validate --fault": {1}, "validate --unit m": {0, 1}}
+"""Exit codes of commands; a twin of the short recordings that are made here may be out of limits."""
 NEEDS_A_SCREEN = "MUJOCO_GL="
 NEEDS_A_CHECKPOINT = "aero-hil convert-policy"
 
@@ -51,7 +53,7 @@ def test_every_block_runs_as_it_is_pasted(page, terminal, tmp_path):
     for block in blocks(page, "sh"):
         for command in commands(block):
             if not command.startswith((NEEDS_A_SCREEN, NEEDS_A_CHECKPOINT)):
-                terminal.type(command, code=int("validate --fault" in command))
+                terminal.type(command, codes=next((c for part, c in CODES.items() if part in command), {0}))
     if page == "README.md":
         session = tmp_path / "validation" / "latest" / "session.mcap"
         assert read_recording(session).header.started

@@ -22,7 +22,7 @@ def follow(chosen, folder):
         terminal = Terminal(folder, stack)
         for command, shown in chosen:
             expected = [line.replace("/tmp/", f"{folder}/") for line in shown]
-            terminal.type(command, expected, code=int("--fault" in command))
+            terminal.type(command, expected, codes={int("--fault" in command)})
 
 
 def test_nearly_every_command_shows_its_output():
