@@ -4,6 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+pytest.importorskip("jax", reason="needs the extra `train`")
+
 from train.run_state import Tendency
 from train.stage import DropPrice
 

@@ -64,7 +64,7 @@ def test_orders_come_by_standard_input_and_its_end_ends_nothing(tmp_path):
 def test_orders_that_end_leave_the_server_idle(tmp_path, by):
     """As under systemd, nohup and CI. What its processor time is taken over is its own start, most of all."""
     command = f'exec "{sys.executable}" -m hil.cli emulate-bus "{ARM}" --orders {by}'
-    with subprocess.Popen(["bash", "-c", command], cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(["/bin/sh", "-c", command], cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         path = process.stdout.readline().split()[1]
         with serial.Serial(path, 1_000_000, timeout=PATIENCE_S) as bus:
             before = cpu_s(process.pid)

@@ -65,6 +65,7 @@ def test_a_recording_holds_what_was_written(line, size, good, tmp_path):
         assert not read_recording(path).header.finished
 
 
+@pytest.mark.skipif(shutil.which("mount") is None, reason="no program on the path mounts")
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="mounting needs rights")
 def test_a_small_file_system_is_a_full_disk_too(good, tmp_path):
     place = tmp_path / "small"
