@@ -18,7 +18,7 @@ ARM = ROOT / "examples/arm/arm.toml"
 SHORTER = {
     r"aero-hil validate\b.* --hil (?!.*--dry-run)(?!.*--only)": "--only presence --only audit",
     r"aero-hil record\b(?!.*--dry-run)": "--excite steps --channel index --scale 0.4",
-    r"aero-hil run-policy\b": "--seconds 3 --wait 0",
+    r"aero-hil run-policy\b.* --hil ": "--seconds 3 --wait 0",
     r"aero-hil predict\b": "--trials 1 --seconds 2",
     r"aero-hil evaluate\b": "--units 1 --trials 1 --seconds 2",
 }
