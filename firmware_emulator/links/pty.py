@@ -32,6 +32,8 @@ ENUMERATION_S = 0.5
 """How long it is away, s (assumption; a Linux host needs 0.3 to 1 s)."""
 IDLE_S = 0.05
 """Longest wait before `stop` is looked at again, s."""
+POLLED_S = 0.0004
+"""A wait as short as that of an answer to the host is polled, s: Linux wakes a sleeper about 0.07 ms late."""
 
 
 class End(Protocol):
@@ -101,7 +103,7 @@ def serve(
     while not stop():
         due = kernel.next_event()
         idle = IDLE_S if due is None else min(max(start + due - time.monotonic(), 0.0), IDLE_S)
-        ready, _, _ = select.select(list(ends), [], [], idle)
+        ready, _, _ = select.select(list(ends), [], [], idle if idle > POLLED_S else 0.0)
         late_s = time.monotonic() - start - due if due is not None else 0.0
         if late_s > 0.0:
             on_late(late_s)
