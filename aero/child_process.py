@@ -1,14 +1,17 @@
-"""A child process: what it prints is read as it comes, and no wait for it lasts for ever."""
+"""A child process: what it prints is read as it comes, and no wait for it lasts for ever; how a pool's workers end."""
 
 from __future__ import annotations
 
 import logging
 import os
+import signal
 import subprocess
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from multiprocessing import parent_process
+from multiprocessing.connection import wait
 from queue import Empty, SimpleQueue
 from typing import IO
 
@@ -198,3 +201,24 @@ def _lines_of(pipe: IO[bytes] | None) -> Iterator[str]:
         yield from (line.decode(errors="replace").rstrip("\r") for line in lines)
     if rest:
         yield rest.decode(errors="replace")
+
+
+def leave_interrupts_to_the_parent() -> None:
+    """Ignore Ctrl-C, which the program that started this worker answers, and end with that program."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_the_parent()
+
+
+def end_with_the_parent() -> None:
+    """End this worker as soon as the program that started it has ended.
+
+    A worker waits for work on a pipe that it holds open itself, so it would never learn that a killed program, or one
+    that was interrupted twice, sends no more.
+    """
+    if (parent := parent_process()) is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)

@@ -12,7 +12,7 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from hil.lab.matplotlib_svg import STYLE, svg_of
+from hil.report.matplotlib_svg import STYLE, svg_of
 
 HERE = Path(__file__).parent
 COLOURS = {

@@ -1,5 +1,5 @@
-"""Making policies: the cube task, its randomisation, training on two backends, evaluation. JAX lives here alone.
+"""What ships is fitted here: policies, units, coefficients of the map. JAX lives here alone.
 
-`train.task`, `train.simulator` and `train.evaluation` need NumPy and MuJoCo only; `train.environment`, `train.ppo` and
+`train.task`, `train.simulator`, `train.evaluation` and `train.identification` need NumPy and MuJoCo only; `train.environment`, `train.ppo` and
 `train.training` need the extra `train`.
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cache
 from itertools import product
 
@@ -10,15 +11,30 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.actuation import ActuationMap
-from aero.actuation.coefficients import load_coefficients
-from aero.channels import Channel, Joint
+from aero.actuation import ActuationMap, stages
+from aero.actuation.coefficients import Coefficients, load_coefficients
+from aero.channels import THUMB, Channel, Joint
 from aero.protocol import MAX_CODE
 from figures import Rows
-from hil.lab.map_identification import Identification, comparison, identify
 from model import RoutedHand
 from model.geometry.winding import WINDING
 from model.routed import TENDONS, build_routed
+from train.identification.map_identification import (
+    FLEXION,
+    SETTLE_S,
+    THUMB_CABLES,
+    Capture,
+    Identification,
+    JointedSimulator,
+    captured,
+    comparison,
+    ends,
+    identify,
+    joined,
+    open_command,
+)
+
+Floats = NDArray[np.float64]
 
 WINDOWS = (
     ("pre to 0.1.5", "0.1.5", "unshifted", "always"),
@@ -33,6 +49,12 @@ THUMB_RANGES = ((0.0, math.radians(100.0)), (0.026941, 0.0382787), (0.0839985, 0
 """Of abduction (rad) and of the two thumb cables' sensors in the simulator (m; aero-hand-open 7084ad3)."""
 PAPER_MM = {"CMC cable by CMC": 12.64, "flexor by MCP and IP together": 18.25}
 """The paper's effective radii of its simulator."""
+
+GRID_LEVELS = 10
+GRID_HOLD_S = 0.6
+"""From one grid node to rest at the next, s."""
+GRID_ABDUCTIONS = (0.0, 0.35, 0.7, 1.05, 1.4, 1.7)
+"""Abductions at which the grid is repeated to cover the workspace, rad."""
 
 
 def windows() -> Rows:
@@ -87,6 +109,75 @@ def fits() -> Rows:
     ]
 
 
+@dataclass(frozen=True)
+class Residuals:
+    """How far coefficients are from what the simulator did; the last axis is CMC, MCP, IP or the two cables."""
+
+    joints_rms_rad: Floats
+    """(3,) estimated against true joint angles."""
+    joints_max_rad: Floats
+    round_trip_rms_m: Floats
+    """(2,) forward and inverse map composed, simulator length to travel to simulator length."""
+    round_trip_max_m: Floats
+    round_trip_max_rad: Floats
+    """(3,) the same, seen in the estimated joint angles."""
+
+
+def score(coefficients: Coefficients, capture: Capture) -> Residuals:
+    """Compare coefficients with a capture."""
+    estimate = stages.thumb_joints_from_lengths(coefficients, capture.lengths)
+    error = estimate - capture.joints[:, FLEXION]
+    back = stages.lengths_from_travel(coefficients, stages.travel_from_lengths(coefficients, capture.lengths))
+    trip = (back - capture.lengths)[:, THUMB_CABLES]
+    trip_joints = stages.thumb_joints_from_lengths(coefficients, back) - estimate
+    return Residuals(_rms(error), _max(error), _rms(trip), _max(trip), _max(trip_joints))
+
+
+def _rms(errors: Floats) -> Floats:
+    rms: Floats = np.sqrt((errors**2).mean(axis=0))
+    return rms
+
+
+def _max(errors: Floats) -> Floats:
+    largest: Floats = np.abs(errors).max(axis=0)
+    return largest
+
+
+def thumb_grid(hand: JointedSimulator, abduction: float) -> Capture:
+    """Settle at the 10 x 10 nodes over both thumb cables' command ranges, abduction (rad) held.
+
+    One sweep a level of the CMC cable, (100, ...) samples in all, both cables from open to closed.
+    """
+    rows = []
+    cmc_open, cmc_closed = ends(hand, Channel.THUMB_CMC_FLEXION)
+    flexor_open, flexor_closed = ends(hand, Channel.THUMB_FLEXOR)
+    for cmc in np.linspace(cmc_open, cmc_closed, GRID_LEVELS):
+        goal = open_command(hand)
+        goal[[*THUMB]] = abduction, cmc, flexor_open
+        hand.command(goal)
+        hand.advance(SETTLE_S)
+        samples = []
+        for flexor in np.linspace(flexor_open, flexor_closed, GRID_LEVELS):
+            goal[Channel.THUMB_FLEXOR] = flexor
+            hand.command(goal)
+            hand.advance(GRID_HOLD_S)
+            samples.append((hand.lengths(), hand.joint_angles()))
+        rows.append(captured(samples))
+    return joined(rows)
+
+
+@cache
+def scores() -> dict[str, Residuals]:
+    """Compare both sets of coefficients with the staircases, and with grids that neither was fitted to."""
+    result, paper, hand = identified(), load_coefficients("paper"), RoutedHand()
+    workspace = joined(thumb_grid(hand, abduction) for abduction in GRID_ABDUCTIONS)
+    return {
+        "identified, staircases (in sample)": score(result.coefficients, result.staircases),
+        "identified, grids over abduction": score(result.coefficients, workspace),
+        "paper, grids over abduction": score(paper, workspace),
+    }
+
+
 def residuals() -> Rows:
     """Joints against those estimated from lengths, and both maps one after the other: rms, largest in brackets."""
     rows = [
@@ -98,15 +189,15 @@ def residuals() -> Rows:
             "round trip, largest CMC / MCP / IP, mrad",
         ]
     ]
-    for name, score in identified().scores.items():
-        joints = zip(1e3 * score.joints_rms_rad, 1e3 * score.joints_max_rad, strict=True)
-        trips = zip(1e3 * score.round_trip_rms_m, 1e3 * score.round_trip_max_m, strict=True)
+    for name, errors in scores().items():
+        joints = zip(1e3 * errors.joints_rms_rad, 1e3 * errors.joints_max_rad, strict=True)
+        trips = zip(1e3 * errors.round_trip_rms_m, 1e3 * errors.round_trip_max_m, strict=True)
         rows.append(
             [
                 name,
                 *(f"{rms:.1f} ({largest:.1f})" for rms, largest in joints),
                 *(f"{rms:.3f} ({largest:.3f})" for rms, largest in trips),
-                " / ".join(f"{largest:.1f}" for largest in 1e3 * score.round_trip_max_rad),
+                " / ".join(f"{largest:.1f}" for largest in 1e3 * errors.round_trip_max_rad),
             ]
         )
     return rows

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from figures import Rows, load, store
-from hil.lab.system_identification.replay_score import Errors, ReplayScore, score
-from hil.lab.system_identification.trace import load_trace
 from hil.recordings.provenance import source_commit
 from model.units.naming import unit_named
+from train.identification.replay_score import Errors, ReplayScore, score
+from train.identification.trace import load_trace
 
 SCORED = "shipped `reference`, through every byte"
 FULL_STEPS = (14, 15)

@@ -21,11 +21,11 @@ from servo_law import towards
 from aero.actuation.coefficients import load_coefficients
 from aero.channels import CABLES, FINGERS
 from figures import Rows
+from figures.actuation_map import thumb_grid
 from firmware_emulator.plant import Drive
 from hil.checks.staircase.reachable_range import calibrated_range
-from hil.lab.map_identification import fit_inverse, fit_joints
-from hil.lab.map_sweeps import thumb_grid
 from model import RoutedHand, build_routed
+from train.identification.map_identification import fit_inverse, fit_joints
 
 ABDUCTION = 0.8
 """At which the released model's thumb was fitted, rad."""

@@ -18,19 +18,19 @@ import numpy as np
 
 from aero.whole_file import write_whole
 from figures import ROOT, Rows, store
-from hil.lab.system_identification.calibration import calibrate
-from hil.lab.system_identification.excitation import EXPERIMENT, MOTIONS, excitation, play
-from hil.lab.system_identification.search import pooled_rms
-from hil.lab.system_identification.trace import Trace
-from hil.lab.system_identification.trace_replay import replay
-from hil.lab.system_identification.uncertainty import COVERAGE_SIGMA, FILE, conformal_factor, deviations
-from hil.lab.system_identification.unit_file import unit_toml
-from hil.lab.system_identification.unit_parameters import numbers
 from hil.recordings.provenance import source_commit
 from hil.recordings.recorder import Recorder
 from hil.targets.opening import open_target
 from model.units import Unit
 from model.units.naming import unit_named
+from train.identification.calibration import calibrate
+from train.identification.excitation import EXPERIMENT, MOTIONS, excitation, play
+from train.identification.search import pooled_rms
+from train.identification.trace import Trace
+from train.identification.trace_replay import replay
+from train.identification.uncertainty import COVERAGE_SIGMA, FILE, conformal_factor, deviations
+from train.identification.unit_file import unit_toml
+from train.identification.unit_parameters import numbers
 
 PLAIN = {"servos": 1.0, "hand": 1.0}
 """Factors that leave intervals as they are."""

@@ -45,19 +45,19 @@ COMMANDS: dict[str, Command] = {
     "proxy": Command("hil.cli.proxy:proxy", "Put faults between a program and a port.", "emulate"),
     "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
     "map": Command("hil.cli.map:map_command", "Convert a posture between representations."),
-    "identify": Command("hil.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
+    "identify": Command("train.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
     "servos": Command("hil.cli.servos:servos", "Check servos on a bus adapter, and set them up."),
     "centre": Command(
         "hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."
     ),
-    "calibrate": Command("hil.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
-    "score": Command("hil.cli.score:score_command", "Score a unit against recordings of a hand."),
-    "record": Command("hil.cli.record:record_command", "Excite a hand and record what calibration needs."),
-    "train": Command("hil.cli.train:train", "Train a policy."),
-    "evaluate": Command("hil.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
-    "predict": Command("hil.cli.predict:predict", "Predict how a policy does on a physical hand."),
+    "calibrate": Command("train.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
+    "score": Command("train.cli.score:score_command", "Score a unit against recordings of a hand."),
+    "record": Command("train.cli.record:record_command", "Excite a hand and record what calibration needs."),
+    "train": Command("train.cli.train:train", "Train a policy."),
+    "evaluate": Command("train.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
+    "predict": Command("train.cli.predict:predict", "Predict how a policy does on a physical hand."),
     "run-policy": Command("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
-    "convert-policy": Command("hil.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
+    "convert-policy": Command("train.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
 }
 
 

@@ -94,7 +94,7 @@ CODES = (
     ("builtins.ConnectionError", Exit.NO_HAND),
     ("firmware_emulator.native.program.FirmwareProgramError", Exit.FIRMWARE),
     ("hil.targets.target.MissingCapabilityError", Exit.USAGE),
-    ("hil.robots.joint_plant.PhysicsFailedError", Exit.USAGE),
+    ("model.joint_plant.PhysicsFailedError", Exit.USAGE),
     ("hil.faults.schedule.FaultNeverFiredError", Exit.USAGE),
     ("hil.recordings.errors.CannotBeMeasuredError", Exit.USAGE),
     ("hil.recordings.errors.UnusableFileError", Exit.USAGE),

@@ -1,1 +1,1 @@
-"""What makes the shipped data, and long work on many hands: campaigns, limits, identification, endurance."""
+"""Long work on many hands: campaigns, and the limits that are made from them; endurance."""

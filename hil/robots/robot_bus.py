@@ -12,8 +12,8 @@ from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.model_file import Register
 from firmware_emulator.servo.servo import Servo
 from firmware_emulator.servo_chain import MountedServo, ServoChain
-from hil.robots.joint_plant import GearedShaft, JointPlant
-from hil.robots.robot_file import Robot, read_robot
+from model.joint_plant import GearedShaft, JointPlant
+from model.robot_file import Robot, read_robot
 
 LONGEST_S = 3600.0
 VOLTS, CELSIUS = 25.5, 150.0

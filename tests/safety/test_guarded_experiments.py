@@ -9,11 +9,11 @@ from aero.firmware import firmware_of
 from aero.safety import SafetyStopError, Thresholds
 from hil import open_target
 from hil.checks.staircase.check import FULL, Staircase, run_staircase
-from hil.lab.system_identification.excitation import REACH
 from hil.recordings.recorder import Recorder
 from hil.verdict.run_end import FINISHED
 from hil.verdict.validation import validate
 from model import RoutedHand
+from train.identification.excitation import REACH
 
 
 def test_a_stop_in_an_experiment_is_a_finding_and_ends_the_validation():

@@ -16,13 +16,13 @@ from aero.policy.task import ShownAction
 from firmware_emulator.firmware.nvs import Nvs
 from hil import open_target
 from hil.lab.endurance import read_cycles
-from hil.lab.system_identification.trace import load_trace
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recorder import Recorder
 from hil.verdict import baseline
 from model.units import load_unit
 from train.convert import CheckpointError, Origin, convert
+from train.identification.trace import load_trace
 
 
 def write_small_recording(path: Path) -> None:

@@ -1,10 +1,10 @@
 """Short runs of what experiments do, returned as their recordings."""
 
 from hil.checks.staircase.check import run_staircase
-from hil.lab.system_identification.excitation import EXPERIMENT, play
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder, silent
 from model import RoutedHand
+from train.identification.excitation import EXPERIMENT, play
 
 
 def staircase_of(target, plan, path=None):

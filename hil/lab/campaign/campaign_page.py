@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hil.lab.campaign.summary import Detection, detections, false_alarms, judged
 from hil.lab.campaign.trial import Outcome
-from hil.lab.matplotlib_svg import svg_of
+from hil.report.matplotlib_svg import svg_of
 
 LISTED = 10
 """Rows of the slowest and the strangest."""

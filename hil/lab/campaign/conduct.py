@@ -10,8 +10,8 @@ from contextlib import AbstractContextManager, contextmanager
 from ipaddress import ip_address
 from urllib.parse import urlsplit
 
+from aero.child_process import end_with_the_parent
 from hil.lab.campaign.trial import Outcome, Trial, perform
-from hil.lab.workers import end_with_the_parent
 
 AHEAD = 2
 """Trials that wait for each worker, so that none has to wait for a trial."""

@@ -85,7 +85,7 @@ def test_validating_needs_no_pytest_and_loads_neither_scipy_nor_matplotlib():
     program = (
         "import sys, hil.cli.validation_run\n"
         "assert not {'scipy', 'matplotlib'} & sys.modules.keys()\n"
-        "import hil.cli.record, hil.cli.calibrate\n"
+        "import train.cli.record, train.cli.calibrate\n"
         "assert 'pytest' not in sys.modules\n"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

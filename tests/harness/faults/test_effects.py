@@ -16,8 +16,8 @@ from aero.errors import AeroError
 from hil import GroundTruth, open_target
 from hil.faults import CATALOGUE
 from hil.faults.mechanics import JOINTS
-from hil.lab.system_identification.unit_file import unit_toml
 from model.units import load_unit
+from train.identification.unit_file import unit_toml
 
 STEPS, STEP_S = 10, 0.15
 LEVELS = np.array([60000, 48000, 36000, 30000, 40000, 24000, 50000])

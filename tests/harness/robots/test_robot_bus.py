@@ -7,7 +7,7 @@ import pytest
 
 from firmware_emulator.packets import pack
 from hil.robots.robot_bus import RobotBus, obey
-from hil.robots.robot_file import read_robot
+from model.robot_file import read_robot
 
 pytest_plugins = ["pytester"]
 ROOT = Path(__file__).parents[3]

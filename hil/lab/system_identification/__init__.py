@@ -1,1 +1,0 @@
-"""Calibration: fit a unit to recordings of a physical hand, and say how well it predicts them."""

@@ -1,0 +1,55 @@
+import numpy as np
+from click.testing import CliRunner
+
+from aero.channels import Channel
+from hil.recordings.mcap_file import read_recording
+from model.units import load_unit
+from train.cli.calibrate import calibrate_command
+from train.cli.record import record_command
+from train.identification import excitation
+from train.identification.calibration import calibrate
+from train.identification.unit_parameters import FREE
+
+
+def test_record_then_calibrate(tmp_path, monkeypatch):
+    monkeypatch.setitem(excitation.MOTIONS, "steps", lambda: np.repeat([0.0, 0.3, 0.0], [10, 20, 20]))
+    out = tmp_path / "a.mcap"
+    result = CliRunner().invoke(
+        record_command, ["--excite", "steps", "--channel", "index", "--out", str(out)], catch_exceptions=False
+    )
+    assert result.exit_code == 0, result.output
+    assert "window" in result.output
+    assert read_recording(out)["command_codes"].values[:, Channel.INDEX].max() > 0
+
+    def quick(*arguments, **options):
+        free = tuple(number for number in FREE if number.name == "hand.spool_friction")
+        return calibrate(*arguments, **options, free=free, iterations=0)
+
+    monkeypatch.setattr("train.cli.calibrate.calibrate", quick)
+    unit, plots = tmp_path / "unit.toml", tmp_path / "plots"
+    result = CliRunner().invoke(
+        calibrate_command, [str(out), "--out", str(unit), "--plots", str(plots), "--jobs", "1"], catch_exceptions=False
+    )
+    assert result.exit_code == 0, result.output
+    assert "counts rms" in result.output
+    assert load_unit(str(unit)).hand.spool_friction[Channel.INDEX] > 0
+    assert "95 % interval" in result.output
+    assert "fitted, 95 % interval of each: 0." in unit.read_text()
+    assert [path.name for path in plots.iterdir()] == ["a.svg"]
+
+
+def test_dry_run_moves_nothing(tmp_path):
+    out = tmp_path / "a.mcap"
+    result = CliRunner().invoke(record_command, ["--dry-run", "--out", str(out)], catch_exceptions=False)
+    assert result.exit_code == 0
+    assert "°C" in result.output
+    assert not out.exists()
+
+
+def test_bad_usage(tmp_path):
+    bad = tmp_path / "a.npz"
+    np.savez(bad, t_cmd=np.zeros(1))
+    result = CliRunner().invoke(calibrate_command, [str(bad), "--out", str(tmp_path / "u.toml")])
+    assert result.exit_code == 2
+    assert "lacks" in result.output
+    assert CliRunner().invoke(record_command, ["--scale", "2"]).exit_code == 2

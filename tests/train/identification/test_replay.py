@@ -1,0 +1,204 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from recorded import excitation_of
+
+from aero.channels import FINGERS, Channel
+from aero.safety import SafetyStopError, Thresholds
+from hil import GroundTruth
+from hil.recordings.recorder import Recorder
+from hil.targets.opening import open_target
+from model.units import load_unit
+from train.cli.calibrate import trace_svg
+from train.identification.calibration import calibrate
+from train.identification.excitation import Excitation, play
+from train.identification.replay_score import held_out_rms
+from train.identification.search import pooled_rms, search
+from train.identification.trace import Trace
+from train.identification.trace_replay import replay
+from train.identification.unit_file import unit_toml
+from train.identification.unit_parameters import FREE, UnitModel
+
+SHIPPED = load_unit("reference")
+REFERENCE = dataclasses.replace(SHIPPED, hand=dataclasses.replace(SHIPPED.hand, cable_friction_spread=0.0))
+"""The recorded hand with closures that are alike: how they differ is chance, which no replay has."""
+
+
+def short(height=0.3):
+    """All fingers and the flexor at once: rest, a step, rest, a ramp back; little more than a second."""
+    motion = np.concatenate([np.zeros(5), np.full(20, height), np.linspace(height, 0.0, 25), np.zeros(8)])
+    fractions = np.zeros((len(motion), len(Channel)))
+    fractions[:, [*FINGERS, Channel.THUMB_FLEXOR]] = motion[:, None]
+    return Excitation(f"short {height}", fractions)
+
+
+def recorded(unit, plan, tmp_path):
+    """Record an excitation of a hand of this unit."""
+    path = tmp_path / "hand.toml"
+    path.write_text(unit_toml(unit, "", {}), encoding="utf-8")
+    with open_target("emulated", unit=str(path), seed=3) as target:
+        return Trace.from_recording(excitation_of(target, plan), plan.name)
+
+
+@pytest.fixture(scope="module")
+def trace(tmp_path_factory):
+    return recorded(REFERENCE, short(), tmp_path_factory.mktemp("unit"))
+
+
+def test_a_hand_predicts_itself(trace):
+    predicted = replay(trace, REFERENCE)
+    assert np.sqrt(np.mean((predicted.counts - trace.counts) ** 2)) < 12.0
+    assert np.abs(predicted.counts[-1] - trace.counts[-1]).max() <= 3.0
+    assert np.isfinite(predicted.currents).all()
+    assert np.isfinite(predicted.temperatures).all()
+
+
+def test_a_replay_leaves_out_how_closures_differ(trace):
+    assert np.array_equal(replay(trace, SHIPPED).counts, replay(trace, REFERENCE).counts)
+
+
+def test_the_phase_of_the_telemetry_is_what_is_left(trace):
+    by_phase = [
+        np.sqrt(np.mean((replay(trace, REFERENCE, phase_s=p, currents=False).counts - trace.counts) ** 2))
+        for p in np.arange(0.0, 0.01, 0.001)
+    ]
+    assert min(by_phase) < 1.5 < max(by_phase)
+
+
+def test_same_call_same_prediction(trace):
+    first, second = (replay(trace, REFERENCE, seed=1) for _ in range(2))
+    assert np.array_equal(first.counts, second.counts)
+    assert np.array_equal(first.currents, second.currents)
+
+
+def test_positions_do_not_depend_on_reading_currents(trace):
+    # The firmware answers from its cache, but two more answers make the next command late by a servo loop or two.
+    with_currents, without = replay(trace, REFERENCE), replay(trace, REFERENCE, currents=False)
+    late_counts = 2.0 * REFERENCE.servos.loop_period_s * REFERENCE.servos.no_load_speed_counts
+    assert np.abs(with_currents.counts - without.counts).max() <= late_counts
+    assert np.isnan(without.currents).all()
+
+
+def test_calibration_finds_a_changed_hand(tmp_path):
+    """The gain of a hand with weaker servos is found from two short recordings."""
+    truth = dataclasses.replace(
+        REFERENCE, servos=dataclasses.replace(REFERENCE.servos, duty_per_count=0.8 * REFERENCE.servos.duty_per_count)
+    )
+    traces = tuple(recorded(truth, short(height), tmp_path) for height in (0.2, 0.35))
+    free = tuple(number for number in FREE if number.name == "servos.duty_per_count")
+    model = UnitModel(REFERENCE, traces, free=free, phases_s=(0.0, 0.005))
+    start = pooled_rms(model.residuals([np.zeros(len(free))] * 2, (0.0, 0.0)))
+    found = search(model, iterations=2)
+    unit = model.unit(found.x)
+    assert unit.servos.duty_per_count == pytest.approx(truth.servos.duty_per_count, rel=0.05)
+    assert pooled_rms(found.residuals) < 0.6 * start
+
+
+def test_calibration_finds_the_tension_of_the_open_hand(tmp_path):
+    """The encoders of taut cables read zero, whatever they pull: their currents tell it."""
+    tighter = list(REFERENCE.hand.cable_take_up)
+    tighter[Channel.INDEX] -= 1.5e-4
+    tighter[Channel.RING] += 1e-4
+    truth = dataclasses.replace(REFERENCE, hand=dataclasses.replace(REFERENCE.hand, cable_take_up=tuple(tighter)))
+    traces = (recorded(truth, short(0.1), tmp_path),)
+    fingers = {channels: (channels,) for channels in FINGERS}
+    free = tuple(n for n in FREE if n.name == "hand.cable_take_up" and n.channels in fingers.values())
+    model = UnitModel(REFERENCE, traces, free=free, phases_s=(0.0, 0.005))
+    found = model.unit(search(model, iterations=3).x).hand.cable_take_up
+    for channel in (Channel.INDEX, Channel.RING):
+        assert found[channel] == pytest.approx(tighter[channel], abs=5e-5)
+
+
+def test_calibration_finds_how_far_the_supply_sags(tmp_path):
+    truth = dataclasses.replace(REFERENCE, hand=dataclasses.replace(REFERENCE.hand, supply_sag=0.15))
+    start = dataclasses.replace(REFERENCE, hand=dataclasses.replace(REFERENCE.hand, supply_sag=0.05))
+    traces = tuple(recorded(truth, short(height), tmp_path) for height in (0.5, 0.9))
+    free = tuple(number for number in FREE if number.name == "hand.supply_sag")
+    model = UnitModel(start, traces, free=free, phases_s=(0.0, 0.005))
+    assert model.unit(search(model, iterations=3).x).hand.supply_sag == pytest.approx(0.15, rel=0.35)
+
+
+@pytest.mark.slow
+def test_calibration_reports_and_draws(trace):
+    free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
+    result = calibrate([trace] * 3, REFERENCE, free=free, iterations=0)
+    assert result.channel_rms().shape == (3, 7)
+    assert held_out_rms(result.held_out) < 12.0
+    assert result.yardstick == []
+    drawing = trace_svg(trace, result.predictions()[0])
+    assert drawing.lstrip().startswith("<svg")
+    assert "Thumb CMC flexion" in drawing
+
+
+FRICTION = tuple(number for number in FREE if number.name == "hand.spool_friction")
+
+
+def test_a_single_recording_is_scored_on_parts_left_out_and_only_what_it_moves_is_fitted(trace):
+    seen = []
+    result = calibrate([trace], REFERENCE, free=FRICTION, iterations=1, progress=lambda *at: seen.append(at))
+    assert sum(len(part[0]) for part in result.held_out) == len(trace.t_read)
+    assert held_out_rms(result.held_out) < 12.0
+    assert [done for done, _ in seen] == list(range(1, len(seen) + 1))
+    assert all(done <= about for done, about in seen)
+    low, high = result.intervals["hand.spool_friction"]
+    moving = [*FINGERS, Channel.THUMB_FLEXOR]
+    assert [channel for channel in Channel if low[channel] < high[channel]] == moving
+    for channel in set(Channel) - set(moving):
+        assert result.unit.hand.spool_friction[channel] == REFERENCE.hand.spool_friction[channel]
+
+
+def test_an_interruption_while_scoring_keeps_what_was_found(trace, monkeypatch):
+    def terminated(_model, _found):
+        raise SystemExit(143)
+
+    monkeypatch.setattr("train.identification.calibration.held_out", terminated)
+    result = calibrate([trace], REFERENCE, free=FRICTION, iterations=0)
+    assert isinstance(result.found.interrupted, SystemExit)
+    assert result.held_out == []
+    assert set(result.intervals) == {"hand.spool_friction"}
+
+
+def test_a_recording_in_which_nothing_moves_is_refused(trace):
+    with pytest.raises(ValueError, match="no channel moves"):
+        calibrate([dataclasses.replace(trace, codes=np.zeros_like(trace.codes))], REFERENCE)
+    with pytest.raises(ValueError, match="at least one"):
+        calibrate([], REFERENCE)
+
+
+def test_a_recording_that_the_guard_ends_says_so_and_leaves_the_hand_open():
+    with open_target("emulated", guarded=True, thresholds=Thresholds(current_a=0.4, current_s=0.05)) as target:
+        recorder = Recorder(target, "excitation")
+        with pytest.raises(SafetyStopError, match="drawn"):
+            play(target, recorder, short())
+        errors = [event.text for event in recorder.finish(ended=False).events if event.severity == "error"]
+        assert len(errors) == 1
+        assert "drawn" in errors[0]
+        electronics = target.get(GroundTruth).electronics
+        electronics.clock.sleep_until(electronics.clock.now() + 0.5)
+        electronics.advance_plant()
+        assert np.all(target.get(GroundTruth).plant.angles() < 0.2)
+
+
+def test_an_interruption_leaves_the_hand_open():
+    def interrupt(done, _doing):
+        if done > 0.5:
+            raise KeyboardInterrupt
+
+    with open_target("emulated") as target:
+        with pytest.raises(KeyboardInterrupt):
+            excitation_of(target, short(), progress=interrupt)
+        target.clock.sleep_until(target.clock.now() + 0.5)
+        assert np.all(target.hand.read_codes() < 0.05 * 65535)
+
+
+@pytest.mark.parametrize(
+    ("changes", "asked", "message"),
+    [
+        ({"firmware": "pre"}, "0.2.0", "several firmwares, 0.2.0, pre"),
+        ({"side": "left"}, None, "of a left one"),
+    ],
+)
+def test_a_recording_is_fitted_as_what_its_header_says(trace, changes, asked, message):
+    with pytest.raises(ValueError, match=message):
+        calibrate([dataclasses.replace(trace, **changes)], REFERENCE, firmware=asked)

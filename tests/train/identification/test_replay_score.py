@@ -1,0 +1,85 @@
+"""The score of a unit on recordings: what the phase alone does to its own, and the hand's own differences beside it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aero.actuation import CommandWindow
+from model.units import load_unit
+from train.identification.replay_score import rise, score
+from train.identification.trace import Trace
+from train.identification.trace_replay import replay
+
+UNIT = load_unit("reference")
+
+
+def recorded(seed, *, shift=0.0, level=30000):
+    """What the reference unit itself would leave of a short run."""
+    t_command = np.arange(0.0, 2.0, 0.05) + shift
+    codes = np.full((len(t_command), 7), 8000)
+    codes[10:25] = level
+    t_read = t_command + 0.02
+    spans = CommandWindow.for_firmware("0.2.0").spans_counts().astype(float)
+    blank = Trace(f"run {seed}", t_command, codes, t_read, *[np.zeros((len(t_read), 7))] * 3, spans, "right", "0.2.0")
+    read = replay(blank, UNIT, seed=seed)
+    return dataclasses.replace(
+        blank, counts=read.counts, currents=read.currents, temperatures=np.trunc(read.temperatures)
+    )
+
+
+def test_a_unit_scores_on_its_own_recording_what_the_phase_alone_does():
+    result = score([recorded(0)], UNIT)
+    assert np.sqrt(np.mean(result.all_runs.counts**2)) < 80
+    assert np.isnan(result.repeats.counts).all()
+    assert result.all_runs.warming_c.max() <= 1.0
+    assert [name for name, _ in result.runs] == ["run 0"]
+
+
+def test_another_unit_scores_worse():
+    weak = dataclasses.replace(UNIT, servos=dataclasses.replace(UNIT.servos, no_load_speed_counts=4000.0))
+    own, other = (score([recorded(0)], unit).all_runs.counts for unit in (UNIT, weak))
+    assert (other > own).all()
+
+
+def test_the_hands_own_differences_come_from_runs_of_the_same_commands():
+    first, again, different = recorded(0), recorded(1, shift=5.0), recorded(2, level=40000)
+    repeats = score([first, again, different], UNIT).repeats
+    assert np.nanmax(repeats.counts) < 5.0
+    assert np.nanmax(repeats.currents_a) < 0.1
+    moved = dataclasses.replace(again, counts=again.counts + 7.0)
+    assert score([first, moved], UNIT).repeats.counts == pytest.approx(np.full(7, 7.0), abs=3.0)
+
+
+def test_the_hands_own_differences_are_by_channel():
+    first = recorded(0)
+    codes = first.codes.copy()
+    codes[:, 5] += 100
+    moved = dataclasses.replace(first, codes=codes, counts=first.counts + 7.0)
+    repeats = score([first, moved], UNIT).repeats.counts
+    assert np.isnan(repeats[5])
+    assert np.delete(repeats, 5) == pytest.approx(np.full(6, 7.0), abs=1e-9)
+
+
+def test_errors_at_rest_are_the_tension_of_the_open_hand():
+    first = recorded(0)
+    opened = dataclasses.replace(first, codes=0 * first.codes, counts=0.0 * first.counts, currents=0.0 * first.currents)
+    shares = score([dataclasses.replace(opened, currents=opened.currents + 0.3)], UNIT).shares
+    assert shares["rest tension"][1] == pytest.approx(1.0, abs=0.02)
+    assert shares["sag"] == shares["reversal"] == (0.0, 0.0)
+    drawing = score([dataclasses.replace(opened, currents=opened.currents + 1.0)], UNIT).shares
+    assert drawing["sag"][1] == 1.0
+
+
+def test_a_channel_that_is_sent_back_at_speed_reverses():
+    first = recorded(0)
+    counts = np.cumsum(np.full(first.counts.shape, 300.0), axis=0)
+    shares = score([dataclasses.replace(first, counts=counts, currents=0.0 * first.currents)], UNIT).shares
+    assert shares["reversal"][0] > 0.5
+
+
+def test_a_rise_needs_two_readings():
+    temperatures = np.full((4, 7), np.nan)
+    temperatures[1, 0], temperatures[3, 0], temperatures[2, 1] = 30.0, 33.0, 30.0
+    assert rise(temperatures)[0] == 3.0
+    assert np.isnan(rise(temperatures)[1:]).all()

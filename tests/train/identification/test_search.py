@@ -1,0 +1,173 @@
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aero.channels import Channel
+from train.identification.replay_score import PARTS, held_out
+from train.identification.search import (
+    NOISE_COUNTS,
+    SHORTENED,
+    STEPS,
+    Free,
+    find_slopes,
+    gauss_newton_step,
+    pooled_rms,
+    search,
+    slope_groups,
+    spreads,
+)
+
+ALL = tuple(Channel)
+TRUTH = np.array([0.7, -0.4, *np.linspace(-0.5, 0.5, 7)])
+FREE = (
+    Free("gain", (), ALL, 0.6),
+    Free("bend", (), ALL, 0.2),
+    *(Free("offset", (c,), (c,), 0.6) for c in Channel),
+)
+
+
+ran = []
+"""Batches of predictions of the toys of this test."""
+
+
+@pytest.fixture(autouse=True)
+def _nothing_ran_yet():
+    ran.clear()
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What a trace has that leaving parts out asks for."""
+
+    t_read: np.ndarray
+
+
+@dataclass(frozen=True)
+class Toy:
+    """Traces are noise-free curves of known numbers, on a grid with a known phase."""
+
+    lengths: tuple[int, ...] = (30, 40, 20, 25)
+    free: tuple[Free, ...] = FREE
+    phases_s: tuple[float, ...] = (0.0, 0.005)
+    interrupt_after: int | None = None
+    interruption: type[BaseException] = KeyboardInterrupt
+
+    @property
+    def traces(self):
+        return [Reads(np.arange(m, dtype=float)) for m in self.lengths]
+
+    def residuals(self, x, phases_s):
+        ran.append(len(x))
+        if self.interrupt_after is not None and len(ran) > self.interrupt_after:
+            raise self.interruption
+        return [
+            self.curve(k % len(self.lengths), xk, p) - self.curve(k % len(self.lengths), TRUTH, 0.005)
+            for k, (xk, p) in enumerate(zip(x, phases_s, strict=True))
+        ]
+
+    def curve(self, k, x, phase):
+        t = np.linspace(0.0, 1.0 + k, self.lengths[k])[:, None]
+        return 40.0 * x[0] * np.sin(t + 200 * phase) + 30.0 * np.exp(x[1] * t) + 50.0 * x[None, 2:]
+
+
+def test_search_finds_the_numbers_and_the_phase():
+    found = search(Toy(), iterations=20)
+    assert found.x == pytest.approx(TRUTH, abs=0.2)  # a phase that is a little off looks like another bend
+    assert found.phases_s == pytest.approx((0.005,) * 4, abs=0.001)
+    assert pooled_rms(found.residuals) < 2.0
+
+
+def test_search_reports_its_way():
+    lines = []
+    search(Toy(), iterations=2, report=lines.append)
+    assert lines[0].startswith("iteration 0")
+    assert lines[-1].startswith("found")
+
+
+def test_leaving_one_out_predicts_it_from_the_others():
+    toy = Toy()
+    found = search(toy, iterations=20)
+    by_phase = held_out(toy, found)
+    assert pooled_rms(by_phase[1]) < 2.0 < pooled_rms(by_phase[0])
+
+
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.sets(st.sampled_from(ALL), min_size=1)), min_size=1, max_size=12))
+def test_every_number_is_in_one_group_in_which_no_channel_feels_two(rows):
+    free = tuple(Free(name, (), tuple(channels), 1.0) for name, channels in rows)
+    groups = slope_groups(free)
+    assert sorted(row for group in groups for row in group) == list(range(len(free)))
+    for group in groups:
+        felt = [channel for row in group for channel in free[row].channels]
+        assert len(felt) == len(set(felt))
+        assert len({free[row].name for row in group}) == 1
+
+
+def test_what_does_not_depend_on_each_other_is_predicted_at_once():
+    """So that one long recording keeps every process busy."""
+    toy = Toy(lengths=(30,))
+    held_out(toy, search(toy, iterations=1))
+    phases, groups = len(toy.phases_s), len(slope_groups(FREE))
+    assert ran[:2] == [phases, groups]
+    assert ran[-3:] == [phases, 2, PARTS]
+    assert 1 <= len(ran) - 5 <= STEPS * len(SHORTENED)
+    assert set(ran[2:-3]) == {1}
+
+
+def test_slopes_reach_only_the_channels_that_feel_a_number():
+    toy = Toy()
+    x = TRUTH.copy()
+    slopes = find_slopes(toy, x, (0.005,) * 4, toy.residuals([x] * 4, (0.005,) * 4))
+    assert np.all(slopes[0][:, 1:, 2] == 0.0)
+    assert slopes[0][:, 0, 2] == pytest.approx(50.0)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5))
+@settings(max_examples=30)
+def test_step_solves_the_ridge_problem(seed, numbers):
+    draw = np.random.default_rng(seed)
+    slope, residual = draw.normal(size=(20, 7, numbers)), draw.normal(size=(20, 7))
+    x, spread = draw.normal(size=numbers), draw.uniform(0.5, 2.0, numbers)
+    step = gauss_newton_step([residual], [slope], x, spread)
+    rows = np.vstack([slope.reshape(-1, numbers) / NOISE_COUNTS, np.diag(1.0 / spread)])
+    wanted = np.concatenate([residual.ravel() / NOISE_COUNTS, x / spread])
+    assert step == pytest.approx(-np.linalg.lstsq(rows, wanted, rcond=None)[0], abs=1e-9)
+
+
+def test_an_outlier_pulls_less_than_its_square():
+    slope = np.ones((1, 7, 1))
+    residual = np.zeros((1, 7))
+    residual[0, 0] = 400.0
+    step = gauss_newton_step([residual], [slope], np.zeros(1), np.array([1e6]))
+    assert abs(step[0]) < 400.0 / 7 / 5
+
+
+def test_spreads_are_those_of_the_numbers():
+    assert spreads(Toy()).tolist() == [0.6, 0.2] + [0.6] * 7
+
+
+def test_two_traces_are_scored_by_parts_of_each():
+    toy = Toy(lengths=(30, 40), phases_s=(0.005,))
+    parts = held_out(toy, search(toy, iterations=20))
+    assert len(parts) == PARTS
+    assert [sum(len(part[k]) for part in parts) for k in range(2)] == [30, 40]
+    assert pooled_rms(residual for part in parts for residual in part) < 2.0
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize("batches", [2, 4, 6, 9])
+def test_an_interrupted_search_returns_the_best_so_far(batches, interruption):
+    found = search(Toy(interrupt_after=batches, interruption=interruption), iterations=20)
+    assert isinstance(found.interrupted, interruption)
+    ran.clear()
+    toy = Toy()
+    start, whole = toy.residuals([np.zeros(9)] * 4, found.phases_s), search(toy, iterations=20)
+    assert pooled_rms(whole.residuals) < pooled_rms(found.residuals) <= pooled_rms(start)
+    assert pooled_rms(found.residuals) == pooled_rms(toy.residuals([found.x] * 4, found.phases_s))
+
+
+def test_a_search_that_is_interrupted_at_once_has_nothing_to_keep():
+    with pytest.raises(KeyboardInterrupt):
+        search(Toy(interrupt_after=0))

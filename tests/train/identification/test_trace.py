@@ -1,0 +1,120 @@
+import numpy as np
+import pytest
+
+from aero.channels import Channel
+from hil.recordings.mcap_file import write_recording
+from hil.recordings.recording import Header, Recording, Series
+from train.identification.trace import closing_current_sign, load_trace, window_counts
+
+LABELS = tuple(channel.label for channel in Channel)
+
+
+def log(**changes):
+    rows = np.arange(3)
+    wire = np.array([1138, 1183, 2980, 3278, 3278, 3278, 3278.0])
+    counts = np.outer(rows, np.arange(1, 8)) * 10.0
+    fields = {
+        "t_cmd": np.array([0.0, np.nan, 0.2]),
+        "cmd": np.full((3, 7), 0.5),
+        "t_pos": np.array([0.0, 0.1, 0.2]),
+        "pos": np.floor(counts * 65535 / wire) / 65535,
+        "cur_ma": np.full((3, 7), 650.0),
+        "temp_c": np.full((3, 7), 30.0),
+        "span_counts": wire,
+    }
+    return fields | changes
+
+
+def write(tmp_path, fields):
+    path = tmp_path / "run.npz"
+    np.savez(path, **fields)
+    return path
+
+
+def test_npz_comes_in_command_order_and_counts(tmp_path):
+    trace = load_trace(write(tmp_path, log()))
+    assert trace.t_command.tolist() == [0.0, 0.2]
+    assert trace.codes.tolist() == [[32768] * 7] * 2
+    # The wire carries abduction, flexion and flexor first.
+    assert trace.counts[1].tolist() == [40, 50, 60, 70, 10, 20, 30]
+    assert trace.spans_counts.tolist() == window_counts("right").tolist()
+    assert trace.currents[0].tolist() == pytest.approx([0.65] * 6 + [-0.65])
+
+
+def test_rows_that_were_not_read_are_left_out(tmp_path):
+    fields = log()
+    fields["pos"][1] = np.nan
+    assert load_trace(write(tmp_path, fields)).t_read.tolist() == [0.0, 0.2]
+
+
+def test_a_log_that_lacks_an_array_says_which(tmp_path):
+    fields = log()
+    del fields["temp_c"]
+    with pytest.raises(ValueError, match="lacks temp_c"):
+        load_trace(write(tmp_path, fields))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"t_pos": np.full(3, np.nan)}, "0 readings"),
+        ({"t_pos": np.array([0.1, 0.0, 0.2])}, "backwards"),
+        ({"span_counts": np.ones(6)}, "index 6 is out of bounds"),
+    ],
+)
+def test_bad_logs(tmp_path, changes, message):
+    with pytest.raises((ValueError, IndexError), match=message):
+        load_trace(write(tmp_path, log(**changes)))
+
+
+def test_an_empty_log_is_refused_by_name(tmp_path):
+    path = tmp_path / "run.npz"
+    path.write_bytes(b"")
+    with pytest.raises(ValueError, match=r"run\.npz"):
+        load_trace(path)
+
+
+def test_other_files_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"\.mcap"):
+        load_trace(tmp_path / "run.csv")
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_recording_comes_back_through_a_file(tmp_path, side):
+    header = Header("excitation", "emulated", side, "0.2.0", map="paper", window="homed", unit="reference", seed=0)
+    times = np.array([0.0, 0.02, 0.04])
+    codes = np.outer(np.arange(3), np.full(7, 1000.0))
+
+    def series(unit, rows, at=times):
+        return Series.of(LABELS, (unit,) * 7, at, rows)
+
+    recording = Recording(
+        header,
+        {
+            "codes": series("u16", codes),
+            "command_codes": series("u16", codes),
+            "currents": series("A", np.full((1, 7), 0.5), times[1:2]),
+        },
+    )
+    write_recording(recording, tmp_path / "a.mcap")
+    trace = load_trace(tmp_path / "a.mcap")
+    assert trace.codes.tolist() == codes.tolist()
+    assert np.allclose(trace.counts, codes * window_counts(side) / 65535, atol=0.5)
+    assert np.isnan(trace.currents[0]).all()
+    assert trace.currents[2].tolist() == pytest.approx((0.5 * closing_current_sign(side)).tolist())
+    assert np.isnan(trace.temperatures).all()
+
+
+def test_a_channel_rests_some_time_after_it_was_told_to_open(tmp_path):
+    times = np.arange(0.0, 2.0, 0.1)
+    cmd = np.zeros((20, 7))
+    cmd[5:10, 3] = 0.5  # the index, in wire order
+    fields = {name: np.zeros((20, 7)) for name in ("pos", "cur_ma", "temp_c")}
+    spans = log()["span_counts"]
+    trace = load_trace(
+        write(tmp_path, fields | {"t_cmd": times, "t_pos": times + 0.05, "cmd": cmd, "span_counts": spans})
+    )
+    rest = trace.at_rest()
+    assert rest[:, 1:].all()
+    assert rest[:, 0].tolist() == [True] * 5 + [False] * 9 + [True] * 6
+    assert trace.goals_at_reads()[4:6, 0].tolist() == [0.0, 1639.0]

@@ -1,0 +1,113 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aero.channels import FINGERS, Channel
+from model.units import Unit, load_unit
+from model.units.plausible import plausible_unit
+from train.identification.search import Free
+from train.identification.unit_file import unit_toml
+from train.identification.unit_parameters import FREE, apply, identifiable_parameters
+
+
+def numbers(unit):
+    values = {
+        f"{section}.{field.name}": getattr(getattr(unit, section), field.name)
+        for section in ("hand", "servos")
+        for field in dataclasses.fields(getattr(unit, section))
+    }
+    return {name: value for name, value in values.items() if not isinstance(value, str)}
+
+
+# A unit file is rounded; what follows from its numbers is not.
+REFERENCE = apply(load_unit("reference"), (), np.zeros(0))
+
+
+def test_zero_is_the_start():
+    unit = REFERENCE
+    moved = apply(unit, FREE, np.zeros(len(FREE)))
+    for name, value in numbers(moved).items():
+        assert np.allclose(value, numbers(unit)[name], rtol=1e-12), name
+
+
+@pytest.mark.parametrize("row", range(len(FREE)))
+def test_a_number_moves_its_own_field_and_what_follows_from_it(row):
+    unit = REFERENCE
+    x = np.zeros(len(FREE))
+    x[row] = 0.5 * FREE[row].spread
+    before, after = numbers(unit), numbers(apply(unit, FREE, x))
+    changed = {name for name in before if not np.allclose(before[name], after[name], rtol=1e-12)}
+    own = FREE[row].name.replace("rise", "closed")
+    follows = {"servos.no_load_speed_counts": {"hand.back_emf"}, "hand.spring_open": {"hand.spring_closed"}}
+    assert changed <= {own} | follows.get(own, set()) | {"servos.stall_torque"}
+    assert own in changed
+
+
+def test_additive_and_multiplied():
+    unit = Unit()
+    free = (
+        Free("hand.cable_take_up", (2,), (Channel.RING,), 1e-3, additive=True),
+        Free("servos.duty_per_count", (), tuple(Channel), 0.1),
+    )
+    moved = apply(unit, free, np.array([1.5e-3, math.log(2.0)]))
+    assert moved.hand.cable_take_up == (0.0, 0.0, 1.5e-3, 0.0, 0.0, 0.0, 0.0)
+    assert moved.servos.duty_per_count == pytest.approx(2 * unit.servos.duty_per_count)
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=20, deadline=None)
+def test_a_written_unit_reads_back(tmp_path_factory, seed):
+    unit = plausible_unit(seed)
+    path = tmp_path_factory.mktemp("unit") / "twin.toml"
+    path.write_text(unit_toml(unit, 'A "hand" of µm', {}), encoding="utf-8")
+    back = load_unit(str(path))
+    assert back.description == 'A "hand" of µm'
+    for name, value in numbers(back).items():
+        assert np.allclose(value, numbers(unit)[name], rtol=1e-4, atol=1e-12), name
+
+
+@given(st.sets(st.sampled_from(Channel)))
+def test_what_is_fitted_to_some_channels_changes_no_other(moved):
+    told = identifiable_parameters(FREE, moved)
+    assert all(set(number.channels) <= moved for number in told)
+    unit = apply(REFERENCE, told, np.full(len(told), 0.1))
+    if len(moved) < len(Channel):
+        assert unit.servos == REFERENCE.servos
+    for channel in set(Channel) - moved:
+        for field in ("rotor_inertia", "cable_friction", "spool_friction", "cable_take_up"):
+            assert getattr(unit.hand, field)[channel] == getattr(REFERENCE.hand, field)[channel]
+        if channel in FINGERS:
+            own = slice(3 * channel, 3 * channel + 3)
+            assert unit.hand.closed_stop[own] == REFERENCE.hand.closed_stop[own]
+            assert unit.hand.spring_open[own] == REFERENCE.hand.spring_open[own]
+    if len(moved) == len(Channel):
+        assert told == FREE
+
+
+def test_a_still_channel_tells_the_tension_of_its_cable_alone():
+    told = identifiable_parameters(FREE, {Channel.INDEX}, {Channel.RING, Channel.INDEX})
+    assert [n.name for n in told if Channel.RING in n.channels] == ["hand.cable_take_up"]
+    assert {n.name for n in told if Channel.INDEX in n.channels} > {"hand.cable_take_up", "hand.spool_friction"}
+
+
+def test_a_written_unit_says_what_was_fitted_and_how_surely():
+    friction = np.array(plausible_unit(1).hand.spool_friction)
+    low, high = friction * 0.9, friction * 1.1
+    low[2:] = high[2:] = friction[2:]
+    lines = unit_toml(plausible_unit(1), "", {"hand.spool_friction": (low, high)}).splitlines()
+    above = lines[lines.index(next(x for x in lines if x.startswith("spool_friction"))) - 1]
+    assert above.startswith(f"# N m; fitted, 95 % interval of each: {low[0]:.3g} to {high[0]:.3g}; ")
+    assert above.endswith("; as the starting unit" * 5)
+    assert "as the starting unit" in lines[lines.index(next(x for x in lines if x.startswith("rotor_inertia"))) - 1]
+
+
+def test_a_written_unit_says_which_intervals_the_recordings_do_not_tell():
+    friction = np.array(plausible_unit(1).hand.spool_friction)
+    known = {"hand.spool_friction": (friction * 0.9, friction * 1.1)}
+    text = unit_toml(plausible_unit(1), "", known, {"hand.spool_friction": np.arange(7) != 2})
+    assert text.count("(not told by the recordings)") == 1
+    assert f"{friction[2] * 1.1:.3g} (not told by the recordings); {friction[3] * 0.9:.3g}" in text

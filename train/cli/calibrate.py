@@ -1,0 +1,159 @@
+"""`aero-hil calibrate`: a unit file for the hand on the bench, from recordings of it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import click
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
+from rich.table import Table
+
+from aero.channels import Channel
+from aero.firmware import FIRMWARE
+from aero.protocol import MAX_CODE
+from aero.safety import unwinding
+from aero.whole_file import write_whole
+from hil.cli.exits import usage_errors
+from hil.cli.options import NewFolder
+from hil.cli.terminal import ProgressBar, description
+from hil.cli.terminal import console as new_console
+from hil.recordings.output import prepared_file, prepared_folder
+from hil.report.matplotlib_svg import STYLE, svg_of
+from model.units.naming import unit_named
+from train.identification.calibration import Calibration, calibrate
+from train.identification.replay_score import FEWEST, PARTS, held_out_rms
+from train.identification.search import pooled_rms
+from train.identification.trace import Trace, load_trace
+from train.identification.trace_replay import ReplayedTrace
+from train.identification.unit_file import NOT_TOLD, PHYSICAL_UNITS, unit_toml
+from train.identification.unit_parameters import numbers
+
+COMMAND, HAND, MODEL = "#777777", "#1f4e9c", "#c0392b"
+"""Colours: grey, blue, red."""
+
+
+@click.command("calibrate")
+@click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Unit file to write.")
+@click.option("--start", default="reference", show_default=True, help="Unit to start from, or a .toml.")
+@click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Version; that of the recordings if not given.")
+@click.option("--plots", type=NewFolder(), help="Folder for predicted and recorded.")
+@click.option("--yardstick", is_flag=True, help="Also search and score a plain P-and-damping model, minutes more.")
+@click.option("--jobs", type=click.IntRange(1, 1000), default=os.cpu_count() or 1, show_default=True, help="Processes.")
+def calibrate_command(
+    *,
+    recordings: tuple[Path, ...],
+    out: Path,
+    start: str,
+    firmware: str | None,
+    plots: Path | None,
+    yardstick: bool,
+    jobs: int,
+) -> None:
+    """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right hand and write it to a file.
+
+    Prints each fitted number with its 95 % interval, the fit by channel, and what it is worth on recordings, or on
+    parts of them when there are fewer than three, that it has not seen. What the recordings do not tell stays as in the
+    starting unit. Ctrl-C and a termination write the best unit so far.
+    """
+    console = new_console()
+    columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with usage_errors():
+        unit = unit_named(start)
+        prepared_file(out)
+        if plots is not None:
+            prepared_folder(plots)
+        traces = [load_trace(path) for path in recordings]
+    with usage_errors(), unwinding(), ProgressBar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("replays, about", total=None)
+        result = calibrate(
+            traces,
+            unit,
+            firmware=firmware,
+            jobs=jobs,
+            yardstick=yardstick,
+            report=lambda line: console.print(line, style="dim"),
+            progress=lambda done, about: bar.update(task, completed=done, total=about),
+        )
+    stopped = result.found.interrupted
+    early = ", stopped before its end" if stopped is not None else ""
+    fitted_to = f"Fitted to {len(recordings)} recordings{early}"
+    write_whole(out, unit_toml(result.unit, fitted_to, result.intervals, result.told))
+    if plots is not None and stopped is None:
+        for trace, prediction in zip(result.traces, result.predictions(), strict=True):
+            write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
+    _print(console, result)
+    console.print(f"unit written to {out}{early}; use it as `--unit {out}`")
+    if stopped is not None:
+        raise stopped
+
+
+def _print(console: Console, result: Calibration) -> None:
+    console.print(_fitted(result))
+    table = Table("Recording", title="Counts rms, readings on their best phase of the telemetry grid", box=SIMPLE_HEAD)
+    for channel in Channel:
+        table.add_column(channel.label, justify="right")
+    for trace, row in zip(result.traces, result.channel_rms(), strict=True):
+        table.add_row(trace.name, *(f"{value:.1f}" for value in row))
+    console.print(table)
+    console.print(f"all recordings: {pooled_rms(result.found.residuals):.2f} counts rms")
+    if result.held_out:
+        what = (
+            "each predicted from the others, telemetry phase unknown"
+            if len(result.traces) >= FEWEST
+            else f"each of {PARTS} parts predicted from the others"
+        )
+        console.print(f"{what}: {held_out_rms(result.held_out):.2f} counts rms")
+    if result.yardstick:
+        console.print(f"plain P-and-damping model, the same way: {held_out_rms(result.yardstick):.2f} counts rms")
+
+
+def _fitted(result: Calibration) -> Table:
+    """Return the fitted numbers; entries that were fitted as one are one row."""
+    table = Table("Fitted", "value", "95 % interval", "unit", box=SIMPLE_HEAD)
+    values = numbers(result.unit)
+    for name, (low, high) in result.intervals.items():
+        rows: dict[tuple[float, float, float, bool], list[int]] = {}
+        columns = (values[name].tolist(), low.tolist(), high.tolist(), result.told[name].tolist())
+        for i, row in enumerate(zip(*columns, strict=True)):
+            if row[1] < row[2]:
+                rows.setdefault(row, []).append(i)
+        field = name.split(".")[1]
+        for (value, below, above, told), entries in rows.items():
+            which = f" {', '.join(map(str, entries))}" if len(values[name]) > 1 else ""
+            table.add_row(
+                f"{field}{which}",
+                f"{value:.3g}",
+                f"{below:.3g} to {above:.3g}{'' if told else NOT_TOLD}",
+                PHYSICAL_UNITS[field],
+            )
+    return table
+
+
+def trace_svg(trace: Trace, prediction: ReplayedTrace) -> str:
+    """Draw seven channels: command grey and dashed, recorded hand blue with dots, prediction red; currents below."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(11.0, 15.0), layout="constrained")
+        axes = figure.subplots(len(Channel), 2, sharex=True)
+        goals = trace.codes * trace.spans_counts / MAX_CODE
+        for channel, (left, right) in zip(Channel, axes, strict=True):
+            left.plot(trace.t_command, goals[:, channel], "--", color=COMMAND, drawstyle="steps-post", label="command")
+            left.plot(trace.t_read, trace.counts[:, channel], ".-", color=HAND, markersize=3, label="recorded")
+            left.plot(trace.t_read, prediction.counts[:, channel], "-", color=MODEL, label="predicted")
+            right.plot(trace.t_read, trace.currents[:, channel], ".-", color=HAND, markersize=3)
+            right.plot(trace.t_read, prediction.currents[:, channel], "-", color=MODEL)
+            error = np.sqrt(np.mean((prediction.counts - trace.counts)[:, channel] ** 2))
+            left.set_ylabel("counts")
+            left.set_title(f"{channel.title}, {error:.1f} counts rms", loc="left")
+            right.set_ylabel("A")
+        axes[0, 0].legend(loc="best", frameon=False)
+        for axis in axes[-1]:
+            axis.set_xlabel("s")
+        figure.suptitle(trace.name)
+    return svg_of(figure)

@@ -1,0 +1,78 @@
+"""`aero-hil record`: excite a hand and record what calibration needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from aero.channels import Channel
+from hil.cli.before_moving import before_moving, readings
+from hil.cli.exits import usage_errors
+from hil.cli.options import ChosenHand, Finite, target
+from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import console as new_console
+from hil.recordings.output import prepared_file
+from hil.recordings.recorder import Recorder
+from train.identification.excitation import EXPERIMENT, MOTIONS, REACH, excitation, play
+
+LABELS = tuple(channel.label for channel in Channel)
+
+
+@click.command("record")
+@target
+@click.option("--excite", type=click.Choice([*MOTIONS, "all"]), default="all", show_default=True, help="What to play.")
+@click.option(
+    "--scale",
+    type=Finite(0.0, 1.0, min_open=True),
+    default=0.5,
+    show_default=True,
+    help="Share of the safe reach, up to 1.",
+)
+@click.option("--channel", "channels", multiple=True, type=click.Choice(LABELS), help="Only this one; repeatable.")
+@click.option("--dry-run", is_flag=True, help="Read the hand, show what would move, and stop there.")
+@click.option(
+    "--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("excitation.mcap"), show_default=True,
+    help="Recording to write.",
+)  # fmt: skip
+def record_command(
+    *,
+    hand: ChosenHand,
+    excite: str,
+    scale: float,
+    channels: tuple[str, ...],
+    dry_run: bool,
+    out: Path,
+) -> None:
+    """Excite a free hand with steps, ramps and chirps and record it for `aero-hil calibrate`.
+
+    The fingers move together, each channel of the thumb alone. Nothing may be in reach of them. A hand on a port is
+    guarded: it is opened slowly, and the exit code is 4, at a current, a temperature, stale readings or an encoder
+    beyond the thresholds shown. What was recorded until an interruption is kept.
+    """
+    console = new_console()
+    with usage_errors():
+        plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
+        prepared_file(out)
+    with hand.open() as opened:
+        furthest = tuple(plan.fractions.max(axis=0))
+        if dry_run:
+            console.print(readings(opened, furthest))
+        console.print(before_moving(opened, furthest, plan.duration_s))
+        console.print(f"{plan.duration_s:.0f} s of hand time; safe are {[*REACH.values()]} of each window")
+        if dry_run:
+            return
+        recorder = Recorder(opened, EXPERIMENT, out)
+        try:
+            with ProgressBar(console=console, transient=True) as bar:
+                task = bar.add_task(plan.name, total=1.0)
+                play(opened, recorder, plan, progress=lambda done, _doing: bar.update(task, completed=done))
+        except BaseException:
+            if recorder.begun:
+                recording = recorder.finish(ended=False)
+                click.echo(
+                    f"{out}: {recording.header.duration_s:.0f} of {plan.duration_s:.0f} s were recorded", err=True
+                )
+            raise
+        recording = recorder.finish()
+    console.print(f"{out}: {recording.header.duration_s:.0f} s")

@@ -1,0 +1,267 @@
+"""Identify the actuation map on the routed hand (paper, section "The actuation map").
+
+The hand is swept as in the paper's run, and the coefficients are fitted to what it did.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.actuation import stages
+from aero.actuation.coefficients import Coefficients, load_coefficients
+from aero.channels import FINGERS, THUMB, Channel, Joint
+from hil.checks.shared.side_by_side import SimulatedHand
+from hil.checks.staircase.reachable_range import calibrated_range
+
+Floats = NDArray[np.float64]
+
+FLEXION = (Joint.THUMB_CMC, Joint.THUMB_MCP, Joint.THUMB_IP)
+THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
+STAIRCASE_LEVELS = 20
+SAMPLES_A_LEVEL = 24
+SAMPLE_S = 0.02
+"""As in the paper's run, 50 samples a second."""
+SETTLE_S = 1.5
+"""From one end of a range to rest; the slowest joint needs under a second."""
+
+
+class JointedSimulator(SimulatedHand, Protocol):
+    """A simulator that also gives its joint angles."""
+
+    def joint_angles(self) -> Floats:
+        """Return the joints, (16,) rad."""
+        ...
+
+
+@dataclass(frozen=True)
+class Capture:
+    """Samples of a hand that was swept."""
+
+    lengths: Floats
+    """(n, 7) sensors, m and rad."""
+    joints: Floats
+    """(n, 16) joint angles, rad."""
+    sweep: NDArray[np.int64]
+    """(n,) number of the sweep that a sample belongs to; errors within one are not independent."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One least squares fit of several targets."""
+
+    coefficients: Floats
+    """(targets, regressors)."""
+    standard_errors: Floats
+    """Same shape; robust against errors that are correlated within a sweep."""
+    r_squared: Floats
+    """(targets,)."""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Coefficients of the map, and how good they are."""
+
+    coefficients: Coefficients
+    """As identified, on the mechanism's own winding radii."""
+    regression: Fit
+    """C, (3, 4)."""
+    inverse: tuple[Fit, Fit]
+    """Travel of the CMC and the flexor cable by its own length and a constant, m/m and m."""
+    staircases: Capture
+    """What it was fitted to."""
+
+
+def identify(hand: JointedSimulator) -> Identification:
+    """Sweep a hand and fit the map's coefficients; the mechanism's winding radii are the paper's."""
+    paper = load_coefficients("paper")
+    intervals = calibrated_range(hand)[list(FINGERS)]
+    staircases = joined(staircase(hand, channel) for channel in THUMB)
+    regression, inverse = fit_joints(staircases), fit_inverse(paper, staircases)
+    identified = replace(
+        paper,
+        name="identified",
+        source="aero-hil identify on this project's routed hand; winding radii as in 'paper'",
+        finger_lengths=tuple(tuple(ends) for ends in intervals.tolist()),
+        thumb_regression=tuple(tuple(row) for row in regression.coefficients.tolist()),
+        thumb_gain=tuple(float(fit.coefficients[0, 0]) for fit in inverse),
+        thumb_offset=tuple(float(fit.coefficients[0, 1]) for fit in inverse),
+    )
+    return Identification(identified, regression, inverse, staircases)
+
+
+def joined(captures: Iterable[Capture]) -> Capture:
+    """Return several captures as one, their sweeps numbered through."""
+    parts = list(captures)
+    offsets = np.cumsum([0, *(part.sweep.max() + 1 for part in parts)])[:-1]
+    return Capture(
+        np.concatenate([part.lengths for part in parts]),
+        np.concatenate([part.joints for part in parts]),
+        np.concatenate([part.sweep + offset for part, offset in zip(parts, offsets, strict=True)]),
+    )
+
+
+def staircase(hand: JointedSimulator, channel: Channel) -> Capture:
+    """Step one channel over its command range and back in 20 equal levels, the others open; 50 samples a second."""
+    goal = open_command(hand)
+    opened, closed = ends(hand, channel)
+    rise = np.linspace(opened, closed, STAIRCASE_LEVELS + 1)
+    goal[channel] = opened
+    hand.command(goal)
+    hand.advance(SETTLE_S)
+    samples = []
+    for level in (*rise, *rise[::-1]):
+        goal[channel] = level
+        hand.command(goal)
+        for _ in range(SAMPLES_A_LEVEL):
+            hand.advance(SAMPLE_S)
+            samples.append((hand.lengths(), hand.joint_angles()))
+    return captured(samples)
+
+
+def open_command(hand: JointedSimulator) -> Floats:
+    """Reset the hand and return the command that holds it open."""
+    hand.reset()
+    return np.clip(hand.lengths(), *hand.command_range.T)
+
+
+def ends(hand: JointedSimulator, channel: Channel) -> tuple[float, float]:
+    """Return the commands that open and close a channel, m or rad."""
+    low, high = hand.command_range[channel]
+    return (low, high) if channel == Channel.THUMB_ABDUCTION else (high, low)
+
+
+def captured(samples: list[tuple[Floats, Floats]]) -> Capture:
+    """Return lengths (7,) and joints (16,) of one sweep as a capture."""
+    lengths, joints = zip(*samples, strict=True)
+    return Capture(np.array(lengths), np.array(joints), np.zeros(len(samples), np.int64))
+
+
+def fit_joints(capture: Capture) -> Fit:
+    """Regress the thumb's three flexion angles; eq. (thumbfit). Abduction is left out where it was held."""
+    columns = (*capture.lengths[:, THUMB].T, np.ones(len(capture.lengths)))
+    held = np.ptp(columns[0]) < np.deg2rad(10.0)
+    x = np.column_stack(columns[1:] if held else columns)
+    return least_squares(x, capture.joints[:, FLEXION], capture.sweep)
+
+
+def fit_inverse(coefficients: Coefficients, capture: Capture) -> tuple[Fit, Fit]:
+    """Regress each cable's travel on the hand by its length in the simulator; eq. (thumbinv)."""
+    # The simulator lacks the abduction term, which the map adds at run time.
+    unabducted = capture.joints.copy()
+    unabducted[:, Joint.THUMB_ABDUCTION] = 0.0
+    travel = stages.travel_from_joints(coefficients, unabducted)
+    ones = np.ones(len(capture.lengths))
+    cmc, flexor = (
+        least_squares(np.column_stack([capture.lengths[:, c], ones]), travel[:, [c]], capture.sweep)
+        for c in THUMB_CABLES
+    )
+    return cmc, flexor
+
+
+def least_squares(x: Floats, targets: Floats, sweep: NDArray[np.int64]) -> Fit:
+    """Fit `targets` (n, t) by `x` (n, k).
+
+    Raises:
+        ValueError: the regressors do not span their space, or a target is constant; something was not moved.
+    """
+    if np.linalg.matrix_rank(x / np.abs(x).max(axis=0)) < x.shape[1]:
+        raise ValueError("the sweeps do not separate the coefficients; a channel was not moved on its own")
+    spread = ((targets - targets.mean(axis=0)) ** 2).sum(axis=0)
+    if not spread.all():
+        raise ValueError(f"target {int(np.argmin(spread))} is constant; the sweeps did not move it")
+    solution = np.asarray(np.linalg.lstsq(x, targets, rcond=None)[0], np.float64)
+    residuals: Floats = targets - x @ solution
+    # The residual of a first-order fit is misfit and not noise: it is correlated along a whole sweep. So the standard
+    # errors are cluster-robust over sweeps (Liang and Zeger), with the usual factor for few clusters.
+    inverse = np.linalg.inv(x.T @ x)
+    labels = np.unique(sweep)
+    by_sweep = np.stack([x[sweep == label].T @ residuals[sweep == label] for label in labels])
+    middle = np.einsum("skt,slt->tkl", by_sweep, by_sweep) * len(labels) / (len(labels) - 1)
+    errors = np.sqrt(np.einsum("ij,tjk,ki->ti", inverse, middle, inverse))
+    return Fit(solution.T, errors, 1.0 - (residuals**2).sum(axis=0) / spread)
+
+
+def comparison(identification: Identification) -> list[Sequence[str]]:
+    """Return a header and every identified number beside the paper's; the difference also in standard errors."""
+    found, paper = identification.coefficients, load_coefficients("paper")
+    rows: list[Sequence[str]] = [
+        ("entry", "identified", "std. error", "paper", "difference", "std. errors"),
+    ]
+
+    def add(name: str, here: float, error: float, published: float, digits: int) -> None:
+        off = f"{100.0 * (here / published - 1.0):+z.1f} %" if abs(published) > 0.01 else ""
+        numbers = (f"{number:z.{digits}f}" for number in (here, error, published))
+        rows.append((name, *numbers, off, f"{(here - published) / error:+z.1f}"))
+
+    fit = identification.regression
+    for i, joint in enumerate(("CMC", "MCP", "IP")):
+        for j, column in enumerate(("abduction", "CMC cable", "flexor cable", "constant")):
+            digits = 3 if j else 4
+            here, error = fit.coefficients[i, j], fit.standard_errors[i, j]
+            add(f"{joint} by {column}", here, error, paper.thumb_regression[i][j], digits)
+    for i, cable in enumerate(("CMC", "flexor")):
+        (gain, offset), (gain_error, offset_error) = (
+            1e3 * identification.inverse[i].coefficients[0],
+            1e3 * identification.inverse[i].standard_errors[0],
+        )
+        add(f"{cable} gain, mm/m", gain, gain_error, 1e3 * paper.thumb_gain[i], 1)
+        add(f"{cable} offset, mm", offset, offset_error, 1e3 * paper.thumb_offset[i], 2)
+    for finger in FINGERS:
+        here, published = (1e3 * float(np.ptp(set_.finger_lengths[finger])) for set_ in (found, paper))
+        numbers = (f"{here:.2f}", "", f"{published:.2f}", f"{here - published:+z.2f}", "")
+        rows.append((f"{finger.label} excursion, mm", *numbers))
+    return rows
+
+
+def coefficient_toml(identification: Identification, side: str) -> str:
+    """Return a file that `aero.actuation.load_coefficients` reads, provenance included.
+
+    It depends on nothing but the model and MuJoCo's version: making it again shows what has changed.
+    """
+    c, fit = identification.coefficients, identification.regression
+    finger = _inline(("mcp", "pip", "dip"), c.finger_winding)
+    cmc, flexor = (_inline(("abduction", "cmc", "mcp", "ip"), row) for row in c.thumb_winding)
+    return f"""\
+# Coefficients of the actuation map, written by `aero-hil identify`. SI units: m, rad, and what follows.
+name = "{c.name}"
+source = "{c.source}"
+
+[mechanism]
+# Cable taken up per joint angle, m/rad; not identified: CAD, as in the coefficients 'paper'.
+finger_winding = {finger}
+thumb_cmc_winding = {cmc}
+thumb_flexor_winding = {flexor}
+spool_radius = {c.spool_radius!r}
+
+[simulation]
+# Shortest and longest settled finger cable: index, middle, ring, pinky; m.
+finger_lengths = {_rows(c.finger_lengths)}
+# Rows CMC, MCP, IP; columns abduction (rad/rad), CMC cable, flexor cable (rad/m), constant (rad).
+thumb_regression = {_rows(c.thumb_regression)}
+# Travel of the CMC and the flexor cable per simulated length, m/m, and offset, m.
+thumb_gain = {list(c.thumb_gain)}
+thumb_offset = {list(c.thumb_offset)}
+
+[provenance]
+hand = "routed, {side}"
+mujoco = "{version("mujoco")}"
+capture = "one channel at a time, {STAIRCASE_LEVELS} equal levels over the command range and back, \
+{SAMPLES_A_LEVEL * SAMPLE_S:g} s a level, a sample every {SAMPLE_S:g} s, the others open"
+thumb_regression_standard_errors = {_rows(fit.standard_errors)}
+thumb_regression_r_squared = {[round(r, 7) for r in fit.r_squared.tolist()]}
+thumb_gain_r_squared = {[round(float(f.r_squared[0]), 7) for f in identification.inverse]}
+"""
+
+
+def _inline(names: Sequence[str], values: Sequence[float]) -> str:
+    return "{ " + ", ".join(f"{name} = {value!r}" for name, value in zip(names, values, strict=True)) + " }"
+
+
+def _rows(matrix: Any) -> str:
+    return "[\n" + "".join(f"  {[float(x) for x in row]},\n" for row in matrix) + "]"

@@ -1,0 +1,229 @@
+"""What a unit is worth on recordings: positions, currents and warming by channel, beside what a hand repeats of itself.
+
+A replay meets the board's telemetry on an unknown phase, so that each recording is replayed on several and all count.
+Recordings of the same commands tell how far the hand itself comes out differently, which no model can get below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.firmware import DEFAULT_FIRMWARE
+from model.units import Unit
+from train.identification.search import (
+    LARGEST_STEP,
+    Found,
+    Model,
+    Residuals,
+    gauss_newton_step,
+    pooled_rms,
+    rounds,
+    spreads,
+)
+from train.identification.trace import CHANNELS, Trace
+from train.identification.trace_replay import ReplayedTrace, replay
+from train.identification.unit_parameters import PHASES_S
+
+Floats = NDArray[np.float64]
+
+SAME_READ_S = 0.02
+"""Readings of two runs this near in their commands' time are compared, s."""
+REST, SAG, REVERSAL = "rest tension", "sag", "reversal"
+CAUSES = (REVERSAL, SAG, REST)
+"""What a part of the error goes with; a reading of several counts for the first."""
+SAG_A = 4.0
+"""Sum of all currents from which on the recorded supply sags noticeably, A."""
+REVERSAL_COUNTS_PER_S = 2000.0
+"""Speed from which on a channel that is sent back reverses, counts/s."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Root mean squares by channel, (7,) float; NaN where nothing was recorded."""
+
+    counts: Floats
+    """Positions, servo counts."""
+    currents_a: Floats
+    """Currents, A."""
+    warming_c: Floats
+    """Rise of the temperature from the first to the last reading, degC."""
+
+
+@dataclass(frozen=True)
+class ReplayScore:
+    """A unit's errors, and the hand's own differences."""
+
+    runs: tuple[tuple[str, Errors], ...]
+    """By recording, over all phases."""
+    all_runs: Errors
+    """Over all readings of all recordings and phases."""
+    repeats: Errors
+    """Between recordings in which a channel has the same commands; NaN where there is no such pair."""
+    shares: Mapping[str, tuple[float, float]]
+    """Share of the squared error of positions and of currents by cause; NaN without any error."""
+
+
+def score(
+    traces: Sequence[Trace], unit: Unit, *, progress: Callable[[int, int], None] = lambda _done, _about: None
+) -> ReplayScore:
+    """Replay traces on every phase and compare; `progress` hears of replays done and to do."""
+    misses: list[list[_Misses]] = []
+    about = len(traces) * len(PHASES_S)
+    for trace in traces:
+        misses.append([])
+        for phase in PHASES_S:
+            predicted = replay(trace, unit, firmware=trace.firmware or DEFAULT_FIRMWARE, side=trace.side, phase_s=phase)
+            misses[-1].append(_missed(trace, predicted))
+            progress(sum(map(len, misses)), about)
+    pairs = [_between(a, b, same) for a, b in combinations(traces, 2) if (same := _same_commands(a, b)).any()]
+    return ReplayScore(
+        tuple((trace.name, _errors(of)) for trace, of in zip(traces, misses, strict=True)),
+        _errors([one for of in misses for one in of]),
+        _errors(pairs),
+        _shares(traces, misses),
+    )
+
+
+@dataclass(frozen=True)
+class _Misses:
+    counts: Floats
+    currents: Floats
+    rise: Floats
+    """(1, 7)"""
+
+
+def _missed(trace: Trace, predicted: ReplayedTrace) -> _Misses:
+    recorded = np.isfinite(trace.temperatures)
+    warmed = rise(trace.temperatures) - rise(np.where(recorded, predicted.temperatures, np.nan))
+    return _Misses(predicted.counts - trace.counts, predicted.currents - trace.currents, warmed[np.newaxis])
+
+
+def rise(temperatures: Floats) -> Floats:
+    """Return the last less the first finite reading of each column (m, 7), NaN without two."""
+    found = np.full(CHANNELS, np.nan)
+    for channel, column in enumerate(temperatures.T):
+        read = column[np.isfinite(column)]
+        if len(read) > 1:
+            found[channel] = read[-1] - read[0]
+    return found
+
+
+def _same_commands(a: Trace, b: Trace) -> NDArray[np.bool_]:
+    """Return which channels have the same commands in both, (7,)."""
+    if a.codes.shape != b.codes.shape:
+        return np.zeros(CHANNELS, bool)
+    same: NDArray[np.bool_] = (a.codes == b.codes).all(axis=0)
+    return same
+
+
+def _between(a: Trace, b: Trace, same: NDArray[np.bool_]) -> _Misses:
+    """Compare readings that come at the same time after the same command, on the channels that are the `same`, (7,)."""
+    index = np.clip(np.searchsorted(a.t_command, a.t_read, side="right") - 1, 0, None)
+    wanted = b.t_command[index] + (a.t_read - a.t_command[index])
+    nearest = np.abs(b.t_read[np.newaxis] - wanted[:, np.newaxis]).argmin(axis=1)
+    near = np.abs(b.t_read[nearest] - wanted) <= SAME_READ_S
+    return _Misses(
+        *(
+            np.where(same, values, np.nan)
+            for values in (
+                (b.counts[nearest] - a.counts)[near],
+                (b.currents[nearest] - a.currents)[near],
+                (rise(b.temperatures) - rise(a.temperatures))[np.newaxis],
+            )
+        )
+    )
+
+
+def _shares(traces: Sequence[Trace], misses: Sequence[Sequence[_Misses]]) -> dict[str, tuple[float, float]]:
+    """Return which share of the squared errors of positions and currents the readings of each cause have."""
+    squares = {cause: np.zeros(2) for cause in CAUSES}
+    total = np.zeros(2)
+    for trace, of in zip(traces, misses, strict=True):
+        cause = _causes(trace)
+        for one in of:
+            for row, values in enumerate((one.counts, one.currents)):
+                square = np.nan_to_num(np.square(values))
+                total[row] += square.sum()
+                for name, found in squares.items():
+                    found[row] += square[cause == CAUSES.index(name)].sum()
+    total[total == 0.0] = np.nan
+    return {name: (float(found[0] / total[0]), float(found[1] / total[1])) for name, found in squares.items()}
+
+
+def _causes(trace: Trace) -> NDArray[np.int64]:
+    """Return the place in `CAUSES` of what each reading's error goes with, (m, 7); the number of causes for none."""
+    goals = trace.goals_at_reads()
+    speeds = np.zeros_like(goals)
+    speeds[1:] = np.diff(trace.counts, axis=0) / np.maximum(np.diff(trace.t_read), 1e-3)[:, np.newaxis]
+    reverses = (np.abs(speeds) > REVERSAL_COUNTS_PER_S) & (speeds * (goals - trace.counts) < 0.0)
+    sags = np.nansum(np.abs(trace.currents), axis=1, keepdims=True) > SAG_A
+    found: NDArray[np.int64] = np.select(
+        [reverses, np.broadcast_to(sags, reverses.shape), trace.at_rest()], range(len(CAUSES)), len(CAUSES)
+    )
+    return found
+
+
+def _errors(misses: Sequence[_Misses]) -> Errors:
+    return Errors(
+        _rms([one.counts for one in misses]), _rms([one.currents for one in misses]), _rms([one.rise for one in misses])
+    )
+
+
+def _rms(parts: Sequence[Floats]) -> Floats:
+    values = np.concatenate([np.empty((0, CHANNELS)), *parts])
+    counted = np.isfinite(values).sum(axis=0)
+    squares = np.nansum(np.square(values), axis=0)
+    return np.where(counted > 0, np.sqrt(squares / np.maximum(counted, 1)), np.nan)
+
+
+FEWEST = 3
+"""Traces without which leaving a whole one out says nothing."""
+PARTS = 4
+"""Parts that fewer traces are cut into."""
+BLOCK_S = 2.4
+"""The parts take turns by blocks of this length, two steps there and back, s; so that each sees every channel."""
+
+
+def held_out(model: Model, found: Found) -> list[Residuals]:
+    """Predict what was left out with numbers found on the rest: lists by phase, or by part, then by trace.
+
+    The numbers without it are a Gauss-Newton step from those found with all, which is where a search without it would
+    end but for the curvature. What was left out is then predicted in full: whole traces at every phase, parts of a
+    trace on the phase of the rest.
+    """
+    n = len(model.traces)
+    if n >= FEWEST:
+        whole = [[np.full(len(r), i != k) for i, r in enumerate(found.residuals)] for k in range(n)]
+        numbers = [_without(model, found, kept) for kept in whole]
+        return [model.residuals(numbers, [phase] * n) for phase in model.phases_s]
+    part_of = [_parts(trace.t_read) for trace in model.traces]
+    rest = [_without(model, found, [of != part for of in part_of]) for part in range(PARTS)]
+    predicted = rounds(model, rest, [found.phases_s] * PARTS)
+    return [[one[of == part] for one, of in zip(missed, part_of, strict=True)] for part, missed in enumerate(predicted)]
+
+
+def held_out_rms(held: Sequence[Residuals]) -> float:
+    """Return the error on what was left out, counts rms pooled over readings, channels, and phases or parts."""
+    return pooled_rms(residual for by_trace in held for residual in by_trace)
+
+
+def _without(model: Model, found: Found, kept: Sequence[NDArray[np.bool_]]) -> Floats:
+    """Return the free numbers that a search on the readings `kept`, (m,) of each trace, would find."""
+    spread = spreads(model)
+    residuals = [r[keep] for r, keep in zip(found.residuals, kept, strict=True)]
+    slopes = [s[keep] for s, keep in zip(found.slopes, kept, strict=True)]
+    step = gauss_newton_step(residuals, slopes, found.x, spread)
+    moved: Floats = found.x + np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
+    return moved
+
+
+def _parts(times: Floats) -> NDArray[np.int64]:
+    """Return which part each reading is in, (m,) 0..PARTS-1; blocks are shorter where a trace has too few."""
+    length = min(BLOCK_S, (times[-1] - times[0]) / (2 * PARTS))
+    parts: NDArray[np.int64] = ((times - times[0]) // max(length, 1e-9)).astype(np.int64) % PARTS
+    return parts

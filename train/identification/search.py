@@ -1,0 +1,266 @@
+"""Search for the numbers that predict traces best.
+
+Damped Gauss-Newton on any `Model`, alternating with what belongs to a recording and not to the hand: where its
+readings lie on the grid of the board's telemetry. Slopes are what costs, so several steps are taken with the same ones.
+What is searched for is held near the start by a stated spread, so that a number which the traces do not tell stays
+where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.channels import Channel
+from train.identification.trace import Trace
+
+Floats = NDArray[np.float64]
+Report = Callable[[str], None]
+Residuals = list[Floats]
+"""Per trace (m, 7), predicted less recorded, counts."""
+
+NOISE_COUNTS = 5.0
+"""How far a good prediction of a physical hand misses a reading, counts rms; readings weigh at least so much against
+`Free.spread`."""
+QUIETEST_COUNTS = 1.0
+"""How far at least: a prediction that misses by less is not believed more, counts rms."""
+STEP = 0.3
+"""Step of the finite differences in units of `Free.spread`: large, for counts are whole and friction has corners."""
+LARGEST_STEP = 1.0
+"""Longest step of one number in one iteration in units of `Free.spread`."""
+SHORTENED = (1.0, 0.4, 0.15)
+"""Shares of a step that are tried until one lowers the cost."""
+STEPS = 3
+"""Steps at most that are taken with the same slopes."""
+WORTH_A_STEP = 0.05
+"""Relative gain of a step that is worth another with the same slopes."""
+CONVERGED = 0.02
+"""Relative gain of an iteration that is not worth another."""
+OUTLIER_COUNTS = 40.0
+"""Residuals count linearly from here on (collisions, late reads), counts."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """One number that is searched for; zero is the start."""
+
+    name: str
+    """What it is; rows of one name are moved together to find their slopes."""
+    indices: tuple[int, ...]
+    """Which entries of a field of that name it moves; empty when the field is one number."""
+    channels: tuple[Channel, ...]
+    """Channels that feel it."""
+    spread: float
+    """Standard deviation that is believed before any data is seen."""
+    additive: bool = False
+    """Whether a field of a unit gains this number; else it is multiplied by its exponential."""
+    step: float = STEP
+    """Step of the finite differences in units of the spread."""
+
+
+class Model(Protocol):
+    """Something with free numbers that predicts traces."""
+
+    @property
+    def traces(self) -> tuple[Trace, ...]:
+        """What is predicted."""
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        """The numbers searched for."""
+
+    @property
+    def phases_s(self) -> tuple[float, ...]:
+        """Where on the telemetry grid a recording may lie, s."""
+
+    def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
+        """Return predicted less recorded counts of each trace, for free numbers (p,) and a phase a trace.
+
+        Several rounds of all traces may be asked for at once, one after the other in `x`, `phases_s` and what is
+        returned; a model that predicts in several processes keeps all of them busy with that.
+        """
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found."""
+
+    x: Floats
+    """(p,) the free numbers."""
+    phases_s: tuple[float, ...]
+    """Where each recording lies on the telemetry grid."""
+    residuals: Residuals
+    """With these numbers and phases."""
+    slopes: list[Floats]
+    """Per trace (m, 7, p), change of the residuals with the free numbers, where the last iteration began; empty when it
+    was interrupted before."""
+    interrupted: BaseException | None = None
+    """Ctrl-C or a termination that came; the numbers are the best until then."""
+
+
+def search(model: Model, *, iterations: int = 3, report: Report = lambda _line: None) -> Found:
+    """Return the free numbers that predict the traces of a model best, and the slopes on the way there.
+
+    Ctrl-C and a termination (`SystemExit`) end the search with the best numbers so far, once there are any.
+    """
+    x: Floats = np.zeros(len(model.free))
+    grid = [[phase] * len(model.traces) for phase in model.phases_s]
+    apart_s = float(np.ptp(model.phases_s)) / max(len(grid) - 1, 1)
+    found = _best_phased(model, x, grid)
+    coarse = True
+    try:
+        for iteration in range(iterations):
+            report(f"iteration {iteration}: {pooled_rms(found.residuals):.2f} counts")
+            noise = noise_counts(found.residuals)
+            before = _objective(model, found, noise)
+            found = replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
+            found = _descended(model, found, noise)
+            settled = found.phases_s
+            if coarse:
+                found = _rephased(model, found, grid)
+                coarse = found.phases_s != settled
+            if not coarse:
+                apart_s /= 2.0
+                found = _rephased(model, found, [[phase + d for phase in found.phases_s] for d in (-apart_s, apart_s)])
+            if found.phases_s == settled and before - _objective(model, found, noise) < CONVERGED * before:
+                break
+        report(f"found: {pooled_rms(found.residuals):.2f} counts")
+        if not found.slopes:
+            found = replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
+        return found
+    except (KeyboardInterrupt, SystemExit) as error:
+        return replace(found, interrupted=error)
+
+
+def _descended(model: Model, found: Found, noise: float) -> Found:
+    """Return what is found some steps further with the same slopes, or the same when no step lowers the cost."""
+    spread, n = spreads(model), len(model.traces)
+    before = _objective(model, found, noise)
+    for _ in range(STEPS):
+        step = gauss_newton_step(found.residuals, found.slopes, found.x, spread, noise)
+        step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
+        for share in SHORTENED:
+            x = found.x + share * step
+            tried = replace(found, x=x, residuals=model.residuals([x] * n, found.phases_s))
+            if (cost := _objective(model, tried, noise)) < before:
+                break
+        else:
+            return found
+        found, gain, before = tried, 1.0 - cost / before, cost
+        if gain < WORTH_A_STEP:
+            break
+    return found
+
+
+def _rephased(model: Model, found: Found, phases_s: Sequence[Sequence[float]]) -> Found:
+    """Return the same numbers with each trace on that one of some phases, (phases, traces), that suits it better."""
+    best = _best_phased(model, found.x, phases_s)
+    nearer = [_cost(there) < _cost(here) for there, here in zip(best.residuals, found.residuals, strict=True)]
+    return replace(
+        found,
+        phases_s=tuple(np.where(nearer, best.phases_s, found.phases_s).tolist()),
+        residuals=[
+            there if better else here
+            for there, here, better in zip(best.residuals, found.residuals, nearer, strict=True)
+        ],
+    )
+
+
+def find_slopes(model: Model, x: Floats, phases_s: Sequence[float], residuals: Residuals) -> list[Floats]:
+    """Return the slopes of the residuals at `x` by one-sided differences, one prediction for each slope group."""
+    free, groups = model.free, slope_groups(model.free)
+    slopes = [np.zeros((*r.shape, len(free))) for r in residuals]
+    tried = np.tile(x, (len(groups), 1))
+    for moved, group in zip(tried, groups, strict=True):
+        for row in group:
+            moved[row] += free[row].step * free[row].spread
+    for group, there in zip(groups, rounds(model, tried, [phases_s] * len(groups)), strict=True):
+        for row in group:
+            channels = list(free[row].channels)
+            for slope, after, before in zip(slopes, there, residuals, strict=True):
+                slope[:, channels, row] = (after - before)[:, channels] / (free[row].step * free[row].spread)
+    return slopes
+
+
+def rounds(model: Model, x: Iterable[Floats], phases_s: Iterable[Sequence[float]]) -> list[Residuals]:
+    """Return the residuals of several predictions of all traces, made at once.
+
+    Args:
+        model: what predicts.
+        x: free numbers (p,) of each prediction, the same for all traces.
+        phases_s: phases of the traces in each prediction.
+    """
+    n = len(model.traces)
+    missed = model.residuals([one for one in x for _ in range(n)], [phase for one in phases_s for phase in one])
+    return [missed[i : i + n] for i in range(0, len(missed), n)]
+
+
+def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
+    """Return sets of rows of one name that no channel feels two of: one prediction gives the slopes of a whole set."""
+    groups: list[list[int]] = []
+    for row, number in enumerate(free):
+        for group in groups:
+            felt = {channel for other in group for channel in free[other].channels}
+            if free[group[0]].name == number.name and not felt & set(number.channels):
+                group.append(row)
+                break
+        else:
+            groups.append([row])
+    return tuple(map(tuple, groups))
+
+
+def gauss_newton_step(
+    residuals: Residuals, slopes: Sequence[Floats], x: Floats, spread: Floats, noise: float = NOISE_COUNTS
+) -> Floats:
+    """Return the step, (p,), that minimises the squares of the residuals over `noise` and of `x` over `spread`."""
+    normal: NDArray[np.floating] = np.diag(1.0 / np.square(spread))
+    gradient: NDArray[np.floating] = x / np.square(spread)
+    for residual, slope in zip(residuals, slopes, strict=True):
+        flat = slope.reshape(residual.size, len(x))
+        weighted = flat * (_weights(residual).reshape(-1, 1) / noise**2)
+        normal = normal + weighted.T @ flat
+        gradient = gradient + weighted.T @ residual.ravel()
+    step: Floats = -np.linalg.solve(normal, gradient)
+    return step
+
+
+def spreads(model: Model) -> Floats:
+    """Return the spreads of a model's free numbers, (p,)."""
+    return np.array([number.spread for number in model.free])
+
+
+def pooled_rms(residuals: Iterable[Floats]) -> float:
+    """Return the rms over all readings and channels, counts."""
+    return float(np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2)))
+
+
+def noise_counts(residuals: Residuals) -> float:
+    """Return how far a prediction is believed to miss a reading, counts rms: as far as this one does, within bounds."""
+    return float(np.clip(pooled_rms(residuals), QUIETEST_COUNTS, NOISE_COUNTS))
+
+
+def _best_phased(model: Model, x: Floats, phases_s: Sequence[Sequence[float]]) -> Found:
+    """Return some numbers with each trace on that one of its phases, (phases, traces), that suits it best."""
+    missed = rounds(model, [x] * len(phases_s), phases_s)
+    best = np.argmin([[_cost(r) for r in one] for one in missed], axis=0).tolist()
+    phases = tuple(phases_s[row][trace] for trace, row in enumerate(best))
+    return Found(x, phases, [missed[row][trace] for trace, row in enumerate(best)], [])
+
+
+def _weights(residual: Floats) -> Floats:
+    weights: Floats = np.minimum(1.0, OUTLIER_COUNTS / np.maximum(np.abs(residual), 1e-9))
+    return weights
+
+
+def _cost(residual: Floats) -> float:
+    """Huber's loss: squares up to `OUTLIER_COUNTS`, then straight on."""
+    size = np.abs(residual)
+    return float(np.sum(np.where(size < OUTLIER_COUNTS, size**2, OUTLIER_COUNTS * (2 * size - OUTLIER_COUNTS))))
+
+
+def _objective(model: Model, found: Found, noise: float) -> float:
+    return sum(map(_cost, found.residuals)) / noise**2 + float(np.sum((found.x / spreads(model)) ** 2))

@@ -1,0 +1,191 @@
+"""A unit as a model: its numbers that calibration may change, and replays through the whole chain as prediction."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence, Set
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from itertools import cycle, islice
+from typing import Any
+
+import numpy as np
+
+from aero.channels import CABLES, FINGERS, THUMB, Channel, Joint
+from aero.firmware import DEFAULT_FIRMWARE
+from aero.protocol import MAX_CODE
+from model.units import Unit
+from train.identification.search import Floats, Free, Residuals
+from train.identification.trace import Trace
+from train.identification.trace_replay import replay
+
+ALL = tuple(Channel)
+SPRUNG: tuple[tuple[Channel, tuple[int, ...]], ...] = (
+    *((finger, (3 * finger,)) for finger in FINGERS),
+    *((finger, (3 * finger + 1, 3 * finger + 2)) for finger in FINGERS),
+    (Channel.THUMB_CMC_FLEXION, (Joint.THUMB_CMC,)),
+    (Channel.THUMB_FLEXOR, (Joint.THUMB_MCP, Joint.THUMB_IP)),
+)
+"""Joints whose springs load a cable; the knuckle closes first, so its springs show in another part of the stroke."""
+JOINTS: tuple[tuple[Channel, tuple[int, ...]], ...] = (
+    *((finger, (3 * finger, 3 * finger + 1, 3 * finger + 2)) for finger in FINGERS),
+    (Channel.THUMB_ABDUCTION, (Joint.THUMB_ABDUCTION,)),
+    *SPRUNG[-2:],
+)
+"""Joints that move with a channel."""
+PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
+"""Where a recording may lie on the board's 10 ms telemetry grid, s."""
+
+
+TAKE_UP = "hand.cable_take_up"
+
+
+def _each(name: str, spread: float, channels: tuple[Channel, ...] = ALL) -> tuple[Free, ...]:
+    return tuple(Free(name, (channel,), (channel,), spread) for channel in channels)
+
+
+def _springs(name: str, spread: float) -> tuple[Free, ...]:
+    return tuple(Free(name, joints, (channel,), spread) for channel, joints in SPRUNG)
+
+
+FREE: tuple[Free, ...] = (
+    Free("servos.goal_delay_s", (), ALL, 0.15),
+    Free("servos.duty_per_count", (), ALL, 0.15),
+    Free("servos.duty_per_count_per_s", (), ALL, 0.4),
+    Free("servos.no_load_speed_counts", (), ALL, 0.06),
+    *_each("hand.rotor_inertia", 0.3),
+    *_each("hand.cable_friction", 0.5, CABLES),
+    *_each("hand.spool_friction", 0.7),
+    *_springs("hand.spring_open", 0.4),
+    *_springs("hand.spring_rise", 0.6),
+    # A short step: the pull on a taut cable changes within 0.1 mm.
+    *(Free(TAKE_UP, (channel,), (channel,), 1e-3, additive=True, step=0.1) for channel in CABLES),
+    Free("hand.supply_sag", (), ALL, 0.7),
+    Free("hand.closed_stop", tuple(range(12)), FINGERS, 0.01),
+    Free("hand.abduction_winding", (0,), THUMB, 0.3),
+    Free("hand.abduction_winding", (1,), THUMB, 0.3),
+)
+"""Numbers of a unit by `section.field`: logarithms of factors, or SI units that are added. `hand.spring_rise` is what
+the springs gain from the open to the closed hand."""
+
+
+KEPT: tuple[Free, ...] = (
+    Free("servos.stall_torque", (), ALL, 0.1),
+    Free("hand.supply_ratio", (), ALL, 0.1),
+    Free("hand.cable_compliance", (), ALL, 0.4),
+    *_each("hand.winding_scale", 0.02, tuple(CABLES)),
+    *(Free("hand.joint_friction", joints, (channel,), 0.7) for channel, joints in JOINTS),
+    *(Free("hand.joint_damping", joints, (channel,), 0.7) for channel, joints in JOINTS),
+)
+"""Numbers that encoders tell only against those above, with how far each may be off; they widen the intervals."""
+MOVED = 0.01
+"""Share of the command window that a channel is sent over at least where a recording excites it."""
+
+
+def excited(traces: Sequence[Trace]) -> frozenset[Channel]:
+    """Return the channels that recordings move."""
+    swept = np.max([np.ptp(trace.codes, axis=0) for trace in traces], axis=0)
+    return frozenset(channel for channel in Channel if swept[channel] > MOVED * MAX_CODE)
+
+
+def pulling(traces: Sequence[Trace]) -> frozenset[Channel]:
+    """Return the channels whose tension at the open hand recordings tell, moving or not."""
+    return frozenset(channel for channel in CABLES if any(trace.beyond()[:, channel].any() for trace in traces))
+
+
+def identifiable_parameters(
+    free: Sequence[Free], moved: Set[Channel], pulled: Set[Channel] = frozenset()
+) -> tuple[Free, ...]:
+    """Return what recordings that move some channels, and tell the tension of some, tell.
+
+    A number of which each entry belongs to one channel is told for those channels. What channels share is told when all
+    of them move, so that fitting one channel changes no other.
+    """
+    told = []
+    for number in free:
+        each, rest = divmod(len(number.indices), len(number.channels))
+        felt = moved | pulled if number.name == TAKE_UP else moved
+        channels = tuple(channel for channel in number.channels if channel in felt)
+        if len(channels) == len(number.channels):
+            told.append(number)
+        elif channels and each and not rest:
+            own = zip(number.channels, range(0, len(number.indices), each), strict=True)
+            kept = tuple(i for channel, at in own if channel in felt for i in number.indices[at : at + each])
+            told.append(dataclasses.replace(number, indices=kept, channels=channels))
+    return tuple(told)
+
+
+@dataclass(frozen=True)
+class UnitModel:
+    """A unit whose free numbers are looked for in traces of a right hand."""
+
+    start: Unit
+    """Where the search starts."""
+    traces: tuple[Trace, ...]
+    firmware: str = DEFAULT_FIRMWARE
+    """What the recorded hand ran."""
+    pool: Executor | None = None
+    """Where replays run; in this process when None."""
+    free: tuple[Free, ...] = FREE
+    phases_s: tuple[float, ...] = PHASES_S
+    replayed: Callable[[], None] = lambda: None
+    """Called after each replay."""
+
+    def unit(self, x: Floats) -> Unit:
+        """Return the unit that free numbers (p,) stand for."""
+        return apply(self.start, self.free, x)
+
+    def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
+        """Return predicted less recorded counts, by replays through every byte."""
+        units = [self.unit(numbers) for numbers in x]
+        each = self.pool.map if self.pool else map
+        missed = []
+        traces = islice(cycle(self.traces), len(units))
+        for one in each(_misses, traces, units, [self.firmware] * len(units), phases_s):
+            missed.append(one)
+            self.replayed()
+        return missed
+
+
+def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
+    """Return a unit whose numbers are those of `unit` moved by `x`, (len(free),) float, as `FREE` says."""
+    tables = {"servos": dataclasses.asdict(unit.servos), "hand": _with_rise(dataclasses.asdict(unit.hand))}
+    for number, value in zip(free, x.tolist(), strict=True):
+        section, field = number.name.split(".")
+        table = tables[section]
+        gain, factor = (value, 1.0) if number.additive else (0.0, math.exp(value))
+        if number.indices:
+            table[field] = tuple(
+                gain + factor * entry if i in number.indices else entry for i, entry in enumerate(table[field])
+            )
+        else:
+            table[field] = gain + factor * table[field]
+    servos = dataclasses.replace(unit.servos, **tables["servos"])
+    hand = dataclasses.replace(unit.hand, **_without_rise(tables["hand"]))
+    return dataclasses.replace(unit, servos=servos, hand=hand)
+
+
+def numbers(unit: Unit) -> dict[str, Floats]:
+    """Return the fields of a unit that calibration may change, arrays by `section.field`."""
+    names = dict.fromkeys(free.name.replace("spring_rise", "spring_closed") for free in FREE)
+    fields = [(name, *name.split(".")) for name in names]
+    return {name: np.atleast_1d(getattr(getattr(unit, section), field)) for name, section, field in fields}
+
+
+def _with_rise(hand: dict[str, Any]) -> dict[str, Any]:
+    return hand | {"spring_rise": tuple(np.subtract(hand["spring_closed"], hand["spring_open"]).tolist())}
+
+
+def _without_rise(hand: dict[str, Any]) -> dict[str, Any]:
+    kept = {field: value for field, value in hand.items() if field != "spring_rise"}
+    return kept | {"spring_closed": tuple(np.add(hand["spring_open"], hand["spring_rise"]).tolist())}
+
+
+def _misses(trace: Trace, unit: Unit, firmware: str, phase_s: float) -> Floats:
+    """Return predicted less recorded counts, by the current where the encoder lies beyond the window."""
+    predicted = replay(trace, unit, firmware=firmware, phase_s=phase_s)
+    missed = predicted.counts - trace.counts
+    pull = (trace.currents - predicted.currents) / (1e-3 * unit.servos.current_floor_ma)
+    closed: Floats = np.where(trace.beyond(), pull, missed)
+    return closed
