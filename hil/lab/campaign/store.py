@@ -56,7 +56,7 @@ class Store:
         trial = json.dumps(dataclasses.asdict(outcome.trial))
         key = outcome.trial.key
         numbers = [
-            (key, experiment, subject, metric, float(value))
+            (experiment, subject, metric, float(value))
             for experiment, subjects in outcome.numbers.items()
             for subject, metrics in subjects.items()
             for metric, value in metrics.items()
@@ -78,7 +78,11 @@ class Store:
             self._connection.begin()
             self._connection.execute(f"INSERT INTO trials ({_COLUMNS}) VALUES ({', '.join('?' * len(row))})", row)
             if numbers:
-                self._connection.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?)", numbers)
+                # One statement with four columns as lists: a row at a time takes sixty milliseconds an outcome.
+                columns = [list(column) for column in zip(*numbers, strict=True)]
+                self._connection.execute(
+                    "INSERT INTO numbers SELECT ?, unnest(?), unnest(?), unnest(?), unnest(?)", [key, *columns]
+                )
             self._connection.commit()
         except duckdb.Error as error:
             raise OSError(f"cannot write to the campaign {self._path}: {_line(error)}") from error

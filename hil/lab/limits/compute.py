@@ -165,7 +165,7 @@ def upper_bound(values: Floats, chance: float) -> float:
     excesses = values[values > threshold] - threshold
     if excesses.size < LEAST_EXCESSES:
         return float(values.max())
-    mean, spread = (float(lmoment(excesses, order=order)) for order in (1, 2))
+    mean, spread = map(float, lmoment(excesses, order=(1, 2)))
     if spread <= ROUNDING * mean:  # equal but for rounding
         return float(values.max())
     shape = float(np.clip(2.0 - mean / spread, *SHAPES))
