@@ -4,7 +4,7 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from aero.actuation import Coefficients, load_coefficients
+from aero.actuation import load_coefficients
 from aero.actuation.coefficients import coefficients_from_toml
 
 PAPER = load_coefficients("paper")
@@ -49,8 +49,3 @@ def test_a_broken_file_is_refused_with_the_reason(old, new, says):
     assert old in TEXT
     with pytest.raises(ValueError, match=says):
         coefficients_from_toml(TEXT.replace(old, new))
-
-
-def test_coefficients_are_hashable():
-    assert isinstance(PAPER, Coefficients)
-    assert hash(PAPER) == hash(load_coefficients("paper"))

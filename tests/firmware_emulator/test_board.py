@@ -12,29 +12,6 @@ def frame(text):
     return bytes.fromhex(text).ljust(16, b"\0")
 
 
-@pytest.mark.parametrize(
-    ("request_", "answer"),
-    [
-        ("31 00 09 00 34 12", "31 00 FF FF"),
-        ("31 00 03 00 FF FF", "31 00 03 00 FE 7F"),
-        ("31 00 06 00 40 00", "31 00 06 00 40 00"),
-        ("32 00 06 00 D0 07", "32 00 06 00 FF 03"),
-        ("32 00 07 00 D0 07", "32 00 FF FF"),
-    ],
-)
-def test_acknowledgements_of_settings(make_host, request_, answer):
-    host = make_host()
-    host.link.write(frame(request_))
-    assert host.link.read(16, 0.01) == frame(answer)
-
-
-@pytest.mark.parametrize("opcode", [0x00, 0x04, 0x21, 0x11, 0xFF])
-def test_what_is_not_answered_is_consumed_all_the_same(make_host, opcode):
-    host = make_host()
-    assert host.ask(opcode) == b""
-    assert host.ask(0x22)[:2] == b"\x22\0"
-
-
 @pytest.mark.parametrize("opcode", [0x12, 0x31, 0x32])
 def test_the_firmware_of_the_paper_lacks_three_opcodes(make_host, opcode):
     host = make_host(firmware="pre")
@@ -53,14 +30,6 @@ def test_stray_bytes_shift_every_later_frame_until_they_add_up_to_sixteen(make_h
     host.link.write(bytes(-len(stray) % 16))
     host.link.read(64, 0.01)
     assert len(host.ask(0x22)) == 16
-
-
-def test_a_shifted_payload_byte_that_is_an_opcode_is_executed(make_host):
-    host = make_host()
-    host.link.write(b"\xa0" + b"\xa0" * 15)
-    host.link.write(b"\xa0")
-    host.link.write(b"\xa0" * 15 + b"\x25" + bytes(15))
-    assert host.link.read(16, 0.01)[:2] == b"\x25\0"
 
 
 def test_the_receive_queue_holds_sixteen_frames_and_drops_the_rest(make_host):

@@ -1,5 +1,3 @@
-from itertools import pairwise
-
 import pytest
 
 from tests.firmware_emulator.conftest import AT_STOPS, stopped_bench
@@ -55,22 +53,6 @@ def test_text_after_power_on(make_host, firmware, hand):
 def test_0_1_3_homes_at_every_boot(make_host):
     host = make_host(plant=stopped_bench(AT_STOPS), firmware="0.1.3", start="reset")
     assert host.link.read(1000, 5.0) == AFTER_POWER_ON["0.1.3", "right"].encode()
-
-
-def test_lengths_of_the_lines_about_homing():
-    assert [len(line.encode()) for line in (AUTO, COMPLETE, POWERED_ON, SKIPPING)] == [23, 24, 37, 44]
-
-
-@pytest.mark.parametrize(("hand", "length"), [("right", 241), ("left", 243)])
-def test_length_of_the_text_of_0_1_0(make_host, hand, length):
-    assert len(make_host(firmware="0.1.0", hand=hand, start="reset").link.read(1000, 0.5)) == length
-
-
-def test_the_earliest_firmware_pings_every_twenty_milliseconds(make_host):
-    host = make_host(firmware="pre", start="reset")
-    assert len(host.link.read(1000, 0.5)) == 27 + 7 * 12
-    times = [t for t, _, text in host.link.log if b"ID" in text]
-    assert [b - a for a, b in pairwise(times)] == [pytest.approx(0.02, abs=0.001)] * 6
 
 
 def test_missing_servos_are_reported_and_cost_the_librarys_timeout(make_host):

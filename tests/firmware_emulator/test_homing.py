@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO
 from firmware_emulator.firmware.nvs import Nvs
-from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import ideal_zeros
 from firmware_emulator.servo.parameters import HLS3606M
 from tests.firmware_emulator.conftest import AT_STOPS, CLOSED_DEG, frame, stopped_bench
@@ -217,7 +216,3 @@ def test_fast_homing_does_not_wait_for_the_half_turn(make_host, what, posture, m
     assert all((a < 2048) == (b == 0) for a, b in zip(found[2:], CONTACT[hand][2:], strict=True))
     assert missing[0] == pytest.approx(257, abs=5)
     assert all(gap == pytest.approx(20, abs=12) for gap in missing[1:])
-
-
-def test_every_version_is_covered_here():
-    assert set(SLOW) | set(FAST) == set(PROFILES)

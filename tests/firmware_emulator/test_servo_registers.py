@@ -183,16 +183,3 @@ def test_a_blocked_hls_servo_is_not_overloaded_and_heats_up_until_its_temperatur
     assert bus.read(65, 1) == 0x04
     assert bus.read(40, 1) == 0
     assert effort(plant) == pytest.approx(0.0, abs=1e-6)
-
-
-def test_an_hls_servo_above_its_protection_current_is_cut_after_two_seconds():
-    """Transcribed HLS table: registers 28 and 38, 200 x 10 ms. PWM mode alone is not bounded by 28."""
-    bus = Bus(plant=Bench(BenchShaft(friction=0.0, stop_low=0.0, stop_high=0.0, stop_stiffness=2000.0)))
-    bus.write_word(28, 400)
-    bus.write(33, 3)
-    bus.write_word(44, 900)
-    bus.wait(1.8)
-    assert bus.read(65, 1) == 0
-    bus.wait(0.5)
-    assert bus.read(65, 1) == 0x08
-    assert bus.read(40, 1) == 0

@@ -13,7 +13,7 @@ from measured_hand import step_rise
 from servo_law import STALL, push, settle, towards
 
 from aero.channels import Channel
-from firmware_emulator.plant import Drive, Plant
+from firmware_emulator.plant import Drive
 from model import BuiltHandParameters, BuiltHandPlant
 
 LOOSE = BuiltHandParameters(cable_take_up=(0.5,) * 7)
@@ -23,12 +23,6 @@ LOOSE = BuiltHandParameters(cable_take_up=(0.5,) * 7)
 @pytest.fixture
 def plant() -> BuiltHandPlant:
     return BuiltHandPlant()
-
-
-def test_is_what_the_electronics_expect(plant):
-    as_interface: Plant = plant
-    for name in (n for n in dir(Plant) if not n.startswith("_")):
-        assert hasattr(as_interface, name)
 
 
 def test_starts_at_rest_in_the_extended_pose(plant):

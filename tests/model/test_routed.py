@@ -8,10 +8,8 @@ import pytest
 
 from aero.channels import JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
 from model import build_routed
-from model.geometry import hand
-from model.routed import COMMAND_RANGE, TENDONS
+from model.routed import COMMAND_RANGE
 from model.scene import CUBE, add_cube, add_light
-from model.skeleton import left_out
 
 SIDES = ("right", "left")
 
@@ -19,14 +17,6 @@ SIDES = ("right", "left")
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
     return build_routed().compile()
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_counts(side):
-    model = build_routed(side).compile()
-    assert (model.njnt, model.ntendon, model.nu, model.nsensor, model.neq) == (16, 20, 7, 7, 5)
-    assert np.all(model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE)
-    assert model.nmesh == 0
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -104,14 +94,6 @@ def test_only_boxes_collide(model):
     assert model.geom_solref[colliding] == pytest.approx(np.tile([0.02, 1.5], (29, 1)))
 
 
-def test_contacts_left_out():
-    pairs = left_out(hand())
-    assert ("palm", "index_distal") not in pairs
-    assert ("mount", "index_distal") in pairs
-    assert ("palm", "thumb_metacarpal") in pairs
-    assert len(pairs) == 16 + 11
-
-
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("cube", [False, True])
 @pytest.mark.parametrize("surroundings", [False, True])
@@ -134,16 +116,3 @@ def test_exported_mjcf_is_the_same_model(model):
     again = mujoco.MjModel.from_xml_string(build_routed().to_xml())
     for field in ("body_mass", "body_inertia", "jnt_range", "dof_armature", "wrap_prm", "actuator_gainprm"):
         np.testing.assert_allclose(getattr(again, field), getattr(model, field), rtol=1e-5, err_msg=field)
-
-
-def test_unknown_hand_is_refused():
-    with pytest.raises(ValueError, match="'right' or 'left'"):
-        build_routed("upper")
-
-
-def test_every_cable_channel_has_a_tendon(model):
-    for channel in Channel:
-        if channel is Channel.THUMB_ABDUCTION:
-            assert channel not in TENDONS
-        else:
-            assert model.tendon(TENDONS[channel]).id >= 0

@@ -11,18 +11,16 @@ from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.driver import AeroHand
 from aero.errors import LinkTimeoutError
-from aero.firmware import ServoSettings, firmware_of
+from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import GuardedHand, LinkLostError, SafetyReason, SafetyStopError, Thresholds
 from aero.safety.stop import Violation
 from firmware_emulator.bench import Bench
-from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth, open_target
 from hil.cli.exits import ending
 
-THUMB = Channel.THUMB_CMC_FLEXION
 LIMP = Thresholds().limp_torque
 HOT = Violation(SafetyReason.TEMPERATURE, "it is hot", Channel.RING)
 
@@ -368,14 +366,6 @@ def test_hands_in_software_are_guarded_on_request_only(name, asked, expected):
     with open_target(name, guarded=asked) as target:
         assert (target.guard is not None) == expected
         assert not target.real_time
-
-
-@pytest.mark.parametrize("firmware", PROFILES)
-def test_the_limits_of_a_firmware_are_those_of_the_emulated_one(firmware):
-    """Stated twice on purpose, as the wire format is."""
-    profile = PROFILES[firmware]
-    settable = {Opcode.SET_SPE, Opcode.SET_TOR} <= profile.opcodes
-    assert firmware_of(firmware).settings == (ServoSettings(profile.speed, profile.torque) if settable else None)
 
 
 def test_an_encoder_whose_zero_shifts_stops_the_hand():

@@ -87,40 +87,57 @@ def assert_open_and_weak(electronics):
     assert [servo.memory.get("goal_torque") for servo in electronics.servos] == [Thresholds().limp_torque] * 7
 
 
-LINES = range(1, 400)
+EVERY, LAST = 24, 400
+"""The default suite interrupts one line in so many; beyond the last there is none."""
+FEWEST = 200
+"""Lines of the driver and its guard that a start and a program have at least, or they are not seen."""
+at_each_line = pytest.mark.parametrize(
+    "numbers",
+    [(number,) for number in range(1, LAST, EVERY)]
+    + [pytest.param(range(n + 1, n + EVERY), marks=pytest.mark.slow) for n in range(1, LAST, EVERY)],
+    ids=lambda numbers: f"{numbers[0]}-{numbers[-1]}",
+)
 
 
-@pytest.mark.parametrize("number", [pytest.param(n, marks=[] if n % 12 == 1 else pytest.mark.slow) for n in LINES])
-def test_a_slow_start_that_is_interrupted_is_made_again(number):
-    electronics, link, hand = new_hand()
-    try:
-        with suppress(KeyboardInterrupt), interrupting(number) as state:
+@at_each_line
+def test_a_slow_start_that_is_interrupted_is_made_again(numbers):
+    for number in numbers:
+        electronics, link, hand = new_hand()
+        try:
+            with suppress(KeyboardInterrupt), interrupting(number) as state:
+                hand.command_codes(FIST)
+            if not state["at"]:
+                assert number > FEWEST
+                return
+            with suppress(AeroError):
+                hand.resynchronise()
+            begin = len(link.positions)
             hand.command_codes(FIST)
-        if not state["at"]:
-            pytest.skip("a start has no more lines than this")
-        with suppress(AeroError):
-            hand.resynchronise()
-        begin = len(link.positions)
-        hand.command_codes(FIST)
-        started = link.positions[max(0, begin - 1) :]
-        assert np.abs(np.diff(started, axis=0)).max() < LEAP, state
-        assert hand.phase is Phase.MOVING
-        usual = firmware_of("0.2.0").settings
-        hand.command_codes(FIST)  # the board applies limits with the next command
-        assert hand.settings_sent[Opcode.SET_SPE, Channel.INDEX] == usual.speed, state
-        assert hand.settings_sent[Opcode.SET_TOR, Channel.INDEX] == usual.torque, state
-        assert hand.settings_sent[Opcode.SET_TOR, Channel.THUMB_FLEXOR] == Thresholds().stop_torque, state
-    finally:
-        hand.close()
-    assert_open_and_weak(electronics)
+            started = link.positions[max(0, begin - 1) :]
+            assert np.abs(np.diff(started, axis=0)).max() < LEAP, state
+            assert hand.phase is Phase.MOVING
+            usual = firmware_of("0.2.0").settings
+            hand.command_codes(FIST)  # the board applies limits with the next command
+            assert hand.settings_sent[Opcode.SET_SPE, Channel.INDEX] == usual.speed, state
+            assert hand.settings_sent[Opcode.SET_TOR, Channel.INDEX] == usual.torque, state
+            assert hand.settings_sent[Opcode.SET_TOR, Channel.THUMB_FLEXOR] == Thresholds().stop_torque, state
+        finally:
+            hand.close()
+        assert_open_and_weak(electronics)
 
 
-@pytest.mark.parametrize("number", [pytest.param(n, marks=[] if n % 12 == 1 else pytest.mark.slow) for n in LINES])
-def test_a_program_that_is_interrupted_leaves_the_hand_open_and_weak(number):
-    """By Ctrl-C, which the end of the program holds back, at any line of it: the first motion, a wait, the ending."""
+@pytest.fixture
+def ctrl_c_raises():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    electronics, _link, hand = new_hand()
-    try:
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@at_each_line
+def test_a_program_that_is_interrupted_leaves_the_hand_open_and_weak(numbers, ctrl_c_raises):
+    """By Ctrl-C, which the end of the program holds back, at any line of it: the first motion, a wait, the ending."""
+    for number in numbers:
+        electronics, _link, hand = new_hand()
         hand.command_codes(FIST)
         with (
             suppress(KeyboardInterrupt),
@@ -130,13 +147,12 @@ def test_a_program_that_is_interrupted_leaves_the_hand_open_and_weak(number):
             hand.set_torque(Channel.INDEX, 300)
             hand.command_codes(FIST)
             hand.clock.sleep_until(hand.clock.now() + 0.2)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    del hand  # Ctrl-C may have come before the `with` statement could close it
-    gc.collect()
-    if not state["at"]:
-        pytest.skip("a program has no more lines than this")
-    assert_open_and_weak(electronics)
+        del hand  # Ctrl-C may have come before the `with` statement could close it
+        gc.collect()
+        if not state["at"]:
+            assert number > FEWEST
+            return
+        assert_open_and_weak(electronics)
 
 
 def test_every_call_is_refused_while_the_hand_is_opened_for_the_last_time(monkeypatch):

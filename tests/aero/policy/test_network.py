@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from policies import finite_observations, network, seeds
 
-from aero.policy.network import ACTION_BOUND, Layer, Network, swish
+from aero.policy.network import Layer, Network, swish
 
 OBSERVATION = network().mean + network().std * np.linspace(-2, 2, 14, dtype=np.float32)
 
@@ -14,11 +14,6 @@ def test_actions_are_finite_and_inside_the_open_interval_for_any_finite_observat
     assert action.shape == (7,)
     assert np.isfinite(action).all()
     assert (np.abs(action) < 1).all()
-
-
-def test_the_action_bound_is_the_largest_number_below_one():
-    assert ACTION_BOUND < 1.0
-    assert np.float32(ACTION_BOUND) == np.nextafter(np.float32(1), np.float32(0))
 
 
 @given(seeds)

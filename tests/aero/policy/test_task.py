@@ -4,7 +4,7 @@ from hypothesis import given
 from policies import actions, lengths
 
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, PolicySettings, differences
-from aero.policy.task import OBSERVATION_LAYOUT, ActionMemory, ShownAction, observe, targets
+from aero.policy.task import ActionMemory, ShownAction, observe, targets
 
 
 @given(lengths, actions)
@@ -12,16 +12,6 @@ def test_an_observation_is_four_fingers_cmc_flexor_abduction_and_the_action_in_c
     index, middle, ring, pinky, abduction, cmc, flexor = values
     expected = [index, middle, ring, pinky, cmc, flexor, abduction, *action]
     np.testing.assert_array_equal(observe(values, action), expected)
-
-
-def test_the_layout_names_what_observe_returns():
-    assert OBSERVATION_LAYOUT[4:8] == (
-        "length:thumb_cmc_flexion",
-        "length:thumb_flexor",
-        "length:thumb_abduction",
-        "action:index",
-    )
-    assert OBSERVATION_LAYOUT[-1] == "action:thumb_flexor"
 
 
 @given(actions, actions)

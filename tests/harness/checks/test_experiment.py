@@ -5,24 +5,11 @@ import pytest
 
 from aero.channels import Channel
 from hil import open_target
-from hil.checks import DEFAULT, EXPERIMENTS, JUDGED
+from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import last_before, map_of, one_closed, record
 from hil.checks.shared.signals import at_times, closing_current, display_unit, find_steps, rms
 from model.units.conditions import Conditions
 from tests.support.synthetic import HEADER
-
-
-def test_experiments_come_in_the_order_that_asks_least_of_a_hand_first():
-    order = "presence audit excursion response coupling holding short_staircase staircase replay"
-    order += " repeatability look window homing"
-    asked_for = {"short_staircase", "repeatability", "look", "window", "homing"}
-    assert list(EXPERIMENTS) == order.split()
-    assert list(DEFAULT) == [name for name in order.split() if name not in asked_for]
-    assert list(JUDGED) == [*order.split(), "session", "driver", "alike"]
-    assert [name for name, experiment in EXPERIMENTS.items() if experiment.gate] == ["presence"]
-    assert [name for name, experiment in EXPERIMENTS.items() if experiment.gentle] == ["audit"]
-    pushing = [name for name, experiment in EXPERIMENTS.items() if experiment.pushes_at_stops]
-    assert pushing == ["excursion", "coupling", "staircase"]
 
 
 def test_how_far_each_experiment_goes_is_known():
@@ -54,27 +41,6 @@ def test_a_metric_is_that_of_its_subject(subject):
         EXPERIMENTS["audit"].metric("friction", "index")
     with pytest.raises(KeyError, match="tracking_rms on hand"):
         EXPERIMENTS["staircase"].metric("tracking_rms", "hand")
-
-
-def test_readings_that_the_board_clamps_are_known():
-    ends = {
-        (name, metric.name, subject)
-        for name, experiment in JUDGED.items()
-        for metric in experiment.metrics
-        for subject in metric.subjects
-        if metric.end_of_scale == 100.0
-    }
-    assert ends == {
-        *(
-            ("excursion", "closed_percent", channel.label)
-            for channel in Channel
-            if channel is not Channel.THUMB_ABDUCTION
-        ),
-        ("coupling", "stop_without_abduction", "thumb_cmc_flexion"),
-        ("coupling", "stop_abducted", "thumb_cmc_flexion"),
-    }
-    scales = {metric.end_of_scale for experiment in JUDGED.values() for metric in experiment.metrics}
-    assert scales == {100.0, np.inf}
 
 
 def test_the_last_sample_before_a_time_is_not_the_one_at_it():

@@ -63,13 +63,6 @@ def test_steps_end_where_any_channel_changes_next():
     assert (second.channel, second.start, second.end, second.after) == (6, 1.5, 2.0, -2.0)
 
 
-def test_a_step_without_samples_is_an_error():
-    t = np.array([0.0, 1.0])
-    (step,) = find_steps(t, np.array([[0.0] * 7, [1.0] + [0.0] * 6]))
-    with pytest.raises(ValueError, match="cut short"):
-        respond(step, np.array([0.0]), np.array([0.0]))
-
-
 def test_a_command_is_quiet_from_0_4_s_after_its_last_change():
     t = 0.02 * np.arange(100)
     command = np.zeros((100, 7))

@@ -73,13 +73,6 @@ def test_help_imports_nothing_heavy(arguments):
     assert shown.stdout.startswith("Usage:")
 
 
-def test_an_unknown_experiment_lists_those_there_are():
-    refused = CliRunner().invoke(main, ["validate", "--only", "nothing"])
-    assert refused.exit_code == 2
-    assert "'presence'" in refused.stderr
-    assert "'staircase'" in refused.stderr
-
-
 def test_validating_needs_no_pytest_and_loads_neither_scipy_nor_matplotlib():
     """The latter take a second to be imported, a tenth of a validation."""
     program = (

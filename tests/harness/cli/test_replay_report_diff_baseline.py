@@ -15,7 +15,7 @@ from hil.cli.diff import difference as diff
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.wire_replay import compare_replies, replay, replies
 from hil.report.results import write_results
-from hil.verdict.baseline import load, regressions, store
+from hil.verdict.baseline import store
 from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings, validate
 
@@ -158,12 +158,6 @@ def test_a_difference_names_the_channel_that_differs(results, tmp_path):
     assert "pinky: followed" in result.output
 
 
-def test_two_experiments_have_no_difference(results):
-    result = invoke("diff", results / "audit.mcap", results / "holding.mcap")
-    assert result.exit_code == 2
-    assert "audit and holding" in result.output
-
-
 def test_a_baseline_is_kept_and_not_overwritten(results, tmp_path):
     assert invoke("baseline", results, tmp_path / "mine").exit_code == 0
     assert (tmp_path / "mine" / "holding.mcap").is_file()
@@ -172,39 +166,12 @@ def test_a_baseline_is_kept_and_not_overwritten(results, tmp_path):
     assert "exists already" in again.output
 
 
-def test_a_folder_without_figures_is_no_baseline(tmp_path):
-    assert "no checks.json" in invoke("baseline", tmp_path, tmp_path / "mine").output
-    with pytest.raises(ValueError, match="no baseline"):
-        load(tmp_path)
-
-
 def test_the_same_hand_has_not_become_worse(results, tmp_path):
     store(results, tmp_path / "mine")
     with open_target(seed=8) as target:
         result = validate(target, NAMES, baseline=tmp_path / "mine")
     assert len(result.regressions) == 7 + 7
     assert failed(result.regressions) == ()
-
-
-@pytest.mark.parametrize(
-    ("experiment", "metric", "allowed"),
-    [
-        ("presence", "idle_current", 1.0),
-        ("holding", "holding_current", 0.6),
-        ("staircase", "worst_percent", 1.0),
-        ("staircase", "rise_hand_ms", 15.0),
-        ("staircase", "friction", 0.6),
-        ("staircase", "take_up", 2.0),
-    ],
-)
-def test_each_metric_may_grow_by_what_it_declares_and_no_more(experiment, metric, allowed):
-    """Of a baseline of 2: the greater of the absolute growth and of 30 % (idle current 50 %, rise and take-up 20 %)."""
-    before = {experiment: {"ring": {metric: 2.0}}}
-    for growth, passed in ((0.99, True), (1.01, False)):
-        now = {experiment: {"ring": {metric: 2.0 + growth * allowed}}}
-        (finding,) = regressions(before, now, "mine")
-        assert finding.passed is passed
-        assert "mine" in finding.remedy
 
 
 def test_a_dry_run_moves_nothing(monkeypatch, tmp_path):
@@ -230,15 +197,6 @@ def test_everything_that_validate_wrote_is_judged_again_in_a_folder_that_is_made
     result = invoke("report", *sorted(results.glob("*.mcap")), "--out", out)
     assert result.exit_code == 0, result.output
     assert out.exists()
-
-
-@pytest.mark.parametrize("content", [b"", b"junk\n", b"\x89MCAP0\r\n"])
-def test_a_file_that_is_no_recording_is_bad_usage(tmp_path, content):
-    path = tmp_path / "junk.mcap"
-    path.write_bytes(content)
-    result = invoke("report", path)
-    assert result.exit_code == 2
-    assert "junk.mcap" in result.output
 
 
 def test_a_recording_of_record_is_not_judged_and_one_line_says_so(results, tmp_path):

@@ -2,16 +2,13 @@
 
 import dataclasses
 import json
-import os
 import signal
-import subprocess
-import sys
 from contextlib import contextmanager
 
 import pytest
 from click.testing import CliRunner
 
-from aero import AeroHand, Channel
+from aero import Channel
 from aero.safety import SafetyStopError
 from hil.checks import EXPERIMENTS
 from hil.checks.staircase.check import Staircase, run_staircase
@@ -173,23 +170,6 @@ def test_a_missing_hand_is_exit_3(tmp_path):
     assert result.exit_code == 3
     assert "/dev/ttyNoSuchHand" in result.output
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_emulate_serves_until_it_is_interrupted(tmp_path, number):
-    link = tmp_path / "hand"
-    command = [sys.executable, "-m", "hil.cli", "emulate", "--link", str(link), "--seed", "2"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
-        try:
-            assert child.stdout.readline() == f"ready {link}\n"
-            with AeroHand.open_unguarded(str(link)) as hand:
-                assert hand.read_codes().shape == (7,)
-            os.kill(child.pid, number)
-            out, err = child.communicate(timeout=20)
-        finally:
-            child.kill()
-    assert (child.returncode, out, err) == (0, "", "")
-    assert not link.is_symlink()
 
 
 def test_emulate_does_not_take_a_link_that_is_in_use(tmp_path):

@@ -17,11 +17,3 @@ def test_the_command_lists_every_fault_on_80_columns_and_those_of_a_channel():
     assert {"motor_dead", "motor_weak"} <= names
     assert all("ring" in row["channels"] for row in of_the_ring)
     assert "No fault has toe" in CliRunner().invoke(faults, ["toe"]).output
-
-
-def test_what_no_measurement_tells_apart_shares_a_cause():
-    causes = {}
-    for kind in CATALOGUE.values():
-        causes.setdefault(kind.cause, []).append(kind.name)
-    assert sorted(causes["fingers_exchanged"]) == ["finger_cables_swapped", "finger_ids_exchanged"]
-    assert len(causes["version"]) == 9

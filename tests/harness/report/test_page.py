@@ -190,11 +190,6 @@ def test_events_that_differ_in_numbers_alone_are_one_line(recording):
     assert html.count("s late") == 1
 
 
-@pytest.mark.parametrize("style", ["prefers-color-scheme: dark", "@media print", "max-width: 860px"])
-def test_the_page_follows_the_reader(spoiled_page, style):
-    assert style in spoiled_page
-
-
 def test_a_figure_far_from_the_papers_has_a_reason_unless_it_failed(recording):
     cmc = replace(BAD, check="excursion_hand", subject="thumb_cmc_flexion")
     told = page(recording, [replace(cmc, passed=True)])

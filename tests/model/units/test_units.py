@@ -1,14 +1,11 @@
 """A unit file fills exactly the parameters it names and nothing is let through unread."""
 
-import tomllib
 from dataclasses import dataclass, fields
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import model
 from hil.verdict.limits import kinds
 from model.units import fill, load_unit, shipped_units
 
@@ -68,10 +65,6 @@ def test_the_shipped_units_load(name):
     assert unit.limits in kinds()
 
 
-def test_the_units_the_documents_name_are_shipped():
-    assert {"ideal", "paper", "reference"} <= set(shipped_units())
-
-
 def test_a_users_file_is_read_by_path(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('description = "mine"\n[servos]\nstall_torque = 0.5\n')
@@ -118,9 +111,3 @@ def test_a_unit_that_cannot_be_says_so(tmp_path, text):
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=r"hand\.toml|no-load speed"):
         load_unit(str(path))
-
-
-def test_the_papers_unit_accelerates_as_its_rise_times_say():
-    """64 counts/s² a unit: fitted to the paper's rise times behind acceleration 255, as the unit file says."""
-    unit = tomllib.loads((Path(model.__file__).parent / "units" / "paper.toml").read_text(encoding="utf-8"))
-    assert unit["servos"]["acceleration_unit_counts"] == 64.0

@@ -5,13 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from aero.firmware import ALIKE
 from hil.checks.shared.declaration import Check
 from hil.lab.limits.compute import (
     FALSE_ALARMS,
     Healthy,
     _outward,
-    _short,
     computed_limits,
     own_limits,
     upper_bound,
@@ -205,13 +203,3 @@ def test_only_the_limit_of_the_same_check_and_version_is_widened():
 def test_bounds_have_three_figures_and_are_rounded_outwards(value, up, down):
     assert _outward(value, 1) == up
     assert _outward(value, -1) == down
-
-
-def test_readings_are_told_in_three_figures():
-    assert [_short(value) for value in (0.12345, 999.4, 1000.0, -12345.6)] == ["0.123", "999", "1000", "-12346"]
-
-
-def test_every_version_stands_in_one_group():
-    assert [version for group in ALIKE for version in group] == [
-        "pre", "0.1.0", "0.1.1", "0.1.2", "0.1.3", "0.1.4", "0.1.5", "0.2.0", "main"
-    ]  # fmt: skip

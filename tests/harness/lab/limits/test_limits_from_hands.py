@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import expon, uniform
 
-from hil.checks import CHECKS
 from hil.checks.shared.declaration import Check, parse_metric
-from hil.lab.limits.compute import Healthy, computed_limits, own_limits, upper_bound, widened
+from hil.lab.limits.compute import Healthy, computed_limits, upper_bound, widened
 from hil.lab.limits.writing import limits_text
 from hil.verdict.limits import UNMEASURED, Limit, parse_limit
 
@@ -48,22 +47,6 @@ def test_a_far_quantile_is_met_by_its_tail(law, factor):
     found = [upper_bound(law.rvs(400, random_state=seed), chance) for seed in range(40)]
     # The median bound is the true quantile, give or take; a bounded law has nothing beyond its end.
     assert law.isf(chance) / factor < np.median(found) < law.isf(chance) * factor
-
-
-def test_recorded_hands_are_held():
-    check = Check(
-        "staircase", "take_up", ("index",), side="above", floor=0.1, recorded=(0.0, 7.0), recorded_by="a hand"
-    )
-    (limit,) = computed_limits([check], [healthy([0.0, 1.0])])
-    assert limit.at_most >= 7.1
-    assert "a hand" in limit.source
-
-
-def test_a_kind_of_its_own_widens_only_what_it_has_to():
-    base = computed_limits([CHECK], [healthy([0.0, 1.0])])
-    assert own_limits([CHECK], base, [healthy([], shipped=[0.5])]) == ()
-    (own,) = own_limits([CHECK], base, [healthy([], shipped=[9.0])])
-    assert (own.at_least, own.at_most) == (base[0].at_least, 9.1)
 
 
 def test_a_file_of_limits_is_read_as_it_was_written():
@@ -121,26 +104,6 @@ def test_a_mistake_in_a_check_is_named(changes, message):
     table = {"name": "spring", "unit": "A", "on": ["index"], "side": "both", "floor": 0.1} | changes
     with pytest.raises(ValueError, match=f"check on spring: .*{message}"):
         list(parse_metric("staircase", {key: value for key, value in table.items() if value is not None}))
-
-
-def test_no_metric_of_a_subject_is_checked_twice():
-    keys = [
-        (check.experiment, check.metric, subject, version)
-        for check in CHECKS
-        for subject in check.subjects
-        for version in check.firmware or ("pre", "0.1.5", "0.2.0")
-    ]
-    assert len(keys) == len(set(keys))
-
-
-def test_a_guarded_hand_has_limits_of_its_own_only_where_it_differs():
-    readings = {("staircase", "take_up", "index"): np.array([0.0, 1.0])}
-    weaker = {("staircase", "take_up", "index"): np.array([-9.0, -8.0])}
-    alike = computed_limits([CHECK], [Healthy(VERSIONS, readings, {}), Healthy(VERSIONS, readings, {}, guarded=True)])
-    assert [limit.guarded for limit in alike] == [None]
-    apart = computed_limits([CHECK], [Healthy(VERSIONS, readings, {}), Healthy(VERSIONS, weaker, {}, guarded=True)])
-    assert [limit.guarded for limit in apart] == [False, True]
-    assert apart[1].at_most < apart[0].at_least
 
 
 READINGS = st.lists(st.floats(-3, 3), min_size=20, max_size=60)
