@@ -30,7 +30,6 @@ HIL_LAYERS = (
     {"checks"},
     {"verdict"},
     {"report", "view"},
-    {"lab"},
     {"cli", "pytest_plugin"},
 )
 """The folders and files of `hil`, lowest first; each may import itself and what lies below."""

@@ -1,5 +1,4 @@
-"""What ships is fitted here: policies, units, coefficients of the map. JAX lives here alone.
+"""What ships is made here, from many runs: policies, units, limits, coefficients of the map. JAX lives here alone.
 
-`train.task`, `train.simulator`, `train.evaluation` and `train.identification` need NumPy and MuJoCo only;
-`train.environment`, `train.ppo` and `train.training` need the extra `train`.
+Only `train.environment`, `train.ppo`, `train.training` and what they import of JAX need the extra `train`.
 """

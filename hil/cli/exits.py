@@ -98,8 +98,8 @@ CODES = (
     ("hil.faults.schedule.FaultNeverFiredError", Exit.USAGE),
     ("hil.recordings.errors.CannotBeMeasuredError", Exit.USAGE),
     ("hil.recordings.errors.UnusableFileError", Exit.USAGE),
-    ("hil.lab.campaign.conduct.NoSchedulerError", Exit.USAGE),
-    ("hil.lab.campaign.store.StoreError", Exit.USAGE),
+    ("train.campaign.conduct.NoSchedulerError", Exit.USAGE),
+    ("train.campaign.store.StoreError", Exit.USAGE),
     ("builtins.OSError", Exit.NOT_WRITTEN),
 )
 """Exception to exit code; the first that fits counts. By name, because only what is imported can have been raised, and

@@ -16,8 +16,8 @@ import pytest
 from click.testing import CliRunner
 
 from hil.cli import main
-from hil.lab.campaign.store import opened
 from model.units import load_unit
+from train.campaign.store import opened
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals")]
 

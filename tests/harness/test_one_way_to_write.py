@@ -15,7 +15,7 @@ ITS_OWN_WAY = {
     "firmware_emulator/firmware/nvs.py": "may import nothing of ours",
     "firmware_emulator/native/compilers.py": "into a temporary folder",
     "firmware_emulator/native/sketch.py": "into a temporary folder",
-    "hil/lab/endurance.py": "adds to a log",
+    "hil/cli/endurance.py": "adds to a log",
     "train/progress.py": "adds to a log",
 }
 

@@ -27,7 +27,7 @@ from cosmic_ray.work_item import MutationSpec, TestOutcome
 
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("aero", "firmware_emulator", "hil", "model", "tests", "pyproject.toml")
-JUDGING = ("hil/checks", "hil/verdict", "hil/lab/limits")
+JUDGING = ("hil/checks", "hil/verdict", "train/limits")
 """What turns a recording into a verdict."""
 NOT_JUDGING = {
     # What a hand and the simulator are told.

@@ -12,7 +12,7 @@ import pytest
 
 from aero import AeroHand
 from aero.protocol import MAX_CODE
-from hil.lab.endurance import read_cycles
+from hil.cli.endurance import read_cycles
 from hil.recordings.mcap_file import read_recording
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-terminals")]

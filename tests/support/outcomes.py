@@ -6,8 +6,7 @@ import numpy as np
 
 from aero.firmware import ALIKE
 from hil.checks import CHECKS
-from hil.lab.campaign.plan import healthy_hands, shipped_hands
-from hil.lab.campaign.trial import Outcome
+from train.campaign.trial import Outcome, healthy_hands, shipped_hands
 
 
 def numbers(value=0.0, **changed):

@@ -1,1 +1,1 @@
-"""The commands that fit and measure policies, units and the map; `hil.cli` lists them."""
+"""The commands that make and measure what ships; `hil.cli` lists them."""

@@ -5,10 +5,10 @@ from importlib import resources
 import pytest
 
 from aero.firmware import firmware_of
-from hil.lab.campaign.kept_readings import parse_kept
 from hil.verdict.firmware_version import limits_of_others, may_be_unhomed, other_versions
 from hil.verdict.limits import excesses, load_limits
 from model.units import DEFAULT_LIMITS
+from train.limits.kept_readings import parse_kept
 
 KEPT = parse_kept(
     (resources.files("hil") / "data" / "limits" / "hands" / f"{DEFAULT_LIMITS}.json").read_text(encoding="utf-8")

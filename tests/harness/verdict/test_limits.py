@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from aero.firmware import FIRMWARE
 from hil.checks import CHECKS, EXPERIMENTS, JUDGED
-from hil.lab.limits.compute import FURTHEST
 from hil.verdict.findings import failed
 from hil.verdict.limits import SUBJECTS, Limit, compare, kinds, load_limits, parse_limit, without
+from train.limits.compute import FURTHEST
 
 TABLE = {
     "experiment": "staircase",

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import click
 
 from aero.whole_file import write_whole
 from hil.checks import ALIKE, CHECKS, DEFAULT, DRIVER, WHOLE_RUN
 from hil.cli.exits import usage_errors
-from hil.lab.campaign.held_out import held_out
-from hil.lab.campaign.kept_readings import write_kept
-from hil.lab.campaign.population import healthy_hands_of, kind_of, kinds_of, require_enough
-from hil.lab.campaign.store import NAME, opened
-from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.compute import FALSE_ALARMS, LEAST_HANDS, computed_limits, own_limits, widened
-from hil.lab.limits.writing import Provenance, limits_text
 from hil.recordings.provenance import command_line
 from hil.verdict.limits import Limit, read_limits, read_provenance, without
 from model.units import DEFAULT_LIMITS
+from train.campaign.store import NAME, opened
+from train.campaign.trial import Outcome
+from train.limits.compute import FALSE_ALARMS, LEAST_HANDS, computed_limits, own_limits, widened
+from train.limits.kept_readings import write_kept
+from train.limits.population import healthy_hands_of, held_out, kind_of, kinds_of, require_enough
 
 POPULATION = (
     "model/units/plausible.py, homed, both sides, half of them under conditions of model/units/conditions.py; and the "
@@ -144,3 +145,33 @@ def _beside(present: Provenance, fresh: Provenance, anew: set[str]) -> Provenanc
         return {**present, **dict.fromkeys(sorted(anew), fresh)}
     tables = {name: one for name, one in present.items() if isinstance(one, Mapping) and name not in anew}
     return {**fresh, **tables}
+
+
+Provenance = Mapping[str, Any]
+"""What made a file, and by its name what made an experiment's limits anew, as a table within."""
+
+
+def limits_text(limits: Sequence[Limit], provenance: Provenance, *, extends: str = "") -> str:
+    """Return limits as TOML that `load_limits` reads."""
+    lines = ["# Made by `aero-hil limits`; change `checks.toml` or the population, and make it again."]
+    if extends:
+        lines.append(f"extends = {json.dumps(extends)}")
+    tables = {name: value for name, value in provenance.items() if isinstance(value, Mapping)}
+    own = {key: value for key, value in provenance.items() if key not in tables}
+    for name, table in (("provenance", own), *((f"provenance.{name}", table) for name, table in tables.items())):
+        lines += ["", f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in table.items())]
+    for limit in limits:
+        bounds = {"at_least": limit.at_least, "at_most": limit.at_most}
+        lines += [
+            "",
+            "[[limit]]",
+            f"experiment = {json.dumps(limit.experiment)}",
+            f"metric = {json.dumps(limit.metric)}",
+            f"subjects = {json.dumps(list(limit.subjects))}",
+            *([f"firmware = {json.dumps(list(limit.firmware))}"] if limit.firmware else []),
+            *([f"guarded = {json.dumps(limit.guarded)}"] if limit.guarded is not None else []),
+            *(f"{name} = {value:g}" for name, value in bounds.items() if math.isfinite(value)),
+            *([f"healthy = [{limit.healthy[0]:g}, {limit.healthy[1]:g}]"] if limit.healthy else []),
+            f"source = {json.dumps(limit.source)}",
+        ]
+    return "\n".join(lines) + "\n"

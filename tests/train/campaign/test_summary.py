@@ -8,14 +8,12 @@ from click.testing import CliRunner
 from outcomes import healthy_campaign, outcome
 
 from aero.firmware import ALIKE
-from hil.cli.campaign import campaign
-from hil.cli.limits import limits
-from hil.lab.campaign.campaign_page import render_campaign
-from hil.lab.campaign.plan import faulty_hands, healthy_hands, shipped_hands
-from hil.lab.campaign.store import opened
-from hil.lab.campaign.summary import Share, detections, false_alarms, flagged
-from hil.lab.campaign.trial import Trial
 from hil.verdict.limits import Limit, kinds, parse_limit
+from train.campaign.store import opened
+from train.campaign.summary import Share, detections, false_alarms, flagged, render_campaign
+from train.campaign.trial import Trial, faulty_hands, healthy_hands, shipped_hands
+from train.cli.campaign import campaign
+from train.cli.limits import limits
 
 TRACKING = Limit(
     "staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), "", at_most=1.0, healthy=(-0.5, 0.5)
@@ -24,7 +22,7 @@ TRACKING = Limit(
 
 @pytest.fixture(autouse=True)
 def one_limit(monkeypatch):
-    monkeypatch.setattr("hil.lab.campaign.summary.load_limits", lambda kind, firmware, guarded: (TRACKING,))
+    monkeypatch.setattr("train.campaign.summary.load_limits", lambda kind, firmware, guarded: (TRACKING,))
 
 
 def faulty(tracking, fault="cable_snapped:index=1.0", **more):

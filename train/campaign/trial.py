@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Self
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle, islice, product
+from typing import Any, Self, get_args
+
+import numpy as np
 
 from aero.errors import AeroError
-from aero.firmware import DEFAULT_FIRMWARE
+from aero.firmware import ALIKE, DEFAULT_FIRMWARE
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT
 from hil.faults import FaultNeverFiredError, parse_fault
+from hil.faults.board import RUNS
 from hil.recordings.provenance import source_commit
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
@@ -19,7 +23,9 @@ from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import FINISHED, EndKind
 from hil.verdict.validation import validate
 from model.geometry import Side
-from model.units.conditions import drawn
+from model.units import shipped_units
+from model.units.conditions import KINDS, drawn
+from model.units.naming import PLAUSIBLE
 
 
 @dataclass(frozen=True, order=True)
@@ -152,3 +158,59 @@ def perform(trial: Trial) -> Outcome:
         "" if done.diagnosis.location is None else done.diagnosis.location.words,
         done.diagnosis.name,
     )
+
+
+SIDES: tuple[Side, ...] = get_args(Side)
+USUAL_FIRMWARE = (DEFAULT_FIRMWARE, "0.1.5")
+"""What is found on hands: the newest, and the newest without its shifted windows."""
+
+
+def healthy_hands(
+    first: int, count: int, firmware: Sequence[str] = USUAL_FIRMWARE, conditions: Sequence[str] | None = None
+) -> list[Trial]:
+    """Return trials of healthy hands with seeds from `first` on, homed: sides, firmware and guard in turn.
+
+    Args:
+        first: the first seed.
+        count: how many hands.
+        firmware: versions that take turns.
+        conditions: kinds of condition that all are found under; when None every kind, for half of the hands.
+    """
+    under = ((), KINDS) if conditions is None else (tuple(conditions),)
+    kinds = islice(cycle(product(under, (False, True), firmware, SIDES)), count)
+    return [
+        Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i, guarded=guarded, conditions=found)
+        for i, (found, guarded, version, side) in enumerate(kinds)
+    ]
+
+
+def shipped_hands(seed: int = 0) -> list[Trial]:
+    """Return trials of the shipped units: one firmware of each group, homed and in ideal zeros, sides in turn."""
+    versions = [group[-1] for group in ALIKE]
+    kinds = product(shipped_units(), versions, (True, False))
+    return [
+        Trial(unit, side, version, seed, homed)
+        for (unit, version, homed), side in zip(kinds, cycle(SIDES), strict=False)
+    ]
+
+
+def faulty_hands(
+    faults: Sequence[str], first: int, hands: int, firmware: Sequence[str] = USUAL_FIRMWARE
+) -> list[Trial]:
+    """Return a trial of each fault on each of `hands` hands of its own, with seeds from `first` on.
+
+    A text that holds several faults, with commas between, puts all of them into one hand.
+
+    They are not guarded: a guard ends a run that would tell more. Nor are they under any condition.
+    """
+    every = healthy_hands(first, hands * len(faults), firmware, ())
+    return [
+        replace(hand, faults=tuple(fault.split(",")), guarded=False, firmware=_other(hand.firmware, fault, firmware))
+        for fault, hand in zip(np.repeat(faults, hands).tolist(), every, strict=True)
+    ]
+
+
+def _other(declared: str, fault: str, firmware: Sequence[str]) -> str:
+    """Return a version to declare; a board that runs what was declared has no fault."""
+    same = any(parse_fault(part).name == f"{RUNS}{declared}" for part in fault.split(","))
+    return next((version for version in firmware if version != declared), declared) if same else declared

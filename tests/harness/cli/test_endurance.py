@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from hil import open_target
 from hil.cli import main
-from hil.lab.endurance import Cycle, drift, read_cycles, run_endurance
+from hil.cli.endurance import Cycle, drift, read_cycles, run_endurance
 
 
 def run(log, cycles):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hil.checks.shared.declaration import Check
-from hil.lab.limits.compute import (
+from hil.verdict.limits import Limit
+from train.limits.compute import (
     FALSE_ALARMS,
     Healthy,
     _outward,
@@ -14,7 +15,6 @@ from hil.lab.limits.compute import (
     own_limits,
     upper_bound,
 )
-from hil.verdict.limits import Limit
 
 INDEX, RING = ("staircase", "friction", "index"), ("staircase", "friction", "ring")
 BOTH = Check("staircase", "friction", ("index", "ring"), side="both", floor=0.1)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.lab.campaign.store import StoreError, missing, opened
-from hil.lab.campaign.trial import Outcome, Trial
+from train.campaign.store import StoreError, missing, opened
+from train.campaign.trial import Outcome, Trial
 
 NUMBER = st.floats(-1e6, 1e6)
 NUMBERS = st.dictionaries(

@@ -1,18 +1,20 @@
-"""Readings of healthy hands from a campaign, as the limits are computed from them."""
+"""Healthy hands of a campaign as limits are computed from them, and how well limits hold those they are not from."""
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
 from aero.firmware import ALIKE
-from hil.lab.campaign.trial import Outcome
-from hil.lab.limits.compute import LEAST_HANDS, Healthy, Readings
+from hil.checks import CHECKS
+from hil.verdict.limits import excesses
 from model.units import DEFAULT_LIMITS, load_unit
 from model.units.naming import PLAUSIBLE
+from train.campaign.trial import Outcome
+from train.limits.compute import LEAST_HANDS, Healthy, Readings, computed_limits
 
 
 def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) -> tuple[Healthy, ...]:
@@ -79,3 +81,33 @@ def _readings(outcomes: Iterable[Outcome]) -> Readings:
                 for metric, value in metrics.items():
                     found[experiment, metric, subject].append(value)
     return {key: np.array(values) for key, values in found.items()}
+
+
+FOLDS = 5
+"""Parts of a campaign, each of which is judged by limits from the others."""
+
+
+def held_out(outcomes: Sequence[Outcome], experiments: Collection[str]) -> tuple[int, int]:
+    """Return how many hands of the population are accused by limits from the other parts, and how many were judged.
+
+    The limits that ship are made from all parts, so they accuse somewhat fewer.
+
+    Args:
+        outcomes: of healthy hands.
+        experiments: whose limits are made.
+    """
+    hands = [outcome for outcome in outcomes if outcome.trial.unit.startswith(PLAUSIBLE)]
+    others = [outcome for outcome in outcomes if not outcome.trial.unit.startswith(PLAUSIBLE)]
+    accused = judged = 0
+    for part in range(FOLDS):
+        rest = [hand for place, hand in enumerate(hands) if place % FOLDS != part]
+        try:
+            limits = computed_limits(CHECKS, healthy_hands_of([*rest, *others]), experiments)
+        except ValueError:  # the only hands of some firmware are in this part
+            continue
+        for hand in hands[part::FOLDS]:
+            trial = hand.trial
+            own = [limit for limit in limits if limit.holds_for(trial.firmware, guarded=trial.guarded)]
+            accused += any(abs(excess) > 1.0 for excess in excesses(hand.numbers, own).values())
+            judged += 1
+    return accused, judged

@@ -2,9 +2,9 @@
 
 import pytest
 
-from hil.lab.campaign.conduct import conduct, cores, usable_cores
-from hil.lab.campaign.plan import faulty_hands, healthy_hands
-from hil.lab.campaign.summary import flagged
+from train.campaign.conduct import conduct, cores, usable_cores
+from train.campaign.summary import flagged
+from train.campaign.trial import faulty_hands, healthy_hands
 
 FIRST_HEALTHY, FIRST_FAULTY = 900_000, 910_000
 """Seeds that the limits do not know."""

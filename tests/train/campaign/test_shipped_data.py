@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from hil.checks import CHECKS
-from hil.lab.campaign.kept_readings import parse_kept
-from hil.lab.campaign.trial import perform
 from hil.verdict.limits import excesses, kinds, load_limits
 from model.units import DEFAULT_LIMITS
+from train.campaign.trial import perform
+from train.limits.kept_readings import parse_kept
 
 ROOT = Path(__file__).parents[4]
 DATA = ROOT / "hil" / "data"

@@ -8,8 +8,8 @@ from collections import Counter
 
 import pytest
 
-from hil.lab.campaign.conduct import cluster, conduct, cores
-from hil.lab.campaign.trial import Trial, perform
+from train.campaign.conduct import cluster, conduct, cores
+from train.campaign.trial import Trial, perform
 
 TRIALS = [Trial(f"plausible:{seed}", seed=seed, homed=False, experiments=("presence",)) for seed in range(4)]
 

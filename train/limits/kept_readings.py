@@ -15,8 +15,8 @@ from pathlib import Path
 
 from aero.whole_file import write_whole
 from hil.checks.shared.declaration import Check
-from hil.lab.campaign.trial import Outcome, Trial
 from hil.recordings.output import prepared_folder
+from train.campaign.trial import Outcome, Trial
 
 FOLDER = "hands"
 """Beside the limits; one file for each kind of hand."""

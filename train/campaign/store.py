@@ -14,7 +14,7 @@ from pathlib import Path
 
 import duckdb
 
-from hil.lab.campaign.trial import Outcome, Trial
+from train.campaign.trial import Outcome, Trial
 
 NAME = "campaign.duckdb"
 _TABLES = """

@@ -11,7 +11,7 @@ from ipaddress import ip_address
 from urllib.parse import urlsplit
 
 from aero.child_process import end_with_the_parent
-from hil.lab.campaign.trial import Outcome, Trial, perform
+from train.campaign.trial import Outcome, Trial, perform
 
 AHEAD = 2
 """Trials that wait for each worker, so that none has to wait for a trial."""
@@ -79,11 +79,11 @@ def cluster(scheduler: str) -> Iterator[Executor]:
     from distributed import Client  # noqa: PLC0415 - only a cluster needs it
 
     try:
-        client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
+        client = Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, ValueError, TypeError, RuntimeError) as error:
         raise NoSchedulerError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     with client:
-        yield client.get_executor(pure=False)  # type: ignore[no-untyped-call]
+        yield client.get_executor(pure=False)
 
 
 def conduct(

@@ -9,11 +9,10 @@ from outcomes import numbers, outcome
 
 from hil.checks import DEFAULT
 from hil.cli import main
-from hil.lab.campaign.held_out import held_out
-from hil.lab.campaign.plan import healthy_hands
-from hil.lab.campaign.population import require_enough
-from hil.lab.campaign.store import opened
 from hil.verdict.limits import read_provenance
+from train.campaign.store import opened
+from train.campaign.trial import healthy_hands
+from train.limits.population import held_out, require_enough
 
 
 def hands(count):

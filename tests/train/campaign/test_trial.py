@@ -5,9 +5,8 @@ from dataclasses import asdict, replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.lab.campaign.plan import faulty_hands, healthy_hands
-from hil.lab.campaign.trial import STOPPED_EARLY, Trial, perform
 from model.units.conditions import KINDS
+from train.campaign.trial import STOPPED_EARLY, Trial, faulty_hands, healthy_hands, perform
 
 TRIAL = Trial("plausible:5", seed=5, experiments=("presence", "audit"))
 

@@ -18,15 +18,13 @@ from hil.cli.options import SEED
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
-from hil.lab.campaign.campaign_page import render_campaign
-from hil.lab.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
-from hil.lab.campaign.plan import USUAL_FIRMWARE, faulty_hands, healthy_hands, shipped_hands
-from hil.lab.campaign.store import NAME, missing, opened
-from hil.lab.campaign.summary import flagged
-from hil.lab.campaign.trial import Outcome
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import command_line
 from model.units.conditions import KINDS
+from train.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
+from train.campaign.store import NAME, missing, opened
+from train.campaign.summary import flagged, render_campaign
+from train.campaign.trial import USUAL_FIRMWARE, Outcome, faulty_hands, healthy_hands, shipped_hands
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.stats import expon, uniform
 
 from hil.checks.shared.declaration import Check, parse_metric
-from hil.lab.limits.compute import Healthy, computed_limits, upper_bound, widened
-from hil.lab.limits.writing import limits_text
 from hil.verdict.limits import UNMEASURED, Limit, parse_limit
+from train.cli.limits import limits_text
+from train.limits.compute import Healthy, computed_limits, upper_bound, widened
 
 CHECK = Check("staircase", "take_up", ("index", "ring"), side="both", floor=0.1)
 VERSIONS = ("0.1.3", "0.1.4", "0.1.5")

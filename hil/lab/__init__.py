@@ -1,1 +1,0 @@
-"""Long work on many hands: campaigns, and the limits that are made from them; endurance."""
