@@ -13,7 +13,7 @@ from model.units import DEFAULT_LIMITS
 from train.campaign.trial import perform
 from train.limits.kept_readings import parse_kept
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 DATA = ROOT / "hil" / "data"
 RECIPES = tomllib.loads((DATA / "recipes.toml").read_text(encoding="utf-8"))
 LIMITS = {
