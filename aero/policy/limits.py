@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, fields
 from enum import Enum
 from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
-
-from aero.channels import Channel
 
 Floats = NDArray[np.float64]
 
@@ -22,7 +19,6 @@ class Ending(Enum):
     STOPPED = "the guard stopped the hand"
     READINGS = "too many readings in a row were missing"
     OVERRUN = "the loop fell too far behind its period"
-    LOST = "the thumb draws as little as without the object"
 
 
 @dataclass(frozen=True)
@@ -39,10 +35,6 @@ class RunLimits:
     """Time by which the loop may miss a period's start, s."""
     shaft_speed_rad_s: float = 12.9
     """Fastest commanded change of a shaft; the servo's own no-load speed, 740 °/s."""
-    grip_a: float = 0.15
-    """By how much more the base of the thumb must draw with the object than in the rehearsal without it, A."""
-    grip_window_s: float = 2.0
-    """Time over which both are averaged, s; as long again is left out at the beginning."""
 
     def __post_init__(self) -> None:
         checked_count("missing_readings", self.missing_readings)
@@ -76,37 +68,3 @@ def slewed(before: Floats, wanted: Floats, most: Floats) -> Floats:
     """Return `wanted` (7,), each channel at most `most` (7,) away from `before`."""
     step: Floats = np.clip(wanted - before, -most, most)
     return before + step
-
-
-_THUMB_BASE = [Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION]
-
-
-class ObjectLoss:
-    """Detects that the object has left the hand, by what the base of the thumb draws over a window of periods.
-
-    Fingers that turn an object press it against the thumb, whose base, abduction and CMC flexion, holds against them.
-    What the other motors draw goes with the gait far more than with the object, and from hand to hand all of it differs
-    (docs/training.md). So the level is the hand's own, and is learned in a rehearsal with the hand empty.
-    """
-
-    def __init__(self, least_a: float, periods: int) -> None:
-        """Watch for windows of `periods` in which it draws less than `least_a` (A) on average.
-
-        The first `periods` are left out: a gait takes that long to get going.
-        """
-        self._least_a = least_a
-        self._still_settling = periods
-        self._drawn: deque[float] = deque(maxlen=periods)
-
-    def lost(self, currents_a: Floats) -> bool:
-        """Take a period's currents, (7,), A, and return whether the object is gone; a missing reading never says so."""
-        if self._still_settling:
-            self._still_settling -= 1
-            return False
-        self._drawn.append(drawn(currents_a))
-        return len(self._drawn) == self._drawn.maxlen and bool(np.mean(self._drawn) < self._least_a)
-
-
-def drawn(currents_a: Floats) -> float:
-    """Return what the base of the thumb draws of the currents (7,), the sum of two, A; NaN where one is missing."""
-    return float(np.sum(np.abs(currents_a[_THUMB_BASE])))

@@ -17,7 +17,7 @@ from aero.actuation.map import ActuationMap
 from aero.clock import Clock
 from aero.errors import AeroError
 from aero.policy.file import Policy
-from aero.policy.limits import Ending, ObjectLoss, drawn, slewed
+from aero.policy.limits import Ending, slewed
 from aero.policy.running import Floats, PolicyHand, Run, RunSettings, Step
 from aero.policy.task import CHANNELS, ActionMemory, observe, targets
 from aero.protocol import MAX_CODE
@@ -32,7 +32,6 @@ def run_policy(
     *,
     settings: RunSettings | None = None,
     script: Floats | None = None,
-    on_rehearsal: Callable[[Step], None] = lambda _: None,
     on_wait: Callable[[], None] = lambda: None,
     on_ready: Callable[[], None] = lambda: None,
     on_step: Callable[[Step], None] = lambda _: None,
@@ -46,20 +45,17 @@ def run_policy(
         actuation_map: for the hand's firmware.
         settings: how; None for the defaults.
         script: actions (periods, 7) to play open loop in place of the policy's; its length bounds the time too.
-        on_rehearsal: called after every control period of the rehearsal.
         on_wait: called when the hand is in the nominal grasp and the object can be put in.
         on_ready: called when the hand has waited in the nominal grasp and the policy is about to begin.
-        on_step: called after every control period after the rehearsal, before the next one begins.
+        on_step: called after every control period, before the next one begins.
 
     Raises:
-        ValueError: a script with a rehearsal, which is the policy's, or a script that is not (periods, 7) and finite.
+        ValueError: a script that is not (periods, 7) and finite.
         AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
     """
     settings = settings or RunSettings()
     if script is not None:
         script = np.array(script, np.float64)  # a copy: the caller may go on using its own
-        if settings.rehearsal_s:
-            raise ValueError("a script is played without a rehearsal")
         if script.shape[1:] != (CHANNELS,) or not np.isfinite(script).all():
             raise ValueError(f"a script is finite and (periods, {CHANNELS}), got {script.shape}")
     session = _Session(policy, hand, clock, actuation_map, settings, script=script)
@@ -67,12 +63,10 @@ def run_policy(
     session.command = home
     try:
         session.grasp()
-        ending = session.rehearse(on_rehearsal)
-        if ending is Ending.TIME:
-            on_wait()
-            session.wait()
-            on_ready()
-            ending = session.loop(settings.seconds, on_step)
+        on_wait()
+        session.wait()
+        on_ready()
+        ending = session.loop(on_step)
         session.move_to(home)
     except SafetyStopError as stop:
         return session.summary(Ending.STOPPED, str(stop))  # the guard has opened the hand
@@ -119,7 +113,6 @@ class _Session:
         self.command = np.zeros(CHANNELS)
         self._blind = 0
         self._tally = _NOTHING_YET
-        self._loss: ObjectLoss | None = None
 
     def grasp(self) -> None:
         """Go to the nominal grasp."""
@@ -137,31 +130,13 @@ class _Session:
         """Stay where the hand is."""
         self._clock.sleep_until(self._clock.now() + self._settings.wait_s)
 
-    def rehearse(self, on_step: Callable[[Step], None]) -> Ending:
-        """Let the policy act on the empty hand, if asked for, and learn from its currents when the object is lost."""
-        if not self._settings.rehearsal_s:
-            return Ending.TIME
-        draws: list[float] = []
-
-        def learn(step: Step) -> None:
-            draws.append(drawn(step.currents_a))
-            on_step(step)
-
-        ending = self.loop(self._settings.rehearsal_s, learn)
-        window = round(self._settings.limits.grip_window_s / self._task.period_s)
-        if ending is Ending.TIME:
-            self.grasp()
-            self._loss = ObjectLoss(float(np.nanmean(draws[window:])) + self._settings.limits.grip_a, window)
-            self._tally = _NOTHING_YET
-        return ending
-
-    def loop(self, seconds: float, on_step: Callable[[Step], None]) -> Ending:
-        """Let the policy act for `seconds` or until something ends it."""
+    def loop(self, on_step: Callable[[Step], None]) -> Ending:
+        """Let the policy act until the time is over or something ends it."""
         limits, period_s = self._settings.limits, self._task.period_s
         memory = ActionMemory.empty(np.zeros(CHANNELS))
         missing, due = 0, self._clock.now()
         pending = self.command
-        for period in range(self._periods(seconds)):
+        for period in range(self._periods()):
             self._clock.sleep_until(due)
             t = self._clock.now()
             if t - due > limits.late_s:
@@ -184,9 +159,7 @@ class _Session:
             asked, pending = (pending, asked) if self._settings.one_period_late else (asked, asked)
             command = slewed(self.command, asked, self._most)
             self._write(command)
-            currents = self._currents(period)
-            # The policy's memory and the detection of a lost object use `action` and `currents`; a callback that writes
-            # into its step must not change them.
+            # The policy's memory keeps `action`; a callback that writes into its step must not change it.
             step = Step(
                 t=t,
                 late_s=t - due,
@@ -198,12 +171,10 @@ class _Session:
                 command=np.round(command).astype(np.uint16),
                 saturated=saturated,
                 limited=command != asked,
-                currents_a=currents.copy(),
+                currents_a=self._currents(period),
             )
             self._count(step)
             on_step(step)
-            if self._loss and self._loss.lost(currents):
-                return Ending.LOST
             if self._blind > limits.missing_readings:
                 return Ending.READINGS
             due = max(due + period_s, t)
@@ -213,8 +184,8 @@ class _Session:
         """Return what the run came to."""
         return replace(self._tally, ending=ending, reason=reason)
 
-    def _periods(self, seconds: float) -> int:
-        asked = round(seconds / self._task.period_s)
+    def _periods(self) -> int:
+        asked = round(self._settings.seconds / self._task.period_s)
         return asked if self._script is None else min(asked, len(self._script))
 
     def _act(self, period: int, observation: Floats) -> Floats:

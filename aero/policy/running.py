@@ -40,7 +40,7 @@ class RunSettings:
     """How to run a policy.
 
     Raises:
-        ValueError: a time or a correction that cannot be used, or a rehearsal that tells nothing.
+        ValueError: a time or a correction that cannot be used.
     """
 
     seconds: float = 15.0
@@ -56,9 +56,6 @@ class RunSettings:
     """Time from where the hand is to the nominal grasp, and at the end back, s."""
     wait_s: float = 1.5
     """Time in the nominal grasp before the policy begins, for placing the object, s."""
-    rehearsal_s: float = 0.0
-    """Time for which the policy first acts on the empty hand, so that a lost object ends the run later
-    (`ObjectLoss`); 0 for no rehearsal, and then it goes unnoticed."""
     dry: bool = False
     """Whether nothing is written: the policy acts on what it reads, and the hand stays as it is."""
     one_period_late: bool = False
@@ -72,18 +69,12 @@ class RunSettings:
     def __post_init__(self) -> None:
         for name in ("seconds", "approach_s"):
             checked_number(name, getattr(self, name), above=0.0)
-        for name in ("wait_s", "rehearsal_s"):
-            checked_number(name, getattr(self, name), least=0.0)
+        checked_number("wait_s", self.wait_s, least=0.0)
         checked_count("temperatures_every", self.temperatures_every, least=1)
         if len(self.correction) != CHANNELS:
             raise ValueError(f"correction needs {CHANNELS} values in command order, got {len(self.correction)}")
         for value in self.correction:
             checked_number("correction", value)
-        if self.rehearsal_s and self.dry:
-            raise ValueError("a dry run moves nothing, so that there is nothing to rehearse")
-        least = 2 * self.limits.grip_window_s
-        if self.rehearsal_s and self.rehearsal_s < least:
-            raise ValueError(f"a rehearsal takes {least} s or longer, got {self.rehearsal_s} s")
 
 
 @dataclass(frozen=True)

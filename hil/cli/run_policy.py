@@ -60,10 +60,6 @@ MOST_A = 4.5
 )  # fmt: skip
 @click.option("--wait", type=Seconds(least=0.0), default=1.5, show_default=True, help="Seconds for placing the object.")
 @click.option(
-    "--rehearse", metavar="S", type=Seconds(least=0.0), default=0.0,
-    help="First run the policy for S seconds (6, say) with the hand empty, to know a lost object by the currents.",
-)  # fmt: skip
-@click.option(
     "--twin", metavar="UNIT",
     help="Unit of this hand, from `aero-hil calibrate` or shipped: its cables are corrected for.",
 )  # fmt: skip
@@ -86,7 +82,6 @@ def run_policy(
     preset: str | None,
     late: bool,
     wait: float,
-    rehearse: float,
     twin: str | None,
     max_current: float,
     film: Path | None,
@@ -110,7 +105,6 @@ def run_policy(
             seconds=seconds,
             settings=PRESETS[preset] if preset else None,
             wait_s=wait,
-            rehearsal_s=rehearse,
             dry=dry_run,
             one_period_late=late,
             shown_action=ShownAction.LAST if late else None,

@@ -1,8 +1,7 @@
 """The experiment "policy": a policy runs on a target, and everything that happened is recorded.
 
 Series of the recording, all sampled once a control period: `codes` as read, `hand` the same in the simulator's
-lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`. Those of a rehearsal go before
-under the same names behind `rehearsal_`.
+lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`.
 """
 
 from __future__ import annotations
@@ -17,11 +16,9 @@ from aero.policy.file import Policy
 from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
 from aero.policy.running import Run, RunSettings, Step
-from hil.recordings.recorder import REHEARSAL, Progress, Recorder, silent
+from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
 from model.cube_plant import CubeWatch
-
-EMPTY = "rehearsal, leave the hand empty"
 
 
 class PolicyRun(NamedTuple):
@@ -60,21 +57,20 @@ def record_policy(
         target.begin()
         if target.guard is not None and policy.settings.torque_limit is not None:
             target.guard.limit_torques(policy.settings.torque_limit)
-    lateness, rehearsed = [], []
+    lateness = []
     period_s = (settings.settings or policy.settings).period_s
 
     parameters: dict[str, float | str] = {
         "policy": policy.name,
         "shown_action": (settings.shown_action or policy.shown_action).value,
         "seconds_s": settings.seconds,
-        "rehearsal_s": settings.rehearsal_s,
         "dry": float(settings.dry),
         **({} if policy.settings.torque_limit is None else {"torque_limit": policy.settings.torque_limit}),
         **{f"correction_{channel.label}": settings.correction[channel] for channel in Channel},
     }
     recorder.begin(parameters)
 
-    def keep(step: Step, prefix: str = "") -> None:
+    def take(step: Step) -> None:
         rows: dict[str, NDArray[Any]] = {
             "codes": step.codes,
             "hand": step.lengths,
@@ -85,15 +81,7 @@ def record_policy(
         }
         for name, row in rows.items():
             if np.isfinite(row).all():
-                recorder.add(prefix + name, step.t, row)
-
-    def rehearse(step: Step) -> None:
-        keep(step, REHEARSAL)
-        rehearsed.append(step.t)
-        progress(min(1.0, len(rehearsed) * period_s / settings.rehearsal_s), EMPTY)
-
-    def take(step: Step) -> None:
-        keep(step)
+                recorder.add(name, step.t, row)
         if cube is not None:
             cube.sample()
         lateness.append(step.late_s)
@@ -105,14 +93,13 @@ def record_policy(
             cube.place()
 
     recorder.note(f"policy {policy.name!r} {'reads only' if settings.dry else 'runs'}")
-    progress(0.0, EMPTY if settings.rehearsal_s else "going to the grasp")
+    progress(0.0, "going to the grasp")
     run = run_policy(
         policy,
         target.hand,
         target.clock,
         target.map,
         settings=settings,
-        on_rehearsal=rehearse,
         on_wait=lambda: progress(0.0, "put the object in"),
         on_ready=begin,
         on_step=take,

@@ -25,16 +25,13 @@ Progress = Callable[[float, str], None]
 
 LABELS = tuple(channel.label for channel in Channel)
 LENGTH_UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
-REHEARSAL = "rehearsal_"
-"""What the series of a policy's rehearsal begin with."""
-_UNITS: dict[str, tuple[str, ...]] = {
+SERIES_UNITS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("command", "model", "hand", "goal", "travel"), LENGTH_UNITS),
     **dict.fromkeys(("codes", "command_codes"), ("u16",) * len(Channel)),
     "currents": ("A",) * len(Channel),
     "action": ("1",) * len(Channel),
     "temperatures": ("degC",) * len(Channel),
 }
-SERIES_UNITS = _UNITS | {REHEARSAL + name: units for name, units in _UNITS.items()}
 """Every series an experiment may leave, with the units of its seven columns."""
 
 LOGGERS = ("aero", "hil")

@@ -40,7 +40,7 @@ OPTIONS = {
         "--on": "name", "--correction": "unit", "--disturbance": "unit",
     },
     "run-policy": {
-        "--seconds": "number", "--wait": "number", "--rehearse": "number", "--max-current": "number",
+        "--seconds": "number", "--wait": "number", "--max-current": "number",
         "--settings": "name", "--twin": "unit", "--seed": "seed",
     },
     "record --out OUT.mcap": {

@@ -11,7 +11,7 @@ from policies import holding, policy
 from recorded import policy_of
 
 from aero.policy.file import save
-from aero.policy.limits import Ending, RunLimits
+from aero.policy.limits import Ending
 from aero.policy.loop import actions_on
 from aero.policy.running import RunSettings
 from hil import GroundTruth
@@ -41,20 +41,6 @@ def test_a_policy_runs_through_every_byte_and_its_recording_replays():
     np.testing.assert_allclose(np.diff(recording["hand"].times), 0.05)
     assert len(recording.wire) > 3 * 20
     assert [event.text for event in recording.events][-1] == Ending.TIME.value
-
-
-def test_a_rehearsal_is_recorded_and_replays_too():
-    settings = replace(SHORT, rehearsal_s=1.0, limits=RunLimits(grip_window_s=0.5))
-    told = []
-    with open_target("emulated") as target:
-        _, recording = policy_of(target, policy(), settings, progress=lambda *said: told.append(said))
-    before, after = recording["rehearsal_hand"], recording["hand"]
-    assert (len(before.times), before.columns, before.units) == (20, after.columns, after.units)
-    assert before.times[-1] < after.times[0]
-    for prefix in ("rehearsal_", ""):
-        actions = actions_on(policy(), recording[f"{prefix}hand"].values)
-        np.testing.assert_array_equal(actions, recording[f"{prefix}action"].values)
-    assert (0.5, "rehearsal, leave the hand empty") in told
 
 
 def test_two_runs_are_the_same_to_the_bit():
@@ -88,15 +74,6 @@ def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turne
     assert re.search(r"cube turned\D+\d+\.\d\d rad in 1\.0 s", with_cube)
     assert "cube at the end" in with_cube
     assert "cube" not in empty
-
-
-def test_run_policy_without_an_object_says_that_it_is_lost(tmp_path):
-    save(holding(), tmp_path / "still.npz")
-    result = CliRunner().invoke(
-        main, ["run-policy", str(tmp_path / "still.npz"), "--seconds", "6", "--rehearse", "4", "--empty"]
-    )
-    assert result.exit_code == 1
-    assert "draws as little as" in result.output
 
 
 def test_run_policy_says_how_the_preset_differs_from_the_training(path):

@@ -215,21 +215,6 @@ def test_time_in_the_air_counts_once_the_cube_has_settled(plants):
     assert trial.airborne == pytest.approx(15 / 30, abs=0.05)
 
 
-def test_a_cube_that_is_taken_away_ends_a_run_that_was_rehearsed(plants):
-    seen = []
-
-    def take_away(step):
-        seen.append(step)
-        if len(seen) == 90:
-            plants[0].place_cube((1.0, 0.0, 0.0))
-
-    unit, steady = load_unit("paper"), find_policy("steady")
-    settings = RunSettings(seconds=10.0, rehearsal_s=5.0, correction=tuple(correction(unit, steady.settings)))
-    trial = run_trial(steady, unit, settings=settings, on_step=take_away)
-    assert trial.run.ending is Ending.LOST
-    assert 90 < trial.run.steps <= 90 + 50
-
-
 def test_a_left_hand_mirrors_the_right_one():
     """Exactly, but for where the cube is put: a person does not mirror that."""
     made = {}
