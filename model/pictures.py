@@ -14,9 +14,8 @@ from aero.channels import FINGERS, Joint
 from aero.whole_file import whole
 from model.appearance import CABLE_RGBA, PULLEY_RGBA, Rgba
 from model.geometry import Side
-from model.portrait import dress_up
 from model.routed import build_routed
-from model.scene import CUBE, Cube, add_cube
+from model.scene import CUBE, Cube, add_cube, add_light
 
 Picture = NDArray[np.uint8]
 """(height, width, 3) RGB."""
@@ -26,8 +25,6 @@ CAMERA = ((0.100, 0.004, -0.005), 0.235, -20.0, -55.0)
 FILM_CAMERA = ((0.115, 0.008, 0.0), 0.25, 155.0, -36.0)
 """Point looked at (world frame, m), distance, m, azimuth and elevation in MuJoCo's degrees, for a right hand; a left
 one is seen in the mirror."""
-SHADOW_SIZE, SAMPLES = 2048, 4
-"""Quality of a film's frame; a picture's takes three times as long to draw."""
 LEGEND: tuple[tuple[str, Rgba], ...] = (
     ("cable of a servo", CABLE_RGBA["actuation"]),
     ("coupling of PIP and DIP", CABLE_RGBA["coupling"]),
@@ -66,14 +63,14 @@ def picture(spec: mujoco.MjSpec, side: Side = "right", joint_angles: ArrayLike |
     """Draw the palm of a hand, (HEIGHT, WIDTH, 3).
 
     Args:
-        spec: a hand; a copy of it is dressed, lit and compiled.
+        spec: a hand; a copy of it is lit and compiled.
         side: which hand it is.
         joint_angles: (16,) float, rad; `shown_pose` when left out.
     """
-    dressed = spec.copy()
-    dress_up(dressed, side)
-    dressed.visual.global_.offwidth, dressed.visual.global_.offheight = WIDTH, HEIGHT
-    model = dressed.compile()
+    lit = spec.copy()
+    add_light(lit)
+    lit.visual.global_.offwidth, lit.visual.global_.offheight = WIDTH, HEIGHT
+    model = lit.compile()
     data = mujoco.MjData(model)
     angles = shown_pose() if joint_angles is None else np.asarray(joint_angles, dtype=float)
     for joint in Joint:
@@ -109,8 +106,7 @@ def frames(positions: NDArray[np.float64], side: Side = "right", cube: Cube = CU
     """
     spec = build_routed(side)
     add_stickers(add_cube(spec, cube), cube)
-    dress_up(spec, side)
-    spec.visual.quality.shadowsize, spec.visual.quality.offsamples = SHADOW_SIZE, SAMPLES
+    add_light(spec)
     model = spec.compile()
     data, camera = mujoco.MjData(model), _camera(side, *FILM_CAMERA)
     with mujoco.Renderer(model, FILM_HEIGHT, FILM_WIDTH) as renderer:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Joint
 from model import build_routed
-from model.portrait import dress_up
+from model.scene import add_light
 
 from .grasp import Grasp
 from .object_plant import add_object
@@ -40,7 +40,7 @@ def tile(grasp: Grasp, pose: Sequence[float]) -> NDArray[np.uint8]:
     """
     spec = build_routed()
     add_object(spec, grasp.thing, pose[16:19], pose[19:23])
-    dress_up(spec, "right")
+    add_light(spec)
     spec.visual.global_.offwidth = spec.visual.global_.offheight = TILE
     model = spec.compile()
     data = mujoco.MjData(model)
