@@ -9,11 +9,11 @@ from typing import Literal, get_args
 
 from firmware_emulator.firmware import boot
 from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.boot import rom_text
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
 from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, profile_of
-from firmware_emulator.firmware.rom_text import rom_text
 from firmware_emulator.kernel import Task
 from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.native.rehearsal import Rehearsed, rehearse

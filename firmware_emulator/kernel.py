@@ -166,3 +166,19 @@ class Mutex:
         """Give the lock back and wake those who wait for it."""
         self.held = False
         self._released.fire()
+
+
+class VirtualClock:
+    """Owns time by running the kernel; has the shape of the driver's clock."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._kernel = kernel
+
+    def now(self) -> float:
+        """Return the virtual time in s."""
+        return self._kernel.now
+
+    def sleep_until(self, t: float) -> None:
+        """Run everything up to `t` (s); nothing happens when it is past."""
+        if t > self._kernel.now:
+            self._kernel.run_until(t)

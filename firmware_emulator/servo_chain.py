@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_emulator.bus import ServoBus
-from firmware_emulator.clock import VirtualClock
-from firmware_emulator.kernel import Kernel, Task
+from firmware_emulator.kernel import Kernel, Task, VirtualClock
 from firmware_emulator.plant import Plant
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.parameters import ServoParameters

@@ -3,7 +3,6 @@
 from model.built import build_built
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
-from model.routed import build_routed
-from model.routed_hand import RoutedHand
+from model.routed import RoutedHand, build_routed
 
 __all__ = ["BuiltHandParameters", "BuiltHandPlant", "RoutedHand", "build_built", "build_routed"]

@@ -19,7 +19,7 @@ import numpy as np
 from aero.actuation.arrays import Array, namespace
 from aero.actuation.window import COUNTS_PER_TURN
 from aero.channels import CABLES
-from aero.policy.limits import RunLimits
+from aero.policy.running import RunLimits
 from aero.policy.settings import Row
 from aero.policy.task import CHANNELS
 from model.geometry.winding import SPOOL_RADIUS

@@ -17,8 +17,7 @@ from aero.actuation.map import ActuationMap
 from aero.clock import Clock
 from aero.errors import AeroError
 from aero.policy.file import Policy
-from aero.policy.limits import Ending, slewed
-from aero.policy.running import Floats, PolicyHand, Run, RunSettings, Step
+from aero.policy.running import Ending, Floats, PolicyHand, Run, RunSettings, Step, slewed
 from aero.policy.task import CHANNELS, ActionMemory, observe, targets
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError

@@ -1,16 +1,56 @@
-"""What goes into running a policy on a hand, and what comes out of it."""
+"""What goes into running a policy on a hand, when the loop ends the run, and what comes out of it.
+
+What may hurt the hand is watched by `aero.safety`.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.policy.limits import Ending, RunLimits, checked_count, checked_number
-from aero.policy.settings import PolicySettings
+from aero.policy.settings import PolicySettings, checked_count, checked_number
 from aero.policy.task import CHANNELS, ShownAction
+
+
+class Ending(Enum):
+    """Why a run of a policy ended."""
+
+    TIME = "the time was over"
+    STOPPED = "the guard stopped the hand"
+    READINGS = "too many readings in a row were missing"
+    OVERRUN = "the loop fell too far behind its period"
+
+
+@dataclass(frozen=True)
+class RunLimits:
+    """Bounds within which a policy may continue.
+
+    Raises:
+        ValueError: a bound that is not finite and positive, or a count that is not a whole number from 0 on.
+    """
+
+    missing_readings: int = 4
+    """Readings in a row that may be missing; nothing new is commanded meanwhile."""
+    late_s: float = 0.5
+    """Time by which the loop may miss a period's start, s."""
+    shaft_speed_rad_s: float = 12.9
+    """Fastest commanded change of a shaft; the servo's own no-load speed, 740 °/s."""
+
+    def __post_init__(self) -> None:
+        checked_count("missing_readings", self.missing_readings)
+        for name in ("late_s", "shaft_speed_rad_s"):
+            checked_number(name, getattr(self, name), above=0.0)
+
+
+def slewed(before: Floats, wanted: Floats, most: Floats) -> Floats:
+    """Return `wanted` (7,), each channel at most `most` (7,) away from `before`."""
+    step: Floats = np.clip(wanted - before, -most, most)
+    return before + step
+
 
 Floats = NDArray[np.float64]
 

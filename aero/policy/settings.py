@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from math import inf, isfinite
 
-from aero.policy.limits import checked_number
 from aero.policy.task import CHANNELS
 
 Row = tuple[float, ...]
@@ -12,6 +12,28 @@ Row = tuple[float, ...]
 
 
 _RANGES: dict[str, dict[str, float]] = {"nominal": {}, "scale": {"above": 0.0}, "noise": {"least": 0.0}}
+
+
+def checked_number(name: str, value: float, *, least: float = -inf, above: float = -inf) -> None:
+    """Refuse a number that is not finite, or out of its range.
+
+    Raises:
+        ValueError: with name, range and value. A comparison alone would let NaN through, and a NaN reaches the hand as
+            a position.
+    """
+    if not (isfinite(value) and value >= least and value > above):
+        wanted = f" and above {above:g}" if above > -inf else f" and at least {least:g}" if least > -inf else ""
+        raise ValueError(f"{name} must be finite{wanted}, got {value}")
+
+
+def checked_count(name: str, value: int, least: int = 0) -> None:
+    """Refuse what is not a whole number from `least` on.
+
+    Raises:
+        ValueError: with name, range and value.
+    """
+    if not (isfinite(value) and value == int(value) and value >= least):
+        raise ValueError(f"{name} must be a whole number from {least} on, got {value}")
 
 
 @dataclass(frozen=True)

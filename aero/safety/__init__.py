@@ -6,7 +6,7 @@ from aero.safety.standby import Standby
 from aero.safety.state import Health
 from aero.safety.stop import LinkLostError, SafetyReason, SafetyStopError
 from aero.safety.thresholds import Thresholds
-from aero.safety.watched_clock import WatchedClock
+from aero.safety.watchdog import WatchedClock
 
 __all__ = [
     "GuardedHand",

@@ -4,16 +4,60 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
-from aero.safety.debounce import Debounce
-from aero.safety.reading import Reading
 from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
+
+
+class Debounce:
+    """Remembers for how long each of several conditions has been seen.
+
+    The time between two looks counts up to `most_gap_s` (s): what was so before and after a pause of the program was
+    not therefore so meanwhile.
+    """
+
+    def __init__(self, most_gap_s: float) -> None:
+        self._most_gap_s = most_gap_s
+        self._seen: dict[Hashable, tuple[float, float]] = {}
+
+    def seconds(self, what: Hashable, holds: bool, t: float) -> float:
+        """Return for how long `what` has held at `t` (s), from the first look that saw it; -1 when it does not."""
+        if not holds:
+            self._seen.pop(what, None)
+            return -1.0
+        before, held = self._seen.get(what, (t, 0.0))
+        held += min(t - before, self._most_gap_s)
+        self._seen[what] = t, held
+        return held
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self._seen.clear()
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Positions, (7,) shares of the command window in command order, with the exchange that brought them."""
+
+    asked: float
+    """When the request was about to go out, clock s."""
+    replied: float
+    """When the reply was in the program's hands, clock s."""
+    positions: NDArray[np.float64]
+
+    def longest_s(self, earlier: Reading, telemetry_s: float) -> float:
+        """Return the most time that can lie between two readings, s, of values up to `telemetry_s` old when sent.
+
+        The earlier one may be as old as its request and the board's cache allow, the later one as fresh as its reply.
+        """
+        return self.replied - earlier.asked + telemetry_s
+
 
 Floats = NDArray[np.float64]
 

@@ -25,8 +25,7 @@ from aero.safety.standby import Standby
 from aero.safety.state import Health, Phase
 from aero.safety.stop import LinkLostError, SafetyReason, SafetyStopError, Violation
 from aero.safety.thresholds import Thresholds
-from aero.safety.watchdog import Watchdog
-from aero.safety.watched_clock import WatchedClock
+from aero.safety.watchdog import Watchdog, WatchedClock
 
 P = ParamSpec("P")
 T = TypeVar("T")

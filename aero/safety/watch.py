@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
-from aero.safety.debounce import Debounce
-from aero.safety.encoders import Encoders
-from aero.safety.reading import Reading
+from aero.safety.encoders import Debounce, Encoders, Reading
 from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
 

@@ -6,6 +6,7 @@ import logging
 import threading
 from collections.abc import Callable
 
+from aero.clock import Clock, finite_s
 from aero.safety.stop import SafetyStopError
 
 _LOG = logging.getLogger(__name__)
@@ -47,3 +48,33 @@ class Watchdog:
             except (SafetyStopError, ConnectionError) as error:
                 _LOG.info("the watchdog ends: %s", error)  # the program's next call raises it too
                 return
+
+
+class WatchedClock:
+    """A clock whose waits are cut into pieces, with a look at the hand after each."""
+
+    def __init__(self, clock: Clock, look: Callable[[], None], piece_s: float) -> None:
+        self._clock = clock
+        self._look = look
+        self._piece_s = piece_s
+
+    @property
+    def bare(self) -> Clock:
+        """The clock behind."""
+        return self._clock
+
+    def now(self) -> float:
+        """Return the time in s."""
+        return self._clock.now()
+
+    def sleep_until(self, t: float) -> None:
+        """Return when `now()` is at least `t` (s).
+
+        Raises:
+            ValueError: `t` is not finite.
+            SafetyStopError: what `look` raises.
+        """
+        finite_s(t)
+        while (now := self._clock.now()) < t:
+            self._clock.sleep_until(min(t, now + self._piece_s))
+            self._look()

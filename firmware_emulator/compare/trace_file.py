@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Any, Literal
 
 from firmware_emulator.compare.run import BUS, HOST, STORE, Trace
-from firmware_emulator.compare.steps import Await, Damage, Heat, Reset, Send, Servos, Session, Step, Wait
+from firmware_emulator.compare.sessions import Await, Damage, Heat, Reset, Send, Servos, Session, Step, Wait
 
 STEPS: dict[str, type[Step]] = {
     "send": Send,

@@ -1,16 +1,20 @@
-"""From reset to the main loop: boot text, presence check, tasks."""
+"""From reset to the main loop: what ROM and firmware print, presence check, the telemetry task, the loop itself."""
 
 from __future__ import annotations
 
 from typing import Literal
 
 from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.frames import words_of
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.homing import assume_homed, home
-from firmware_emulator.firmware.main_loop import main_loop
+from firmware_emulator.firmware.opcodes import HANDLERS
 from firmware_emulator.firmware.profiles import BootHoming
-from firmware_emulator.firmware.telemetry import telemetry_task
-from firmware_emulator.kernel import Task, ticks_later
+from firmware_emulator.firmware.reading import Telemetry
+from firmware_emulator.firmware.torque_mode import look_at_soft_limit, next_look
+from firmware_emulator.kernel import BEHIND, Task, milliseconds, ticks_later
+from firmware_emulator.servo.model_file import FEEDBACK
+from firmware_emulator.servo.registers import FEEDBACK_SIZE
 
 ResetCause = Literal["power_on", "brown_out", "reset"]
 """Why a board starts: power switched on, a dip of its supply, anything else (reset button, USB, software)."""
@@ -21,6 +25,29 @@ AUTO_HOMING = "[BOOT] Auto Homing\u2026\r\n"
 HOMING_COMPLETE = "[BOOT] Homing Complete\r\n"
 POWERED_ON = "[BOOT] Power-on detected \u2192 homing\r\n"
 SKIPPING = "[BOOT] Non-power reset \u2192 skipping homing\r\n"
+
+# What the chip's ROM prints before the firmware, on a connection that outlives the reset. Source: public logs of
+# ESP32-S3 boards with ESP-IDF 5.5 (rbouteiller/airplay-esp32#18, espressif/esp-idf#12051,
+# s60sc/ESP32-CAM_MJPEG2SD#432). The hand's own text was never recorded: addresses and lengths are those boards'.
+_ROM_REASONS: dict[ResetCause, str] = {
+    "power_on": "rst:0x1 (POWERON)",
+    "brown_out": "rst:0xf (BROWNOUT_RST)",
+    "reset": "rst:0x15 (USB_UART_CHIP_RESET)",
+}
+_HEAD = "ESP-ROM:esp32s3-20210327\r\nBuild:Mar 27 2021\r\n"
+_LOADING = (
+    "SPIWP:0xee\r\nmode:DIO, clock div:1\r\nload:0x3fce2820,len:0x159c\r\nload:0x403c8700,len:0xd24\r\n"
+    "load:0x403cb700,len:0x2f48\r\nentry 0x403c891c\r\n"
+)
+
+
+def rom_text(cause: ResetCause, *, download: bool = False) -> str:
+    """Return the text of a reset; with `download` that of a chip which then waits for esptool."""
+    if download:
+        waiting = "boot:0x23 (DOWNLOAD(USB/UART0))\r\nSaved PC:0x40041a76\r\nwaiting for download\r\n"
+        return f"{_HEAD}{_ROM_REASONS[cause]},{waiting}"
+    saved = "Saved PC:0x403cf2cb\r\n" if cause == "reset" else ""
+    return f"{_HEAD}{_ROM_REASONS[cause]},boot:0x2b (SPI_FAST_FLASH_BOOT)\r\n{saved}{_LOADING}"
 
 
 def run(board: Board, cause: ResetCause) -> Task:
@@ -47,8 +74,44 @@ def resume(board: Board) -> Task:
 
 def _serve(board: Board) -> Task:
     """Start the telemetry task and stay in the main loop."""
-    board.start(telemetry_task(board))
-    yield from main_loop(board)
+    board.start(_telemetry(board))
+    yield from _main_loop(board)
+
+
+def _telemetry(board: Board) -> Task:
+    """Read all servos every period; one in which the bus is taken, or any answer fails, leaves the old values."""
+    kernel = board.kernel
+    wake_ms = milliseconds(kernel.now)
+    while True:
+        if board.lock.try_take():
+            blocks = yield from board.uart.sync_read(FEEDBACK, FEEDBACK_SIZE, SERVOS)
+            if blocks is not None:
+                board.telemetry = Telemetry(blocks, tuple(board.window.extend), tuple(board.window.grasp))
+            # Whoever waits for the lock runs after this task, so that it sees what was just read.
+            board.lock.give()
+        wake_ms += board.profile.telemetry_period_ms
+        if wake_ms > milliseconds(kernel.now):
+            yield wake_ms / 1000.0
+            # What arrives on a tick is there before the tick's task runs.
+            yield BEHIND
+
+
+def _main_loop(board: Board) -> Task:
+    """Answer one host frame a pass, for ever; an opcode that takes long (homing) holds up all behind it."""
+    yield from look_at_soft_limit(board)
+    while True:
+        frame = board.next_frame()
+        if frame is None:
+            due = next_look(board)
+            yield (board.queued, due) if due is not None else board.queued
+            # What arrives at this instant is there first; then the chip lets a task whose tick has come go before a
+            # loop that polls.
+            yield BEHIND
+            yield BEHIND
+            frame = board.next_frame()
+        if frame is not None and frame[0] in board.profile.opcodes:
+            yield from HANDLERS[frame[0]](board, words_of(frame))
+        yield from look_at_soft_limit(board)
 
 
 def _home_on_boot(board: Board, cause: ResetCause) -> Task:

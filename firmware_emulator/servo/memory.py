@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from firmware_emulator.servo.encoding import decode_signed, encode_signed
 from firmware_emulator.servo.model_file import EEPROM_END, MEMORY_SIZE, Register, ServoModel
 from firmware_emulator.servo.models import HLS3606M
+from firmware_emulator.servo.registers import decode_signed, encode_signed
 
 
 class RegisterFile:

@@ -14,7 +14,6 @@ from firmware_emulator.kernel import Kernel
 from firmware_emulator.servo import control
 from firmware_emulator.servo.control import LoopSettings
 from firmware_emulator.servo.electrical import temperature_after
-from firmware_emulator.servo.encoding import decode_signed
 from firmware_emulator.servo.feedback import MULTI_TURN, FeedbackBlock
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile
@@ -23,6 +22,7 @@ from firmware_emulator.servo.models import model_of
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, CURRENT_UNIT_MA, ServoParameters
 from firmware_emulator.servo.profile import Trapezoid, plan
 from firmware_emulator.servo.protection import OVERLOAD, Protection
+from firmware_emulator.servo.registers import decode_signed
 from firmware_emulator.servo.shafts import Shafts
 
 MIDDLE = 128

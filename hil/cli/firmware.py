@@ -9,13 +9,10 @@ from typing import Literal
 
 import click
 
-from firmware_emulator.compare.difference import compare
-from firmware_emulator.compare.run import Contender, Trace, contender
-from firmware_emulator.compare.sessions import MAKERS, sessions
-from firmware_emulator.compare.steps import Session
+from firmware_emulator.compare.run import Contender, Trace, compare, contender
+from firmware_emulator.compare.sessions import MAKERS, Session, sessions
 from firmware_emulator.compare.trace_file import Recorded, TraceFileError, is_trace_file, read_traces, write_traces
-from firmware_emulator.native.build import build
-from firmware_emulator.native.compilers import FirmwareBuildError
+from firmware_emulator.native.build import FirmwareBuildError, build
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.options import SEED

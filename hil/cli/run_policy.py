@@ -13,8 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from aero.policy.file import Policy
-from aero.policy.limits import Ending
-from aero.policy.running import RunSettings
+from aero.policy.running import Ending, RunSettings
 from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction

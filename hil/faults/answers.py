@@ -8,8 +8,7 @@ from random import Random
 from aero.channels import WIRE_ORDER
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.packets import HEADER, Instruction, pack
-from firmware_emulator.servo.encoding import decode_signed, encode_signed
-from firmware_emulator.servo.registers import REGISTERS
+from firmware_emulator.servo.registers import REGISTERS, decode_signed, encode_signed
 from hil.faults.fault import ALL, SHARE, Fault, Kind
 from hil.faults.site import Begin, Effect, FaultSite
 

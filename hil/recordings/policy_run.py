@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.policy.file import Policy
-from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
-from aero.policy.running import Run, RunSettings, Step
+from aero.policy.running import Ending, Run, RunSettings, Step
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
 from model.cube_plant import CubeWatch

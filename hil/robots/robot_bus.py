@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firmware_emulator.links.in_process import BusLink
-from firmware_emulator.servo.encoding import encode_signed
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.model_file import Register
+from firmware_emulator.servo.registers import encode_signed
 from firmware_emulator.servo.servo import Servo
 from firmware_emulator.servo_chain import MountedServo, ServoChain
 from model.joint_plant import GearedShaft, JointPlant

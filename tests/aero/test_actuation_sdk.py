@@ -7,7 +7,7 @@ from aero_open_sdk.aero_hand import AeroHand as SdkHand
 from aero_open_sdk.joints_to_actuations import JointsToActuationsModel
 
 from aero import JOINT_BOX_RAD, ActuationMap, protocol
-from aero.actuation.sdk import sdk_codes_from_angles, sdk_codes_from_joints
+from aero.actuation.representations import sdk_codes_from_angles, sdk_codes_from_joints
 
 MAP = ActuationMap()
 BOX_DEG = np.rad2deg(JOINT_BOX_RAD[:, 1])

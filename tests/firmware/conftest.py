@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_emulator.native.build import build
-from firmware_emulator.native.compilers import FirmwareBuildError, choose
+from firmware_emulator.native.build import FirmwareBuildError, build, choose
 
 SKETCH = Path(__file__).parent / "sketch"
 

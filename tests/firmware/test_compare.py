@@ -3,8 +3,7 @@
 import pytest
 from click.testing import CliRunner
 
-from firmware_emulator.compare.difference import compare
-from firmware_emulator.compare.run import contender
+from firmware_emulator.compare.run import compare, contender
 from firmware_emulator.compare.sessions import MAKERS, sessions
 from hil.cli import main
 

@@ -11,8 +11,7 @@ from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.native import program as native_program
-from firmware_emulator.native.build import build
-from firmware_emulator.native.compilers import FirmwareBuildError
+from firmware_emulator.native.build import FirmwareBuildError, build
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.targets.opening import open_target
 from hil.targets.pty_process import serve_in_process

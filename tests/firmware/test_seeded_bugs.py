@@ -4,8 +4,7 @@ import shutil
 
 import pytest
 
-from firmware_emulator.compare.difference import compare
-from firmware_emulator.compare.run import Contender, contender
+from firmware_emulator.compare.run import Contender, compare, contender
 from firmware_emulator.compare.sessions import sessions
 from firmware_emulator.native.build import build
 from firmware_emulator.native.program import FirmwareProgramError

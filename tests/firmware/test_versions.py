@@ -2,8 +2,7 @@
 
 import pytest
 
-from firmware_emulator.compare.difference import compare
-from firmware_emulator.compare.run import Contender, contender
+from firmware_emulator.compare.run import Contender, compare, contender
 from firmware_emulator.compare.sessions import MAKERS, sessions
 from tests.firmware.conftest import sources
 

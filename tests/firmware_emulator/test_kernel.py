@@ -1,8 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_emulator.clock import VirtualClock
-from firmware_emulator.kernel import BEHIND, Kernel, Mutex, Signal
+from firmware_emulator.kernel import BEHIND, Kernel, Mutex, Signal, VirtualClock
 
 
 @given(st.lists(st.floats(0, 100, allow_nan=False)))

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from aero import AeroHand, open_hand
 from aero.safety import Thresholds
 from firmware_emulator.bench import Bench
-from firmware_emulator.firmware.rom_text import rom_text
+from firmware_emulator.firmware.boot import rom_text
 from firmware_emulator.hand import EmulatedHand
-from firmware_emulator.links.modem_lines import ModemLines
+from firmware_emulator.links.network import ModemLines
 from firmware_emulator.links.pty import PtyServer
 from firmware_emulator.links.terminal import Terminal
 

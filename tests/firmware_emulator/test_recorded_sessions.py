@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_emulator.compare.difference import compare
-from firmware_emulator.compare.run import contender
+from firmware_emulator.compare.run import compare, contender
 from firmware_emulator.compare.trace_file import TraceFileError, read_traces, write_traces
 
 TRACES = Path(__file__).parent / "traces"

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 ITS_OWN_WAY = {
     "aero/whole_file.py": "the way",
     "firmware_emulator/firmware/nvs.py": "may import nothing of ours",
-    "firmware_emulator/native/compilers.py": "into a temporary folder",
+    "firmware_emulator/native/build.py": "into a temporary folder",
     "firmware_emulator/native/sketch.py": "into a temporary folder",
     "hil/cli/endurance.py": "adds to a log",
     "train/progress.py": "adds to a log",

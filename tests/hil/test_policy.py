@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from policy_bytes import asked, fastest, frames_again, positions_sent
 
-from aero.policy.limits import Ending
-from aero.policy.running import RunSettings
+from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder

@@ -9,8 +9,7 @@ import pytest
 from aero.actuation import ActuationMap, load_coefficients
 from aero.channels import Channel, Joint
 from model import build_routed
-from model.geometry import hand
-from model.geometry.mirror import reflect
+from model.geometry import hand, reflect
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 
 

@@ -13,14 +13,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aero import ActuationMap, AeroHand, Channel, CommandWindow
-from aero.actuation import fingerprint, load_coefficients, sdk
+from aero.actuation import fingerprint, load_coefficients, representations
 from aero.actuation.representations import convert
 from aero.clock import WallClock
 from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import GuardedHand, Thresholds, WatchedClock
-from aero.safety.encoders import Encoders
-from aero.safety.reading import Reading
+from aero.safety.encoders import Encoders, Reading
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
@@ -200,8 +199,8 @@ CONVERSIONS = {
     "codes_from_joints": (CODEC.codes_from_joints, 16),
     "codes_from_compact": (CODEC.codes_from_compact, 7),
     "saturating_codes": (CODEC.saturating_codes, 7),
-    "sdk_codes_from_joints": (sdk.sdk_codes_from_joints, 16),
-    "sdk_codes_from_angles": (sdk.sdk_codes_from_angles, 7),
+    "sdk_codes_from_joints": (representations.sdk_codes_from_joints, 16),
+    "sdk_codes_from_angles": (representations.sdk_codes_from_angles, 7),
     "check_readings": (lambda codes: fingerprint.check_readings(EDGES, codes), 7),
     "fits_span": (lambda codes: fingerprint.fits_span(codes, 1025), 7),
     "convert": (lambda values: convert(CODEC, values, "angles", "codes"), 7),
@@ -242,7 +241,9 @@ def test_what_a_map_is_made_of_cannot_be_changed_from_outside():
     assert not converted.any()
 
 
-@pytest.mark.parametrize("array", [CODEC.winding_matrix, CODEC.excursion_rad, CODEC.window_rad, sdk.SDK_LIMITS_DEG])
+@pytest.mark.parametrize(
+    "array", [CODEC.winding_matrix, CODEC.excursion_rad, CODEC.window_rad, representations.SDK_LIMITS_DEG]
+)
 def test_constants_cannot_be_written(array):
     with pytest.raises(ValueError, match="read-only"):
         array[0] = MAX_CODE

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from aero import Channel
 from aero.safety import SafetyReason, Thresholds
 from aero.safety import watch as watching
-from aero.safety.reading import Reading
+from aero.safety.encoders import Reading
 
 LIMITS = Thresholds()
 OPEN = np.zeros(7)

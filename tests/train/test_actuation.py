@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aero.policy.limits import RunLimits, slewed
+from aero.policy.running import RunLimits, slewed
 from train import actuation
 from train.actuation import IDEAL, ActuationRanges, Parameters
 

@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation import ActuationMap
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.policy.file import Policy
-from aero.policy.limits import Ending
 from aero.policy.loop import run_policy
-from aero.policy.running import PolicyHand, Run, RunSettings, Step
+from aero.policy.running import Ending, PolicyHand, Run, RunSettings, Step
 from aero.protocol import MAX_CODE
 from aero.safety import GuardedHand, Thresholds
 from firmware_emulator.hand import EmulatedHand

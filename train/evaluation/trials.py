@@ -15,8 +15,7 @@ from aero.channels import CABLES, Channel
 from aero.child_process import leave_interrupts_to_the_parent
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.file import Policy
-from aero.policy.limits import Ending
-from aero.policy.running import RunSettings
+from aero.policy.running import Ending, RunSettings
 from model.cubes import any_cube
 from model.geometry import Side
 from model.units import Unit, load_unit

@@ -20,7 +20,7 @@ from packaging.utils import canonicalize_name
 
 from aero.clock import Clock, WallClock
 from aero.safety import Thresholds
-from aero.safety.lateness import WORTH_SAYING_S
+from aero.safety.lookout import WORTH_SAYING_S
 from hil.recordings.provenance import source_commit
 from hil.robots.finding import Examined, Verdict
 

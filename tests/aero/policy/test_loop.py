@@ -9,9 +9,8 @@ from policies import policy, seeds
 
 from aero.actuation import ActuationMap
 from aero.errors import LinkTimeoutError
-from aero.policy.limits import Ending, RunLimits
 from aero.policy.loop import actions_on, run_policy
-from aero.policy.running import RunSettings
+from aero.policy.running import Ending, RunLimits, RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, PolicySettings
 from aero.policy.task import ShownAction, observe, targets
 from aero.safety import SafetyStopError

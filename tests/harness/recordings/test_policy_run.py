@@ -11,9 +11,8 @@ from policies import holding, policy
 from recorded import policy_of
 
 from aero.policy.file import save
-from aero.policy.limits import Ending
 from aero.policy.loop import actions_on
-from aero.policy.running import RunSettings
+from aero.policy.running import Ending, RunSettings
 from hil import GroundTruth
 from hil.cli import main
 from hil.recordings.mcap_file import read_recording

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from aero.channels import Channel
 from aero.protocol import Opcode, make_positions, make_query, make_reply
-from firmware_emulator.clock import VirtualClock
-from firmware_emulator.kernel import Kernel
+from firmware_emulator.kernel import Kernel, VirtualClock
 from hil.cli import main
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.wire_file import WireFile, with_series

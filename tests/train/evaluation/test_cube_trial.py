@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from policies import holding, policy
 
-from aero.policy.limits import Ending
-from aero.policy.running import RunSettings
+from aero.policy.running import Ending, RunSettings
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.shipped import find_policy
 from aero.safety import Thresholds

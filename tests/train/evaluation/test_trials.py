@@ -7,8 +7,7 @@ import pytest
 from policies import holding
 
 from aero.channels import Channel
-from aero.policy.limits import Ending
-from aero.policy.running import RunSettings
+from aero.policy.running import Ending, RunSettings
 from model.cubes import TAILS
 from model.scene import CUBE
 from model.units import load_unit
