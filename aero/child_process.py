@@ -9,8 +9,9 @@ import subprocess
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from multiprocessing import parent_process
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from queue import Empty, SimpleQueue
 from typing import IO
@@ -201,6 +202,22 @@ def _lines_of(pipe: IO[bytes] | None) -> Iterator[str]:
         yield from (line.decode(errors="replace").rstrip("\r") for line in lines)
     if rest:
         yield rest.decode(errors="replace")
+
+
+@contextmanager
+def worker_processes(count: int) -> Iterator[Executor]:
+    """Yield workers in fresh processes: MuJoCo does not survive a fork.
+
+    Leaving the block ends them at once, whatever they are doing: after Ctrl-C nobody waits for what is thrown away.
+    """
+    others = set(active_children())
+    executor = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=leave_interrupts_to_the_parent)
+    try:
+        yield executor
+    finally:
+        for worker in set(active_children()) - others:
+            worker.kill()
+        executor.shutdown(wait=True, cancel_futures=True)
 
 
 def leave_interrupts_to_the_parent() -> None:

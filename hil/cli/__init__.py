@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from hil.cli.exits import OURS, Ended, Exit, ctrl_c_held, run
+from hil.cli.exits import OURS, Ended, Exit, ctrl_c_exits, run
 from hil.cli.logs import log_nowhere, with_log
 from hil.cli.placeholders import placeholders
 
@@ -88,7 +88,7 @@ class LazyGroup(click.Group):
             return None
         module, attribute = COMMANDS[cmd_name].place.split(":")
         try:
-            with ctrl_c_held():
+            with ctrl_c_exits():
                 command: click.Command = getattr(import_module(module), attribute)
         except ImportError as error:
             if (error.name or "").partition(".")[0] in OURS:

@@ -8,11 +8,12 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import socket
 import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import IntEnum
 from typing import Any
 
@@ -53,6 +54,8 @@ INTERRUPTED = 130
 """What a shell makes of SIGINT."""
 TERMINATED = (129, 143)
 """What a shell makes of SIGHUP and SIGTERM."""
+STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that ask a program to stop; Windows knows no SIGHUP."""
 
 
 class Ended(click.ClickException):
@@ -125,21 +128,25 @@ def ending(error: BaseException) -> tuple[int, str]:
 
 
 @contextmanager
-def ctrl_c_held() -> Iterator[None]:
-    """Hold Ctrl-C back while modules are imported: some libraries swallow it where they look for optional ones."""
-    # `aero.safety.interrupts` does this too, and loads NumPy, which help must not wait for.
+def ctrl_c_exits() -> Iterator[None]:
+    """Let Ctrl-C end the program at once while modules are imported, when there is nothing to undo yet.
+
+    Some libraries swallow `KeyboardInterrupt` where they look for optional ones.
+    """
     in_main = threading.current_thread() is threading.main_thread()
     if not in_main or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         yield
         return
-    caught: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _frame: caught.append(number))
+
+    def leave(_number: int, _frame: object) -> None:
+        click.echo("Error: interrupted", err=True)
+        os._exit(INTERRUPTED)
+
+    before = signal.signal(signal.SIGINT, leave)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-        if caught:
-            raise KeyboardInterrupt
 
 
 def _of_drawing(error: BaseException) -> bool:
@@ -148,10 +155,44 @@ def _of_drawing(error: BaseException) -> bool:
     return any(name.startswith("mujoco.") and name.endswith("gl_context") for name in modules)
 
 
+@contextmanager
+def stopping_announced() -> Iterator[None]:
+    """Print "Stopping…" as soon as a signal asks the program to stop, whatever it is doing then.
+
+    Until the hand is open and the results are written, seconds may pass.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    # A handler would wait for the present call of a library, and some parts hold signals back; the wake-up does not.
+    reading, writing = socket.socketpair()
+    with reading, writing:
+        writing.setblocking(False)
+        before = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
+        thread = threading.Thread(target=_announce, args=(reading,), name="stopping", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            signal.set_wakeup_fd(before)
+            writing.shutdown(socket.SHUT_WR)
+            thread.join()
+
+
+def _announce(signals: socket.socket) -> None:
+    """Print the line at the first signal, once."""
+    while received := signals.recv(1):
+        if received[0] in STOPPING:
+            with suppress(OSError, ValueError):  # the terminal may be closed
+                click.echo("Stopping…", err=True)
+            return
+
+
 def run(command: Callable[[], Any]) -> None:
     """Run a command line and end the program as its ending asks."""
     try:
-        command()
+        with stopping_announced():
+            command()
     except click.exceptions.Abort:
         code, line = INTERRUPTED, "interrupted"
     except click.ClickException as error:

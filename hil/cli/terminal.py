@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -12,12 +14,38 @@ from rich.progress import (
     TaskProgressColumn,
     TextColumn,
 )
+from rich.table import Table
 from rich.text import Text
 
 
 def console(*, width: int | None = None, stderr: bool = False) -> Console:
     """Return the terminal, on which square brackets and colons are only that."""
     return Console(width=width, stderr=stderr, markup=False, highlight=False, emoji=False)
+
+
+LEAST_NAME = 18
+"""Characters that a row's name has at least; a longer one continues in the next line."""
+
+Rows = Mapping[str, Sequence[str]]
+
+
+def print_columns(console: Console, title: str, heads: Sequence[str], rows: Rows) -> None:
+    """Print rows under their heads; columns that do not fit beside a row's name go into a table below."""
+    widths = [max(map(len, (head, *(row[k] for row in rows.values())))) for k, head in enumerate(heads)]
+    name_width = max(LEAST_NAME, min(max(map(len, rows), default=0), console.width - 4 - max(widths, default=0) - 3))
+    first = 0
+    while first < len(heads):
+        last, used = first + 1, name_width + 4 + widths[first] + 3
+        while last < len(heads) and used + widths[last] + 3 <= console.width:
+            used, last = used + widths[last] + 3, last + 1
+        table = Table(title=title if first == 0 else None, title_justify="left")
+        table.add_column("", overflow="fold", width=min(name_width, max(map(len, rows), default=1)))
+        for head, width in zip(heads[first:last], widths[first:last], strict=True):
+            table.add_column(head, justify="right", no_wrap=True, min_width=width)
+        for name, row in rows.items():
+            table.add_row(name, *row[first:last])
+        console.print(table)
+        first = last
 
 
 def description(width: int = 0) -> TextColumn:

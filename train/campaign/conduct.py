@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import AbstractContextManager, contextmanager
 from ipaddress import ip_address
 from urllib.parse import urlsplit
 
-from aero.child_process import end_with_the_parent
 from train.campaign.trial import Outcome, Trial, perform
 
 AHEAD = 2
@@ -19,17 +17,6 @@ PLAIN, ENCRYPTED = {"tcp", "ws"}, {"tls", "wss"}
 """Schemes of Dask's addresses."""
 ATTEMPTS = 3
 """Times that workers may die without one trial coming to its end."""
-
-
-@contextmanager
-def cores(workers: int) -> Iterator[Executor]:
-    """Yield workers in processes of their own on this machine, started afresh: MuJoCo does not survive a fork."""
-    afresh = multiprocessing.get_context("spawn")
-    executor = ProcessPoolExecutor(workers, mp_context=afresh, initializer=end_with_the_parent)
-    try:
-        yield executor
-    finally:
-        executor.shutdown(wait=True, cancel_futures=True)
 
 
 class NoSchedulerError(ValueError):

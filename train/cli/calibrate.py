@@ -9,10 +9,8 @@ import click
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
-from rich.table import Table
 
 from aero.channels import Channel
 from aero.firmware import FIRMWARE
@@ -21,7 +19,7 @@ from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
 from hil.cli.options import NewFolder
-from hil.cli.terminal import ProgressBar, description
+from hil.cli.terminal import ProgressBar, description, print_columns
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file, prepared_folder
 from hil.report.matplotlib_svg import STYLE, svg_of
@@ -31,11 +29,14 @@ from train.identification.replay_score import FEWEST, PARTS, held_out_rms
 from train.identification.search import pooled_rms
 from train.identification.trace import Trace, load_trace
 from train.identification.trace_replay import ReplayedTrace
-from train.identification.unit_file import NOT_TOLD, PHYSICAL_UNITS, unit_toml
+from train.identification.unit_file import PHYSICAL_UNITS, unit_toml
 from train.identification.unit_parameters import numbers
 
 COMMAND, HAND, MODEL = "#777777", "#1f4e9c", "#c0392b"
 """Colours: grey, blue, red."""
+
+OPEN = " *"
+"""Mark of an interval that the recordings leave open."""
 
 
 @click.command("calibrate")
@@ -95,13 +96,13 @@ def calibrate_command(
 
 
 def _print(console: Console, result: Calibration) -> None:
-    console.print(_fitted(result))
-    table = Table("Recording", title="Counts rms, readings on their best phase of the telemetry grid", box=SIMPLE_HEAD)
-    for channel in Channel:
-        table.add_column(channel.label, justify="right")
-    for trace, row in zip(result.traces, result.channel_rms(), strict=True):
-        table.add_row(trace.name, *(f"{value:.1f}" for value in row))
-    console.print(table)
+    print_columns(console, "Fitted", ("value", "95 % interval", "unit"), _fitted(result))
+    if not all(np.all(told) for told in result.told.values()):
+        console.print(f"{OPEN.strip()} the recordings do not determine it; it stays near the start")
+    runs = zip(result.traces, result.channel_rms(), strict=True)
+    rms = {trace.name: [f"{value:.1f}" for value in row] for trace, row in runs}
+    title = "Counts rms, readings on their best phase of the telemetry grid"
+    print_columns(console, title, [channel.label for channel in Channel], rms)
     console.print(f"all recordings: {pooled_rms(result.found.residuals):.2f} counts rms")
     if result.held_out:
         what = (
@@ -114,9 +115,9 @@ def _print(console: Console, result: Calibration) -> None:
         console.print(f"plain P-and-damping model, the same way: {held_out_rms(result.yardstick):.2f} counts rms")
 
 
-def _fitted(result: Calibration) -> Table:
-    """Return the fitted numbers; entries that were fitted as one are one row."""
-    table = Table("Fitted", "value", "95 % interval", "unit", box=SIMPLE_HEAD)
+def _fitted(result: Calibration) -> dict[str, list[str]]:
+    """Return value, interval and unit of each fitted number by name; entries that were fitted as one are one row."""
+    found = {}
     values = numbers(result.unit)
     for name, (low, high) in result.intervals.items():
         rows: dict[tuple[float, float, float, bool], list[int]] = {}
@@ -127,13 +128,9 @@ def _fitted(result: Calibration) -> Table:
         field = name.split(".")[1]
         for (value, below, above, told), entries in rows.items():
             which = f" {', '.join(map(str, entries))}" if len(values[name]) > 1 else ""
-            table.add_row(
-                f"{field}{which}",
-                f"{value:.3g}",
-                f"{below:.3g} to {above:.3g}{'' if told else NOT_TOLD}",
-                PHYSICAL_UNITS[field],
-            )
-    return table
+            interval = f"{below:.3g} to {above:.3g}{'' if told else OPEN}"
+            found[f"{field}{which}"] = [f"{value:.3g}", interval, PHYSICAL_UNITS[field]]
+    return found
 
 
 def trace_svg(trace: Trace, prediction: ReplayedTrace) -> str:

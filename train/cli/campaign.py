@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import click
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
+from aero.child_process import worker_processes
 from aero.firmware import FIRMWARE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
@@ -21,7 +24,7 @@ from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import command_line
 from model.units.conditions import KINDS
-from train.campaign.conduct import AHEAD, check_address, cluster, conduct, cores, usable_cores
+from train.campaign.conduct import AHEAD, check_address, cluster, conduct, usable_cores
 from train.campaign.store import NAME, missing, opened
 from train.campaign.summary import flagged, render_campaign
 from train.campaign.trial import USUAL_FIRMWARE, Outcome, faulty_hands, healthy_hands, shipped_hands
@@ -55,7 +58,7 @@ MOST = 1_000_000
 @click.option("--trust-network", is_flag=True, help="Allow a --scheduler on a network without TLS; docs/campaign.md.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the campaign; one that was broken off is gone on with. campaign/DATE-AND-TIME if not given.",
+    help="Folder of the campaign; an interrupted one is resumed. campaign/DATE-AND-TIME if not given.",
 )  # fmt: skip
 def campaign(
     *,
@@ -73,10 +76,10 @@ def campaign(
     trust_network: bool,
     out: Path | None,
 ) -> None:
-    """Validate many emulated hands, and keep every number in OUT/campaign.duckdb.
+    """Validate many emulated hands, and store every number in OUT/campaign.duckdb.
 
-    Each result is kept as it comes. Ctrl-C or a dead machine lose what was running; the same command with the same
-    --out goes on.
+    Each result is stored as it comes. Ctrl-C loses only the runs in progress; the same command with the same --out
+    resumes.
     """
     console = new_console()
     with usage_errors():
@@ -93,7 +96,7 @@ def campaign(
         folder = prepared_folder(out) if out is not None else run_folder(Path("campaign"))
         opening = opened(folder)
     count = workers or usable_cores()
-    executor = partial(cluster, scheduler) if scheduler is not None else partial(cores, count)
+    executor = partial(cluster, scheduler) if scheduler is not None else partial(worker_processes, count)
     columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with unwinding(), opening as store, ProgressBar(*columns, console=console) as bar:
         store.note_command(command_line())
@@ -105,8 +108,19 @@ def campaign(
             store.add(outcome)
             bar.advance(task)
 
-        conduct(left, executor, keep, at_once=AHEAD * count)
-        outcomes = list(store.outcomes())
+        try:
+            conduct(left, executor, keep, at_once=AHEAD * count)
+        finally:  # also of a campaign that was interrupted
+            outcomes = list(store.outcomes())
+            if (still := len(missing(trials, store.keys()))) > 0:
+                console.print(f"{still} of {len(trials)} runs are left; the same command with --out {folder} continues")
+            _summarise(console, folder, outcomes)
+
+
+def _summarise(console: Console, folder: Path, outcomes: Sequence[Outcome]) -> None:
+    """Write the page and print how many hands were flagged."""
+    if not outcomes:
+        return
     page = folder / "campaign.html"
     write_whole(page, render_campaign(outcomes))
     for name, some in (

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.table import Table
 
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
 from hil.cli.options import NewFolder
 from hil.cli.terminal import console as new_console
+from hil.cli.terminal import print_columns
 from hil.recordings.output import prepared_folder
 from model import RoutedHand
 from model.geometry import Side
@@ -32,11 +32,8 @@ def identify_command(*, hand: Side, out: Path) -> None:
         prepared_folder(out)
     result = identify(RoutedHand(hand))
     write_whole(out / "coefficients.toml", coefficient_toml(result, hand))
-    header, *rows = comparison(result)
-    shown = Table(*header, box=None)
-    for row in rows:
-        shown.add_row(*row)
+    (_, *heads), *rows = comparison(result)
     console = new_console()
-    console.print(shown)
+    print_columns(console, "", heads, {name: cells for name, *cells in rows})
     r_squared = ", ".join(f"{value:.5f}" for value in result.regression.r_squared)
     console.print(f"R² of the regression (CMC, MCP, IP): {r_squared}. Written to {out / 'coefficients.toml'}.")

@@ -15,10 +15,10 @@ from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
 from hil.cli.exits import usage_errors
 from hil.cli.options import SEED, Finite, Seconds
-from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import ProgressBar, print_columns
 from hil.cli.terminal import console as new_console
 from model.scene import CUBE, Cube
-from train.cli.evaluation_tables import print_columns, share
+from train.cli.evaluation_tables import share
 from train.evaluation.cube_trial import CubeTrial
 from train.evaluation.deployment import ANY_HAND, Deployment, load_deployments
 from train.evaluation.simulation import beside_a_deployment

@@ -1,12 +1,13 @@
-"""`aero-hil score`: what a unit is worth on recordings of a hand."""
+"""`aero-hil score`: how well a unit predicts recordings of a hand."""
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
@@ -15,27 +16,41 @@ from hil.cli.exits import usage_errors
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from model.units.naming import unit_named
-from train.identification.replay_score import REST, REVERSAL, SAG, ReplayScore, score
+from train.identification.replay_score import REST, REVERSAL, SAG, Errors, ReplayScore, score
 from train.identification.trace import load_trace
 
-ITSELF = "the hand itself, commanded alike"
+
+class Quantity(NamedTuple):
+    """What is compared, and how it is printed."""
+
+    unit: str
+    field: str
+    """Attribute of `Errors`."""
+    digits: int
+    scale: float = 1.0
+    """Printed unit per unit of the field."""
+
+
+QUANTITIES = (Quantity("counts", "counts", 1), Quantity("mA", "currents_a", 0, 1e3), Quantity("°C", "warming_c", 1))
+"""Position, current and warming."""
+TITLE = "Rms of position, current and warming"
 WITH = {
     REVERSAL: "reversing at speed",
     SAG: "more than 4 A in total: the supply sags",
     REST: "at rest at the open hand: tension of the cables",
 }
-"""What is shown for each cause."""
+"""Text for each cause."""
 
 
 @click.command("score")
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml.")
 def score_command(*, recordings: tuple[Path, ...], unit: str) -> None:
-    """Replay RECORDINGS of a hand into an emulated one, and show by channel how far it reads elsewhere.
+    """Replay RECORDINGS of a hand into an emulated one, and show its errors by channel and by recording.
 
-    Each recording is replayed on several phases of the board's telemetry, and all count. Beside it stands how far the
-    hand differs from itself on channels that recordings command alike, and which share of the error goes with the
-    tension of the resting hand, with a sagging supply, and with reversals at speed. Nothing is fitted.
+    Each recording is replayed on several phases of the board's telemetry, and all count. In brackets stands how far the
+    hand differs from itself on channels that two recordings command alike: no unit can do better. The last table says
+    how much of the error occurs at rest, while the supply sags, and in reversals at speed. Nothing is fitted.
     """
     console = new_console()
     with usage_errors():
@@ -44,30 +59,32 @@ def score_command(*, recordings: tuple[Path, ...], unit: str) -> None:
     with ProgressBar(console=console, transient=True) as bar:
         task = bar.add_task("replays", total=None)
         result = score(traces, emulated, progress=lambda done, about: bar.update(task, completed=done, total=about))
-    console.print(_table(result))
-    console.print(_shares(result))
+    for table in score_tables(result):
+        console.print(table)
 
 
-def _table(result: ReplayScore) -> Table:
-    table = Table("", *(channel.label for channel in Channel), "all", title="Root mean squares", box=SIMPLE_HEAD)
-    for what, quantity, digits, scale in (
-        ("positions, counts", "counts", 1, 1.0),
-        ("currents, mA", "currents_a", 0, 1e3),
-        ("warming, degC", "warming_c", 1, 1.0),
-    ):
-        for name, errors in (*result.runs, ("all recordings", result.all_runs), (ITSELF, result.repeats)):
-            table.add_row(f"{what}: {name}", *_cells(scale * getattr(errors, quantity), digits))
-    return table
-
-
-def _shares(result: ReplayScore) -> Table:
-    table = Table("Of the squared error", "positions, %", "currents, %", box=SIMPLE_HEAD)
+def score_tables(result: ReplayScore) -> tuple[Table, Table, Table]:
+    """Return the errors by channel, the errors by recording, and what the error goes with; each fits 60 columns."""
+    channels = Table("Channel", title=f"{TITLE}, all recordings (hand itself)", box=SIMPLE_HEAD, pad_edge=False)
+    recordings = Table("Recording", title=f"{TITLE}, all channels", box=SIMPLE_HEAD)
+    for table, quantity in product((channels, recordings), QUANTITIES):
+        table.add_column(quantity.unit, justify="right", no_wrap=True)
+    for row, name in enumerate((*(channel.label for channel in Channel), "all")):
+        found = ((_cells(result.all_runs, one)[row], _cells(result.repeats, one)[row]) for one in QUANTITIES)
+        channels.add_row(name, *(f"{error} ({itself})" for error, itself in found))
+    for name, errors in result.runs:
+        recordings.add_row(name, *(_cells(errors, quantity)[-1] for quantity in QUANTITIES))
+    causes = Table("Of the squared error", box=SIMPLE_HEAD)
+    for head in ("position, %", "current, %"):
+        causes.add_column(head, justify="right", no_wrap=True)
     for cause, shares in result.shares.items():
-        table.add_row(WITH[cause], *(f"{100 * share:.0f}" if np.isfinite(share) else "-" for share in shares))
-    return table
+        causes.add_row(WITH[cause], *(f"{100 * share:.0f}" if np.isfinite(share) else "-" for share in shares))
+    return channels, recordings, causes
 
 
-def _cells(values: NDArray[np.float64], digits: int) -> list[str]:
+def _cells(errors: Errors, quantity: Quantity) -> list[str]:
+    """Return the figure of each channel and of all together; a dash for what was not recorded."""
+    values = quantity.scale * getattr(errors, quantity.field)
     finite = values[np.isfinite(values)]
     pooled = float(np.sqrt(np.mean(finite**2))) if finite.size else np.nan
-    return [f"{value:.{digits}f}" if np.isfinite(value) else "-" for value in (*values, pooled)]
+    return [f"{value:.{quantity.digits}f}" if np.isfinite(value) else "-" for value in (*values, pooled)]

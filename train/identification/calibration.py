@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.child_process import leave_interrupts_to_the_parent
+from aero.child_process import worker_processes
 from aero.firmware import DEFAULT_FIRMWARE
 from model.units import Unit
 from train.identification.p_damping import PDampingModel
@@ -176,10 +176,8 @@ def _yardstick(model: Model, report: Report) -> list[Residuals]:
 
 
 def _processes(jobs: int) -> AbstractContextManager[Executor | None]:
-    """Return processes that leave Ctrl-C to this one, or nothing for one job."""
-    if jobs == 1:
-        return nullcontext()
-    return ProcessPoolExecutor(jobs, initializer=leave_interrupts_to_the_parent)
+    """Return worker processes, or nothing for one job."""
+    return nullcontext() if jobs == 1 else worker_processes(jobs)
 
 
 def _replays(model: UnitModel) -> int:

@@ -30,7 +30,7 @@ PHYSICAL_UNITS: Mapping[str, str] = {
 }
 """Unit of each field that a written file may explain."""
 STARTING = "as the starting unit"
-NOT_TOLD = " (not told by the recordings)"
+NOT_TOLD = " (not determined by the recordings)"
 """Follows an interval that is as wide as what is believed of any such hand."""
 DIGITS = 5
 """Significant digits of a written number: counts are whole, a prediction knows no more."""

@@ -1,13 +1,10 @@
 """The list of commands, with and without what a command needs installed."""
 
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
-import click
 import pytest
 from click.testing import CliRunner
 from only_extras import hiding_others
@@ -104,17 +101,42 @@ def test_a_command_starts_no_second_process_to_look_for_a_drawing_library(tmp_pa
     assert ran.returncode == 0, ran.stderr
 
 
-def test_ctrl_c_while_modules_are_imported_is_not_lost(monkeypatch):
+def test_ctrl_c_ends_the_program_while_modules_are_imported(tmp_path):
     """trimesh catches everything while it looks for optional libraries; pybind11 makes an ImportError of it."""
+    program = (
+        "import signal, hil.cli\n"
+        "def interrupted(module):\n"
+        "    try:\n"
+        "        signal.raise_signal(signal.SIGINT)\n"
+        "    except BaseException as error:\n"
+        "        raise ImportError('initialization failed') from error\n"
+        "hil.cli.import_module = interrupted\n"
+        "hil.cli.main(['view'])\n"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
+    )  # fmt: skip
+    assert ran.returncode == 130, ran.stderr
+    assert ran.stderr.splitlines()[-1] == "Error: interrupted"
 
-    def interrupted(module):
-        try:
-            signal.raise_signal(signal.SIGINT)
-        except BaseException as error:
-            raise ImportError("initialization failed") from error
-        return SimpleNamespace(view=click.Command("view"))
 
-    monkeypatch.setattr("hil.cli.import_module", interrupted)
-    result = CliRunner().invoke(main, ["view"])
-    assert result.exit_code == 130
-    assert result.output.splitlines()[-1] == "Error: interrupted"
+def test_stopping_is_said_before_a_held_signal_is_delivered(tmp_path):
+    program = (
+        "import signal, sys, click\n"
+        "from aero.safety.interrupts import uninterrupted\n"
+        "from hil.cli.exits import run\n"
+        "def command():\n"
+        "    with uninterrupted():\n"
+        "        signal.raise_signal(signal.SIGINT)\n"
+        "        sys.stdin.readline()\n"
+        "run(lambda: click.command()(command).main([], standalone_mode=False))\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], cwd=tmp_path, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        encoding="utf-8", env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3]), "PYTHONUTF8": "1"},
+    ) as ran:  # fmt: skip
+        assert ran.stderr.readline() == "Stopping…\n"
+        _, said = ran.communicate("\n", timeout=60)
+    assert said.strip() == "Error: interrupted"
+    assert ran.returncode == 130

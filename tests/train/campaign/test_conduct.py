@@ -8,7 +8,8 @@ from collections import Counter
 
 import pytest
 
-from train.campaign.conduct import cluster, conduct, cores
+from aero.child_process import worker_processes
+from train.campaign.conduct import cluster, conduct
 from train.campaign.trial import Trial, perform
 
 TRIALS = [Trial(f"plausible:{seed}", seed=seed, homed=False, experiments=("presence",)) for seed in range(4)]
@@ -33,7 +34,7 @@ def test_a_worker_that_is_killed_loses_nothing(expected):
                 with contextlib.suppress(ProcessLookupError):
                     os.kill(child.pid, signal.SIGKILL)
 
-    conduct(TRIALS, lambda: cores(1), on_outcome, at_once=2)
+    conduct(TRIALS, lambda: worker_processes(1), on_outcome, at_once=2)
     assert Counter(outcome.trial for outcome in came) == Counter(TRIALS)
     assert numbers(came) == expected
 
@@ -56,4 +57,4 @@ def test_a_scheduler_that_does_not_answer_is_named():
 
 def test_what_does_not_exist_is_refused():
     with pytest.raises(ValueError, match="no unit 'wooden'"):
-        conduct([Trial("wooden")], lambda: cores(1), print, at_once=1)
+        conduct([Trial("wooden")], lambda: worker_processes(1), print, at_once=1)

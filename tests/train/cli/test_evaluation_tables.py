@@ -1,8 +1,9 @@
-"""Tables of `evaluate` and `predict` on terminals of any width, and what `evaluate` leaves."""
+"""Tables of `evaluate`, `predict` and `score` on terminals of any width, and what `evaluate` leaves."""
 
 import io
 import json
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from policies import policy
@@ -10,15 +11,23 @@ from rich.console import Console
 
 from aero.policy.file import save
 from hil.cli import main
-from train.cli.evaluation_tables import FIGURES, print_columns, print_figures, print_lost, print_strata
+from hil.cli.terminal import print_columns
+from train.cli.evaluation_tables import FIGURES, print_figures, print_lost, print_strata
+from train.cli.score import score_tables
 from train.evaluation.mismatches import Lost
 from train.evaluation.trial_set import trial_set
+from train.identification.replay_score import CAUSES, Errors, ReplayScore
 
 ROW = dict.fromkeys(FIGURES, 0.875) | {"rate_rad_s_low": 0.51, "rate_rad_s_high": 0.97, "survival_low": 0.81}
 ROW |= {"survival_high": 0.93}
 SETS = [trial_set(name, [True] * 30, [15.0] * 30, range(30)) for name in ("all", "mass, g, 110 to 140", "left hand")]
 LOST = [Lost("dead time of the servos", 12, 1.0, 1.8601, -0.1234, (-0.2601, 0.0912))]
+ERRORS = Errors(np.full(7, 12.3456), np.array([0.0, 0.4999, *[np.nan] * 5]), np.full(7, 10.04))
+SCORE = ReplayScore(
+    (("run_10_hardware01_u_trace_replay", ERRORS),), ERRORS, ERRORS, dict.fromkeys(CAUSES, (0.361, 1.0))
+)
 TABLES = {
+    "score": (lambda console: [console.print(table) for table in score_tables(SCORE)]),
     "figures": (lambda console: print_figures(console, "hands", {"any cube on any hand": ROW, "lag 25 ms": ROW})),
     "strata": (lambda console: print_strata(console, SETS)),
     "lost": (lambda console: print_lost(console, LOST)),

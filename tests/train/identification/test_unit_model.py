@@ -109,5 +109,5 @@ def test_a_written_unit_says_which_intervals_the_recordings_do_not_tell():
     friction = np.array(plausible_unit(1).hand.spool_friction)
     known = {"hand.spool_friction": (friction * 0.9, friction * 1.1)}
     text = unit_toml(plausible_unit(1), "", known, {"hand.spool_friction": np.arange(7) != 2})
-    assert text.count("(not told by the recordings)") == 1
-    assert f"{friction[2] * 1.1:.3g} (not told by the recordings); {friction[3] * 0.9:.3g}" in text
+    assert text.count("(not determined by the recordings)") == 1
+    assert f"{friction[2] * 1.1:.3g} (not determined by the recordings); {friction[3] * 0.9:.3g}" in text
