@@ -77,11 +77,15 @@ class Judge:
         """Judge what the bytes of a whole session say about the link."""
         return self._compared(WHOLE_RUN, session, WHOLE_RUN.measure(session))
 
-    def driver(self, results: Mapping[str, Result]) -> Result | None:
-        """Judge what the bytes of all experiments say about driver and map, None where no experiment ended."""
-        if not results:
+    def driver(self, run: Validation) -> Result | None:
+        """Judge what the bytes of all experiments say about driver and map, None where none began.
+
+        The guard stops many a hand for its driver's mistake, so what was cut short counts too.
+        """
+        cut = () if run.end.kind in SAYS_NOTHING else run.end.cut
+        recordings = [*(result.recording for result in run.results.values()), *cut]
+        if not recordings:
             return None
-        recordings = [result.recording for result in results.values()]
         return self._compared(DRIVER, recordings[-1], _worst([DRIVER.measure(recording) for recording in recordings]))
 
     def alike(self, results: Mapping[str, Result]) -> Result | None:
@@ -97,7 +101,7 @@ class Judge:
 
     def judged(self, run: Validation) -> Validation:
         """Return a run whose experiments and session are judged, with what concerns it as a whole."""
-        run = _busy(replace(run, driver=self.driver(run.results), alike=self.alike(run.results)))
+        run = _busy(replace(run, driver=self.driver(run), alike=self.alike(run.results)))
         return run if run.passed else replace(run, diagnosis=self.diagnosis(run))
 
     def diagnosis(self, run: Validation) -> Diagnosis:

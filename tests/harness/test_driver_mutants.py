@@ -10,7 +10,9 @@ from aero.actuation import ActuationMap, load_coefficients
 from aero.driver import AeroHand
 from hil.faults import parse_fault
 from hil.targets.opening import open_target
+from hil.verdict.diagnosis import Component, Location
 from hil.verdict.findings import failed
+from hil.verdict.run_end import EndKind
 from hil.verdict.validation import validate
 from model.units.conditions import Conditions
 
@@ -173,6 +175,23 @@ def test_a_good_driver_on_a_late_host_is_not_blamed():
 def test_a_mistake_of_the_driver_is_found_in_the_bytes(mistake, monkeypatch):
     mistake(monkeypatch)
     assert blamed(GENTLE)
+
+
+@pytest.mark.parametrize("name", ["sends index and middle exchanged", "reads index and ring exchanged"])
+def test_a_mistake_for_which_the_guard_stops_is_the_drivers(name, monkeypatch):
+    MISTAKES[name](monkeypatch)
+    with open_target(unit="reference", guarded=True) as target:
+        done = validate(target, GENTLE)
+    assert done.end.kind is EndKind.STOPPED
+    assert done.diagnosis.location == Location(Component.DRIVER)
+
+
+def test_a_good_driver_whose_hand_the_guard_stops_is_not_blamed():
+    with open_target(unit="reference", guarded=True, faults=[parse_fault("gear_jammed:ring")]) as target:
+        done = validate(target, GENTLE)
+    assert done.end.kind is EndKind.STOPPED
+    assert done.end.cut
+    assert failed(done.driver.findings) == ()
 
 
 @pytest.mark.parametrize("mistake", MISTAKES_OF_THE_MAP.values(), ids=MISTAKES_OF_THE_MAP)
