@@ -21,7 +21,7 @@ from hil.verdict.findings import Finding
 
 VALIDATE = "aero-hil validate"
 
-ELSEWHERE = {Effect.BYTES, Effect.RESTART, Effect.DRIVER, Effect.HEAT}
+ELSEWHERE = {Effect.RESTART, Effect.DRIVER, Effect.HEAT}
 """Effects that no servo, cable or digit has."""
 
 

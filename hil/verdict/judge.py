@@ -120,6 +120,9 @@ class Judge:
         elif not readings and run.end.error is None:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         location, name, changed = self._rule(run, numbers)
+        if location.component is Component.UNKNOWN and run.end.finding is not None:
+            # What ended the run says itself what happened.
+            return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         row = rows().get(name, Row())
         if changed:
             row = replace(row, causes=changed)
@@ -138,7 +141,7 @@ class Judge:
         off = excesses(numbers, self.limits)
         found = Failures(off, _sides(numbers, self.limits))
         board = Location(Component.BOARD)
-        if not any(experiment == "driver" for experiment, _, _ in found.failed):
+        if not found.of_driver:
             moved = moved_windows(numbers, off)
             if has_other_windows(moved):
                 return board, "windows", ()

@@ -7,7 +7,7 @@ Bytes and times come first, then what the whole hand shares, then single channel
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from aero.channels import Channel
 from aero.errors import DesyncError
@@ -23,8 +23,6 @@ TO_ONE_SIDE = 0.55
 STANDS = 3.0
 """Excess of the way that a channel followed, from which on it did not move at all."""
 LABELS = {channel.label: channel for channel in Channel}
-GENTLE = {"presence", "audit", "session", "driver", "alike"}
-"""Experiments that a hand goes through which may push against something."""
 STOPS = {
     SafetyReason.CURRENT: "blocked",
     SafetyReason.CURRENT_AT_REST: "zero",
@@ -46,11 +44,7 @@ LESS_TORQUE = {
     "replay/replay_delay": 1,
 }
 """Readings that too little torque moves, and to which side."""
-
-
-def _key(check: str, subject: str) -> Key:
-    experiment, _, metric = check.partition("/")
-    return experiment, metric, subject
+MOVED = "audit/others_moved"
 
 
 class Failures:
@@ -58,62 +52,58 @@ class Failures:
 
     def __init__(self, excesses: Mapping[Key, float], sides: Mapping[Key, float]) -> None:
         """Take readings by their excess (`Limit.excess`) and by their place among healthy ones (`Limit.side`)."""
-        self.failed = {key: excess for key, excess in excesses.items() if out_of_limits(excess)}
+        self.failed = {(f"{e}/{m}", on): excess for (e, m, on), excess in excesses.items() if out_of_limits(excess)}
+        """By check, `experiment/metric`, and subject."""
         self.sides = sides
 
     def on(self, check: str, sign: int = 0) -> frozenset[Channel]:
-        """Return the channels on which a check, `experiment/metric`, failed to one side, to any when 0."""
+        """Return the channels on which a check failed to one side, to any when 0."""
         return frozenset(
             LABELS[subject]
-            for (experiment, metric, subject), excess in self.failed.items()
-            if f"{experiment}/{metric}" == check and subject in LABELS and (not sign or excess * sign > 0)
+            for (failed, subject), excess in self.failed.items()
+            if failed == check and subject in LABELS and (not sign or excess * sign > 0)
         )
 
     def hand(self, check: str, sign: int = 0) -> bool:
         """Return whether a check of the whole hand failed to one side, to any when 0."""
-        excess = self.failed.get(_key(check, "hand"), 0.0)
+        excess = self.failed.get((check, "hand"), 0.0)
         return bool(excess * sign > 0 if sign else excess)
 
     def excess(self, check: str, channel: Channel) -> float:
         """Return how far a reading of a channel is off; 0 within its limits."""
-        return self.failed.get(_key(check, channel.label), 0.0)
+        return self.failed.get((check, channel.label), 0.0)
 
     @property
     def channels(self) -> Counter[Channel]:
         """How many checks failed on each channel; motion of *another* encoder counts for none."""
-        return Counter(
-            LABELS[subject] for _, metric, subject in self.failed if subject in LABELS and metric != "others_moved"
-        )
+        return Counter(LABELS[subject] for check, subject in self.failed if subject in LABELS and check != MOVED)
 
     @property
-    def loaded(self) -> frozenset[Channel]:
-        """Channels whose springs or friction ask for more current."""
-        checks = ("staircase/spring", "staircase/friction", "staircase/dry_friction", "holding/holding_current")
-        return frozenset(channel for check in checks for channel in self.on(check, 1))
+    def of_driver(self) -> bool:
+        """Whether a check of the driver failed."""
+        return any(check.startswith("driver/") for check, _ in self.failed)
 
-    def short_of_torque(self, least: int) -> bool:
-        """Return whether so many channels fail one check to the side of too little torque."""
-        return any(len(self.on(check, sign)) >= least for check, sign in LESS_TORQUE.items() if "replay" not in check)
+    @property
+    def short_of_torque(self) -> bool:
+        """Return whether many channels stop short, or fail one other check to the side of too little torque."""
+        short = frozenset[Channel]().union(*(self.on(check, -1) for check, sign in LESS_TORQUE.items() if sign < 0))
+        slow = (self.on(check, 1) for check, sign in LESS_TORQUE.items() if sign > 0 and "replay" not in check)
+        return max(len(short), *map(len, slow)) >= MANY
 
     def weight(self, channel: Channel) -> float:
         """Return how much speaks for a channel: its failed checks, one that is far off for up to three."""
-        return sum(
-            min(abs(excess), 3.0)
-            for (_, metric, subject), excess in self.failed.items()
-            if subject == channel.label and metric != "others_moved"
-        )
+        own = (abs(e) for (check, subject), e in self.failed.items() if subject == channel.label and check != MOVED)
+        return sum(min(excess, 3.0) for excess in own)
 
 
 Told = tuple[Location, str]
 """A place, and a row of `diagnoses.toml`; an empty name when nothing known explains it."""
-Rules = Iterable[tuple[bool, Component, str]]
 
 
 def rule_for(failures: Failures, end: RunEnd) -> Told:
     """Return where something is wrong in a run that failed, and the row that its failures leave."""
     return (
-        of_the_driver(failures)
-        or of_the_bytes(failures, end)
+        of_the_bytes(failures, end)
         or of_the_bus(failures, end)
         or of_the_hand(failures)
         or of_exchanged(failures)
@@ -125,35 +115,30 @@ def rule_for(failures: Failures, end: RunEnd) -> Told:
     )
 
 
-def _first(rules: Rules) -> Told | None:
+def _first(*rules: tuple[bool, Component, str]) -> Told | None:
     return next(((Location(component), row) for holds, component, row in rules if holds), None)
 
 
-def of_the_driver(failures: Failures) -> Told | None:
-    """A check of the driver failed: what the hand reads says nothing then."""
-    return _first([(any(key[0] == "driver" for key in failures.failed), Component.DRIVER, "driver")])
-
-
 def of_the_bytes(failures: Failures, end: RunEnd) -> Told | None:
-    """Restarts, lost and altered bytes, and the errors that a silent board or link ends a run with."""
+    """What the driver sent, restarts, lost and altered bytes, and the errors that a silent board or link ends with."""
     lost = failures.hand("session/lost_replies") or failures.hand("presence/lost_replies")
     stray = failures.hand("session/stray_bytes")
     broken = end.kind is EndKind.LINK or end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
     # One servo's readings do not make another's jump.
     jumping = failures.on("staircase/overshoot_hand_percent") | failures.on("holding/creep_percent")
     return _first(
-        (
-            (end.kind is EndKind.FIRMWARE, Component.BOARD, "firmware_program"),
-            (failures.hand("session/restarts"), Component.BOARD, "restarts"),
-            (failures.hand("session/unanswered_limits") and not lost, Component.BOARD, "older_firmware"),
-            (end.unanswered_limit and not lost, Component.BOARD, "older_firmware"),
-            (isinstance(end.error, ConnectionError), Component.LINK, "port_gone"),
-            (broken and not stray and not isinstance(end.error, DesyncError), Component.BOARD_OR_LINK, "silent"),
-            (lost or stray or broken or len(jumping) >= MANY, Component.LINK, "bytes"),
-            (failures.hand("response/backward_readings") and len(failures.channels) != 1, Component.LINK, "bytes"),
-            (failures.hand("staircase/lower_byte") and not failures.channels, Component.LINK, "bytes"),
-            (len(failures.on("presence/temperature")) > 1, Component.LINK, "bytes"),
-        )
+        # What the hand reads says nothing then.
+        (failures.of_driver, Component.DRIVER, "driver"),
+        (end.kind is EndKind.FIRMWARE, Component.BOARD, "firmware_program"),
+        (failures.hand("session/restarts"), Component.BOARD, "restarts"),
+        (failures.hand("session/unanswered_limits") and not lost, Component.BOARD, "older_firmware"),
+        (end.unanswered_limit and not lost, Component.BOARD, "older_firmware"),
+        (isinstance(end.error, ConnectionError), Component.LINK, "port_gone"),
+        (broken and not stray and not isinstance(end.error, DesyncError), Component.BOARD_OR_LINK, "silent"),
+        (lost or stray or broken or len(jumping) >= MANY, Component.LINK, "bytes"),
+        (failures.hand("response/backward_readings") and len(failures.channels) != 1, Component.LINK, "bytes"),
+        (failures.hand("staircase/lower_byte") and not failures.channels, Component.LINK, "bytes"),
+        (len(failures.on("presence/temperature")) > 1, Component.LINK, "bytes"),
     )
 
 
@@ -165,12 +150,12 @@ def of_the_bus(failures: Failures, end: RunEnd) -> Told | None:
     shared = failures.hand("excursion/stale_readings") or failures.hand("response/longest_standstill")
     others = len(failures.on("replay/replay_shape")) >= MANY or len(still) > 1
     return _first(
-        (
-            (gone or end.stop is SafetyReason.STALE, Component.LINK, "bus"),
-            (shared and others and not failures.short_of_torque(MANY), Component.LINK, "repeats"),
-            (late, Component.LINK, "late_link"),
-            (len(failures.on("staircase/late_steps")) >= MANY, Component.LINK, "bytes"),
-        )
+        (end.stop is SafetyReason.UNWATCHED, Component.HOST, "held_up"),
+        (gone or end.stop is SafetyReason.STALE, Component.LINK, "bus"),
+        (shared and others and not failures.short_of_torque, Component.LINK, "repeats"),
+        (late, Component.LINK, "late_link"),
+        # A motor without torque to spare begins a step late, too.
+        (len(failures.on("staircase/late_steps")) >= MANY and not failures.short_of_torque, Component.LINK, "bytes"),
     )
 
 
@@ -178,15 +163,13 @@ def of_the_hand(failures: Failures) -> Told | None:
     """The same effect on three channels, or a little on many to one side: a cause that all share."""
     slow = failures.hand("response/open_close_rate", -1)
     # Too little torque of all leaves each finger as fast as its neighbours, and no finger more friction than they.
-    alone = all(f"{key[0]}/{key[1]}" in LESS_TORQUE for key in failures.failed if key[2] in LABELS)
+    alone = all(check in LESS_TORQUE for check, subject in failures.failed if subject in LABELS)
     pulled = failures.on("audit/pull", 1) & failures.on("audit/followed", -1)
     return _first(
-        (
-            (failures.short_of_torque(MANY), Component.SUPPLY, "supply"),
-            (len(pulled) >= MANY - 1 and Channel.THUMB_FLEXOR in pulled, Component.SUPPLY, "supply"),
-            (slow and alone and len(failures.loaded) == 0, Component.SUPPLY, "supply"),
-            (less_torque(failures) >= TO_ONE_SIDE, Component.SUPPLY, "supply"),
-        )
+        (failures.short_of_torque, Component.SUPPLY, "supply"),
+        (len(pulled) >= MANY - 1 and Channel.THUMB_FLEXOR in pulled, Component.SUPPLY, "supply"),
+        (slow and alone and not failures.on("staircase/spring", 1), Component.SUPPLY, "supply"),
+        (less_torque(failures) >= TO_ONE_SIDE, Component.SUPPLY, "supply"),
     )
 
 
@@ -207,7 +190,7 @@ def of_exchanged(failures: Failures) -> Told | None:
     sides = len(failures.on("audit/followed")) >= MANY or len(failures.on("excursion/stop_current", -1)) >= MANY
     if sides:
         return Location(Component.BOARD), "other_side"
-    moved = failures.on("audit/others_moved")
+    moved = failures.on(MOVED)
     if len(moved) == 2 and failures.on("audit/followed", -1) & moved:
         return Location(Component.CHANNELS, tuple(sorted(moved))), "exchanged"
     return (Location(Component.CHANNELS, THUMB_CABLES), "exchanged") if further else None
@@ -219,8 +202,7 @@ def of_a_sensor(failures: Failures) -> Told | None:
     if len(off) != 1 or len(failures.channels) > 1:
         return None
     (channel,) = off
-    checks = ("presence/temperature", "alike/temperature")
-    hot = any(failures.excess(check, channel) > 0 for check in checks)
+    hot = any(failures.excess(check, channel) > 0 for check in ("presence/temperature", "alike/temperature"))
     return Location(Component.CHANNEL, (channel,)), "hot" if hot else "temperature_sensor"
 
 
@@ -230,12 +212,7 @@ def of_the_times(failures: Failures) -> Told | None:
     slow_start = failures.hand("response/command_to_motion", 1) and not failures.on("audit/followed", -1)
     late = slow_start or len(failures.on("replay/replay_delay", 1)) >= MANY
     soft = len(failures.on("excursion/closed_percent")) >= MANY or len(failures.on("staircase/excursion_hand")) >= MANY
-    return _first(
-        (
-            (late, Component.HAND, "late_servos"),
-            (soft, Component.HAND, "cables_soft"),
-        )
-    )
+    return _first((late, Component.HAND, "late_servos"), (soft, Component.HAND, "cables_soft"))
 
 
 def of_a_stop(failures: Failures, end: RunEnd) -> Told | None:
@@ -267,19 +244,21 @@ def what(failures: Failures, channel: Channel) -> str:
     unloaded = low("staircase/spring", "audit/pull", "holding/holding_current")
     loaded = high("staircase/spring", "audit/pull", "holding/holding_current")
     slow = high("staircase/rise_hand_ms", "alike/rise", "alike/opening")
-    stands = failures.excess("audit/followed", channel) < -STANDS and (short or end_of_audit(failures))
+    closed = any(experiment == "excursion" for experiment, _, _ in failures.sides)
+    stands = failures.excess("audit/followed", channel) < -STANDS and (short or not closed)
     rubs = high("staircase/friction", "staircase/dry_friction", "staircase/friction_scatter")
     rules = (
         (stands and (high("audit/pull") or high("presence/idle_current")), "blocked"),
         (stands, "no_power"),
         (high("staircase/resolution"), "coarse"),
         (high("staircase/overshoot_hand_percent"), "jumping"),
-        (high("audit/others_moved") and channel in THUMB_CABLES, "stop_moved"),
+        (high(MOVED) and channel in THUMB_CABLES, "stop_moved"),
         (high("holding/creep_percent") and high("staircase/tracking_rms"), "cuts_out"),
         (high("holding/creep_percent") or (low("alike/held_again") or high("alike/held_again")), "drift"),
         (high("response/standstill", "excursion/stale") and not short, "answers"),
         (unloaded and further, "cable_off"),
         (unloaded and low("excursion/stop_current"), "current_sensor"),
+        (loaded and high("excursion/stop_current"), "current_sensor"),
         (high("staircase/take_up") and low("staircase/spring"), "cable_off"),
         (high("presence/idle_current") and not low("audit/followed"), "zero"),
         (unloaded, "spring_weak"),
@@ -288,16 +267,11 @@ def what(failures: Failures, channel: Channel) -> str:
         (high("staircase/take_up") and not (loaded or high("staircase/spring_shape")), "slack"),
         (short and loaded, "spring_strong"),
         (short, "weak"),
-        (loaded, "spring_strong"),
+        (loaded, "joint"),
         (low("alike/rise", "alike/opening", "staircase/rise_hand_ms"), "fast"),
         (slow, "slow"),
-        (low("staircase/spring_shape") or high("staircase/spring_shape", "staircase/load_jump"), "one_joint"),
+        (low("staircase/spring_shape") or high("staircase/spring_shape", "staircase/load_jump"), "joint"),
         (further or low("coupling/stop_shift"), "stop_moved"),
         (low("excursion/stop_current") or high("excursion/stop_current"), "current_sensor"),
     )
     return next((row for holds, row in rules if holds), "")
-
-
-def end_of_audit(failures: Failures) -> bool:
-    """Return whether nothing was measured after the audit, as after a gate."""
-    return all(experiment in GENTLE for experiment, _, _ in failures.sides)

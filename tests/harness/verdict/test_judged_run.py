@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aero.safety import SafetyReason, SafetyStopError
 from hil.recordings.recording import Recording, Series
 from hil.verdict.findings import Finding, failed
+from hil.verdict.judge import Judge
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 from tests.support.synthetic import HEADER, LABELS
@@ -55,3 +57,10 @@ def test_hand_time_is_that_of_all_experiments():
 
 def test_a_finding_is_a_sentence():
     assert BAD.sentence == "Ring finger: friction is 0.4 A, should be at most 0.3 A"
+
+
+def test_what_ended_a_run_says_itself_what_happened():
+    end = RunEnd(EndKind.STOPPED, "audit", "two processes.", SafetyStopError("", SafetyReason.FORKED))
+    diagnosis = Judge("aero_hand_open", "0.2.0", guarded=True).diagnosis(Validation({}, end, 1.0))
+    assert (diagnosis.location, diagnosis.sentence) == (None, "")
+    assert diagnosis.step.do == end.finding.remedy

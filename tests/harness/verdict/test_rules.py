@@ -60,6 +60,15 @@ HAND_RULES = {
         Component.SUPPLY,
         "supply",
     ),
+    "supply too weak for fingers and thumb": (
+        {
+            "excursion__closed_percent": {"middle": -81, "ring": -24},
+            "staircase__excursion_hand": {"thumb_cmc_flexion": -9},
+            "staircase__late_steps": all_of(5, FINGERS[:3]),
+        },
+        Component.SUPPLY,
+        "supply",
+    ),
     "supply too weak for the thumb": (
         {
             "audit__pull": {"thumb_cmc_flexion": 12, "thumb_flexor": 6},
@@ -68,6 +77,7 @@ HAND_RULES = {
         Component.SUPPLY,
         "supply",
     ),
+    "commands lost": ({"staircase__late_steps": all_of(5)}, Component.LINK, "bytes"),
     "late servos": (
         {"response__command_to_motion": 3, "replay__replay_delay": all_of(2)},
         Component.HAND,
@@ -97,7 +107,9 @@ CHANNEL_RULES = {
     "strong spring": ({"excursion__closed_percent": -9, "holding__holding_current": 3}, "spring_strong"),
     "weak": ({"excursion__closed_percent": -9}, "weak"),
     "fast": ({"alike__opening": -3}, "fast"),
-    "one joint": ({"staircase__spring_shape": -4}, "one_joint"),
+    "one joint": ({"staircase__spring_shape": -4}, "joint"),
+    "loaded": ({"staircase__spring": 2}, "joint"),
+    "current that reads too much": ({"staircase__spring": 2, "excursion__stop_current": 2}, "current_sensor"),
     "hot": ({"presence__temperature": 3}, "hot"),
     "cold": ({"alike__temperature": -7}, "temperature_sensor"),
     "answers": ({"response__standstill": 9}, "answers"),
@@ -153,6 +165,11 @@ def test_a_stop_of_the_guard_is_judged_by_its_reason_and_channel(reason):
     """Its words name another channel, and are not read."""
     end = RunEnd(EndKind.STOPPED, "excursion", "the pinky", SafetyStopError("the pinky", reason, Channel.RING))
     assert told(end) == (Component.CHANNEL, RING, STOPS[reason])
+
+
+def test_a_hand_that_nobody_watched_is_this_computers():
+    end = RunEnd(EndKind.STOPPED, "excursion", "", SafetyStopError("", SafetyReason.UNWATCHED))
+    assert told(end)[::2] == (Component.HOST, "held_up")
 
 
 def test_a_stop_beside_a_check_that_says_more():
