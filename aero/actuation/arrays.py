@@ -44,6 +44,18 @@ def as_floats(values: Array, width: int, what: str) -> Array:
     return _of_width(array, width, what)
 
 
+def as_finite(values: Array, width: int, what: str) -> Array:
+    """As `as_floats`, but a NumPy array must be finite; in a trace nothing can be raised.
+
+    Raises:
+        ValueError: as `as_floats`, or NaN or infinity.
+    """
+    array = as_floats(values, width, what)
+    if isinstance(array, np.ndarray) and not np.isfinite(array).all():
+        raise ValueError(f"{what}: expected finite numbers, got {array.tolist()}")
+    return array
+
+
 def as_codes(values: Array, width: int, what: str) -> Array:
     """Return `values` as an array of integers in 0..65535 with `width` entries on the last axis.
 

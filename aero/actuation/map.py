@@ -41,7 +41,8 @@ class ActuationMap:
     - `codes` (7), 0..65535 over the command window; the only ones that depend on the firmware
 
     Arguments are NumPy arrays, lists, or arrays of another library that follows the array API, which then also
-    is what comes back; inside a JAX trace use `saturating_codes`, because the others must look at values to raise.
+    is what comes back; inside a JAX trace use `saturating_codes`, because `codes_from_angles` must look at values to
+    raise. Every conversion raises a ValueError for NaN or infinity in a NumPy array or a list.
     """
 
     coefficients: Coefficients = field(default_factory=lambda: load_coefficients("paper"))

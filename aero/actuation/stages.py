@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aero.actuation.arrays import Array, as_floats, namespace
+from aero.actuation.arrays import Array, as_finite, namespace
 from aero.actuation.coefficients import Coefficients
 from aero.channels import JOINT_BOX_RAD, Channel, Joint
 
@@ -28,7 +28,7 @@ _CHANNEL_OF_JOINT = np.array([*np.repeat(range(4), 3), 4, 5, 6, 6])
 
 def travel_from_joints(coefficients: Coefficients, joints: Array) -> Array:
     """Return the travel `d = A q` of postures (..., 16); eqs. (fingermap), (thumbcmc), (thumbflexor)."""
-    joints = as_floats(joints, _JOINTS, "joints")
+    joints = as_finite(joints, _JOINTS, "joints")
     xp = namespace(joints)
     finger_joints = xp.reshape(joints[..., _FINGER_JOINTS], (*joints.shape[:-1], 4, 3))
     mcp, pip, dip = coefficients.finger_winding
@@ -45,14 +45,14 @@ def travel_from_joints(coefficients: Coefficients, joints: Array) -> Array:
 
 def joints_from_compact(compact: Array) -> Array:
     """Return the postures (..., 16) of compact ones (..., 7), in which the joints on one cable have one angle."""
-    compact = as_floats(compact, _CHANNELS, "compact posture")
+    compact = as_finite(compact, _CHANNELS, "compact posture")
     xp = namespace(compact)
     return xp.take(compact, xp.asarray(_CHANNEL_OF_JOINT), axis=-1)
 
 
 def compact_from_travel(coefficients: Coefficients, travel: Array) -> Array:
     """Return the compact postures (..., 7) that have the given travels; inverts `A` on the compact section."""
-    travel = as_floats(travel, _CHANNELS, "travel")
+    travel = as_finite(travel, _CHANNELS, "travel")
     xp = namespace(travel)
     (cmc_abd, cmc_cmc, cmc_mcp, cmc_ip), (flex_abd, flex_cmc, flex_mcp, flex_ip) = coefficients.thumb_winding
     cmc_distal, flex_distal = cmc_mcp + cmc_ip, flex_mcp + flex_ip
@@ -68,7 +68,7 @@ def compact_from_travel(coefficients: Coefficients, travel: Array) -> Array:
 
 def thumb_joints_from_lengths(coefficients: Coefficients, lengths: Array) -> Array:
     """Estimate the thumb's flexion angles (..., 3), CMC, MCP and IP, rad, from lengths (..., 7); eq. (thumbfit)."""
-    lengths = as_floats(lengths, _CHANNELS, "lengths")
+    lengths = as_finite(lengths, _CHANNELS, "lengths")
     return namespace(lengths).stack(_thumb_flexion(coefficients, *_thumb_columns(lengths)), axis=-1)
 
 
@@ -77,7 +77,7 @@ def travel_from_lengths(coefficients: Coefficients, lengths: Array) -> Array:
 
     Fingers by matching intervals, eq. (servomap); the thumb's cables by way of its estimated joints, eq. (thumbfit).
     """
-    lengths = as_floats(lengths, _CHANNELS, "lengths")
+    lengths = as_finite(lengths, _CHANNELS, "lengths")
     xp = namespace(lengths)
     longest = xp.asarray([longest for _, longest in coefficients.finger_lengths], dtype=lengths.dtype)
     fingers = (longest - lengths[..., _FINGERS]) * xp.asarray(_finger_gain(coefficients), dtype=lengths.dtype)
@@ -88,7 +88,7 @@ def travel_from_lengths(coefficients: Coefficients, lengths: Array) -> Array:
 
 def lengths_from_travel(coefficients: Coefficients, travel: Array) -> Array:
     """Return the simulator lengths (..., 7) of the hand's travels (..., 7); eqs. (servomap) and (thumbinv)."""
-    travel = as_floats(travel, _CHANNELS, "travel")
+    travel = as_finite(travel, _CHANNELS, "travel")
     xp = namespace(travel)
     longest = xp.asarray([longest for _, longest in coefficients.finger_lengths], dtype=travel.dtype)
     fingers = longest - travel[..., _FINGERS] / xp.asarray(_finger_gain(coefficients), dtype=travel.dtype)
@@ -108,13 +108,13 @@ def lengths_from_travel(coefficients: Coefficients, travel: Array) -> Array:
 
 def angles_from_travel(coefficients: Coefficients, travel: Array) -> Array:
     """Return the shaft angles (..., 7), rad, of travels (..., 7); eq. (spool), abduction's shaft is its joint."""
-    travel = as_floats(travel, _CHANNELS, "travel")
+    travel = as_finite(travel, _CHANNELS, "travel")
     return travel / _travel_per_angle(coefficients, travel)
 
 
 def travel_from_angles(coefficients: Coefficients, angles: Array) -> Array:
     """Return the travels (..., 7) of shaft angles (..., 7), rad; eq. (inversechain)."""
-    angles = as_floats(angles, _CHANNELS, "angles")
+    angles = as_finite(angles, _CHANNELS, "angles")
     return angles * _travel_per_angle(coefficients, angles)
 
 

@@ -180,6 +180,22 @@ def test_saturation_reports_what_it_changed(angles):
     np.testing.assert_allclose(MAP.angles_from_codes(codes), np.clip(angles, low, high), atol=1e-4)
 
 
+LINEAR = {
+    "travel_from_joints": 16, "joints_from_compact": 7, "compact_from_travel": 7, "travel_from_lengths": 7,
+    "lengths_from_travel": 7, "angles_from_travel": 7, "travel_from_angles": 7,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(("name", "width"), LINEAR.items())
+def test_a_linear_conversion_refuses_what_is_not_finite(name, width, bad):
+    for position in range(width):
+        values = np.zeros((2, width))
+        values[1, position] = bad
+        with pytest.raises(ValueError, match="finite"):
+            getattr(MAP, name)(values)
+
+
 def test_saturation_does_not_hide_a_nan():
     with pytest.raises(ValueError, match="finite"):
         MAP.saturating_codes([np.nan] + [0.0] * 6)
