@@ -5,7 +5,8 @@ Leaves `codes` and `command_codes`; encoders are read as fast as the link allows
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +40,6 @@ CHANNEL = Channel.RING
 """The finger that is watched: any would do."""
 FURTHEST = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 """How far each channel is sent at most, part of its window, command order."""
-NOT_ARRIVED = "the fingers did not arrive"
-"""Event of a cycle that took too long."""
 MOVED_CODES = 60
 """Change that counts as motion: three counts of a finger."""
 FAR, SETTING_OUT = 0.2, 0.05
@@ -64,7 +63,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
         until = target.clock.now() + CYCLE_LIMIT_S
         while not _arrived(_read(target, recorder), closing=i % 2 == 0):
             if target.clock.now() > until:
-                recorder.note(NOT_ARRIVED, "warning")
+                recorder.note("the fingers did not arrive", "warning")
                 break
         progress((NUDGES + i + 1) / total, "open and close")
 
@@ -86,7 +85,7 @@ def _read(target: Target, recorder: Recorder) -> np.ndarray[tuple[int], np.dtype
     return codes
 
 
-def _arrived(codes: np.ndarray[tuple[int], np.dtype[np.uint16]], *, closing: bool) -> bool:
+def _arrived(codes: NDArray[Any], *, closing: bool) -> bool:
     fingers = codes[:4] / MAX_CODE
     return bool(np.all(fingers >= CLOSED) if closing else np.all(fingers <= OPENED))
 
@@ -95,7 +94,8 @@ def measure(recording: Recording) -> Measured:
     """Return delays (ms) and the open-close rate (Hz) of the hand."""
     codes, commands = recording["codes"], recording["command_codes"]
     cycles = float(recording.header.parameters["cycles_from_s"])
-    steps = [step for step in find_steps(commands.times, commands.values) if step.start < cycles]
+    commanded = find_steps(commands.times, commands.values)
+    steps = [step for step in commanded if step.start < cycles]
     requests = asked_at(codes.times, recording.wire)
     delays = [motion_after(step, requests, codes.values[:, CHANNEL]) for step in steps]
     changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
@@ -105,8 +105,8 @@ def measure(recording: Recording) -> Measured:
     asked = requests[codes.times >= cycles]
     _, trips = round_trips(recording.wire)
     require(bool(trips), "replies")
-    arrived = not any(event.text == NOT_ARRIVED for event in recording.events)
-    rate = CYCLES / (codes.times[-1] - cycles) if arrived else np.nan
+    swept = [step for step in commanded if step.start >= cycles and step.channel == CHANNEL]
+    rate = CYCLES / (codes.times[-1] - cycles) if all_arrived(swept, fast) else np.nan
     still = {finger: standstills(asked, fast.times, fast.values, goals, (finger,)) for finger in FINGERS}
     return {
         **{finger.label: {"standstill": 1e3 * max(found, default=np.nan)} for finger, found in still.items()},
@@ -119,6 +119,22 @@ def measure(recording: Recording) -> Measured:
             "open_close_rate": float(rate),
         },
     }
+
+
+def all_arrived(steps: Sequence[CommandStep], fast: Series) -> bool:
+    """Return whether the last reading of every half cycle shows all fingers where they were sent.
+
+    Args:
+        steps: commands of the half cycles, one a half cycle.
+        fast: `codes` of the cycles.
+    """
+    ends = [*(step.start for step in steps[1:]), float(fast.times[-1])]
+    last = np.searchsorted(fast.times, ends, side="right") - 1
+    return all(
+        _arrived(fast.values[row], closing=step.after > step.before)
+        for step, end, row in zip(steps, ends, last, strict=True)
+        if end > step.start
+    )
 
 
 def motion_after(step: CommandStep, asked: Floats, codes: Floats) -> float:

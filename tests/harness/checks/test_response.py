@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aero.channels import FINGERS
 from aero.protocol import MAX_CODE, Opcode
 from hil.checks.response import check as response
 from hil.checks.shared.signals import CommandStep
@@ -73,10 +74,19 @@ def test_one_reading_that_goes_back_is_counted_in_the_recording():
     assert 0.0 < response.measure(back)["hand"]["backward_readings"] < 5.0
 
 
-def test_fingers_that_do_not_arrive_have_no_rate():
-    """A warning says so in the recording."""
+@pytest.mark.parametrize("finger", FINGERS)
+def test_fingers_that_do_not_arrive_have_no_rate(finger):
+    recording = recorded()
+    codes = recording["codes"]
+    short = codes.values.copy()
+    short[:, finger] = 0.85 * short[:, finger]
+    series = recording.series | {"codes": Series.of(codes.columns, codes.units, codes.times, short)}
+    assert np.isnan(response.measure(replace(recording, series=series))["hand"]["open_close_rate"])
+
+
+def test_the_words_of_an_event_decide_nothing():
     found = response.measure(recorded(events=(Event(2.0, "warning", "the fingers did not arrive"),)))["hand"]
-    assert np.isnan(found["open_close_rate"])
+    assert found["open_close_rate"] == pytest.approx(2.0)
 
 
 def test_the_longest_standstill_of_a_finger_on_its_way_counts():
