@@ -6,7 +6,7 @@ import pytest
 from grasps.__main__ import REPORTED_SEEDS, table
 from grasps.object_plant import HeldObject
 from grasps.taxonomy import GRASPS
-from grasps.trial import hold
+from grasps.trial import Result, hold
 
 from aero.channels import Channel
 from model.units import load_unit
@@ -16,14 +16,15 @@ NAMED = {grasp.name: grasp for grasp in GRASPS}
 IDEAL = load_unit("ideal")
 
 
-@pytest.mark.parametrize("name", ["power sphere", "medium wrap"])
-def test_an_easy_grasp_is_held(name):
-    result = hold(NAMED[name], IDEAL)
+def test_an_easy_grasp_is_held():
+    result = hold(NAMED["power sphere"], IDEAL)
     assert result.held, result.failure
     assert result.survived == 12
 
 
-@pytest.mark.parametrize("name", ["quadpod", "sphere 3 finger", "palmar pinch"])
+@pytest.mark.parametrize(
+    "name", ["quadpod", *(pytest.param(name, marks=pytest.mark.slow) for name in ("sphere 3 finger", "palmar pinch"))]
+)
 def test_what_the_search_found_is_held_with_a_skin(name):
     result = hold(NAMED[name], with_skin(IDEAL, Skin.SILICONE))
     assert result.held, result.failure
@@ -51,10 +52,6 @@ def test_a_finger_that_does_not_touch_is_another_grasp():
     assert hold(without, IDEAL).failure == "not touched by index"
 
 
-def test_the_same_grasp_ends_the_same():
-    assert hold(NAMED["power sphere"], IDEAL) == hold(NAMED["power sphere"], IDEAL)
-
-
 def test_the_table_has_33_different_grasps():
     assert [grasp.number for grasp in GRASPS] == list(range(1, 34))
     assert len(NAMED) == 33
@@ -77,7 +74,7 @@ def test_an_object_needs_as_many_sizes_as_its_shape_has():
 
 
 def test_the_printed_table_counts_what_holds():
-    held = hold(NAMED["power sphere"], IDEAL)
+    held = Result(11, "ideal", "", 12, 0.001, (), ())
     lost = replace(held, failure="taken by gravity to the wrist")
     names = ["ideal", *(f"plausible:{seed}" for seed in REPORTED_SEEDS[:2])]
     text = table(names, {"power sphere": [held, held, lost]})

@@ -3,27 +3,29 @@
 import dataclasses
 
 import pytest
-from build_errors import BUILD_ERRORS, BuildError, spoiled
 
+from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.checks.staircase.check import Staircase, run_staircase
+from hil.faults import parse_fault
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
 from model import RoutedHand
 
+WRONG_WINDOW = "board_runs_0.2.0"
 FOUND_BY = {
-    "two cables swapped": ("excursion", "closed_percent", "thumb_flexor", "two cables are swapped"),
-    "cable wound backwards": ("staircase", "spring", "ring", "wound backwards"),
-    "cable slack by 20 mm": ("staircase", "take_up", "middle", "The cable is slack"),
-    "stiff joint": ("staircase", "friction", "index", "stiff joint"),
-    "trimmed servo": ("audit", "quantum_fits", "middle", "trimmed"),
-    "servo of the wrong ID": ("presence", "distinct_readings", "hand", "wrong ID"),
-    "wrong firmware window": ("excursion", "closed_angle", "thumb_cmc_flexion", "wrong firmware window"),
-    "reversed abduction": ("audit", "followed", "thumb_abduction", "reversed"),
-    "hot servo": ("presence", "temperature", "ring", "hot servo"),
-    "lossy cable": ("presence", "lost_replies", "hand", "lossy cable"),
+    "thumb_cables_swapped": ("excursion", "closed_percent", "thumb_flexor", "two cables are swapped"),
+    "winding_reversed:ring": ("staircase", "spring", "ring", "wound backwards"),
+    "cable_long:middle=20": ("staircase", "take_up", "middle", "The cable is slack"),
+    "stiff_joint:index=0.25": ("staircase", "friction", "index", "stiff joint"),
+    "trim_left_in:middle=56": ("audit", "quantum_fits", "middle", "trimmed"),
+    "servo_missing:middle": ("presence", "distinct_readings", "hand", "wrong ID"),
+    WRONG_WINDOW: ("excursion", "closed_angle", "thumb_cmc_flexion", "wrong firmware window"),
+    "winding_reversed:thumb_abduction": ("audit", "followed", "thumb_abduction", "reversed"),
+    "servo_hot:ring=67": ("presence", "temperature", "ring", "hot servo"),
+    "reply_lost=0.11": ("presence", "lost_replies", "hand", "lossy cable"),
 }
-"""Experiment, check, subject, and words of the meaning."""
+"""Fault; experiment, check, subject, and words of the meaning."""
 
 
 @pytest.fixture(autouse=True)
@@ -36,14 +38,15 @@ def short_staircase(monkeypatch):
     monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(EXPERIMENTS["staircase"], run=run))
 
 
-def test_all_mistakes_have_a_check():
-    assert FOUND_BY.keys() == BUILD_ERRORS.keys()
+def opened(*faults):
+    firmware = "0.1.5" if WRONG_WINDOW in faults else "0.2.0"
+    return open_target(unit="reference", firmware=firmware, seed=1, faults=map(parse_fault, faults))
 
 
 @pytest.mark.parametrize("mistake", FOUND_BY)
 def test_the_mistake_is_reported_by_its_check(mistake):
     experiment, check, subject, words = FOUND_BY[mistake]
-    with spoiled(BUILD_ERRORS[mistake]) as target:
+    with opened(mistake) as target:
         result = validate(target, [experiment])
     found = [finding for finding in failed(result.findings) if (finding.check, finding.subject) == (check, subject)]
     assert found, [finding.sentence for finding in result.findings]
@@ -53,14 +56,15 @@ def test_the_mistake_is_reported_by_its_check(mistake):
 @pytest.mark.parametrize("experiment", sorted({entry[0] for entry in FOUND_BY.values()}))
 def test_a_good_hand_passes_the_same_checks(experiment):
     relevant = {(check, subject) for name, check, subject, _ in FOUND_BY.values() if name == experiment}
-    with spoiled(BuildError()) as target:
+    with opened() as target:
         result = validate(target, [experiment])
     assert not {(f.check, f.subject) for f in failed(result.findings)} & relevant
 
 
 def test_a_hand_that_fails_presence_is_not_moved():
-    with spoiled(BUILD_ERRORS["hot servo"]) as target:
+    with opened("servo_hot:ring=67") as target:
         result = validate(target, ["presence", "audit"])
+        sent = [record.data[0] for record in target.wire.since(0, 0.0) if record.direction == "to_hand"]
     assert list(result.results) == ["presence"]
     assert result.end.finding.check == "after presence"
-    assert not any(record.data[0] == 0x11 for record in target.wire.since(0, 0.0) if record.direction == "to_hand")
+    assert 0x11 not in sent

@@ -26,13 +26,6 @@ def test_the_oldest_hands_give_way_to_the_next_numbers(count, redraws):
         assert present(count, new) == batch
 
 
-def test_forty_of_256_hands_are_the_oldest_forty():
-    numbers = present(256, 240)
-    places = oldest(256, 240, 40)
-    assert len(set(places)) == 40
-    assert sorted(numbers[place] for place in places) == sorted(numbers)[:40]
-
-
 def test_a_hand_follows_from_its_number_alone():
     first, again, other = STOCK.hand(7), STOCK.hand(7), STOCK.hand(8)
     np.testing.assert_array_equal(first.correction, again.correction)

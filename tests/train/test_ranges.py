@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from aero.policy.settings import PAPER_TRAINING
 from aero.safety import Thresholds
-from model.units import Unit, load_unit
+from model.units import load_unit
 from train import actuation
 from train.actuation import BUS, SERVOS
-from train.hands import HANDS, corrections, draw_hand
+from train.hands import HANDS, draw_hand
 from train.task.grasp import NOMINAL_JOINTS, NOMINAL_RESET, UPRIGHT
 from train.task.reward import HELD_RAD
 
@@ -58,16 +57,6 @@ def test_a_drawn_spring_pulls_more_closed_than_open():
     rng = np.random.default_rng(0)
     for hand in (draw_hand(HANDS, rng).hand for _ in range(200)):
         assert (np.array(hand.spring_closed) >= 1.02 * np.array(hand.spring_open) - 1e-12).all()
-
-
-def test_corrections_are_wrong_by_half_a_millimetre_to_both_sides_on_cables_alone():
-    unit = Unit()
-    known = corrections([unit], PAPER_TRAINING, np.random.default_rng(0), threads=1)
-    wrong = corrections([unit] * 6, PAPER_TRAINING, np.random.default_rng(0), error_m=0.0005, threads=1) - known
-    cables = np.delete(wrong, Channel.THUMB_ABDUCTION, axis=1)
-    assert (wrong[:, Channel.THUMB_ABDUCTION] == 0.0).all()
-    assert -0.0005 <= cables.min() < -0.0003
-    assert 0.0003 < cables.max() <= 0.0005
 
 
 def test_a_thumb_holds_while_it_gives_way_by_less_than_half_of_what_the_guard_allows():

@@ -1,5 +1,3 @@
-from dataclasses import fields
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,7 +6,6 @@ from hypothesis import strategies as st
 from aero.channels import JOINT_BOX_RAD, Channel
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, PolicySettings
 from aero.policy.task import targets
-from model.cubes import LOST_HEIGHT_M
 from model.routed import COMMAND_RANGE
 from train.actuation import DRAWS
 from train.task import grasp
@@ -19,11 +16,10 @@ from train.task.reward import (
     RewardSettings,
     TurningWeight,
     Weights,
-    fallen,
     reward,
     terms,
 )
-from train.task.signals import CRITIC_SIZE, SENSOR_COUNT, critic_state, unpack
+from train.task.signals import SENSOR_COUNT, critic_state, unpack
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -37,35 +33,11 @@ def test_starts_lie_in_the_joint_box_around_the_grasp_with_unit_orientations(see
     np.testing.assert_allclose(np.linalg.norm(orientation, axis=1), 1.0)
 
 
-def test_starts_have_the_papers_spread():
-    starts = grasp.draw_starts(np.random.default_rng(0), 10_000, grasp.PAPER_RESET)
-    free = [1, 4, 7, 10, 12, 15]  # joints whose nominal angle is further than two sigma from a stop
-    np.testing.assert_allclose(starts[:, free].std(axis=0), 0.1, rtol=0.05)
-    np.testing.assert_allclose(starts[:, 16:19].std(axis=0), 0.01 / np.sqrt(3), rtol=0.05)
-    q = starts[:, 19:]
-    np.testing.assert_allclose(q.T @ q / len(q), np.eye(4) / 4, atol=0.01)  # uniform over SO(3)
-
-
-def test_the_nominal_reset_is_the_nominal_grasp():
-    start = grasp.draw_starts(np.random.default_rng(0), 1, grasp.NOMINAL_RESET)[0]
-    np.testing.assert_allclose(start[:16], np.clip(grasp.NOMINAL_JOINTS, *JOINT_BOX_RAD.T))
-    np.testing.assert_array_equal(start[16:], [0.1, 0, 0.05, 1, 0, 0, 0])
-
-
 def test_signals_put_the_sensors_into_command_order():
     signals = unpack(np.arange(SENSOR_COUNT, dtype=float))
     np.testing.assert_array_equal(signals.lengths, [0, 1, 2, 3, 6, 4, 5])
     np.testing.assert_array_equal(signals.forces, np.arange(7, 14))
     np.testing.assert_array_equal(signals.cube_angular_velocity, [39, 40, 41])
-
-
-def test_the_critic_state_has_81_values_each_once():
-    sensors = 100 + np.arange(SENSOR_COUNT, dtype=float)
-    state = critic_state(np.arange(14.0), 200 + np.arange(23.0), 300 + np.arange(22.0), unpack(sensors))
-    assert state.shape == (CRITIC_SIZE,)
-    assert len(np.unique(state)) == CRITIC_SIZE
-    np.testing.assert_array_equal(state[14:46], [*range(200, 216), *range(300, 316)])
-    np.testing.assert_allclose(state[68:71], [129 - 0.11, 130, 131])
 
 
 def all_terms(sensors, joints, action=0.0, cap=np.inf):
@@ -98,24 +70,9 @@ def test_a_burst_at_the_last_substep_earns_a_fifth():
     np.testing.assert_allclose(some_terms((0, 0, 0, 0, 5.0))["rotation"], 1.0)
 
 
-def test_falling_costs_five_and_changing_every_action_by_one_costs_seven_twentieths():
-    assert reward(some_terms(height=-0.051), PAPER_REWARD, 0.05) == pytest.approx(-5.0)
-    assert reward(some_terms(action=1.0), PAPER_REWARD, 0.05) == pytest.approx(-0.35)
-
-
 def test_a_cap_limits_what_fast_rotation_earns():
     assert some_terms((3.0,) * 5, cap=1.0)["rotation"] == 1.0
     assert some_terms((-3.0,) * 5, cap=1.0)["rotation"] == -3.0
-
-
-def test_the_paper_weights_rotation_fall_and_action_rate_only():
-    weights = {field.name: getattr(Weights(), field.name) for field in fields(Weights)}
-    assert {name: value for name, value in weights.items() if value} == {
-        "rotation": 1.0,
-        "fall": -100.0,
-        "action_rate": -1.0,
-    }
-    assert set(weights) | {"airborne"} == set(some_terms())
 
 
 @given(seeds)
@@ -125,14 +82,6 @@ def test_every_cost_is_zero_at_rest_and_positive_otherwise(seed):
     assert all(values[name] > 0 for name in ("cube_speed", "pose", "effort", "energy"))
     still = all_terms(np.zeros((5, SENSOR_COUNT)), grasp.NOMINAL_JOINTS)
     assert all(still[name] == 0 for name in ("cube_speed", "pushed", "pose", "effort", "energy"))
-
-
-def test_a_fast_cube_costs_more_than_a_slow_one_for_the_same_way():
-    sensors = np.zeros((2, 5, SENSOR_COUNT))
-    column = int(unpack(np.arange(SENSOR_COUNT)).cube_linear_velocity[0])
-    sensors[0, :, column] = 0.1
-    sensors[1, :1, column] = 0.5
-    np.testing.assert_allclose(all_terms(sensors, np.zeros((2, 23)))["cube_speed"], [0.01, 0.05])
 
 
 @given(st.floats(-1.0, 3.0), st.floats(-1.0, 3.0))
@@ -194,11 +143,6 @@ def test_letting_go_of_the_cube_is_counted_by_the_physics_step():
     assert values["airborne"] == pytest.approx(0.4)
 
 
-def test_the_cube_is_lost_below_the_fall_height_only():
-    assert fallen(np.nextafter(LOST_HEIGHT_M, -1))
-    assert not fallen(LOST_HEIGHT_M)
-
-
 def test_a_period_that_is_not_whole_physics_steps_is_refused():
     with pytest.raises(ValueError, match="whole"):
         Task(settings=PolicySettings(PAPER_TRAINING.nominal, PAPER_TRAINING.scale, control_rate_hz=30.0))
@@ -227,6 +171,7 @@ def test_the_critic_state_is_in_the_papers_order():
     """
     signals = unpack(np.arange(SENSOR_COUNT, dtype=float))
     state = critic_state(np.full(14, -1.0), 200 + np.arange(23.0), 300 + np.arange(22.0), signals)
+    np.testing.assert_array_equal(state[:46], [*[-1.0] * 14, *range(200, 216), *range(300, 316)])
     np.testing.assert_array_equal(state[46:68], np.arange(7, 29))
     np.testing.assert_allclose(state[68:71], [29 - 0.11, 30, 31])
     np.testing.assert_array_equal(state[71:], [32, 33, 34, 35, 39, 40, 41, 36, 37, 38])

@@ -1,6 +1,7 @@
 """One run: the same trial gives the same numbers, and a fault changes them."""
 
 from dataclasses import asdict, replace
+from functools import cache
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,15 +12,19 @@ from train.campaign.trial import STOPPED_EARLY, Trial, faulty_hands, healthy_han
 TRIAL = Trial("plausible:5", seed=5, experiments=("presence", "audit"))
 
 
+@cache
+def healthy():
+    return perform(TRIAL)
+
+
 def test_a_trial_depends_on_nothing_else():
-    assert perform(TRIAL).numbers == perform(TRIAL).numbers
+    assert perform(TRIAL).numbers == healthy().numbers
 
 
 def test_a_fault_is_in_the_numbers_and_a_healthy_hand_is_not_accused():
     faulty = perform(replace(TRIAL, faults=("motor_dead:ring",)))
     assert "audit/followed/ring" in faulty.failed
-    healthy = perform(TRIAL)
-    assert (healthy.failed, healthy.stopped) == ((), "")
+    assert (healthy().failed, healthy().stopped) == ((), "")
 
 
 def test_a_fault_that_never_fires_is_no_success():
@@ -46,7 +51,7 @@ def test_conditions_are_part_of_a_trial_and_accuse_nobody():
     assert found.key != TRIAL.key
     assert Trial.of(asdict(found)) == found
     outcome = perform(found)
-    assert outcome.numbers != perform(TRIAL).numbers
+    assert outcome.numbers != healthy().numbers
     assert (outcome.failed, outcome.stopped) == ((), "")
 
 
@@ -62,9 +67,9 @@ def test_half_of_the_healthy_hands_are_found_under_conditions_and_no_faulty_one(
 def test_stopping_early_keeps_the_verdict_and_leaves_out_the_rest():
     """A hand fails when any check does, so that the first failure decides; a healthy one runs to its end."""
     early = replace(TRIAL, experiments=("presence", "audit", "coupling"), stop_early=True)
-    healthy = perform(early)
-    assert not healthy.stopped
-    assert "coupling" in healthy.numbers
+    whole = perform(early)
+    assert not whole.stopped
+    assert "coupling" in whole.numbers
     faulty = perform(replace(early, faults=("motor_dead:ring",)))
     whole = perform(replace(early, faults=("motor_dead:ring",), stop_early=False))
     assert set(faulty.numbers) == {"presence", "audit"}

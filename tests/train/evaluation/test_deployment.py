@@ -93,19 +93,6 @@ def test_episodes_beside_a_deployment_differ_in_both_rows():
         assert len(set(episodes.rotation_rad)) == 3
 
 
-def test_the_paper_measured_a_turn_in_55_seconds_behind_its_node():
-    assert NODE.measured_rad_s == pytest.approx(2 * np.pi / 55, abs=5e-4)
-    others = [one.measured_rad_s for name, one in load_deployments().items() if name != "ros2-node"]
-    assert not any(others)
-
-
-def test_the_measured_rate_stands_in_the_table(tmp_path):
-    save(policy(), tmp_path / "policy.npz")
-    arguments = ["predict", str(tmp_path / "policy.npz"), "--trials", "1", "--seconds", "0.5", "--unit", "reference"]
-    said = CliRunner().invoke(main, arguments, catch_exceptions=False).stdout
-    assert any("measured on a physical hand" in line and "0.114" in line for line in said.splitlines())
-
-
 def test_a_unit_that_is_not_there_is_bad_usage():
     result = CliRunner().invoke(main, ["predict", "--unit", "golden"])
     assert result.exit_code == 2

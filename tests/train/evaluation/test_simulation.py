@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from checkpoints import EPISODES
 from policies import holding, policy
 
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
@@ -67,15 +66,6 @@ def test_every_condition_is_measured_by_name_and_the_delays_are_drawn(tmp_path):
     assert set(conditions(policy())) | {BUILT, "lag 25, delay 50 ms", "lag 60, delay 25 ms"} <= set(found)
     assert {row["episodes"] for row in found.values()} == {2.0}
     assert (tmp_path / "delay.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_the_summary_is_of_the_episodes():
-    summary = EPISODES.summary()
-    assert summary["episodes"] == 2.0
-    assert summary["survival"] == 0.5
-    assert summary["rate_rad_s"] == pytest.approx(20.0 / 15.0)
-    assert summary["airborne"] == pytest.approx(0.1)
-    assert summary["finger_travel_m_s"] == pytest.approx(0.01)
 
 
 def test_beside_a_deployment_stands_the_simulator_as_trained_and_with_its_settings():

@@ -1,6 +1,7 @@
 """The score of a unit on recordings: what the phase alone does to its own, and the hand's own differences beside it."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from train.identification.trace_replay import replay
 UNIT = load_unit("reference")
 
 
+@cache
 def recorded(seed, *, shift=0.0, level=30000):
     """What the reference unit itself would leave of a short run."""
     t_command = np.arange(0.0, 2.0, 0.05) + shift
