@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from aero.hand import Hand
     from hil.robots.bus_driver import Factory
     from hil.robots.robot_bus import RobotBus
+    from hil.targets.hands_file import NamedHand
     from hil.targets.target import Target
 
 IN_SOFTWARE = ("emulated", "pty")
@@ -43,10 +44,11 @@ OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "hil": {
         "metavar": "TARGET",
         "default": "emulated",
-        "help": "hand to test: emulated (default, virtual time), pty (real time), or path or pyserial URL of a port",
+        "help": "hand to test: emulated (default, virtual time), pty (real time), path or pyserial URL of a port, or a "
+        "name in hands.toml",
     },
-    "hil-firmware": {"metavar": "VERSION", "help": "firmware of the hand (default 0.2.0)"},
-    "hil-hand": {"choices": ("right", "left"), "default": "right", "help": "side (default right)"},
+    "hil-firmware": {"metavar": "VERSION", "help": "firmware of the hand (default: of hands.toml, else 0.2.0)"},
+    "hil-hand": {"choices": ("right", "left"), "help": "side (default: of hands.toml, else right)"},
     "hil-unit": {"metavar": "UNIT", "help": "emulated unit: shipped name or .toml (default reference)"},
     "hil-still": {"action": "store_true", "help": "skip tests that move the hand"},
     "hil-homing": {"action": "store_true", "help": "also run tests that home a hand in real time"},
@@ -126,6 +128,8 @@ def pytest_configure(config: pytest.Config) -> None:
     name = option.aero_hil
     if name not in IN_SOFTWARE and not hasattr(config, "workerinput") and _workers(config) > 1:
         raise pytest.UsageError(f"--hil={name}: one program at a time can use a hand; run without -n, or with -n 1")
+    if name not in IN_SOFTWARE:
+        _named_hand(config)
     if option.aero_bus_driver is not None:
         _driver_factory(option.aero_bus_driver)
     if option.aero_hil_firmware is not None or option.aero_hil_unit is not None:
@@ -173,10 +177,12 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
     if not any(_uses(item, "aero_target") for item in items):
         return []
     option = config.option
-    firmware = option.aero_hil_firmware or _ours("aero.firmware").DEFAULT_FIRMWARE
+    named = _named_hand(config)
+    firmware = option.aero_hil_firmware or named.firmware or _ours("aero.firmware").DEFAULT_FIRMWARE
+    side = option.aero_hil_hand or named.side or "right"
     emulated = f", unit {option.aero_hil_unit or 'reference'}, seed {option.aero_hil_seed}"
     return (
-        f"aero-hil: {option.aero_hil_hand} hand on {option.aero_hil}, firmware {firmware}"
+        f"aero-hil: {side} hand on {option.aero_hil}, firmware {firmware}"
         f"{emulated if option.aero_hil in IN_SOFTWARE else ''}"
     )
 
@@ -389,6 +395,19 @@ def _open(config: pytest.Config) -> Target:
     config.add_cleanup(opened.close)
     config.stash[_TARGET] = target
     return target
+
+
+def _named_hand(config: pytest.Config) -> NamedHand:
+    """Return what `--hil` names.
+
+    Raises:
+        UsageError: nothing, or `hands.toml` has a mistake.
+    """
+    try:
+        named: NamedHand = _ours("hil.targets.hands_file").named_hand(config.option.aero_hil)
+    except ValueError as error:
+        raise pytest.UsageError(f"--hil: {error}") from error
+    return named
 
 
 def _opener(config: pytest.Config, texts: Sequence[str] = ()) -> AbstractContextManager[Target]:

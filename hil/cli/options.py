@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
+from click.core import ParameterSource
 
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from hil.cli.exits import usage_errors
+from hil.targets.hands_file import named_hand
 
 if TYPE_CHECKING:
     from aero.safety import Thresholds
@@ -38,6 +40,10 @@ class ChosenHand:
     program: Path | None
     """Firmware program on its board, in place of the emulated firmware."""
     hand_id: str = ""
+    twin: str | None = None
+    """Unit of this hand, of `hands.toml`."""
+    baseline: Path | None = None
+    """Folder of its earlier figures, of `hands.toml`."""
 
     def open(
         self,
@@ -168,8 +174,16 @@ def emulation(command: AnyFunction) -> AnyFunction:
         firmware_program: Path | None,
         **others: Any,
     ) -> Any:
-        named = others.pop("target_name", "emulated")
-        chosen = ChosenHand(named, firmware, side, unit, seed, firmware_program, others.pop("hand_id", ""))
+        with usage_errors():
+            named = named_hand(others.pop("target_name", "emulated"))
+        if named.firmware is not None and not _asked_for("firmware"):
+            firmware = named.firmware
+        if named.side is not None and not _asked_for("side"):
+            side = named.side
+        hand_id = others.pop("hand_id", "") or named.name
+        chosen = ChosenHand(
+            named.port, firmware, side, unit, seed, firmware_program, hand_id, named.twin, named.baseline
+        )
         return command(hand=chosen, **others)
 
     wrapped: AnyFunction = update_wrapper(with_hand, command)
@@ -193,6 +207,11 @@ def emulation(command: AnyFunction) -> AnyFunction:
     return wrapped
 
 
+def _asked_for(option: str) -> bool:
+    """Return whether the command line names this option; what it says counts over `hands.toml`."""
+    return click.get_current_context().get_parameter_source(option) is not ParameterSource.DEFAULT
+
+
 def target(command: AnyFunction) -> AnyFunction:
     """Add `--hil` and `--hand-id` to the options of an emulated hand."""
     decorators = (
@@ -202,9 +221,13 @@ def target(command: AnyFunction) -> AnyFunction:
             default="emulated",
             show_default=True,
             metavar="TARGET",
-            help="`emulated`, `pty`, or the path or pyserial URL of a hand's port.",
+            help="`emulated`, `pty`, the path or pyserial URL of a port, or a name in hands.toml.",
         ),
-        click.option("--hand-id", default="", help="Name of this hand in recordings; its USB serial if not given."),
+        click.option(
+            "--hand-id",
+            default="",
+            help="Name of this hand in recordings; that of hands.toml or its USB serial if not given.",
+        ),
     )
     command = emulation(command)
     for decorate in reversed(decorators):

@@ -108,6 +108,7 @@ def run_policy(
             one_period_late=late,
             shown_action=ShownAction.LAST if late else None,
         )
+        twin = twin or hand.twin
         if twin is not None:
             found = correction(unit_named(twin), settings.settings or policy.settings)
             settings = replace(settings, correction=tuple(found.tolist()))

@@ -73,4 +73,13 @@ def validate(
 
     if look:
         names = (*(names or ("presence",)), *(() if "look" in names else ("look",)))
-    run(hand, names, baseline=baseline, homed=zeros == "homed", faults=faults, view=view, dry_run=dry_run, out=out)
+    run(
+        hand,
+        names,
+        baseline=baseline or hand.baseline,
+        homed=zeros == "homed",
+        faults=faults,
+        view=view,
+        dry_run=dry_run,
+        out=out,
+    )

@@ -26,6 +26,7 @@ from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
 from hil.targets.delays import DelayLog, TimedClock, TimedTransport
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
+from hil.targets.hands_file import named_hand
 from hil.targets.pty_process import serve_in_process
 from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
@@ -41,7 +42,7 @@ def open_target(
     target: str = "emulated",
     *,
     firmware: str | None = None,
-    hand: Side = "right",
+    hand: Side | None = None,
     unit: str = "reference",
     seed: int = 0,
     guarded: bool | None = None,
@@ -59,16 +60,17 @@ def open_target(
     or without an error; see `aero.safety.GuardedHand`.
 
     Args:
-        target: `emulated` (this process, virtual time), `pty` (own process, real time), or the path or pyserial URL of
-            a physical hand's port.
-        firmware: version that is emulated, or that the physical hand runs (no board can report its own); 0.2.0 when
-            not given.
-        hand: side.
+        target: `emulated` (this process, virtual time), `pty` (own process, real time), the path or pyserial URL of a
+            physical hand's port, or a name in `hands.toml`, see `hil.targets.hands_file`.
+        firmware: version that is emulated, or that the physical hand runs (no board can report its own); that of
+            `hands.toml` when not given, else 0.2.0.
+        hand: side; that of `hands.toml` when not given, else right.
         unit: shipped name, `plausible:SEED` or `.toml` path of the emulated hand; a physical hand has none.
         seed: of the emulated hand's noise.
         guarded: whether the hand is guarded; a physical one is unless this is False.
         thresholds: when a guarded hand is stopped; the defaults when None.
-        hand_id: name of the individual hand, for its recordings; the serial number of its USB port when not given.
+        hand_id: name of the individual hand, for its recordings; when not given, its name in `hands.toml` or the serial
+            number of its USB port.
         firmware_program: what `aero-hil firmware build` made, to run on the board of an `emulated` or `pty` hand;
             `firmware` and `hand` then say what it was made from.
         homed: whether an emulated hand is homed when it is opened, as every physical hand has been; its encoders' zeros
@@ -78,16 +80,18 @@ def open_target(
         conditions: how an `emulated` hand is found, none of which is a fault; as its unit says when None.
 
     Raises:
-        ValueError: an unknown firmware, side or unit; a firmware program or faults for a physical hand; faults that
-            cannot be combined; a cube for another hand than an `emulated` one without faults; conditions for another
-            than an `emulated` one.
+        ValueError: an unknown name, firmware, side or unit; a mistake in `hands.toml`; a firmware program or faults for
+            a physical hand; faults that cannot be combined; a cube for another hand than an `emulated` one without
+            faults; conditions for another than an `emulated` one.
         FaultNeverFiredError: one of the faults had no effect, on leaving the context without another error.
         FirmwareProgramError: the firmware program does not run, on entering the context.
         NoHandError: nothing answers at the port, on entering the context.
     """
     kinds: dict[str, Opener] = {"emulated": _emulated, "pty": _pty}
-    version = firmware or DEFAULT_FIRMWARE
-    codec = ActuationMap.for_firmware(version, hand=hand)
+    named = named_hand(target)
+    target, hand_id = named.port, hand_id or named.name
+    version, side = firmware or named.firmware or DEFAULT_FIRMWARE, hand or named.side or "right"
+    codec = ActuationMap.for_firmware(version, hand=side)
     guard = (thresholds or Thresholds()) if (target not in kinds if guarded is None else guarded) else None
     if firmware_program is not None and target not in kinds:
         raise ValueError(f"a firmware program runs on an emulated hand, not on {target!r}; give `emulated` or `pty`")
@@ -106,7 +110,7 @@ def open_target(
     found = conditions or Conditions()
     built = found.applied(unit_named(unit)) if conditions else unit_named(unit)
     request = OpenRequest(
-        target, codec, version, hand, built, seed, guard, hand_id, program, homed, schedule, cube, found
+        target, codec, version, side, built, seed, guard, hand_id, program, homed, schedule, cube, found
     )
     return kinds.get(target, _physical)(request)
 

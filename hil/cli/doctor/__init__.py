@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import click
 
 from hil.cli.doctor.hand import examine_port
 from hil.cli.doctor.machine import check_drawing, check_installation, check_jitter, lateness_s
-from hil.cli.exits import Exit
+from hil.cli.exits import Exit, usage_errors
 from hil.robots.finding import Examined, Subject, Verdict, worst
+from hil.targets.hands_file import FILE, add_hand, named_hand, refuse_taken
 
 
 def examine(named: str = "") -> Iterator[Examined]:
@@ -30,21 +31,40 @@ COLOURS = {Verdict.OK: "green", Verdict.LOOK: "yellow", Verdict.WRONG: "red"}
 
 
 @click.command()
-@click.option("--hil", "port", metavar="PORT", help="Port of a hand, which is asked at rest; nothing moves.")
+@click.option(
+    "--hil", "port", metavar="PORT", help="Port or name in hands.toml of a hand, which is asked at rest; nothing moves."
+)
+@click.option("--save", metavar="NAME", help="Add the hand of --hil to hands.toml in this folder, under this name.")
 @click.option("--json", "as_json", is_flag=True, help="Print data for programs and for bug reports.")
-def doctor(port: str | None, as_json: bool) -> None:
+def doctor(port: str | None, save: str | None, as_json: bool) -> None:
     """Look at this machine, its serial ports and a hand at rest, and say what to do."""
     if port == "":
         raise click.BadParameter("it is empty; name a port, or leave --hil away", param_hint="--hil")
+    if save is not None and port is None:
+        raise click.UsageError("--save needs --hil: the hand that is saved is asked first")
+    with usage_errors():
+        port = named_hand(port).port if port else ""
+        if save is not None:
+            refuse_taken(save)
     findings = []
-    for finding in examine(port or ""):
+    for finding in examine(port):
         findings.append(finding)
         if not as_json:
             show(finding)
     if as_json:
         document: dict[str, Any] = {"format": FORMAT, "verdict": worst(findings)}
         click.echo(json.dumps(document | {"findings": [finding.as_dict() for finding in findings]}, indent=2))
+    if save is not None:
+        click.echo(_saved(save, port, {finding.check: finding for finding in findings}), err=as_json)
     sys.exit(exit_code(findings))
+
+
+def _saved(name: str, port: str, findings: Mapping[str, Examined]) -> str:
+    """Add a hand that answered to `hands.toml` and return what to say."""
+    if "firmware" not in findings:
+        return f"not saved as {name}: no hand answered"
+    add_hand(name, port, findings["firmware"].data["versions"])
+    return f"saved in {FILE}: from now on `--hil {name}`"
 
 
 def exit_code(findings: Iterable[Examined]) -> Exit:

@@ -1,0 +1,168 @@
+"""`hands.toml`: names for the hands of a workplace, so that `--hil bench-left` stands for port, firmware and the rest.
+
+The file lies in the working folder or in the user's configuration folder. Nothing in it is run.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, Literal
+
+from aero.firmware import FIRMWARE
+from aero.regular_file import read_text
+from aero.whole_file import write_whole
+
+FILE = "hands.toml"
+IN_SOFTWARE = ("emulated", "pty")
+"""Targets that are emulated hands."""
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
+PORT = re.compile(r"[/\\]|://|^COM\d+$", re.IGNORECASE)
+"""Found in the path or URL of a port, and in no name."""
+ALLOWED: Mapping[str, Sequence[str]] = {
+    "port": (), "firmware": tuple(FIRMWARE), "side": ("right", "left"), "twin": (), "baseline": (),
+}  # fmt: skip
+"""Keys of a hand, and the values that each may have; any text where none are listed."""
+
+
+@dataclass(frozen=True)
+class NamedHand:
+    """What `--hil` names: an entry of `hands.toml`, or a target alone."""
+
+    port: str
+    """`emulated`, `pty`, or the path or pyserial URL of a port."""
+    name: str = ""
+    """Its name in the file; empty for a target alone."""
+    firmware: str | None = None
+    side: Literal["right", "left"] | None = None
+    twin: str | None = None
+    """Unit that `aero-hil calibrate` made of this hand, or a shipped one."""
+    baseline: Path | None = None
+    """Folder that `aero-hil baseline` made."""
+
+
+def named_hand(target: str) -> NamedHand:
+    """Return what `target` stands for: a name of the first file that has it, or a port or an emulated hand as it is.
+
+    Raises:
+        ValueError: a file has a mistake, or there is no such name and no such port.
+    """
+    if target in IN_SOFTWARE or PORT.search(target):
+        return NamedHand(target)
+    known: dict[str, NamedHand] = {}
+    for path in files():
+        for name, hand in read_hands(path).items():
+            known.setdefault(name, hand)
+    if target in known:
+        return known[target]
+    if os.path.lexists(target):
+        return NamedHand(target)
+    close = get_close_matches(target, [*known, *IN_SOFTWARE], 1)
+    meant = f"Did you mean `{close[0]}`? " if close else ""
+    there = f"{', '.join(known)} of {FILE}" if known else f"no name, as there is no {FILE} here"
+    raise ValueError(
+        f"no hand is called {target!r}. {meant}Known are `emulated`, `pty`, the path or pyserial URL of a port "
+        f"(/dev/ttyACM0, COM3, socket://HOST:PORT), and {there}"
+    )
+
+
+def files() -> tuple[Path, ...]:
+    """Return the files that there are, the one of the working folder first."""
+    return tuple(path for path in (Path(FILE), user_folder() / FILE) if path.is_file())
+
+
+def user_folder() -> Path:
+    """Return the folder of this user's configuration; it need not be there."""
+    if sys.platform == "win32":
+        base = os.environ.get("APPDATA", "")
+    else:
+        base = os.environ.get("XDG_CONFIG_HOME", "")
+    return Path(base or Path.home() / ".config") / "aero-hil"
+
+
+def read_hands(path: Path) -> dict[str, NamedHand]:
+    """Return the hands of a file by name; its relative paths are relative to its folder.
+
+    Raises:
+        ValueError: it cannot be read, is no TOML, or has a key or a value that is not allowed.
+    """
+    try:
+        tables = tomllib.loads(read_text(path))
+    except OSError as error:
+        raise ValueError(f"{path}: {error}") from error
+    except ValueError as error:
+        raise ValueError(f"{path} is not TOML: {error}") from error
+    return {name: _hand(path, name, table) for name, table in tables.items()}
+
+
+def _hand(path: Path, name: str, table: Any) -> NamedHand:
+    where = f"{path}, [{name}]"
+    if not isinstance(table, dict):
+        raise ValueError(
+            f"{path}: `{name}` stands outside a table; begin each hand with its name, such as [bench-left]"
+        )
+    if not NAME.fullmatch(name) or name in IN_SOFTWARE or PORT.search(name):
+        raise ValueError(f"{where}: a name is made of letters, digits, - and _, and is none of a port")
+    for key, value in table.items():
+        if key not in ALLOWED:
+            close = get_close_matches(key, ALLOWED, 1)
+            meant = f"did you mean `{close[0]}`? " if close else ""
+            raise ValueError(f"{where}: unknown key `{key}`; {meant}allowed are {', '.join(ALLOWED)}")
+        if not isinstance(value, str) or not value:
+            raise ValueError(f"{where}: `{key}` is text in quotation marks, not {value!r}")
+        if ALLOWED[key] and value not in ALLOWED[key]:
+            raise ValueError(f"{where}: `{key}` is one of {', '.join(ALLOWED[key])}, not {value!r}")
+    if "port" not in table:
+        raise ValueError(f"{where}: `port` is missing")
+    twin, baseline = table.get("twin"), table.get("baseline")
+    if twin is not None and twin.endswith(".toml"):
+        twin = str(path.parent / twin)
+    folder = None if baseline is None else path.parent / baseline
+    return NamedHand(table["port"], name, table.get("firmware"), table.get("side"), twin, folder)
+
+
+def refuse_taken(name: str, path: Path = Path(FILE)) -> None:
+    """See that a hand can be added to a file under this name.
+
+    Raises:
+        ValueError: the name is none, or the file has it, or has a mistake.
+    """
+    if not NAME.fullmatch(name) or name in IN_SOFTWARE or PORT.search(name):
+        raise ValueError(f"{name!r} cannot name a hand; use letters, digits, - and _, such as bench-left")
+    if path.exists() and name in read_hands(path):
+        raise ValueError(f"{path} has [{name}] already; choose another name, or edit the file")
+
+
+def add_hand(name: str, port: str, versions: Sequence[str], path: Path = Path(FILE)) -> None:
+    """Append a hand to a file, which is otherwise left as it is.
+
+    Args:
+        name: what it will be called.
+        port: where it answers.
+        versions: firmware versions that it behaves like; a single one is written, several stand in a comment.
+        path: the file.
+
+    Raises:
+        ValueError: as `refuse_taken`.
+        OSError: the file cannot be written.
+    """
+    refuse_taken(name, path)
+    before = read_text(path).rstrip("\n") + "\n\n" if path.exists() else ""
+    lines = [f"[{name}]", f"port = {_quoted(port)}"]
+    if len(versions) == 1:
+        lines.append(f"firmware = {_quoted(versions[0])}")
+    elif versions:
+        lines.append(f'# firmware = "{versions[-1]}"  # name the flashed one: {", ".join(versions)} answer alike')
+    lines.append('# side = "left"  # no board says its side')
+    write_whole(path, before + "\n".join(lines) + "\n")
+
+
+def _quoted(text: str) -> str:
+    """Return text as a basic string of TOML."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

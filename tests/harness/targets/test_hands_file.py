@@ -1,0 +1,144 @@
+"""A name in `hands.toml` stands for a port and what is known of the hand there; mistakes are one line."""
+
+import re
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+import hil
+from hil.cli import main
+from hil.cli.doctor.hand import Answers
+from hil.targets.hands_file import NAME, PORT, add_hand, named_hand, read_hands
+
+pytest_plugins = ["pytester"]
+
+BENCH = """\
+# the bench by the window
+[bench-left]
+port = "/dev/ttyACM7"
+firmware = "0.1.5"
+side = "left"
+twin = "mine.toml"
+baseline = "known"
+"""
+MISTAKES = {
+    "no TOML": ("[bench-left\n", r"not TOML.*line 1"),
+    "another key": (BENCH + 'firmwear = "pre"\n', r"\[bench-left\]: unknown key `firmwear`; did you mean `firmware`"),
+    "another firmware": (BENCH.replace("0.1.5", "9.9"), r"`firmware` is one of pre, .*main, not '9.9'"),
+    "another side": (BENCH.replace('"left"', '"third"'), r"`side` is one of right, left, not 'third'"),
+    "a number": (BENCH.replace('"0.1.5"', "0.1"), r"`firmware` is text in quotation marks, not 0.1"),
+    "no port": (BENCH.replace("port", "# port"), r"\[bench-left\]: `port` is missing"),
+    "outside a table": ('port = "COM3"\n', r"`port` stands outside a table"),
+    "a port as name": ('[COM3]\nport = "COM3"\n', r"\[COM3\]: a name is made of"),
+}
+
+
+@pytest.fixture(autouse=True)
+def folders(tmp_path, monkeypatch):
+    """An empty working folder, and an empty folder of the user's configuration."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setenv("APPDATA", str(tmp_path / "config"))
+    (tmp_path / "config" / "aero-hil").mkdir(parents=True)
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    return tmp_path / "work", tmp_path / "config" / "aero-hil"
+
+
+def test_a_name_brings_all_that_the_file_says(folders):
+    work, _ = folders
+    (work / "hands.toml").write_text(BENCH)
+    hand = named_hand("bench-left")
+    assert (hand.port, hand.name, hand.firmware, hand.side) == ("/dev/ttyACM7", "bench-left", "0.1.5", "left")
+    assert (hand.twin, str(hand.baseline)) == ("mine.toml", "known")
+
+
+def test_the_working_folder_counts_over_the_user_s(folders):
+    work, user = folders
+    (user / "hands.toml").write_text(BENCH + '[other]\nport = "COM4"\n')
+    assert named_hand("bench-left").twin == str(user / "mine.toml")
+    (work / "hands.toml").write_text('[bench-left]\nport = "pty"\n')
+    assert named_hand("bench-left").port == "pty"
+    assert named_hand("other").port == "COM4"
+
+
+@pytest.mark.parametrize(
+    "port", ["emulated", "pty", "/dev/ttyACM0", "COM3", r"\\.\COM12", "socket://bench:4000", "rfc2217://bench:4000"]
+)
+def test_a_port_is_itself_and_reads_no_file(folders, port):
+    (folders[0] / "hands.toml").write_text("[broken")
+    assert named_hand(port).port == port
+
+
+def test_an_unknown_name_offers_the_nearest(folders):
+    (folders[0] / "hands.toml").write_text(BENCH)
+    with pytest.raises(ValueError, match=r"'bench-lef'. Did you mean `bench-left`.*/dev/ttyACM0"):
+        named_hand("bench-lef")
+    with pytest.raises(ValueError, match="Did you mean `emulated`"):
+        hil.open_target("emulatd")
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_one_line_that_says_where_and_what_is_allowed(folders, mistake):
+    text, said = MISTAKES[mistake]
+    (folders[0] / "hands.toml").write_text(text)
+    result = CliRunner().invoke(main, ["validate", "--hil", "bench-left", "--dry-run"])
+    assert result.exit_code == 2
+    (line,) = result.output.splitlines()
+    assert re.search(said, line), line
+    assert "hands.toml" in line
+
+
+def test_the_command_line_counts_over_the_file(folders):
+    (folders[0] / "hands.toml").write_text('[soft]\nport = "emulated"\nfirmware = "0.1.5"\nside = "left"\n')
+    run = CliRunner().invoke
+    said = run(main, ["validate", "--hil", "soft", "--dry-run"]).output
+    assert "left hand soft on emulated, firmware 0.1.5" in " ".join(said.split())
+    said = run(main, ["validate", "--hil", "soft", "--firmware", "pre", "--hand", "right", "--dry-run"]).output
+    assert "right hand soft on emulated, firmware pre" in " ".join(said.split())
+
+
+def test_pytest_takes_the_name_too(folders, pytester):
+    pytester.makefile(".toml", hands='[soft]\nport = "emulated"\nfirmware = "0.1.5"\nside = "left"\n')
+    pytester.makepyfile(
+        "def test_hand(aero_target):\n    assert (aero_target.firmware, aero_target.side) == ('0.1.5', 'left')"
+    )
+    result = pytester.runpytest_subprocess("--hil=soft", "-p", "no:cacheprovider")
+    result.stdout.fnmatch_lines(["*left hand on soft, firmware 0.1.5*", "*1 passed*"])
+    assert pytester.runpytest_subprocess("--hil=sofd").ret == pytest.ExitCode.USAGE_ERROR
+
+
+@given(
+    name=st.from_regex(NAME, fullmatch=True).filter(
+        lambda name: not PORT.search(name) and name not in ("emulated", "pty")
+    ),
+    port=st.text(st.characters(exclude_categories=["Cc", "Cs"]), min_size=1),
+    versions=st.lists(st.sampled_from(["pre", "0.1.5", "0.2.0"]), unique=True),
+)
+def test_what_is_added_is_read_again_and_the_rest_stays(tmp_path_factory, name, port, versions):
+    path = tmp_path_factory.mktemp("hands") / "hands.toml"
+    path.write_text(BENCH)
+    if name == "bench-left":
+        return
+    add_hand(name, port, versions, path)
+    hand = read_hands(path)[name]
+    assert (hand.port, hand.firmware) == (port, versions[0] if len(versions) == 1 else None)
+    assert path.read_text(encoding="utf-8").startswith(BENCH)
+    with pytest.raises(ValueError, match="already"):
+        add_hand(name, "COM9", [], path)
+
+
+def test_doctor_saves_a_hand_that_answers_and_never_another_s_name(folders, monkeypatch):
+    answers = Answers((20_000,) * 7, knows_limits=True, knows_calibrate_mid=True, boot_text="")
+    monkeypatch.setattr("hil.cli.doctor.hand.ask", lambda _port: answers)
+    (folders[0] / "hands.toml").write_text(BENCH)
+    run = CliRunner().invoke
+    refused = run(main, ["doctor", "--hil", "/dev/ttyACM3", "--save", "bench-left"])
+    assert refused.exit_code == 2
+    assert "[bench-left] already" in refused.output
+    assert run(main, ["doctor", "--save", "x"]).exit_code == 2
+    said = run(main, ["doctor", "--hil", "/dev/ttyACM3", "--save", "bench-right"]).output
+    assert "--hil bench-right" in said
+    assert named_hand("bench-right").port == "/dev/ttyACM3"
+    assert (folders[0] / "hands.toml").read_text().startswith(BENCH)
