@@ -18,6 +18,7 @@ from hil.checks.shared.experiment import finite
 from hil.checks.shared.signals import at_times
 from hil.cli.reading import RECORDING, judging, read
 from hil.cli.terminal import console as new_console
+from hil.recordings.errors import UnusableFileError
 from hil.recordings.recording import Recording
 
 
@@ -39,11 +40,12 @@ def difference(first: Recording, second: Recording) -> dict[Channel, ChannelDiff
     """Compare two recordings of one experiment.
 
     Raises:
-        ValueError: they are of different experiments.
+        UnusableFileError: they are of different experiments.
     """
     names = {first.header.experiment, second.header.experiment}
     if len(names) > 1 or not names <= EXPERIMENTS.keys():
-        raise ValueError(f"a difference needs two recordings of one experiment, not of {' and '.join(sorted(names))}")
+        of = " and ".join(sorted(names))
+        raise UnusableFileError(f"a difference needs two recordings of one experiment, not of {of}")
     experiment = EXPERIMENTS[first.header.experiment]
     one, other = experiment.measure(first), experiment.measure(second)
     times = first["codes"].times

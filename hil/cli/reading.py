@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from hil.cli.exits import Ended, Exit, usage_errors
+from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording
 
@@ -27,13 +28,11 @@ def read(path: Path) -> Recording:
 
 @contextmanager
 def judging(*paths: Path) -> Iterator[None]:
-    """Around what is made of recordings that were given: whatever they lack ends with one line that names them.
+    """Around what is made of recordings that were given: what they lack ends with one line that names them.
 
-    A recording of ours has what its experiment measures. One that was altered, or written by another program, may lack
-    anything, and then Python says what.
+    Any other error is a defect of this program and ends as one.
     """
     try:
         yield
-    except (LookupError, TypeError, AttributeError, ArithmeticError, ValueError) as error:
-        said = str(error) if isinstance(error, ValueError) else f"{type(error).__name__} {error}"
-        raise Ended(f"{', '.join(map(str, paths))}: {said}", Exit.USAGE) from error
+    except (CannotBeMeasuredError, UnusableFileError) as error:
+        raise Ended(f"{', '.join(map(str, paths))}: {error}", Exit.USAGE) from error

@@ -13,7 +13,7 @@ from hil.checks.shared.experiment import Experiment, Measuring
 from hil.checks.shared.lateness import LATE_S, VERY_LATE_S, held_up, longest
 from hil.checks.shared.signals import find_steps, own_stretch
 from hil.checks.shared.subjects import CHANNELS
-from hil.recordings.errors import CannotBeMeasuredError
+from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.diagnosis import Component, Diagnosis, Indication, Location, NextStep, Row, command_again, filled, rows
@@ -256,12 +256,13 @@ def _limits_of_unit(unit: str) -> str:
     """Return the kind of hand of a recording that does not name it, as those of version 0.1.0 do not.
 
     Raises:
-        ValueError: the unit was a file, which is not opened because a recording names it.
+        UnusableFileError: the unit was a file, which is not opened because a recording names it.
     """
     if unit == PHYSICAL or unit.startswith(PLAUSIBLE):
         return DEFAULT_LIMITS
     if unit not in shipped_units():
-        raise ValueError(f"this recording of unit {unit!r} does not say which limits it is judged by; record it again")
+        said = f"this recording of unit {unit!r} does not say which limits it is judged by; record it again"
+        raise UnusableFileError(said)
     return unit_named(unit).limits
 
 

@@ -20,6 +20,7 @@ from hil.checks import CHECKS, Measured, Measuring
 from hil.checks.shared.declaration import Check, Metric
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.subjects import SUBJECTS
+from hil.recordings.errors import UnusableFileError
 from hil.verdict.findings import Finding, Withheld
 
 LIMITS = resources.files("hil") / "data" / "limits"
@@ -179,7 +180,7 @@ def read_provenance(kind: str) -> Mapping[str, Any]:
 
 def _table(kind: str) -> dict[str, Any]:
     if kind not in kinds():
-        raise ValueError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
+        raise UnusableFileError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
     return tomllib.loads(LIMITS.joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
 
 

@@ -19,6 +19,7 @@ from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo import control
 from firmware_emulator.servo.parameters import CURRENT_UNIT_MA
+from hil.recordings.errors import UnusableFileError
 from hil.recordings.recording import Recording
 from hil.targets.target import GroundTruth, Target
 from hil.targets.wire_log import WireRecord
@@ -153,11 +154,11 @@ def frames(recording: Recording) -> list[ViewFrame]:
     """Return the frames of a recording, in the order of their time, at most `FRAMES_PER_S`.
 
     Raises:
-        ValueError: no position was read while it was made, or its coefficients are not shipped.
+        UnusableFileError: no position was read while it was made, or its coefficients are not shipped.
     """
     header = recording.header
     if header.map not in SHIPPED:  # a file that a recording names is not opened
-        raise ValueError(f"it was made with the coefficients {header.map!r}; shipped are {', '.join(SHIPPED)}")
+        raise UnusableFileError(f"it was made with the coefficients {header.map!r}; shipped are {', '.join(SHIPPED)}")
     codec = ActuationMap.for_firmware(header.firmware, header.window, hand=header.hand, coefficients=header.map)
     source = WireSource(codec)
     found: list[ViewFrame] = []
@@ -168,5 +169,6 @@ def frames(recording: Recording) -> list[ViewFrame]:
             found.append(frame)
             due = record.t + 1.0 / FRAMES_PER_S
     if not found:
-        raise ValueError(f"this recording of {header.experiment!r} holds no position of the hand, so nothing to show")
+        said = f"this recording of {header.experiment!r} holds no position of the hand, so nothing to show"
+        raise UnusableFileError(said)
     return found

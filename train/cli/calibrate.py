@@ -71,7 +71,7 @@ def calibrate_command(
         if plots is not None:
             prepared_folder(plots)
         traces = [load_trace(path) for path in recordings]
-    with usage_errors(), unwinding(), ProgressBar(*columns, console=console, transient=True) as bar:
+    with unwinding(), ProgressBar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("replays, about", total=None)
         result = calibrate(
             traces,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aero.child_process import worker_processes
 from aero.firmware import DEFAULT_FIRMWARE
+from hil.recordings.errors import UnusableFileError
 from model.units import Unit
 from train.identification.p_damping import PDampingModel
 from train.identification.replay_score import held_out
@@ -117,16 +118,16 @@ def calibrate(
         progress: called after each replay with how many are done and about how many it takes.
 
     Raises:
-        ValueError: no traces, traces of a left hand, of several firmwares, or in which no channel moves.
+        UnusableFileError: no traces, traces of a left hand, of several firmwares, or in which no channel moves.
     """
     if not traces:
-        raise ValueError("calibration needs at least one recording")
+        raise UnusableFileError("calibration needs at least one recording")
     kept = tuple(traces)
     firmware = _one_firmware(kept, firmware)
     factors = interval_factors() if factors is None else factors
     moved = excited(kept)
     if not moved:
-        raise ValueError("no channel moves in these recordings; `aero-hil record --excite all` moves each of them")
+        raise UnusableFileError("no channel moves in these; `aero-hil record --excite all` moves each of them")
     told_by = identifiable_parameters(free, moved, pulling(kept))
     done = 0
 
@@ -189,8 +190,9 @@ def _replays(model: UnitModel) -> int:
 
 def _one_firmware(traces: Sequence[Trace], asked: str | None) -> str:
     if left := [trace.name for trace in traces if trace.side != "right"]:
-        raise ValueError(f"a unit is fitted to a right hand; {', '.join(left)} is of a left one")
+        raise UnusableFileError(f"a unit is fitted to a right hand; {', '.join(left)} is of a left one")
     said = {version for version in (asked, *(trace.firmware for trace in traces)) if version is not None}
     if len(said) > 1:
-        raise ValueError(f"recordings and option name several firmwares, {', '.join(sorted(said))}; fit one at a time")
+        several = ", ".join(sorted(said))
+        raise UnusableFileError(f"recordings and option name several firmwares, {several}; fit one at a time")
     return said.pop() if said else DEFAULT_FIRMWARE
