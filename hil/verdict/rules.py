@@ -124,8 +124,9 @@ def of_the_bytes(failures: Failures, end: RunEnd) -> Told | None:
     lost = failures.hand("session/lost_replies") or failures.hand("presence/lost_replies")
     stray = failures.hand("session/stray_bytes")
     broken = end.kind is EndKind.LINK or end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
-    # One servo's readings do not make another's jump.
-    jumping = failures.on("staircase/overshoot_hand_percent") | failures.on("holding/creep_percent")
+    # One servo's readings do not make another's jump; motors without torque to spare creep.
+    creeping = frozenset[Channel]() if failures.short_of_torque else failures.on("holding/creep_percent")
+    jumping = failures.on("staircase/overshoot_hand_percent") | creeping
     return _first(
         # What the hand reads says nothing then.
         (failures.of_driver, Component.DRIVER, "driver"),
@@ -256,7 +257,7 @@ def what(failures: Failures, channel: Channel) -> str:
         (high("holding/creep_percent") and high("staircase/tracking_rms"), "cuts_out"),
         (high("holding/creep_percent") or (low("alike/held_again") or high("alike/held_again")), "drift"),
         (high("response/standstill", "excursion/stale") and not short, "answers"),
-        (unloaded and further, "cable_off"),
+        (unloaded and (further or high("audit/followed")), "cable_off"),
         (unloaded and low("excursion/stop_current"), "current_sensor"),
         (loaded and high("excursion/stop_current"), "current_sensor"),
         (high("staircase/take_up") and low("staircase/spring"), "cable_off"),

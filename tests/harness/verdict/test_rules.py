@@ -69,6 +69,11 @@ HAND_RULES = {
         Component.SUPPLY,
         "supply",
     ),
+    "supply too weak to hold": (
+        {"holding__creep_percent": all_of(9), "excursion__closed_percent": all_of(-500)},
+        Component.SUPPLY,
+        "supply",
+    ),
     "supply too weak for the thumb": (
         {
             "audit__pull": {"thumb_cmc_flexion": 12, "thumb_flexor": 6},
@@ -94,6 +99,7 @@ CHANNEL_RULES = {
     "drift": ({"holding__creep_percent": 1.2, "alike__held_again": 5}, "drift"),
     "current that fades": ({"alike__held_again": -3}, "drift"),
     "cable off": ({"audit__pull": -2, "excursion__closed_percent": 2, "staircase__take_up": 99}, "cable_off"),
+    "cable off before it closes": ({"audit__pull": -4, "audit__followed": 1.1}, "cable_off"),
     "nothing pulls": ({"staircase__spring": -2, "staircase__take_up": 99}, "cable_off"),
     "current sensor": (
         {"staircase__spring": -2, "excursion__stop_current": -3, "staircase__take_up": 99},
