@@ -3,8 +3,7 @@
 from aero.safety.guarded import GuardedHand
 from aero.safety.interrupts import unwinding
 from aero.safety.standby import Standby
-from aero.safety.state import Health
-from aero.safety.stop import LinkLostError, SafetyReason, SafetyStopError
+from aero.safety.stop import Health, LinkLostError, SafetyReason, SafetyStopError
 from aero.safety.thresholds import Thresholds
 from aero.safety.watchdog import WatchedClock
 

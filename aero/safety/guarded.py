@@ -20,7 +20,7 @@ from aero.firmware import ServoSettings
 from aero.protocol import Opcode
 from aero.safety.guard import Guard
 from aero.safety.standby import Standby
-from aero.safety.state import Health, Phase
+from aero.safety.stop import Health, Phase
 from aero.safety.thresholds import Thresholds
 from aero.transport import Transport
 
@@ -45,7 +45,9 @@ def _polled(
         if check is not None:
             check(*args, **kwargs)
         bound: Callable[P, T] = getattr(self._hand, call.__name__)
-        return self._guard.exchange(bound, *args, **kwargs)
+        with self._guard.turn():
+            self._guard.poll()
+            return bound(*args, **kwargs)
 
     update_wrapper(guarded, call)
     return guarded
@@ -153,7 +155,8 @@ class GuardedHand:
             SafetyStopError: a temperature or a current is over its limit before anything moves.
             AeroError, ConnectionError: as `read_codes`.
         """
-        return self._guard.check()
+        with self._guard.turn():
+            return self._guard.check()
 
     def begin(self) -> None:
         """Check the hand and open it gently now, if nothing has moved yet, and not in the middle of the first command.
@@ -163,7 +166,8 @@ class GuardedHand:
         Raises:
             SafetyStopError: as `check`; or the hand did not open.
         """
-        self._guard.start()
+        with self._guard.turn():
+            self._guard.start()
 
     def expect_stops(self, channels: Iterable[Channel]) -> None:
         """Weaken channels that are about to be driven into their stops, which is no reason to stop the hand then.
@@ -175,7 +179,9 @@ class GuardedHand:
             ValueError: there is no such channel; nothing is sent.
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
-        self._guard.expect_stops(channels)
+        weak = tuple(map(Channel, channels))
+        with self._guard.turn():
+            self._guard.expect_stops(weak)
 
     def limit_torques(self, share: float) -> None:
         """Let no channel use more than a share (0..1) of its stall torque; `expect_stops` ends it.
@@ -189,19 +195,24 @@ class GuardedHand:
         """
         if not 0.0 <= share <= 1.0:
             raise ValueError(f"limit_torques: expected a share of the stall torque in 0..1, got {share!r}")
-        self._guard.limit_torques(round(STALL_TORQUE * share))
+        with self._guard.turn():
+            self._guard.limit_torques(round(STALL_TORQUE * share))
 
     def command_codes(self, codes: ArrayLike) -> None:
         """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""
-        self._guard.command(codes)
+        goal = protocol.position_codes(codes)
+        with self._guard.turn():
+            self._guard.command(goal)
 
     def command_codes_blindly(self, codes: ArrayLike) -> None:
         """As `command_codes`: a program commands nothing blindly; only the guard's last opening does."""
-        self._guard.command(codes)
+        self.command_codes(codes)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
         """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
-        self._guard.command_torques(magnitudes)
+        goal = protocol.torque_magnitudes(magnitudes)
+        with self._guard.turn():
+            self._guard.command_torques(goal)
 
     read_codes = _polled(AeroHand.read_codes)
     read_currents = _polled(AeroHand.read_currents)
@@ -216,12 +227,14 @@ class GuardedHand:
     def set_speed(self, channel: Channel, register_units: int) -> None:
         """As `AeroHand.set_speed`, and sent again after a restart; opens the hand first if nothing has moved yet."""
         protocol.make_set_speed(channel, register_units)  # nonsense is refused before anything moves
-        self._guard.limit(channel, speed=register_units)
+        with self._guard.turn():
+            self._guard.limit(channel, speed=register_units)
 
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """As `AeroHand.set_torque`, and sent again after a restart; opens the hand first if nothing has moved yet."""
         protocol.make_set_torque(channel, register_units)
-        self._guard.limit(channel, torque=register_units)
+        with self._guard.turn():
+            self._guard.limit(channel, torque=register_units)
 
     def calibrate_mid(self, channel: Channel) -> Centred:
         """As `AeroHand.calibrate_mid`, at low speed and torque, from a hand that holds still.
@@ -233,7 +246,8 @@ class GuardedHand:
             ValueError, SafetyStopError, AeroError: as `begin` and `AeroHand.calibrate_mid`; the limits are restored.
         """
         channel = Channel(channel)
-        result = self._guard.calibrate_mid(channel)
+        with self._guard.turn():
+            result = self._guard.calibrate_mid(channel)
         _LOG.warning(
             "%s: %s reads %d counts where it stands. The same command means another angle from now on, and the finger "
             "may jump with the next one; approach it in small steps.",
@@ -247,7 +261,9 @@ class GuardedHand:
         Closed fingers are opened slowly first: a thumb that lies against them would find its stop there, and all its
         angles would be wrong from then on.
         """
-        self._guard.home(positive_s("timeout_s", timeout_s))
+        positive_s("timeout_s", timeout_s)
+        with self._guard.turn():
+            self._guard.home(timeout_s)
 
     def close(self) -> None:
         """Open the hand slowly and leave it weak, if this program has moved it, and give the port back.

@@ -15,7 +15,7 @@ from aero.errors import AeroError
 from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE, Opcode, parse_reply, unsigned_values
 from aero.safety import GuardedHand, SafetyReason, SafetyStopError, Thresholds, guard
-from aero.safety.state import Phase
+from aero.safety.stop import Phase
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink

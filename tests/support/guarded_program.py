@@ -20,7 +20,7 @@ from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError, Thresholds, unwinding
 from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
-from aero.safety.state import Phase
+from aero.safety.stop import Phase
 from hil.faults import Schedule, parse_fault
 from hil.faults.board import EFFECTS as BOARD_EFFECTS
 from hil.faults.faulty_hand import build_faulty

@@ -6,7 +6,7 @@ from guarded_program import SETTLES_S, GuardedProgram, step
 
 from aero.protocol import Opcode
 from aero.safety import Thresholds
-from aero.safety.state import Phase
+from aero.safety.stop import Phase
 
 QUERIES = {Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP}
 UNWATCHED_S = 2.7

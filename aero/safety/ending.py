@@ -1,0 +1,198 @@
+"""How a guarded hand is stopped and opened for the last time, whatever the reason, and what it refuses from then on."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+from contextlib import AbstractContextManager
+from typing import NoReturn
+
+from numpy.typing import ArrayLike
+
+from aero.clock import Clock
+from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
+from aero.firmware import ServoSettings
+from aero.protocol import position_codes
+from aero.safety.interrupts import uninterrupted
+from aero.safety.kept_limits import KeptLimits
+from aero.safety.lookout import Lookout
+from aero.safety.opening import OPEN, SWITCH_OFF, Doubt, open_and_relax
+from aero.safety.standby import Standby
+from aero.safety.stop import LinkLostError, Phase, SafetyReason, SafetyStopError, Violation
+from aero.safety.thresholds import Thresholds
+from aero.safety.watchdog import Watchdog
+
+_LOG = logging.getLogger(__name__)
+ENDED = Violation(SafetyReason.ENDED, "The program ended")
+"""Nothing was wrong."""
+WATCHDOG_S = 0.5
+"""Time from one check of whether a hand on a port goes unwatched to the next, s."""
+
+
+class EndingHand:
+    """A hand that is opened once for the last time, and takes nothing afterwards.
+
+    The lock covers one call of the program, with the poll before it: a slow start, a command, a reading, the last
+    opening. So no call of one thread comes between the steps of another's. Threads that call during the last opening
+    are refused at once.
+    """
+
+    def __init__(
+        self,
+        hand: AeroHand,
+        clock: Clock,
+        *,
+        spans_counts: ArrayLike,
+        usual: ServoSettings | None,
+        thresholds: Thresholds,
+        standby: Standby | None,
+    ) -> None:
+        """Take a hand that nothing has moved yet; the arguments are those of `GuardedHand`."""
+        self.phase = Phase.RESTING
+        self.thresholds = thresholds
+        self._bare_clock = clock
+        self._limits = KeptLimits(hand, usual, thresholds)
+        self._last_codes = position_codes(OPEN)
+        self._hand = hand
+        self._standby = standby
+        self._owner = os.getpid()
+        telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
+        self._lookout = Lookout(hand, clock, thresholds, spans_counts, telemetry_s)
+        self._closed = False
+        self._is_open = True
+        self._ending = ENDED
+        """Why it is opened for the last time."""
+        self._stop: SafetyStopError | None = None
+        self._watchdog = Watchdog(self._poll_for_the_program, WATCHDOG_S)
+        self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of a call
+
+    def turn(self) -> AbstractContextManager[bool]:
+        """Return the lock under which one call of the program is made.
+
+        Raises:
+            SafetyStopError: the hand is being opened for the last time, was stopped, or belongs to another process.
+        """
+        self._refuse()
+        return self._lock
+
+    def poll(self) -> None:
+        """Poll the hand if it is time; nothing happens before the first motion. Raises as `turn`, or stops the hand."""
+        self._refuse()
+        if self.phase not in {Phase.OPENING, Phase.MOVING}:
+            return
+        stop = self._lookout.look(closed=self._closed, restore=lambda: self._limits.restore(self._last_codes))
+        if stop is not None:
+            self._abort(stop.violation, silent=stop.silent)
+
+    def poll_alone(self) -> None:
+        """Poll the hand as a call of its own."""
+        with self.turn():
+            self.poll()
+
+    def end(self) -> None:
+        """Open the hand if the program has moved it, and give the port back; `GuardedHand.close`."""
+        if os.getpid() != self._owner:
+            return
+        before = self._stop
+        self._watchdog.end()
+        try:
+            try:
+                self._open_at_the_end()
+            finally:
+                # An interrupt may have come before the first call held it back; else this one does nothing.
+                self._open_at_the_end()
+        finally:
+            try:
+                self._hand.close()
+                if self._standby is not None:
+                    (self._standby.stand_down if self._is_open else self._standby.take_over)()
+            finally:
+                if self._stop is not None and self._stop is not before and not self._is_open:
+                    raise self._stop  # this has to be said, whatever the signal was
+
+    def _refuse(self) -> None:
+        """Refuse a call that the hand takes from nobody now, or not from here.
+
+        Raises:
+            SafetyStopError: it is being opened for the last time, was stopped, or belongs to another process.
+        """
+        if os.getpid() != self._owner:
+            raise SafetyStopError(
+                f"{self._hand.name}: this process was forked; the hand belongs to the one that opened it.",
+                SafetyReason.FORKED,
+            )
+        if self._stop is not None:
+            raise SafetyStopError(str(self._stop), self._stop.reason, self._stop.channel, self._stop.unanswered)
+        if self.phase is Phase.ENDING:
+            raise SafetyStopError(
+                f"{self._hand.name}: it is being opened for the last time. {self._ending.text}.",
+                self._ending.reason,
+                self._ending.channel,
+            )
+
+    def _poll_for_the_program(self) -> None:
+        """Poll a hand on a port that goes unwatched, which stops it."""
+        if self._closed and self._lookout.unwatched_s > self.thresholds.unwatched_s:
+            self.poll_alone()
+
+    def _open_at_the_end(self) -> None:
+        with uninterrupted(), self._lock:
+            # ENDING: an exception has interrupted the opening.
+            if self.phase in {Phase.OPENING, Phase.MOVING, Phase.ENDING}:
+                self._open(None)
+
+    def _abort(self, violation: Violation, *, silent: bool = False) -> NoReturn:
+        """Stop the hand for a violation.
+
+        Raises:
+            SafetyStopError: always, unless a signal that came meanwhile raises its own for a hand that is open.
+        """
+        violation = violation._replace(text=violation.text + self._lookout.remark())
+        stop: SafetyStopError | None = None
+        try:
+            with uninterrupted():
+                stop = self._open(violation, silent=silent)
+        finally:
+            if stop is not None and not self._is_open:
+                raise stop  # this has to be said, whatever the signal was
+        raise stop
+
+    def _open(self, violation: Violation | None, *, silent: bool = False) -> SafetyStopError:
+        """Open slowly and leave weak; the hand takes no more commands of the program.
+
+        Args:
+            violation: what stops the hand; None when the program ended.
+            silent: whether the board has just left questions unanswered: it is not asked first where its hand stands.
+
+        Returns:
+            What every later call raises; also now, when the hand may not be open.
+        """
+        stop = violation or ENDED
+        self._ending, self.phase = stop, Phase.ENDING
+        kind: type[SafetyStopError] = SafetyStopError
+        try:
+            doubt = open_and_relax(
+                self._hand,
+                self._bare_clock,
+                self.thresholds,
+                settable=self._limits.settable,
+                last_codes=self._last_codes,
+                silent=silent,
+            )
+        except ConnectionError as error:
+            doubt = Doubt(str(error))
+            if violation is None:
+                stop, kind = Violation(SafetyReason.LINK_LOST, "The link was lost"), LinkLostError
+        self._is_open = doubt is None
+        text = f"{self._hand.name}: {'stopped and opened slowly' if doubt is None else 'stopped'}. {stop.text}."
+        if doubt is None:
+            self._stop = SafetyStopError(text, stop.reason, stop.channel)
+            _LOG.log(logging.INFO if violation is None else logging.WARNING, text)
+        else:
+            text += f" {SWITCH_OFF}, because {doubt.text}"
+            reason = SafetyReason.NOT_OPENED if stop.reason is SafetyReason.ENDED else stop.reason
+            self._stop = kind(text, reason, stop.channel, doubt.unanswered)
+            _LOG.error(text)
+        self.phase = Phase.STOPPED
+        return self._stop
