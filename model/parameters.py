@@ -82,7 +82,7 @@ class BuiltHandParameters:
     """Whether digits touch each other and the palm; the metacarpal meets the palm in any case."""
     skin_friction: float = 0.0
     """Sliding friction of the silicone on fingertips, middle links and palm, against anything; zero is hard plastic
-    without a skin, and the other numbers of the skin are not used. Ranges of all four: `model.units.skin`."""
+    without a skin, and the other numbers of the skin are not used. Ranges of all four: `examples/grasps/skin.py`."""
     skin_twist: float = 0.0
     """Friction of the skin against twisting, torque over normal force, m."""
     skin_roll: float = 0.0

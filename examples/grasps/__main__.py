@@ -24,10 +24,10 @@ from aero.safety import SafetyStopError
 from hil.targets.opening import open_target
 from hil.targets.target import NoHandError
 from model.units.naming import unit_named
-from model.units.skin import Skin, with_skin
 
 from .grasp import Grasp
 from .own_hand import make_grasp
+from .skin import Skin, with_skin
 from .store import write_grasps
 from .taxonomy import GRASPS, TABLE
 from .trial import Result, codes_of, hold

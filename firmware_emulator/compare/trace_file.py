@@ -1,9 +1,9 @@
 """Recorded sessions in a file: what happened to a board, and every byte that left it, with its time.
 
-One JSON object a line, one session each, compressed as the name ends (`.xz`, `.gz`). `steps` are those of `steps.py`,
-named by `do`. Events are either pairs `[time in ns, bytes in hex]`, or packed as this module writes them: each distinct
-`packet` once, then which one came how long `after_ns` the event before. A board repeats itself, so that 800,000 events
-take 20 kB.
+One JSON object a line, one session each, compressed as the name ends (`.xz`, `.gz`). `steps` are those of
+`sessions.py`, named by `do`. Events are either pairs `[time in ns, bytes in hex]`, or packed as written here: each
+distinct `packet` once, then which one came how long `after_ns` the event before. A board repeats itself, so that
+800,000 events take 20 kB.
 """
 
 from __future__ import annotations

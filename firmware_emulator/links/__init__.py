@@ -1,1 +1,22 @@
 """Ways to reach an emulated hand: in this process on virtual time, or over a pseudo-terminal in real time."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+
+class Closing:
+    """A context manager that closes itself when its block ends."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close it; a second call does nothing."""
+        raise NotImplementedError

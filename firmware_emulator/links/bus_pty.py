@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
 
+from firmware_emulator.links import Closing
 from firmware_emulator.links.pty import BusEnd, End, put_on_bus, serve
 from firmware_emulator.links.serial_port import SerialPort
 from firmware_emulator.links.terminal import Terminal
 from firmware_emulator.servo_chain import ServoChain
 
 
-class BusServer:
+class BusServer(Closing):
     """A chain of servos behind a terminal or a port; a context manager."""
 
     def __init__(
@@ -38,14 +38,6 @@ class BusServer:
             opened.callback(self._end.close)
             self._takers[self._end] = put_on_bus(chain.bus, self._end, echo=echo)
             opened.pop_all()
-
-    def __enter__(self) -> BusServer:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def name(self) -> str:

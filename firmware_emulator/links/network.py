@@ -5,9 +5,10 @@ from __future__ import annotations
 import socket
 from collections.abc import Callable
 from enum import Enum, auto
-from types import TracebackType
 
 from serial.rfc2217 import PortManager
+
+from firmware_emulator.links import Closing
 
 
 # The board's USB port is the chip's own, so DTR and RTS are requests on the wire and no pins. Source: ESP32-S3
@@ -99,7 +100,7 @@ class _Board:
     def reset_output_buffer(self) -> None: ...
 
 
-class NetworkPort:
+class NetworkPort(Closing):
     """The device's end of a TCP connection; one client at a time, same shape as `Terminal`."""
 
     def __init__(self, host: str, port: int, reset: Callable[[bool], None]) -> None:
@@ -114,14 +115,6 @@ class NetworkPort:
         self._client: socket.socket | None = None
         self._lines = ModemLines()
         self._manager: PortManager | None = None
-
-    def __enter__(self) -> NetworkPort:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def name(self) -> str:

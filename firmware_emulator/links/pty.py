@@ -13,13 +13,13 @@ import time
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
 from typing import Literal, Protocol
 
 from firmware_emulator.bus import ServoBus
 from firmware_emulator.firmware.boot import ResetCause
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Kernel
+from firmware_emulator.links import Closing
 from firmware_emulator.links.in_process import WireEntry
 from firmware_emulator.links.network import NetworkPort
 from firmware_emulator.links.serial_port import SerialPort
@@ -113,7 +113,7 @@ def serve(
         after()
 
 
-class PtyServer:
+class PtyServer(Closing):
     """An emulated hand behind a pseudo-terminal, its servo bus behind another one or behind a real port."""
 
     def __init__(
@@ -167,14 +167,6 @@ class PtyServer:
                 port = SerialPort(bus_port)
                 self._takers[port] = put_on_bus(emulated_hand.bus, port)
             opened.pop_all()
-
-    def __enter__(self) -> PtyServer:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def name(self) -> str:

@@ -6,7 +6,8 @@ import os
 import struct
 import sys
 from pathlib import Path
-from types import TracebackType
+
+from firmware_emulator.links import Closing
 
 try:
     import fcntl
@@ -24,7 +25,7 @@ _SERVED: set[str] = set()
 """Terminals of this process, whose own locks do not show it that they are served."""
 
 
-class Terminal:
+class Terminal(Closing):
     """The device's end of a pseudo-terminal.
 
     A fresh one echoes and translates line ends, so it is put in raw mode before anyone can open it. One descriptor of
@@ -56,14 +57,6 @@ class Terminal:
                 self._link = None
                 self.close()
                 raise
-
-    def __enter__(self) -> Terminal:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def name(self) -> str:

@@ -10,6 +10,7 @@ from grasps.__main__ import chosen
 from grasps.own_hand import make_grasp
 from grasps.rehearsal import SHARE, margin, rehearse, worth
 from grasps.search import search
+from grasps.skin import Skin, with_skin
 from grasps.store import read_grasps, write_grasps
 from grasps.taxonomy import GRASPS
 from grasps.trial import FURTHEST_M, Result, codes_of, hold
@@ -22,7 +23,6 @@ from aero.channels import Channel
 from hil.targets.opening import open_target
 from hil.targets.target import GroundTruth
 from model.units import load_unit
-from model.units.skin import Skin, with_skin
 
 NAMED = {grasp.name: grasp for grasp in GRASPS}
 IDEAL = with_skin(load_unit("ideal"), Skin.SILICONE)

@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 from grasps.__main__ import REPORTED_SEEDS, table
 from grasps.object_plant import HeldObject
+from grasps.skin import Skin, with_skin
 from grasps.taxonomy import GRASPS
 from grasps.trial import Result, hold
 
 from aero.channels import Channel
 from model.units import load_unit
-from model.units.skin import Skin, with_skin
 
 NAMED = {grasp.name: grasp for grasp in GRASPS}
 IDEAL = load_unit("ideal")

@@ -5,13 +5,13 @@ import dataclasses
 import mujoco
 import numpy as np
 import pytest
+from grasps.skin import NUMBERS, Skin, with_skin
 
 from aero.channels import Joint
 from model.built import build_built
 from model.parameters import BuiltHandParameters
 from model.softness import COVERED
 from model.units import load_unit
-from model.units.skin import NUMBERS, Skin, with_skin
 
 PRESS_N = 3.0
 LOAD_KG = 10.0
@@ -44,7 +44,7 @@ def test_the_skin_is_on_fingertips_middle_links_and_palm():
     }
     assert changed == set(COVERED)
     tip = covered.geom("ring_distal_box0")
-    # Middle of the ranges in model/units/skin.py.
+    # Middle of the ranges in examples/grasps/skin.py.
     assert tip.friction.tolist() == pytest.approx([1.0, 0.0016, 0.00015])
     assert (tip.condim.item(), tip.priority.item()) == (6, 1)
 
