@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from aero import open_hand, serial_transport
-from aero.safety import GuardedHand, SafetyReason, SafetyStopError, Standby, Thresholds, guard, standby
+from aero.safety import GuardedHand, SafetyReason, SafetyStopError, Standby, Thresholds, standby
 from aero.safety.interrupts import uninterrupted, unwinding
 from aero.safety.opening import Doubt
 from aero.serial_transport import SerialTransport
@@ -249,7 +249,7 @@ def test_ctrl_c_during_the_last_opening_hides_no_hand_that_may_be_closed(monkeyp
     hand._guard._standby = SimpleNamespace(
         stand_down=lambda: asked.append("stand_down"), take_over=lambda: asked.append("take_over")
     )
-    monkeypatch.setattr(guard, "open_and_relax", opening)
+    monkeypatch.setattr("aero.safety.ending.open_and_relax", opening)
     with pytest.raises(ending, match="SWITCH THE HAND'S SUPPLY OFF" if doubt else None):
         hand.close()
     assert asked == [after]

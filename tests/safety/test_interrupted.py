@@ -14,7 +14,8 @@ from aero import AeroHand, Channel
 from aero.errors import AeroError
 from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE, Opcode, parse_reply, unsigned_values
-from aero.safety import GuardedHand, SafetyReason, SafetyStopError, Thresholds, guard
+from aero.safety import GuardedHand, SafetyReason, SafetyStopError, Thresholds
+from aero.safety.opening import open_and_relax
 from aero.safety.stop import Phase
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
@@ -167,7 +168,7 @@ def test_every_call_is_refused_while_the_hand_is_opened_for_the_last_time(monkey
         except SafetyStopError as error:
             refused.append(error.reason)
 
-    opening = guard.open_and_relax
+    opening = open_and_relax
 
     def watched(*arguments, **how):
         thread = threading.Thread(target=command)
@@ -177,7 +178,7 @@ def test_every_call_is_refused_while_the_hand_is_opened_for_the_last_time(monkey
         command()
         return opening(*arguments, **how)
 
-    monkeypatch.setattr(guard, "open_and_relax", watched)
+    monkeypatch.setattr("aero.safety.ending.open_and_relax", watched)
     begin = len(link.positions)
     hand.close()
     assert refused == [SafetyReason.ENDED] * 2
