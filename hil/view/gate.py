@@ -1,4 +1,4 @@
-"""A secret at the page's door.
+"""A secret at the page's door, and the page's title.
 
 viser has no tokens. On one machine others may have accounts, and any web page in a browser may try ports of the
 machine that it runs on. So the page's address has a random first folder, and who does not know it gets nothing: no
@@ -10,6 +10,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from html import escape
 from http import HTTPStatus
 from typing import Any
 
@@ -20,6 +21,7 @@ from websockets.http11 import Request, Response
 HttpAnswer = Callable[[ServerConnection, Request], Response | None]
 TOKEN_BYTES = 16
 """As many as a random UUID has, and more than can be tried."""
+VISER_TITLE = b"<title>Viser</title>"
 
 
 def new_token() -> str:
@@ -28,8 +30,8 @@ def new_token() -> str:
 
 
 @contextmanager
-def only_with(token: str) -> Iterator[None]:
-    """Let servers that are started inside answer only below `/TOKEN`.
+def only_with(token: str, title: str) -> Iterator[None]:
+    """Let servers that are started inside answer only below `/TOKEN`, with a page of this title.
 
     viser hands `websockets` a function that answers requests and offers no place to put one before it. So the call that
     starts the server is replaced for as long as viser starts; `tests/harness/view` asks without the token. A proxy in
@@ -43,7 +45,7 @@ def only_with(token: str) -> Iterator[None]:
 
     def serve(*arguments: Any, process_request: HttpAnswer, **settings: Any) -> Any:
         started.append(True)
-        return start(*arguments, process_request=_asking_for(token, process_request), **settings)
+        return start(*arguments, process_request=_asking_for(token, title, process_request), **settings)
 
     websockets.asyncio.server.serve = serve  # type: ignore[assignment,misc]  # as long as viser starts
     try:
@@ -54,13 +56,25 @@ def only_with(token: str) -> Iterator[None]:
         raise RuntimeError("this version of viser starts its server in another way, and its page would ask no token")
 
 
-def _asking_for(token: str, answer: HttpAnswer) -> HttpAnswer:
+def _asking_for(token: str, title: str, answer: HttpAnswer) -> HttpAnswer:
     def asked(connection: ServerConnection, request: Request) -> Response | None:
         path, _, query = request.path.partition("?")
         given, _, rest = path.removeprefix("/").partition("/")
         if not secrets.compare_digest(given.encode(errors="surrogateescape"), token.encode()):
             return connection.respond(HTTPStatus.FORBIDDEN, "The address that aero-hil printed has a token.\n")
         request.path = f"/{rest}?{query}" if query else f"/{rest}"
+        if rest in ("", "index.html"):
+            request.headers.pop("Accept-Encoding", None)  # the title is changed in plain text
+            return _titled(answer(connection, request), title)
         return answer(connection, request)
 
     return asked
+
+
+def _titled(response: Response | None, title: str) -> Response | None:
+    """Return the page with a title of ours; viser has no setting for it."""
+    if response is not None and VISER_TITLE in (response.body or b""):
+        response.body = bytes(response.body).replace(VISER_TITLE, f"<title>{escape(title)}</title>".encode())
+        del response.headers["Content-Length"]
+        response.headers["Content-Length"] = str(len(response.body))
+    return response

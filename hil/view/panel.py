@@ -71,14 +71,14 @@ def found(verdicts: Verdicts | None, notes: Sequence[Note]) -> str:
 
 def _row(frame: ViewFrame, channel: Channel) -> TableRow:
     loose, tension = float(frame.loose[channel]), float(frame.tensions[channel])
-    cable, colour = "", ""
+    cable, colour = "\N{EN DASH}", ""
     if not math.isnan(loose):
         colour = _css(cable_colour(loose))
         cable = f"{1e3 * loose:.1f} mm" if cable_colour(loose) == SLACK else f"{tension:.1f} N"
     return TableRow(
         title(channel),
-        _number(np.rad2deg(frame.commanded[channel]), "{:.1f}°"),
-        _number(np.rad2deg(frame.measured[channel]), "{:.1f}°"),
+        _number(np.rad2deg(frame.commanded[channel]), "{:z.1f}°"),
+        _number(np.rad2deg(frame.measured[channel]), "{:z.1f}°"),
         _share(frame.measured[channel], channel),
         _share(frame.commanded[channel], channel),
         _number(frame.currents[channel], "{:.2f} A"),

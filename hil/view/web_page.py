@@ -35,6 +35,8 @@ ANGLE_COLOURS = ("#8c3cc8", "#333355")
 CURRENT_COLOURS = ("#2266aa", "#cc3333", "#339933", "#bb6600", "#883388", "#008888", "#555555")
 """Colours of the channels."""
 PANEL_PX, PLOT_PX = 500, 180
+AXIS_PX = 60
+"""Width of an axis that has room for "-100.0"."""
 
 Mode = Literal["live", "playing", "paused"]
 
@@ -52,7 +54,7 @@ class Page:
         self._frames: deque[ViewFrame] = deque(maxlen=KEPT if heading.live else None)
         self._notes: list[Note] = []
         self._verdicts: Verdicts | None = None
-        self._mode: Mode = "live" if heading.live else "paused"
+        self._mode: Mode = "live" if heading.live else "playing"
         self._cursor_s = 0.0
         self._ended = False
         self._drawn: ViewFrame | None = None
@@ -60,7 +62,7 @@ class Page:
         self._ticked = self._told = time.monotonic()
         token = new_token()
         # viser prints an address without the token.
-        with only_with(token), redirect_stdout(StringIO()):
+        with only_with(token, heading.title), redirect_stdout(StringIO()):
             self._server = viser.ViserServer(HOST, port, label="Aero Hand", verbose=False)
         self.url = f"http://{HOST}:{self._server.get_port()}/{token}"
         """What to open; whoever knows it can look, nobody can act."""
@@ -103,7 +105,7 @@ class Page:
         first, last = self._frames[0].t, self._frames[-1].t
         if self._mode == "live":
             self._cursor_s = last
-        elif self._mode == "playing":
+        elif self._mode == "playing" and self.viewers:
             self._cursor_s += passed * float(self._speed.value)
             if self._cursor_s >= last:
                 self._mode = "paused"
@@ -146,7 +148,8 @@ class Page:
         series = [uplot.Series(label="s"), *(uplot.Series(label=n, stroke=c, width=2) for n, c in lines.items())]
         nothing = tuple(np.zeros((len(series), 1)))
         scales = {"x": uplot.Scale(time=False)}
-        return self._server.gui.add_uplot(nothing, tuple(series), scales=scales, title=title, height=PLOT_PX)
+        axes = (uplot.Axis(), uplot.Axis(size=AXIS_PX))
+        return self._server.gui.add_uplot(nothing, tuple(series), scales=scales, axes=axes, title=title, height=PLOT_PX)
 
     def _tell(self, frame: ViewFrame) -> None:
         """Bring up to date what is read and not watched, where anything is new."""

@@ -57,6 +57,7 @@ def test_only_who_knows_the_token_gets_the_page(page):
     status, content = asked(page.url)
     assert status == 200
     assert len(content) > 100_000
+    assert b"<title>A hand</title>" in content
     origin, token = page.url.rsplit("/", 1)
     assert len(token) >= 20
     for path in (
@@ -106,7 +107,8 @@ def test_the_table_says_what_is_known_and_nothing_else():
     table = numbers(heading(), frame, "live")
     assert "2.50 s" in table
     assert table.count("90.0°") == table.count("1.25 A") == 7
-    assert table.count("\N{EN DASH}") == 14  # nothing commanded, no temperature
+    assert table.count("\N{EN DASH}") == 21  # nothing commanded, no temperature, cable not known
+    assert "-0.0" not in numbers(heading(), ViewFrame(0.0, np.zeros(16), measured=np.full(7, -1e-5)), "live")
     assert "tension not known" in table
     assert "slack cable" not in table
 
