@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from aero.channels import CABLES, FINGERS, JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
     from aero.clock import Clock, Deadline, WallClock
     from aero.driver import AeroHand
-    from aero.guarded_port import open_hand
-    from aero.hand import Hand
+    from aero.hand import Hand, open_hand
     from aero.transport import Transport
 
 _NAMES = {
@@ -23,8 +22,7 @@ _NAMES = {
     "aero.channels": ("CABLES", "FINGERS", "JOINT_BOX_RAD", "OBSERVATION_ORDER", "Channel", "Joint"),
     "aero.clock": ("Clock", "Deadline", "WallClock"),
     "aero.driver": ("AeroHand",),
-    "aero.guarded_port": ("open_hand",),
-    "aero.hand": ("Hand",),
+    "aero.hand": ("Hand", "open_hand"),
     "aero.transport": ("Transport",),
 }
 """Module to the public names that it defines."""
