@@ -105,7 +105,9 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     seen = by_finding(validation.judged)
     shown = {item.finding: item for item in _shown(validation, seen)}
     diagnosis = validation.diagnosis
-    speaking = sorted((i.finding for i in diagnosis.evidence), key=excess, reverse=True)
+    # How the run ended stands beside the verdict.
+    said = [i.finding for i in diagnosis.evidence if i.finding != validation.end.finding]
+    speaking = sorted(said, key=excess, reverse=True)
     return _template().render(
         header=header,
         validation=validation,
