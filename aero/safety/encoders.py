@@ -18,7 +18,7 @@ from aero.safety.thresholds import Thresholds
 class Debounce:
     """Remembers for how long each of several conditions has been seen.
 
-    The time between two looks counts up to `most_gap_s` (s): what was so before and after a pause of the program was
+    The time between two polls counts up to `most_gap_s` (s): what was so before and after a pause of the program was
     not therefore so meanwhile.
     """
 
@@ -27,7 +27,7 @@ class Debounce:
         self._seen: dict[Hashable, tuple[float, float]] = {}
 
     def seconds(self, what: Hashable, holds: bool, t: float) -> float:
-        """Return for how long `what` has held at `t` (s), from the first look that saw it; -1 when it does not."""
+        """Return for how long `what` has held at `t` (s), from the first poll that saw it; -1 when it does not."""
         if not holds:
             self._seen.pop(what, None)
             return -1.0
@@ -37,13 +37,13 @@ class Debounce:
         return held
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Restart every duration."""
         self._seen.clear()
 
 
 @dataclass(frozen=True)
 class Reading:
-    """Positions, (7,) shares of the command window in command order, with the exchange that brought them."""
+    """Positions, (7,) fractions of the command window in command order, with the exchange that brought them."""
 
     asked: float
     """When the request was about to go out, clock s."""
@@ -65,7 +65,7 @@ Floats = NDArray[np.float64]
 class Encoders:
     """Judges positions against the commands of the last `Thresholds.follow_s`.
 
-    Positions and commands are shares of the command window, (7,) in command order, 0 open and 1 closed.
+    Positions and commands are fractions of the command window, (7,) in command order, 0 open and 1 closed.
     """
 
     def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike, telemetry_s: float) -> None:

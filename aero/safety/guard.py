@@ -169,7 +169,7 @@ class Guard(EndingHand):
     def _command(self, codes: NDArray[np.int64]) -> None:
         self.poll()
         closed, before = bool((codes > self.thresholds.arrival * MAX_CODE).any()), self._last_codes
-        # Noted first: an interrupt may come after the frame has gone out and before this method goes on.
+        # Noted first: an interrupt may come after the frame has gone out and before this method continues.
         self._last_codes, self._closed = codes, self._closed or closed
         try:
             self._hand.command_codes(codes)

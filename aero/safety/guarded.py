@@ -56,14 +56,14 @@ def _polled(
 class GuardedHand:
     """A hand that starts gently, stops itself, and ends open and weak.
 
-    Before the first motion it looks at currents and temperatures, then opens slowly at limited speed and torque. Only
-    a hand whose encoders all arrive goes on, slowly to its first goal, and then gets its usual limits back. From then
-    on every call, and every wait on `clock`, looks at currents, encoders and temperatures as often as `Thresholds`
+    Before the first motion it checks currents and temperatures, then opens slowly at limited speed and torque. Only
+    a hand whose encoders all arrive continues, slowly to its first goal, and then gets its usual limits back. From then
+    on every call, and every wait on `clock`, polls currents, encoders and temperatures as often as `Thresholds`
     says. What breaks a threshold opens the hand slowly and raises `SafetyStopError`, then and at every later call.
     `close`, and with it the end of a `with` statement, opens it in any case. Limits belong to the guard's state: after
     a restart of the board, or any exchange that did not go as it should, they are sent again.
 
-    Threads may share a hand: each call is made as a whole. Only the process that made it may use it: a forked one is
+    Threads may share a hand: each call is atomic. Only the process that made it may use it: a forked one is
     refused. While the board homes it answers nothing, so nothing is watched then.
     """
 
@@ -83,7 +83,7 @@ class GuardedHand:
             transport: the bytes' way to the board.
             clock: what tells the time and is waited on.
             spans_counts: (7,) servo counts of the channels' command windows, `CommandWindow.spans_counts()`.
-            usual: the firmware's own limits, given back after the slow opening; None for a firmware that has no
+            usual: the firmware's own limits, restored after the slow opening; None for a firmware that has no
                 settings for them, whose start is slow in steps of position alone.
             thresholds: when to stop; the defaults when None.
             standby: the process that opens the hand should this one be killed; None for a hand in software.
@@ -140,7 +140,7 @@ class GuardedHand:
 
     @property
     def reading_age_s(self) -> float:
-        """As `AeroHand.reading_age_s`; the guard's looks are readings too."""
+        """As `AeroHand.reading_age_s`; the guard's polls are readings too."""
         return self._hand.reading_age_s
 
     @property
@@ -184,13 +184,13 @@ class GuardedHand:
             self._guard.expect_stops(weak)
 
     def limit_torques(self, share: float) -> None:
-        """Let no channel use more than a share (0..1) of its stall torque; `expect_stops` ends it.
+        """Let no channel use more than a fraction (0..1) of its stall torque; `expect_stops` ends it.
 
         Channels whose limit is lower keep it. Nothing happens with a firmware that has no torque settings. The board
         applies it with the next command.
 
         Raises:
-            ValueError: no such share; nothing is sent.
+            ValueError: no such fraction; nothing is sent.
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
         if not 0.0 <= share <= 1.0:
@@ -240,7 +240,7 @@ class GuardedHand:
         """As `AeroHand.calibrate_mid`, at low speed and torque, from a hand that holds still.
 
         The hand holds where it stands afterwards, and the usual limits of the channel apply from the next command on.
-        The watch starts anew: what was commanded before meant other angles.
+        The watch restarts: what was commanded before meant other angles.
 
         Raises:
             ValueError, SafetyStopError, AeroError: as `begin` and `AeroHand.calibrate_mid`; the limits are restored.
@@ -266,7 +266,7 @@ class GuardedHand:
             self._guard.home(timeout_s)
 
     def close(self) -> None:
-        """Open the hand slowly and leave it weak, if this program has moved it, and give the port back.
+        """Open the hand slowly and leave it weak, if this program has moved it, and close the port.
 
         Ctrl-C waits meanwhile. A second call does nothing, nor does one in a forked process.
 

@@ -30,7 +30,7 @@ def uninterrupted() -> Iterator[None]:
 
 @contextmanager
 def noted(*numbers: signal.Signals) -> Iterator[list[int]]:
-    """Yield a list that takes up these signals instead of what they did, for a loop that looks at it.
+    """Yield a list that takes up these signals instead of what they did, for a loop that reads it.
 
     Afterwards they do again what they did before; outside the main thread the list stays empty.
     """
@@ -43,7 +43,7 @@ def noted(*numbers: signal.Signals) -> Iterator[list[int]]:
 def unwinding() -> Iterator[None]:
     """Let a terminated program, or one whose terminal was closed, run its `finally` blocks, as Ctrl-C does.
 
-    A signal that the program was told to ignore, as `nohup` does with a closed terminal's, stays ignored.
+    A signal that the program ignores, as `nohup` does with a closed terminal's, stays ignored.
     """
 
     def leave(number: int) -> None:

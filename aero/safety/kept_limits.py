@@ -18,7 +18,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class KeptLimits:
-    """What the board was told last about each channel. It holds nothing for a firmware without such settings."""
+    """What the board was sent last for each channel. It holds nothing for a firmware without such settings."""
 
     def __init__(self, hand: AeroHand, usual: ServoSettings | None, thresholds: Thresholds) -> None:
         """Hold nothing yet; `usual` are the firmware's own limits, None where it has none.
@@ -72,7 +72,7 @@ class KeptLimits:
         """
         before = self._settings
         if self._usual is not None:
-            # First, because an interrupt may come after the board has taken it and before this method goes on.
+            # First, because an interrupt may come after the board has taken it and before this method continues.
             self._settings = {**before, channel: replace(before[channel], **{name: register_units})}
         try:
             (self._hand.set_speed if name == "speed" else self._hand.set_torque)(channel, register_units)

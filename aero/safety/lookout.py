@@ -1,4 +1,4 @@
-"""Looking at a hand as often as its thresholds say."""
+"""Polling a hand as often as its thresholds say, and how late that was."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ WORTH_SAYING_S = 0.03
 
 
 class Lateness:
-    """Remembers the delays of the last `kept_s` (s): looks that began late, and replies that came late.
+    """Remembers the delays of the last `kept_s` (s): polls that began late, and replies that came late.
 
-    Who is late differs. A look begins late because this machine was busy, or because the program did not call. A reply
+    Who is late differs. A poll begins late because this machine was busy, or because the program did not call. A reply
     comes late because of the machine, the link or the board, and nothing tells which. No reply at all is nobody's
     lateness.
     """
 
     def __init__(self, kept_s: float, piece_s: float) -> None:
-        """Keep delays for `kept_s`; an idle program waits in pieces of `piece_s`, so its looks begin that late (s)."""
+        """Keep delays for `kept_s`; an idle program waits in pieces of `piece_s`, so its polls begin that late (s)."""
         self._kept_s = kept_s
         self._piece_s = piece_s
         self._looks: deque[tuple[float, float]] = deque()
         self._replies: deque[tuple[float, float]] = deque()
 
     def began(self, t: float, late_s: float) -> bool:
-        """Take a look that began at `t`, `late_s` after it was due (s); return whether that is worth saying."""
+        """Take a poll that began at `t`, `late_s` after it was due (s); return whether that is worth saying."""
         late = late_s > self._piece_s + WORTH_SAYING_S
         self._note(self._looks, t, late_s if late else 0.0)
         return late
 
     def answered(self, t: float, after_s: float) -> None:
-        """Take a look that was answered at `t`, `after_s` after it began (s)."""
+        """Take a poll that was answered at `t`, `after_s` after it began (s)."""
         self._note(self._replies, t, after_s)
 
     def _note(self, delays: deque[tuple[float, float]], t: float, late_s: float) -> None:
@@ -59,7 +59,7 @@ class Lateness:
         said = ""
         if self._looks:
             worst = max(late_s for _, late_s in self._looks)
-            said += f"this machine was busy or the program kept it from looking: looks began up to {worst:.2f} s late"
+            said += f"this machine was busy or the program did not call: polls began up to {worst:.2f} s late"
         if self._replies:
             worst = max(late_s for _, late_s in self._replies)
             replies = f"readings came up to {worst:.2f} s after they were asked for, because of this machine, the link "
@@ -87,9 +87,9 @@ class Lookout:
         """Be due at once.
 
         Args:
-            hand: what is looked at.
+            hand: what is polled.
             clock: of the hand.
-            thresholds: when to look, and what the hand must not exceed.
+            thresholds: when to poll, and what the hand must not exceed.
             spans_counts: (7,) servo counts of the channels' windows.
             telemetry_s: age that a value may have when the board sends it, s.
         """
@@ -111,15 +111,15 @@ class Lookout:
         return self._clock.now() - self._looked_at
 
     def remark(self) -> str:
-        """Return what to say about late looks and late replies, empty when all was in time."""
+        """Return what to say about late polls and late replies, empty when all was in time."""
         return self._lateness.remark()
 
     def look(self, *, closed: bool, restore: Callable[[], None]) -> Stop | None:
-        """Look if it is time, and return what stops the hand, or None.
+        """Poll if it is time, and return what stops the hand, or None.
 
         Args:
             closed: whether the hand may be closed, so that it must not go unwatched.
-            restore: called after a look that was answered; an error of it counts as no answer.
+            restore: called after a poll that was answered; an error of it counts as no answer.
 
         Raises:
             ConnectionError: the link is gone.
@@ -129,16 +129,16 @@ class Lookout:
             return None
         silent = False
         if self._hand.silent_from is None:  # else the program has waited for the board
-            # What the look before took makes this one not late.
+            # What the poll before took makes this one not late.
             late_s = now - max(self._due, self._looked_at + self._thresholds.look_s)
             if self._lateness.began(now, late_s):
-                _LOG.info("%s: a look began %.2f s late", self._hand.name, late_s)
+                _LOG.info("%s: guard poll %.2f s late", self._hand.name, late_s)
         try:
             violation = self._unwatched(now, closed) or self._read()
             self._lateness.answered(self._clock.now(), self._clock.now() - now)
             restore()
         except AeroError as error:
-            _LOG.info("%s: a look was not answered: %s", self._hand.name, error)
+            _LOG.info("%s: a poll was not answered: %s", self._hand.name, error)
             # What the program itself has asked in vain counts too.
             asked = now if self._hand.silent_from is None else min(now, self._hand.silent_from)
             violation = self.watch.unanswered(asked, self._clock.now())
@@ -148,13 +148,13 @@ class Lookout:
         return None if violation is None else Stop(violation, silent)
 
     def _unwatched(self, now: float, closed: bool) -> Violation | None:
-        """Return the violation when nobody has looked at a hand that is not open for too long."""
+        """Return the violation when nobody has polled a hand that is not open for too long."""
         unwatched_s = now - self._looked_at
         if not closed or unwatched_s <= self._thresholds.unwatched_s:
             return None
         return Violation(
             SafetyReason.UNWATCHED,
-            f"nobody has looked at the hand for {unwatched_s:.0f} s (limit {self._thresholds.unwatched_s:g} s): this "
+            f"nobody has polled the hand for {unwatched_s:.0f} s (limit {self._thresholds.unwatched_s:g} s): this "
             "machine was suspended, or the program was stopped or did not call; wait on the hand's clock",
         )
 

@@ -20,13 +20,13 @@ from aero.safety.thresholds import Thresholds
 STEP_S = 0.02
 """Time from one command of the ramp to the next, s."""
 LOOK_S = 0.05
-"""Time from one look at whether it has arrived to the next, s: more than the slowest firmware's telemetry period."""
+"""Time from one reading of whether it has arrived to the next, s: more than the slowest firmware's telemetry period."""
 AT_REST = 0.005
-"""Share of the window that a channel at rest may move between two looks."""
+"""Fraction of the window that a channel at rest may move between two readings."""
 HELD = 10
 """Commands of the open hand under its last limits: of a link that loses three of ten, one opening in 10^5 loses all."""
 LIVE_LOOKS = 3
-"""Looks of which the last must differ from an earlier one, so that a board's frozen cache is not believed."""
+"""Readings of which the last must differ from an earlier one, so that a board's frozen cache is not believed."""
 OPEN = (0,) * len(Channel)
 """Codes of the open hand."""
 SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"

@@ -111,7 +111,7 @@ class Standby:
     def _leave(self, message: bytes) -> None:
         process, self._process = self._process, None
         if process is not None:
-            with suppress(subprocess.TimeoutExpired):  # it goes on trying without us
+            with suppress(subprocess.TimeoutExpired):  # it continues without us
                 process.communicate(message, timeout=LEAVE_S)
 
     def disown(self) -> None:

@@ -38,31 +38,31 @@ class Thresholds:
     silent_s: float = 1.0
     """How long the board may leave readings unanswered, s; a busy machine is late by 0.9 s now and then."""
     short: float = 0.5
-    """How far an encoder may stand on the open side of what was commanded, share of the window; the palm holds a
+    """How far an encoder may stand on the open side of what was commanded, fraction of the window; the palm holds a
     healthy CMC flexion 0.40 short (logs)."""
     beyond: float = 0.15
-    """How far an encoder may stand on the closed side of what was commanded, share of the window."""
+    """How far an encoder may stand on the closed side of what was commanded, fraction of the window."""
     follow_s: float = 2.0
     """Commands no older than this say where an encoder may be, s; the slowest firmware, `pre`, closes in 1.5 s."""
     stray_s: float = 0.1
-    """How long an encoder may be elsewhere, s: longer than one bad reading."""
+    """How long an encoder may be out of its range, s: longer than one bad reading."""
     rest: float = 0.1
     """How far an encoder may move while no channel has been commanded anything new for `follow_s`, share of the
     window: a tenth of a finger's window takes the whole torque of its servo."""
     jump_counts_s: float = 13000.0
     """Speed that an encoder may show, servo counts/s: half as much again as a servo without load (8100-8800, logs)."""
     arrival: float = 0.1
-    """How far from open an encoder may be after the slow opening at the start, share of the window."""
+    """How far from open an encoder may be after the slow opening at the start, fraction of the window."""
     look_s: float = 0.04
-    """Time from one look at currents and encoders to the next, s; several looks fit into the shortest patience."""
+    """Time from one poll of currents and encoders to the next, s; several polls fit into the shortest patience."""
     temperature_look_s: float = 1.0
-    """Time from one look at the temperatures to the next, s; they rise by 0.13 °C/s at most (logs)."""
+    """Time from one poll of the temperatures to the next, s; they rise by 0.13 °C/s at most (logs)."""
     opening_s: float = 2.0
     """How long the hand is given to open, at the start and at the end, s."""
     opening_patience_s: float = 10.0
     """How long a hand that does not open is tried again, s: a board that starts homes for 4 s first."""
     unwatched_s: float = 10.0
-    """How long a hand that is not open may go without a look, s, before it is opened: this machine was suspended, or
+    """How long a hand that is not open may go without a poll, s, before it is opened: this machine was suspended, or
     its program was stopped."""
     gentle_speed: int = 40
     """Speed limit while it opens, register units of 0.732 rpm: a finger's whole window in 1.6 s."""

@@ -16,14 +16,14 @@ Floats = NDArray[np.float64]
 
 
 ROUNDING_S = 1e-6
-"""A look that waits for exactly as long as a board may be silent says so at once, and not after another one."""
+"""A poll that waits for exactly as long as a board may be silent says so at once, and not after another one."""
 
 
 class Watch:
-    """Judges what a hand reports against what it was told.
+    """Judges what a hand reports against what it was commanded.
 
-    Positions are shares of the command window, (7,) in command order, 0 open and 1 closed; times are s on any one clock
-    and never run backwards.
+    Positions are fractions of the command window, (7,) in command order, 0 open and 1 closed; times are s on any one
+    clock and never run backwards.
     """
 
     def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike, telemetry_s: float) -> None:

@@ -51,7 +51,7 @@ class Watchdog:
 
 
 class WatchedClock:
-    """A clock whose waits are cut into pieces, with a look at the hand after each."""
+    """A clock whose waits are cut into pieces, with a poll of the hand after each."""
 
     def __init__(self, clock: Clock, look: Callable[[], None], piece_s: float) -> None:
         self._clock = clock

@@ -11,24 +11,24 @@ TRIES = 10
 WHEELS = dict.fromkeys((1, 2, 3), "STS3215")
 
 
-class Told:
-    """What a driver said in place of a value."""
+class ReportedFailure:
+    """Failure that a driver reported in place of a value."""
 
     def __init__(self, error):
         self.error = error
 
     def __repr__(self):
-        return f"told: {self.error!r}"
+        return f"reported: {self.error!r}"
 
 
-def told(call, *arguments):
-    """Return what a call returns, or that it told of a failure."""
+def attempted(call, *arguments):
+    """Return what a call returns, or the failure that it reported."""
     try:
         return call(*arguments)
     except NotImplementedError:
         pytest.skip("not offered")
     except Exception as error:
-        return Told(error)
+        return ReportedFailure(error)
 
 
 def asked(call, *arguments):
@@ -37,8 +37,8 @@ def asked(call, *arguments):
     For what must come in the end: on a loaded machine a right answer may come after a driver's time-out.
     """
     for _ in range(TRIES):
-        found = told(call, *arguments)
-        if not isinstance(found, Told):
+        found = attempted(call, *arguments)
+        if not isinstance(found, ReportedFailure):
             break
     return found
 

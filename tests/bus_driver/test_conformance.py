@@ -6,7 +6,7 @@ right. Each test's first line is its row in the table that the run ends with.
 
 import pytest
 
-from tests.bus_driver.conftest import Told, asked, told
+from tests.bus_driver.conftest import ReportedFailure, asked, attempted
 
 MULTI_TURN = 0x10 | 12
 LATE_S = 0.2
@@ -97,8 +97,8 @@ def test_a_sync_read_gives_no_number_for_a_silent_servo(bus, silent):
     right = {1: 1000, 2: 2000, 3: 3000}
     assert dict(asked(driver.sync_read, "present_position", (1, 2, 3))) == right
     served.order("silence", silent, 60)
-    found = told(driver.sync_read, "present_position", (1, 2, 3))
-    if not isinstance(found, Told):
+    found = attempted(driver.sync_read, "present_position", (1, 2, 3))
+    if not isinstance(found, ReportedFailure):
         assert found.get(silent) is None
         assert {servo: value for servo, value in found.items() if value is not None}.items() <= right.items()
 
@@ -106,29 +106,29 @@ def test_a_sync_read_gives_no_number_for_a_silent_servo(bus, silent):
 def test_the_sync_read_after_a_silent_servo_is_right(bus):
     driver, served = bus
     served.order("silence", 1, 0.3)
-    told(driver.sync_read, "present_position", (1, 2, 3))
+    attempted(driver.sync_read, "present_position", (1, 2, 3))
     served.pass_time(0.4)
     assert dict(asked(driver.sync_read, "present_position", (1, 2, 3))) == {1: 1000, 2: 2000, 3: 3000}
 
 
-def test_a_read_of_a_silent_servo_is_told(bus):
+def test_a_read_of_a_silent_servo_is_reported(bus):
     driver, served = bus
     served.order("silence", 2, 60)
-    assert isinstance(told(driver.read, 2, "present_position"), Told)
+    assert isinstance(attempted(driver.read, 2, "present_position"), ReportedFailure)
 
 
-def test_a_write_to_a_silent_servo_is_told(bus):
+def test_a_write_to_a_silent_servo_is_reported(bus):
     driver, served = bus
     served.order("silence", 2, 60)
-    assert isinstance(told(driver.write, 2, "goal_position", 2100), Told)
+    assert isinstance(attempted(driver.write, 2, "goal_position", 2100), ReportedFailure)
 
 
-def test_a_write_that_is_acknowledged_with_an_error_is_told(bus):
+def test_a_write_that_is_acknowledged_with_an_error_is_reported(bus):
     """A hot servo takes the goal, sets bit 2 of the error byte and does not move."""
     driver, served = bus
     served.order("heat", 2, 80)
     served.pass_time(0.3)
-    assert isinstance(told(driver.write, 2, "goal_position", 2100), Told)
+    assert isinstance(attempted(driver.write, 2, "goal_position", 2100), ReportedFailure)
 
 
 def test_a_late_answer_is_not_taken_for_the_next_register(bus):
@@ -136,19 +136,19 @@ def test_a_late_answer_is_not_taken_for_the_next_register(bus):
     served.order("poke", 1, "goal_position", 1111)
     served.order("poke", 1, "goal_speed", 222)
     served.order("late", LATE_S)
-    assert isinstance(told(driver.read, 1, "goal_position"), Told)
+    assert isinstance(attempted(driver.read, 1, "goal_position"), ReportedFailure)
     served.pass_time(2 * LATE_S)
-    found = told(driver.read, 1, "goal_speed")
-    assert isinstance(found, Told) or found == 222
+    found = attempted(driver.read, 1, "goal_speed")
+    assert isinstance(found, ReportedFailure) or found == 222
 
 
 def test_a_late_answer_is_not_taken_for_another_servos(bus):
     driver, served = bus
     served.order("late", LATE_S)
-    assert isinstance(told(driver.read, 1, "present_position"), Told)
+    assert isinstance(attempted(driver.read, 1, "present_position"), ReportedFailure)
     served.pass_time(2 * LATE_S)
-    found = told(driver.read, 2, "present_position")
-    assert isinstance(found, Told) or found == 2000
+    found = attempted(driver.read, 2, "present_position")
+    assert isinstance(found, ReportedFailure) or found == 2000
 
 
 def test_a_late_sync_read_does_not_shift_the_next(bus):
@@ -157,17 +157,17 @@ def test_a_late_sync_read_does_not_shift_the_next(bus):
     for servo, speed in right.items():
         served.order("poke", servo, "goal_speed", speed)
     served.order("late", LATE_S)
-    assert isinstance(told(driver.sync_read, "present_position", (1, 2, 3)), Told)
+    assert isinstance(attempted(driver.sync_read, "present_position", (1, 2, 3)), ReportedFailure)
     served.pass_time(2 * LATE_S)
-    found = told(driver.sync_read, "goal_speed", (1, 2, 3))
-    assert isinstance(found, Told) or dict(found) == right
+    found = attempted(driver.sync_read, "goal_speed", (1, 2, 3))
+    assert isinstance(found, ReportedFailure) or dict(found) == right
 
 
 def test_two_servos_of_one_id_give_no_number(make_bus):
     """1365 and 2730, which have no bit in common, meet on the wire."""
     driver, _ = make_bus("doubled.toml", {1: "STS3215", 2: "STS3215"})
-    found = told(driver.read, 2, "present_position")
-    assert isinstance(found, Told)
+    found = attempted(driver.read, 2, "present_position")
+    assert isinstance(found, ReportedFailure)
 
 
 def test_a_stored_offset_survives_a_power_cycle(bus):

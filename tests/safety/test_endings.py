@@ -127,7 +127,7 @@ def test_a_program_that_blocks_does_not_hold_the_hand_closed():
             hand.command_codes([40000] * 7)
             assert onlooker.closed.wait(10.0)
             assert onlooker.opened.wait(20.0)  # no call of the hand meanwhile
-            with pytest.raises(SafetyStopError, match="nobody has looked at the hand") as stop:
+            with pytest.raises(SafetyStopError, match="nobody has polled the hand") as stop:
                 hand.read_codes()
         assert stop.value.reason is SafetyReason.UNWATCHED
     finally:

@@ -274,7 +274,7 @@ def test_a_closed_hand_that_nobody_looked_at_is_opened():
         clock.sleep_until(clock.now() + 60.0)
         close(target, Channel.INDEX, share=0.5)
         clock.sleep_until(clock.now() + 60.0)
-        with pytest.raises(SafetyStopError, match=r"nobody has looked at the hand for 60 s.*suspended"):
+        with pytest.raises(SafetyStopError, match=r"nobody has polled the hand for 60 s.*suspended"):
             target.hand.read_codes()
     assert openness_deg(target) < OPEN_DEG
 

@@ -1,6 +1,6 @@
 """Watching a guarded hand while its program does something else.
 
-A guard looks at its hand in the calls of the program, and opens a hand that nobody has looked at for ten seconds.
+A guard polls its hand in the calls of the program, and opens a hand that nobody has polled for ten seconds.
 LeRobot makes no calls while it saves an episode or encodes its films, with the fingers still closed.
 """
 
@@ -21,9 +21,9 @@ IDLE_S = 0.1
 
 
 class IdleWatch:
-    """Looks at a hand now and then, from a thread of its own.
+    """Polls a hand now and then, from a thread of its own.
 
-    The lock covers every exchange with the hand: the program holds it for each of its calls, the thread for each look.
+    The lock covers every exchange with the hand: the program holds it for each of its calls, the thread for each poll.
     """
 
     def __init__(self, hand: Hand, lock: threading.Lock) -> None:
@@ -51,11 +51,11 @@ class IdleWatch:
                     return
 
     def _look(self) -> bool:
-        """Look at the hand, and return whether to go on; what ends it is raised again in the program's next call."""
+        """Poll the hand, and return whether to continue; what ends it is raised again in the program's next call."""
         try:
             self._hand.read_codes()
         except AeroError as error:
-            _LOG.info("%s: a look was not answered: %s", self._hand.name, error)
+            _LOG.info("%s: a poll was not answered: %s", self._hand.name, error)
         except (SafetyStopError, ConnectionError) as error:
             _LOG.info("no longer watched: %s", error)
             return False
