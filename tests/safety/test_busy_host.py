@@ -14,7 +14,7 @@ from aero.safety import SafetyStopError
 FIRMWARES = ["pre", "0.1.0", "0.2.0"]
 COOL = {"heating_c_per_s": 1e-9, "heating_c_per_count": 0.0}
 """Servos that stay cool: a physical hand would have to rest after some minutes of this."""
-SECONDS = float(os.environ.get("BUSY_HOST_S", "300"))
+SECONDS = float(os.environ.get("BUSY_HOST_S", "120"))
 
 
 def busy(target, *, late=0.05, lost=0.0, paused=0.0):

@@ -19,7 +19,7 @@ from aero.safety import SafetyStopError
 from hil import open_target
 from hil.faults import parse_fault
 
-UNITS = int(os.environ.get("SLIP_UNITS", "5"))
+UNITS = int(os.environ.get("SLIP_UNITS", "1"))
 """Plausible ones, firmware 0.2.0."""
 COMMAND_S = 12.0
 """When the finger is sent to 90 % of its window, s; homing and the slow opening are over then."""

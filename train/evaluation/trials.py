@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import isnan, nan
-from multiprocessing import get_context
+from multiprocessing import cpu_count, get_context
 from pathlib import Path
 
 import numpy as np
@@ -108,8 +108,9 @@ def run_trials(
 
     However this is left, no worker is.
     """
+    workers = min(cpu_count(), max(len(cases), 1))
     # A fresh interpreter a worker: a copy of this one would share its threads' locks. Leaving the pool ends them.
-    with get_context("spawn").Pool(initializer=leave_interrupts_to_the_parent) as pool:
+    with get_context("spawn").Pool(workers, initializer=leave_interrupts_to_the_parent) as pool:
         for done, (case, trial) in enumerate(zip(cases, pool.imap(partial(_trial, policy), cases), strict=True), 1):
             made.setdefault(case.name, []).append(trial)
             progress(done / len(cases), case.name)

@@ -33,8 +33,8 @@ def found(result):
 
 
 def seeds(first):
-    """Three hands; the default suite takes the first one."""
-    return [first, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(first + 1, first + 3))]
+    """Two hands; the default suite takes the first one."""
+    return [first, pytest.param(first + 1, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("seed", seeds(90201))

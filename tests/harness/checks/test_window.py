@@ -1,5 +1,7 @@
 """The check of a window's ends: what is found of cable length and trims, and what no reading can show."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -17,6 +19,7 @@ from hil.verdict.validation import validate
 WINDOW = EXPERIMENTS["window"]
 
 
+@cache
 def measured(fault=None, *, homed=False, firmware="main", hand="right", unit="plausible:5"):
     faults = [parse_fault(fault)] if fault else []
     with open_target(firmware=firmware, hand=hand, unit=unit, seed=1, homed=homed, faults=faults) as target:
