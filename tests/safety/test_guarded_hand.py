@@ -292,26 +292,6 @@ def test_a_board_that_hangs_is_not_blamed_on_an_idle_machine():
         assert word not in str(stop.value).split("SWITCH")[0]
 
 
-def test_a_channel_without_torque_is_stopped_for_its_encoder():
-    with guarded(
-        rewire=lambda plant: Tampered(plant, Channel.RING, lambda drive: type(drive)(powered=False))
-    ) as target:
-        close(target, Channel.RING, share=0.9)
-        with stops(SafetyReason.STRAY, Channel.RING, r"ring stands at 0% of its window, and was only sent to .*90%"):
-            wait(target, 4.0)
-
-
-def test_a_channel_that_runs_away_is_stopped_for_its_encoder():
-    def runs_away(drive):
-        """Turns closed, whatever it is told, once it is told anything but open."""
-        return dataclasses.replace(drive, setpoint=4.0) if drive.setpoint > 0.5 else drive
-
-    with guarded(rewire=lambda plant: Tampered(plant, Channel.PINKY, runs_away)) as target:
-        close(target, Channel.PINKY, share=0.2)
-        with stops(SafetyReason.STRAY, Channel.PINKY, "pinky"):
-            wait(target, 2.0)
-
-
 def test_a_channel_that_does_not_open_is_not_given_its_usual_torque():
     def stays(drive):
         return dataclasses.replace(drive, setpoint=2.0)
@@ -366,17 +346,6 @@ def test_hands_in_software_are_guarded_on_request_only(name, asked, expected):
     with open_target(name, guarded=asked) as target:
         assert (target.guard is not None) == expected
         assert not target.real_time
-
-
-def test_an_encoder_whose_zero_shifts_stops_the_hand():
-    with guarded() as target:
-        close(target, Channel.MIDDLE, share=0.3)
-        wait(target, 3.0)
-        servo = target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(Channel.MIDDLE)]
-        servo.frame.set_offset(900)
-        servo.feedback.invalidate()
-        with stops(SafetyReason.JUMP, Channel.MIDDLE, "middle's encoder jumped"):
-            wait(target, 1.0)
 
 
 def test_another_program_that_moves_the_hand_stops_it():

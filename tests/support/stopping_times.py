@@ -12,7 +12,7 @@ from guarded_hands import BusyHost, Tampered, close, guarded, wait
 
 from aero import Channel
 from aero.channels import WIRE_ORDER
-from aero.safety import SafetyStopError, Thresholds
+from aero.safety import SafetyReason, SafetyStopError, Thresholds
 from firmware_emulator.plant import Drive
 from hil import GroundTruth
 from hil.targets.target import Target
@@ -28,6 +28,7 @@ class Stopping:
     name: str
     most_s: float
     """Time that it may take on either host, s."""
+    stopped_for: tuple[SafetyReason, Channel]
     fault: Callable[[Target], None]
     before: Callable[[Target], None] = close
     options: dict[str, Any] = field(default_factory=dict)
@@ -39,18 +40,18 @@ class Stopping:
             self.before(target)
             target.wire._transport.late = LATE[host]
             wait(target, 0.5 + 0.013 * seed)
-            return _time_to_opening(target, self.fault)
+            return self._time_to_opening(target)
 
-
-def _time_to_opening(target: Any, fault: Callable[[Target], None], wait_s: float = 6.0) -> float:
-    began, openings = target.clock.now(), []
-    guard = target.hand._guard
-    opening = guard._open
-    guard._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))[1]
-    fault(target)
-    with pytest.raises(SafetyStopError):
-        wait(target, wait_s)
-    return float(openings[0] - began)
+    def _time_to_opening(self, target: Any, wait_s: float = 6.0) -> float:
+        began, openings = target.clock.now(), []
+        guard = target.hand._guard
+        opening = guard._open
+        guard._open = lambda reason, **how: (openings.append(target.clock.now()), opening(reason, **how))[1]
+        self.fault(target)
+        with pytest.raises(SafetyStopError) as stop:
+            wait(target, wait_s)
+        assert (stop.value.reason, stop.value.channel) == self.stopped_for
+        return float(openings[0] - began)
 
 
 def _jump(target: Target) -> None:
@@ -69,10 +70,11 @@ def _runs_away(drive: Drive) -> Drive:
 
 
 STOPPINGS = (
-    Stopping("jump of 900 counts", 0.5, _jump, _resting),
+    Stopping("jump of 900 counts", 0.5, (SafetyReason.JUMP, Channel.MIDDLE), _jump, _resting),
     Stopping(
         "runaway, from the command on",
         1.0,
+        (SafetyReason.STRAY, Channel.PINKY),
         lambda target: close(target, Channel.PINKY, share=0.2),
         options={"rewire": lambda plant: Tampered(plant, Channel.PINKY, _runs_away)},
     ),
@@ -80,12 +82,14 @@ STOPPINGS = (
     Stopping(
         "thumb blocked by the palm, from the command on",
         1.5,
+        (SafetyReason.CURRENT, Channel.THUMB_CMC_FLEXION),
         lambda target: close(target, Channel.THUMB_CMC_FLEXION),
         options={"thresholds": Thresholds(stop_torque=700)},
     ),
     Stopping(
         "channel without torque, from the command on",
         3.0,
+        (SafetyReason.STRAY, Channel.RING),
         lambda target: close(target, Channel.RING, share=0.9),
         options={"rewire": lambda plant: Tampered(plant, Channel.RING, lambda _: Drive(powered=False))},
     ),

@@ -108,7 +108,7 @@ GOOD = "y\n" + "".join(f"{number}\ny\n" for number in range(1, 8))
 @pytest.mark.parametrize(
     ("typed", "code", "said"),
     [
-        ("y\n1\nsometimes\n" + GOOD[4:], 0, "within limits"),
+        pytest.param("y\n1\nsometimes\n" + GOOD[4:], 0, "within limits", marks=pytest.mark.slow),
         (GOOD.replace("1\ny\n", "a\n2\ny\n"), 1, "Index finger: digit that moved in its place is the middle finger"),
         pytest.param(
             GOOD.replace("y\n1", "n\ny\ny\nn\ny\ny\n1"),

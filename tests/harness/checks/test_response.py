@@ -89,16 +89,6 @@ def test_the_words_of_an_event_decide_nothing():
     assert found["open_close_rate"] == pytest.approx(2.0)
 
 
-def test_the_longest_standstill_of_a_finger_on_its_way_counts():
-    """A reading at 40 % is repeated for 30 ms; the others stand for 9 ms or less."""
-    t = 0.001 * np.arange(100)
-    part = np.zeros((100, 7))
-    part[:, 0] = 0.2 + 0.05 * np.floor(np.arange(100) / 10)
-    part[40:70, 0] = part[40, 0]
-    found = response.standstills(t, t, part * MAX_CODE, np.full((100, 7), float(MAX_CODE)))
-    assert max(found) == pytest.approx(0.029)
-
-
 def test_an_answer_that_was_late_is_no_standstill():
     """The finger moves on every 10 ms, the host is held up for 50 ms with an answer on its way."""
     t = 0.01 * np.arange(12)

@@ -17,7 +17,7 @@ import viser
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from aero.channels import CABLES, Channel, Joint
+from aero.channels import Channel
 from aero.clock import WallClock
 from hil import open_target
 from hil.recordings.mcap_file import read_recording
@@ -26,7 +26,6 @@ from hil.view import feed as feed_module
 from hil.view.feed import Feed
 from hil.view.frame import Heading, Note, Verdicts, ViewFrame
 from hil.view.panel import found, numbers
-from hil.view.scene import JUST_LOOSE_M, OTHER, SLACK, TAUT, UNSEEN, PosedHand, cable_colour
 from hil.view.sources import source_of
 from hil.view.web_page import Page
 
@@ -111,33 +110,6 @@ def test_the_table_says_what_is_known_and_nothing_else():
     assert "-0.0" not in numbers(heading(), ViewFrame(0.0, np.zeros(16), measured=np.full(7, -1e-5)), "live")
     assert "tension not known" in table
     assert "slack cable" not in table
-
-
-@pytest.mark.parametrize(
-    ("loose", "colour"),
-    [(np.nan, UNSEEN), (-1e-4, TAUT), (0.0, TAUT), (0.9 * JUST_LOOSE_M, TAUT), (1.1 * JUST_LOOSE_M, SLACK)],
-)
-def test_the_colour_of_a_cable_says_whether_it_is_slack(loose, colour):
-    assert cable_colour(loose) == colour
-    assert len({TAUT, SLACK, UNSEEN, OTHER}) == 4
-
-
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_the_cables_run_from_the_palm_to_the_last_links_in_every_posture(side):
-    hand = PosedHand(side)
-    colours = {channel: (0, 0, 100 + 20 * channel) for channel in CABLES}
-    lengths = []
-    for angle in (0.0, 0.7):
-        hand.pose(np.full(len(Joint), angle))
-        points, painted = hand.paths(colours)
-        assert np.isfinite(points).all()
-        pieces = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
-        kinds = {tuple(colour) for colour in painted[pieces > 0, 0]}
-        assert len(kinds) == 1 + len(CABLES)
-        blue = painted[:, 0, 2]
-        lengths.append(pieces[blue == blue[pieces > 0][0]].sum())
-        assert points.shape == (len(pieces), 2, 3)
-    assert 0.02 < lengths[1] < lengths[0] < 0.2
 
 
 def test_a_hand_is_driven_to_the_same_bytes_with_and_without_a_page():
