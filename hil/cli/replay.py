@@ -1,23 +1,131 @@
-"""`aero-hil replay`: the bytes of a recording, sent to a hand again."""
+"""`aero-hil replay`: the bytes of a recording, sent to a hand again, at the recorded times, and what comes back.
+
+Bytes are written at the instants at which they were written then, with no driver in between. On an emulated hand of the
+same unit, firmware and seed, opened afresh as the recorded one was, the same bytes come back; on another hand the
+difference is a measurement.
+"""
 
 from __future__ import annotations
 
+import dataclasses
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 
 from aero.channels import Channel
+from aero.protocol import FRAME_SIZE, Opcode, parse_reply, unsigned_values
 from hil.cli.exits import usage_errors
 from hil.cli.options import ChosenHand, target
 from hil.cli.reading import RECORDING, read
 from hil.cli.viewing import telling, viewing, with_view
 from hil.recordings.mcap_file import write_recording
 from hil.recordings.output import prepared_file
-from hil.recordings.recorder import silent
-from hil.recordings.wire_replay import check_replayable, compare_replies
-from hil.recordings.wire_replay import replay as run_replay
+from hil.recordings.provenance import source_commit, versions
+from hil.recordings.recorder import Progress, silent
+from hil.recordings.recording import Recording
+from hil.targets.target import Target
+from hil.targets.wire_log import WireRecord
 from hil.view.sources import source_of
+
+LAST_REPLY_S = 0.1
+"""Time the last request gets, s."""
+
+
+@dataclass(frozen=True)
+class ReplyComparison:
+    """Two recordings of the same requests."""
+
+    requests: int
+    identical: int
+    """Requests that were answered with the same bytes."""
+    position_rms: NDArray[np.float64]
+    """(7,) rms difference of the encoders, u16, over the position replies both have; NaN without any."""
+
+
+def check_replayable(recording: Recording, target: Target) -> None:
+    """See whether a recording can be replayed into a target.
+
+    Raises:
+        ValueError: the recording holds no bytes, or the hand is guarded: bytes would pass beneath the guard.
+    """
+    if target.guard is not None:
+        raise ValueError(
+            f"{target.name} is guarded, and a replay writes bytes that no guard sees, settings and homing among them. "
+            "Replay on `emulated` or `pty`; to move a hand on a port again, run the experiment on it and use `diff`."
+        )
+    if all(record.direction != "to_hand" for record in recording.wire):
+        raise ValueError("this recording holds no bytes to the hand, so there is nothing to replay")
+
+
+def resend(recording: Recording, target: Target, *, progress: Progress = silent) -> Recording:
+    """Send every byte of a recording to a target again and record what happens.
+
+    Raises:
+        ValueError: as `check_replayable`.
+    """
+    check_replayable(recording, target)
+    sent = [record for record in recording.wire if record.direction == "to_hand"]
+    mark, start = target.wire.mark(), target.clock.now()
+    for i, record in enumerate(sent):
+        _read_until(target, start + record.t)
+        target.wire.write(record.data)
+        progress((i + 1) / len(sent), "replaying")
+    _read_until(target, start + sent[-1].t + LAST_REPLY_S)
+    header = dataclasses.replace(
+        recording.header,
+        target=target.name,
+        hand=target.side,
+        firmware=target.firmware,
+        unit=target.unit,
+        seed=target.seed,
+        versions=versions(),
+        commit=source_commit(),
+    )
+    return Recording(header, {}, target.wire.since(mark, start))
+
+
+def compare_replies(first: Recording, second: Recording) -> ReplyComparison:
+    """Compare, request by request, what two hands answered to the same bytes.
+
+    Raises:
+        ValueError: they were not asked the same.
+    """
+    one, other = replies(first.wire), replies(second.wire)
+    if [request for request, _ in one] != [request for request, _ in other]:
+        raise ValueError(
+            f"the two recordings hold different requests ({len(one)} and {len(other)}); "
+            "compare a recording with a replay of it"
+        )
+    pairs = [(a, b) for (_, a), (_, b) in zip(one, other, strict=True)]
+    readings = [
+        [unsigned_values(parse_reply(frame)).astype(float) for frame in pair]
+        for pair in pairs
+        if len(pair[0]) == len(pair[1]) == FRAME_SIZE and pair[0][0] == pair[1][0] == Opcode.GET_POS
+    ]
+    difference = np.array([a - b for a, b in readings]).reshape(-1, len(Channel))
+    rms = np.sqrt(np.mean(np.square(difference), axis=0)) if len(difference) else np.full(len(Channel), np.nan)
+    return ReplyComparison(len(pairs), sum(a == b for a, b in pairs), rms)
+
+
+def replies(wire: tuple[WireRecord, ...]) -> list[tuple[bytes, bytes]]:
+    """Return each write to the hand with all bytes that came before the next one."""
+    found: list[tuple[bytes, bytes]] = []
+    for record in wire:
+        if record.direction == "to_hand":
+            found.append((record.data, b""))
+        elif found:
+            found[-1] = (found[-1][0], found[-1][1] + record.data)
+    return found
+
+
+def _read_until(target: Target, t: float) -> None:
+    """Take what arrives until `t` (s on the target's clock), and be there then."""
+    target.clock.sleep_until(t)
+    while target.wire.read(FRAME_SIZE, 0.0):
+        pass
 
 
 @click.command()
@@ -41,7 +149,7 @@ def replay(
         with usage_errors():
             check_replayable(recorded, opened)
         audience.follow(source_of(opened))
-        replayed = run_replay(recorded, opened, progress=telling(audience, silent))
+        replayed = resend(recorded, opened, progress=telling(audience, silent))
     comparison = compare_replies(recorded, replayed)
     if out is not None:
         write_recording(replayed, out)

@@ -16,9 +16,8 @@ from hil.cli.doctor import exit_code, show
 from hil.cli.exits import Ended, Exit
 from hil.robots.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError
 from hil.robots.finding import Examined, Subject, Verdict, worst
-from hil.robots.servo_rules import judge
+from hil.robots.servo_rules import LARGEST_COUNTS, judge, small_move
 from hil.robots.servo_setup import ServoBusError, ServoSetup, ServoValueError
-from hil.robots.small_move import LARGEST_COUNTS, small_move
 from hil.robots.survey import BAUD_RATES, Surveyed, find, survey
 
 FORMAT = 1

@@ -12,8 +12,8 @@ from synthetic import replaced
 from hil import open_target
 from hil.cli import main
 from hil.cli.diff import difference as diff
+from hil.cli.replay import compare_replies, replies, resend
 from hil.recordings.mcap_file import read_recording, write_recording
-from hil.recordings.wire_replay import compare_replies, replay, replies
 from hil.report.results import write_results
 from hil.verdict.baseline import store
 from hil.verdict.findings import failed
@@ -46,7 +46,7 @@ def test_the_same_seed_answers_a_replay_with_the_same_bytes(results):
 def test_another_seed_answers_with_other_noise_but_the_same_positions(results):
     recorded = read_recording(results / "session.mcap")
     with open_target(seed=4) as target:
-        comparison = compare_replies(recorded, replay(recorded, target))
+        comparison = compare_replies(recorded, resend(recorded, target))
     assert comparison.identical < comparison.requests
     assert np.all(comparison.position_rms < 100)
 
@@ -54,7 +54,7 @@ def test_another_seed_answers_with_other_noise_but_the_same_positions(results):
 def test_a_different_hand_shows_in_the_replay(results):
     recorded = read_recording(results / "session.mcap")
     with open_target(seed=3, firmware="pre") as target:
-        comparison = compare_replies(recorded, replay(recorded, target))
+        comparison = compare_replies(recorded, resend(recorded, target))
     assert comparison.position_rms.max() > 500
 
 
@@ -189,7 +189,7 @@ def test_replies_are_collected_up_to_the_next_request(results):
 
 def test_bytes_are_not_replayed_beneath_a_guard(results):
     with open_target(guarded=True) as target, pytest.raises(ValueError, match="is guarded"):
-        replay(read_recording(results / "session.mcap"), target)
+        resend(read_recording(results / "session.mcap"), target)
 
 
 def test_everything_that_validate_wrote_is_judged_again_in_a_folder_that_is_made(results, tmp_path):

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from hil.robots.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError, parse_answer, request
 from hil.robots.finding import Verdict
 from hil.robots.robot_bus import RobotBus
-from hil.robots.servo_rules import judge
-from hil.robots.small_move import small_move
+from hil.robots.servo_rules import judge, small_move
 from hil.robots.survey import READS, find, survey
 
 ROOT = Path(__file__).parents[3]
