@@ -8,8 +8,9 @@ from such lines that were made with `--plain`, `keep FILE` the stored result of 
 from __future__ import annotations
 
 import json
+import math
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +26,10 @@ from model.units import Unit
 from model.units.naming import unit_named
 from train.identification.calibration import calibrate
 from train.identification.excitation import EXPERIMENT, MOTIONS, excitation, play
-from train.identification.search import pooled_rms
+from train.identification.search import Floats, pooled_rms
 from train.identification.trace import Trace
 from train.identification.trace_replay import replay
-from train.identification.uncertainty import COVERAGE_SIGMA, FILE, conformal_factor, deviations
+from train.identification.uncertainty import COVERAGE_SIGMA, FILE, Intervals
 from train.identification.unit_file import unit_toml
 from train.identification.unit_parameters import numbers
 
@@ -38,8 +39,41 @@ FITTED_SCALE, LEFT_OUT_SCALE = 0.8, 0.6
 """Scales of the recording that a hand is fitted to, and of the ramps that it is not fitted to."""
 PHASES_S = np.arange(0.0, 0.010, 0.001)
 """Telemetry phases on which what was left out is replayed."""
+COVERED = 0.95
+"""Share of the numbers of a kind that their intervals hold."""
 ENOUGH = 19
 """Numbers of a kind from which on the 95 % factor of that kind is known by itself: the largest of 19 holds 19 of 20."""
+
+
+def deviations(values: Mapping[str, Floats], truth: Mapping[str, Floats], known: Intervals) -> dict[str, Floats]:
+    """Return how far off each fitted number is in standard deviations of its interval, arrays by `section.field`.
+
+    Args:
+        values: fitted numbers.
+        truth: what they are.
+        known: 95 % intervals of the fitted numbers; entries without width are left out.
+    """
+    found = {}
+    for name, (low, high) in known.items():
+        fitted = (low < high) & (values[name] != 0.0)
+        value, above, true = values[name][fitted], high[fitted], truth[name][fitted]
+        if not name.endswith("take_up"):
+            value, above, true = (np.log(np.abs(one)) for one in (value, above, true))
+        found[name] = COVERAGE_SIGMA * np.abs(true - value) / np.abs(above - value)
+    return found
+
+
+def conformal_factor(off: Sequence[float]) -> float:
+    """Return the factor with which intervals hold a further number in 95 of 100 cases, from what some were off by.
+
+    Split conformal prediction: the k-th smallest of n, k = 0.95 (n + 1) rounded up, or the largest where n is too
+    small for that. A factor below one is one.
+
+    Args:
+        off: standard deviations that numbers of one kind were off by.
+    """
+    k = min(math.ceil(COVERED * (len(off) + 1)), len(off))
+    return max(1.0, float(np.sort(off)[k - 1]) / COVERAGE_SIGMA)
 
 
 def recorded(hand: str, motion: str, scale: float, seed: int) -> Trace:

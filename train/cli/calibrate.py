@@ -45,7 +45,6 @@ OPEN = " *"
 @click.option("--start", default="reference", show_default=True, help="Unit to start from, or a .toml.")
 @click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Version; that of the recordings if not given.")
 @click.option("--plots", type=NewFolder(), help="Folder for predicted and recorded.")
-@click.option("--yardstick", is_flag=True, help="Also search and score a plain P-and-damping model, minutes more.")
 @click.option("--jobs", type=click.IntRange(1, 1000), default=os.cpu_count() or 1, show_default=True, help="Processes.")
 def calibrate_command(
     *,
@@ -54,7 +53,6 @@ def calibrate_command(
     start: str,
     firmware: str | None,
     plots: Path | None,
-    yardstick: bool,
     jobs: int,
 ) -> None:
     """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right hand and write it to a file.
@@ -78,7 +76,6 @@ def calibrate_command(
             unit,
             firmware=firmware,
             jobs=jobs,
-            yardstick=yardstick,
             report=lambda line: console.print(line, style="dim"),
             progress=lambda done, about: bar.update(task, completed=done, total=about),
         )
@@ -111,8 +108,6 @@ def _print(console: Console, result: Calibration) -> None:
             else f"each of {PARTS} parts predicted from the others"
         )
         console.print(f"{what}: {held_out_rms(result.held_out):.2f} counts rms")
-    if result.yardstick:
-        console.print(f"plain P-and-damping model, the same way: {held_out_rms(result.yardstick):.2f} counts rms")
 
 
 def _fitted(result: Calibration) -> dict[str, list[str]]:

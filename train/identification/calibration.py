@@ -14,14 +14,12 @@ from aero.child_process import worker_processes
 from aero.firmware import DEFAULT_FIRMWARE
 from hil.recordings.errors import UnusableFileError
 from model.units import Unit
-from train.identification.p_damping import PDampingModel
 from train.identification.replay_score import held_out
 from train.identification.search import (
     STEPS,
     Floats,
     Found,
     Free,
-    Model,
     Report,
     Residuals,
     find_slopes,
@@ -71,8 +69,6 @@ class Calibration:
     held_out: list[Residuals]
     """Predicted less recorded, counts, of what was left out of a fit: lists by phase or part, then by trace. Empty
     when it was interrupted before."""
-    yardstick: list[Residuals]
-    """The same of the P-and-damping model; empty unless asked for."""
 
     def channel_rms(self) -> Floats:
         """Return the fit's error by trace and channel, (traces, 7) counts rms, readings on their best phase."""
@@ -95,7 +91,6 @@ def calibrate(
     iterations: int = 3,
     jobs: int = 1,
     leave_out: bool = True,
-    yardstick: bool = False,
     factors: Mapping[str, float] | None = None,
     report: Report = lambda _line: None,
     progress: Callable[[int, int], None] = lambda _done, _about: None,
@@ -112,7 +107,6 @@ def calibrate(
         iterations: at most so many steps of the search.
         jobs: processes to spread the replays over.
         leave_out: whether the unit is scored on what was left out.
-        yardstick: whether the P-and-damping model is searched and scored the same way, minutes more.
         factors: how much wider than their standard deviations intervals are, by kind of number; as shipped when None.
         report: called with lines of progress.
         progress: called after each replay with how many are done and about how many it takes.
@@ -137,7 +131,6 @@ def calibrate(
         progress(done, max(about, done))
 
     left_out: list[Residuals] = []
-    compared: list[Residuals] = []
     hidden: list[Floats] = []
     with _processes(jobs) as pool:
         model = UnitModel(start, kept, firmware, pool, told_by, replayed=replayed)
@@ -151,9 +144,6 @@ def calibrate(
                 if leave_out:
                     report("predicting what was left out")
                     left_out = held_out(model, found)
-                if yardstick:
-                    report("P-and-damping model, for comparison")
-                    compared = _yardstick(PDampingModel(kept), report)
         except (KeyboardInterrupt, SystemExit) as error:
             found = replace(found, interrupted=error)
     known: Intervals = {}
@@ -166,14 +156,7 @@ def calibrate(
         known = intervals(lambda x: numbers(model.unit(x)), found.x, errors)
         believed = intervals(lambda x: numbers(model.unit(x)), found.x, np.diag(spreads(model) ** 2))
         from_readings = told(known, believed)
-    return Calibration(model.unit(found.x), kept, firmware, known, from_readings, found, left_out, compared)
-
-
-def _yardstick(model: Model, report: Report) -> list[Residuals]:
-    found = search(model, report=report)
-    if found.interrupted is not None:
-        raise found.interrupted
-    return held_out(model, found)
+    return Calibration(model.unit(found.x), kept, firmware, known, from_readings, found, left_out)
 
 
 def _processes(jobs: int) -> AbstractContextManager[Executor | None]:

@@ -31,8 +31,6 @@ UDEV_COPY = (
 )
 PSEUDO_TERMINALS = {"/dev/ptmx", "/dev/pts/ptmx"}
 """Open in whoever serves a pseudo-terminal: `aero-hil emulate` is no second master of its own hand."""
-MOST_LATENCY_MS = 2
-"""More than this adds to each reply of about 2 ms; adapters by FTDI come with 16 ms."""
 SPANS = UNSHIFTED.spans_counts()
 """Width of each channel's command window as homing leaves it, (7,) counts, the same for every firmware and side."""
 RESTARTED = CommandWindow.for_firmware(DEFAULT_FIRMWARE, "mixed")
@@ -53,8 +51,6 @@ class Port:
     """Group that owns it, empty where there is none."""
     holders: tuple[str, ...] = ()
     """Programs that have it open, as `name (process ID)`; only those that this user may see."""
-    latency_ms: int | None = None
-    """Latency timer of the USB adapter; None where it has none."""
 
 
 def examine_port(named: str) -> Iterator[Examined]:
@@ -77,15 +73,7 @@ def _read_port(device: str, usb: tuple[int, int] | None = None, serial_number: s
         group = Path(real).group()
     except (OSError, KeyError, NotImplementedError):
         group = ""
-    try:
-        latency_ms = int(_latency_file(real).read_text())
-    except (OSError, ValueError):
-        latency_ms = None
-    return Port(device, usb, serial_number, os.access(real, os.R_OK | os.W_OK), group, holders(real), latency_ms)
-
-
-def _latency_file(device: str) -> Path:
-    return Path("/sys/class/tty", Path(os.path.realpath(device)).name, "device/latency_timer")
+    return Port(device, usb, serial_number, os.access(real, os.R_OK | os.W_OK), group, holders(real))
 
 
 def holders(device: str) -> tuple[str, ...]:
@@ -127,7 +115,7 @@ def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Examined]:
 
 
 def _check_port(port: Port) -> Iterator[Examined]:
-    """Judge one port: rights, holders, latency timer."""
+    """Judge one port: rights and holders."""
     device = port.device
     data = {"device": device, "group": port.group, "permitted": port.permitted}
     if port.permitted:
@@ -142,14 +130,6 @@ def _check_port(port: Port) -> Iterator[Examined]:
         found = f"{device} is open in {', '.join(port.holders)}"
     data = {"device": device, "holders": list(port.holders)}
     yield Examined("holder", verdict, found, remedy, subject=Subject.LINK, data=data)
-    copy: tuple[str, ...] = ()
-    verdict, found, remedy = Verdict.OK, f"{device} has no latency timer", ""
-    if port.latency_ms is not None:
-        found = f"{device} holds bytes back for up to {port.latency_ms} ms"
-        if port.latency_ms > MOST_LATENCY_MS:
-            verdict, remedy = Verdict.LOOK, "shorten it, until it is unplugged"
-            copy = (f"echo 1 | sudo tee {_latency_file(device)}",)
-    yield Examined("latency", verdict, found, remedy, copy, data={"device": device, "latency_ms": port.latency_ms})
 
 
 @dataclass(frozen=True)

@@ -43,54 +43,53 @@ TICK_S, TICKS = 0.005, 200
 """A second of ticks, eight in the time between two polls of the guard."""
 
 
-class Need(NamedTuple):
-    """One package that something needs."""
-
-    name: str
-    wanted: str
-    """Range of versions, empty for any."""
-    installed: str | None
-
-    @property
-    def fits(self) -> bool:
-        """Whether it is installed in a version of the range."""
-        return self.installed is not None and SpecifierSet(self.wanted).contains(self.installed, prereleases=True)
-
-    def __str__(self) -> str:
-        return f"{self.name} {self.installed}, wanted {self.wanted}" if self.installed else self.name
-
-
 def check_installation() -> Iterator[Examined]:
     """Look at Python, this project, the packages that everything needs, and the extras."""
+    here = {"version": platform.python_version(), "system": platform.system(), "machine": platform.machine()}
+    found = f"{here['version']} on {here['system']} {platform.release()}, {here['machine']}"
     commit = source_commit()
     try:
         ours = distribution(PROJECT)
     except PackageNotFoundError:
-        yield _python("")
+        yield Examined("python", Verdict.OK, found, data=here)
         remedy = "from its folder: pip install -e . in a virtual environment"
         data = {"version": None, "commit": commit}
         yield Examined(PROJECT, Verdict.WRONG, "it runs, but is not installed", remedy, data=data)
         return
-    yield _python(ours.metadata["Requires-Python"] or "")
+    wanted = ours.metadata["Requires-Python"] or ""
+    fits = SpecifierSet(wanted).contains(here["version"], prereleases=True)
+    remedy = "" if fits else f"{PROJECT} wants Python {wanted}; make a virtual environment with one"
+    yield Examined("python", Verdict.OK if fits else Verdict.WRONG, found, remedy, data=here)
     data = {"version": ours.version, "commit": commit}
     yield Examined(PROJECT, Verdict.OK, f"{ours.version}, commit {commit or 'not known'}", data=data)
-    yield _packages(needs("", _declared, _installed))
-    names = sorted(ours.metadata.get_all("Provides-Extra") or [])
-    yield from _extras({name: needs(name, _declared, _installed) for name in names})
+    base = needs("", _declared, _installed)
+    yield Examined("packages", Verdict.OK, ", ".join(f"{name} {found}" for name, found in base.items()), data=base)
+    extras = {
+        name: needs(name, _declared, _installed) for name in sorted(ours.metadata.get_all("Provides-Extra") or [])
+    }
+    # One of which something is missing was not asked for, and is no fault.
+    usable = {name: None not in packages.values() for name, packages in extras.items()}
+    lacking = [name for name in extras if not usable[name]]
+    said = f"usable: {', '.join(name for name in extras if usable[name]) or 'none'}"
+    said += f"; not installed: {', '.join(lacking)}" if lacking else ""
+    install = install_command("NAME", ours.read_text("direct_url.json"))
+    remedy = f"for one of the others: {install}" if lacking else ""
+    figures = {name: {"usable": usable[name], "packages": extras[name]} for name in extras}
+    yield Examined("extras", Verdict.OK, said, remedy, data=figures)
 
 
 def needs(
     extra: str, requires_of: Callable[[str], Sequence[str]], version_of: Callable[[str], str | None]
-) -> tuple[Need, ...]:
-    """Return what an extra needs beyond the project's own dependencies; those themselves for the name ``.
+) -> dict[str, str | None]:
+    """Return the packages that an extra needs beyond the project's own dependencies, with their versions.
 
     Args:
-        extra: name of the extra.
+        extra: name of the extra; the project's own dependencies for the name ``.
         requires_of: returns the requirements that an installed package declares, by its name.
         version_of: returns the version of an installed package, or None.
     """
 
-    def walk(package: str, extra: str) -> Iterator[Need]:
+    def walk(package: str, extra: str) -> Iterator[str]:
         for line in requires_of(package):
             requirement = Requirement(line)
             marker = requirement.marker
@@ -99,11 +98,11 @@ def needs(
                 continue
             name = canonicalize_name(requirement.name)
             if name != PROJECT:
-                yield Need(name, str(requirement.specifier), version_of(name))
+                yield name
             for further in requirement.extras:  # extras that name extras, of this project or of others
                 yield from walk(name, further)
 
-    return tuple(sorted({need.name: need for need in walk(PROJECT, extra)}.values()))
+    return {name: version_of(name) for name in sorted(set(walk(PROJECT, extra)))}
 
 
 def _installed(name: str) -> str | None:
@@ -130,44 +129,6 @@ def install_command(extra: str, origin: str | None) -> str:
         return f"pip install '{PROJECT}[{extra}] @ {url}'"
     editable = "-e " if direct["dir_info"].get("editable") else ""
     return f"pip install {editable}'{url.removeprefix('file://')}[{extra}]'"
-
-
-def _python(wanted: str) -> Examined:
-    found = f"{platform.python_version()} on {platform.system()} {platform.release()}, {platform.machine()}"
-    data = {"version": platform.python_version(), "system": platform.system(), "machine": platform.machine()}
-    if SpecifierSet(wanted).contains(platform.python_version(), prereleases=True):
-        return Examined("python", Verdict.OK, found, data=data)
-    remedy = f"{PROJECT} wants Python {wanted}; make a virtual environment with one"
-    return Examined("python", Verdict.WRONG, found, remedy, data=data)
-
-
-def _packages(base: Sequence[Need]) -> Examined:
-    data = {need.name: need.installed for need in base}
-    if unfit := [need for need in base if not need.fits]:
-        found = f"missing or in a version that was not tested: {'; '.join(map(str, unfit))}"
-        remedy = "install aero-hil again, in a virtual environment of its own"
-        return Examined("packages", Verdict.WRONG, found, remedy, data=data)
-    found = ", ".join(f"{need.name} {need.installed}" for need in base)
-    return Examined("packages", Verdict.OK, found or "nothing is declared", data=data)
-
-
-def _extras(extras: dict[str, tuple[Need, ...]]) -> Iterator[Examined]:
-    """Say which extras are usable; one of which something is missing was not asked for, and is no fault."""
-    usable = {name: all(need.fits for need in found) for name, found in extras.items()}
-    lacking = [name for name, found in extras.items() if any(need.installed is None for need in found)]
-    data = {
-        name: {"usable": usable[name], "packages": {need.name: need.installed for need in found}}
-        for name, found in extras.items()
-    }
-    said = f"usable: {', '.join(name for name in extras if usable[name]) or 'none'}"
-    said += f"; not installed: {', '.join(lacking)}" if lacking else ""
-    origin = distribution(PROJECT).read_text("direct_url.json")
-    remedy = f"for one of the others: {install_command('NAME', origin)}" if lacking else ""
-    yield Examined("extras", Verdict.OK, said, remedy, data=data)
-    for name, found in extras.items():
-        if not usable[name] and name not in lacking:
-            unfit = "; ".join(str(need) for need in found if not need.fits)
-            yield Examined(f"extra {name}", Verdict.LOOK, unfit, install_command(name, origin))
 
 
 class Attempt(NamedTuple):

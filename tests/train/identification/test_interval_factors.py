@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from figures.intervals import conformal_factor, deviations
 from hypothesis import given
 from hypothesis import strategies as st
 
 from train.identification.uncertainty import (
     COVERAGE_SIGMA,
-    conformal_factor,
-    deviations,
     factors_of,
     interval_factors,
     intervals,

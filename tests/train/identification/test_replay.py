@@ -125,7 +125,6 @@ def test_calibration_reports_and_draws(trace):
     result = calibrate([trace] * 3, REFERENCE, free=free, iterations=0)
     assert result.channel_rms().shape == (3, 7)
     assert held_out_rms(result.held_out) < 12.0
-    assert result.yardstick == []
     drawing = trace_svg(trace, result.predictions()[0])
     assert drawing.lstrip().startswith("<svg")
     assert "Thumb CMC flexion" in drawing

@@ -9,13 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+import click
 import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from train.identification.search import Floats, Free, Residuals
-from train.identification.trace import Trace
+from train.identification.replay_score import held_out, held_out_rms
+from train.identification.search import Floats, Free, Residuals, pooled_rms, search
+from train.identification.trace import Trace, load_trace
 
 STEP_S = 1e-3
 AGE_S = 6e-3
@@ -109,3 +112,16 @@ def _sample(angles: Floats, trace: Trace, phase_s: float) -> Floats:
     share = np.clip(at - below, 0.0, 1.0)[:, None]
     sampled: Floats = (1.0 - share) * angles[below] + share * angles[below + 1]
     return sampled
+
+
+@click.command()
+@click.argument("runs", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+def main(runs: tuple[Path, ...]) -> None:
+    """Fit the model to RUNS and print its error, counts rms: fitted to all, and left out."""
+    model = PDampingModel(tuple(load_trace(path) for path in runs))
+    found = search(model, report=click.echo)
+    click.echo(f"{pooled_rms(found.residuals):.2f} fitted to all, {held_out_rms(held_out(model, found)):.2f} left out")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
+from figures.p_damping import FREE, START, PDampingModel
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from train.identification.p_damping import FREE, START, PDampingModel
 from train.identification.trace import Trace, window_counts
 
 SPANS = window_counts("right")
