@@ -21,6 +21,7 @@ import numpy as np
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import Writer
 from numpy.typing import NDArray
 from zstandard import ZstdError
 
@@ -28,7 +29,6 @@ from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file, whole
 from hil.recordings.errors import UnusableFileError, writing
-from hil.recordings.mcap_writer import McapWriter
 from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
 from hil.targets.wire_log import Direction, WireRecord
 
@@ -98,7 +98,7 @@ class RecordingFile:
             OSError: the file cannot be written.
         """
         self._stream = begin_file(path, BUFFER_BYTES)
-        self._writer = McapWriter(self._stream, "aero-hil", CHUNK_BYTES)
+        self._writer = Writer(self._stream, CHUNK_BYTES)
         self._experiment = header.experiment
         self._epoch_ns = epoch_ns(header)
         self._channels: dict[str, int] = {}
@@ -107,6 +107,7 @@ class RecordingFile:
         self._pending: list[tuple[int, int, bytes]] = []
         """Channel, log time and content of messages that are not written yet."""
         with uninterrupted():
+            self._writer.start(library="aero-hil")
             self._add_header(header)
         for direction in DIRECTIONS:
             self._channel(TOPIC_OF[direction], "aero.wire", WIRE_SCHEMA)
@@ -147,9 +148,10 @@ class RecordingFile:
 
     def add_event(self, event: Event) -> None:
         """Write an event."""
-        sec, nsec = divmod(self._nanoseconds(event.t), 10**9)
+        sec, nsec = divmod(self._epoch_ns + round(event.t * 1e9), 10**9)
         log = {"timestamp": {"sec": sec, "nsec": nsec}, "level": LOG_LEVELS[event.severity], "message": event.text}
-        self._add("/events", event.t, log | {"name": self._experiment, "file": "", "line": 0})
+        log |= {"name": self._experiment, "file": "", "line": 0}
+        self._add_bytes("/events", event.t, json.dumps({"t": event.t, **log}).encode())
 
     def add_for_viewers(self, topic: str, schema_name: str, schema: Callable[[], bytes], t: float, body: bytes) -> None:
         """Write a Protobuf message that our own reader passes over; its schema is asked for once a topic."""
@@ -163,7 +165,7 @@ class RecordingFile:
             with uninterrupted():
                 self._write_pending()
                 self._add_header(header)
-                self._writer.finish()
+                self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves this one unannotated
                 self._stream.flush()
         finally:
             self.close()
@@ -187,12 +189,6 @@ class RecordingFile:
             schema_id = self._writer.register_schema(schema_name, schema_encoding, schema)
             self._channels[topic] = self._writer.register_channel(topic, encoding, schema_id)
 
-    def _add(self, topic: str, t: float, body: dict[str, Any]) -> None:
-        self._add_text(topic, t, json.dumps({"t": t, **body}))
-
-    def _add_text(self, topic: str, t: float, text: str) -> None:
-        self._add_bytes(topic, t, text.encode())
-
     def _add_bytes(self, topic: str, t: float, content: bytes) -> None:
         self._pending.append((self._channels[topic], self._epoch_ns + round(t * 1e9), content))
         if len(self._pending) >= TOGETHER:
@@ -200,11 +196,9 @@ class RecordingFile:
                 self._write_pending()
 
     def _write_pending(self) -> None:
-        self._writer.add_messages(self._pending)
+        for channel, log_time, content in self._pending:
+            self._writer.add_message(channel, log_time, content, log_time)
         self._pending.clear()
-
-    def _nanoseconds(self, t: float) -> int:
-        return self._epoch_ns + round(t * 1e9)
 
 
 def digest(content: Mapping[str, Any]) -> str:

@@ -14,7 +14,6 @@ from mcap.writer import CompressionType, Writer
 
 from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
 from hil.recordings.mcap_file import TOGETHER, RecordingFile, read_recording, write_recording
-from hil.recordings.mcap_writer import McapWriter
 from hil.recordings.recording import Event, Header, Recording, Series
 from hil.targets.wire_log import WireRecord
 
@@ -148,14 +147,14 @@ def test_a_recording_that_was_begun_is_not_finished(tmp_path):
 
 
 def test_a_signal_in_the_middle_of_a_record_spoils_nothing(tmp_path, monkeypatch):
-    write = McapWriter._add_part
+    write = Writer.add_message
 
     def interrupted(self, *arguments):
         write(self, *arguments)
         signal.raise_signal(signal.SIGINT)
 
     file = RecordingFile(tmp_path / "run", replace(HEADER, finished=False))
-    monkeypatch.setattr(McapWriter, "_add_part", interrupted)
+    monkeypatch.setattr(Writer, "add_message", interrupted)
     records = tuple(WireRecord(0.001 * i, "to_hand", bytes(16)) for i in range(TOGETHER))
     for record in records[:-1]:
         file.add_wire(record)
