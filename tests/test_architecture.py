@@ -30,7 +30,7 @@ HIL_LAYERS = (
     {"checks"},
     {"verdict"},
     {"report", "view"},
-    {"cli", "pytest_plugin"},
+    {"cli"},
 )
 """The folders and files of `hil`, lowest first; each may import itself and what lies below."""
 HEAVY = {

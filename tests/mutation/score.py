@@ -26,8 +26,8 @@ from cosmic_ray.work_db import WorkDB, use_db
 from cosmic_ray.work_item import MutationSpec, TestOutcome
 
 ROOT = Path(__file__).resolve().parents[2]
-COPIED = ("aero", "firmware_emulator", "hil", "model", "tests", "pyproject.toml")
-JUDGING = ("hil/checks", "hil/verdict", "train/limits")
+COPIED = ("aero", "firmware_emulator", "hil", "model", "train", "tests", "pyproject.toml")
+JUDGING = ("hil/checks", "hil/verdict", "train/limits/compute.py")
 """What turns a recording into a verdict."""
 NOT_JUDGING = {
     # What a hand and the simulator are told.
@@ -129,7 +129,8 @@ def _moves(function: ast.FunctionDef) -> bool:
 
 def tests_of(module: Path) -> list[Path]:
     """Return the test files of a module: the one that is named after it, then those beside it that open no hand."""
-    mirrored = Path("tests", "harness", *module.parts[1:-1])
+    package, *folders = module.parts[:-1]
+    mirrored = Path("tests", "harness" if package == "hil" else package, *folders)
     folder = next(folder for folder in (mirrored, *mirrored.parents) if folder.exists())
     name = module.parent.name if module.stem in ("measure", "run") else module.stem
     mirror = folder / f"test_{name}.py"
