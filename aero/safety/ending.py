@@ -15,9 +15,9 @@ from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.firmware import ServoSettings
 from aero.protocol import position_codes
 from aero.safety.interrupts import uninterrupted
-from aero.safety.kept_limits import KeptLimits
 from aero.safety.lookout import Lookout
 from aero.safety.opening import OPEN, SWITCH_OFF, Doubt, open_and_relax
+from aero.safety.servo_limits import ServoLimits
 from aero.safety.standby import Standby
 from aero.safety.stop import LinkLostError, Phase, SafetyReason, SafetyStopError, Violation
 from aero.safety.thresholds import Thresholds
@@ -52,7 +52,7 @@ class EndingHand:
         self.phase = Phase.RESTING
         self.thresholds = thresholds
         self._bare_clock = clock
-        self._limits = KeptLimits(hand, usual, thresholds)
+        self._limits = ServoLimits(hand, usual, thresholds)
         self._last_codes = position_codes(OPEN)
         self._hand = hand
         self._standby = standby

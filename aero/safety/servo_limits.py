@@ -17,7 +17,7 @@ from aero.safety.thresholds import Thresholds
 _LOG = logging.getLogger(__name__)
 
 
-class KeptLimits:
+class ServoLimits:
     """What the board was sent last for each channel. It holds nothing for a firmware without such settings."""
 
     def __init__(self, hand: AeroHand, usual: ServoSettings | None, thresholds: Thresholds) -> None:
