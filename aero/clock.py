@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 
 
 def _going_on() -> Callable[[], float]:
-    """Return a monotonic clock that goes on while the machine sleeps, unlike Python's on Linux and macOS."""
+    """Return a monotonic clock that runs while the machine sleeps, unlike Python's on Linux and macOS."""
     for name in ("CLOCK_BOOTTIME", "CLOCK_MONOTONIC"):  # of Linux, and of macOS, which has no other
         if hasattr(time, name):
             return partial(time.clock_gettime, getattr(time, name))
@@ -55,7 +55,7 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """The machine's clock since it started, for real ports; it goes on while the machine is suspended."""
+    """The machine's clock since it started, for real ports; it runs while the machine is suspended."""
 
     def now(self) -> float:
         """Return the time in s."""

@@ -43,7 +43,7 @@ def write_whole(path: Path, text: str) -> None:
 
 
 def begin_file(path: Path, buffering: int = -1) -> BinaryIO:
-    """Open an empty file at `path` that is written while work goes on, in place of a file or a link there.
+    """Open an empty file at `path` that is written while work continues, in place of a file or a link there.
 
     Raises:
         OSError: it cannot be written, or what is there is neither a file nor a link.

@@ -189,7 +189,7 @@ class EmulatedHand:
             board.start(boot.resume(board))
             return
         # The program homes on a bus of its own, where every servo is at its stop; the servos here are then left as
-        # homing leaves them, and the program goes on with them.
+        # homing leaves them, and the program continues with them.
         ready = rehearse(self._program, nvs=self._nvs, host_latency_s=self._host_latency_s)
         self.board = ready.board
         board.start(self._take_over(board, ready))

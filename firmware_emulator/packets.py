@@ -62,7 +62,7 @@ _CHECKSUMS = [bytes((~total & 0xFF,)) for total in range(256)]
 class PacketParser:
     """Cuts a byte stream into instruction packets, as a servo's receiver does.
 
-    Bytes before a header are skipped; a packet with a wrong checksum is dropped and the search goes on behind its
+    Bytes before a header are skipped; a packet with a wrong checksum is dropped and the search continues behind its
     header, so that a good packet behind a damaged one is still found. At most one unfinished packet is kept.
     """
 

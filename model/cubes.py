@@ -1,4 +1,4 @@
-"""Cubes as people have them: what differs from one to the next, one property at a time and all at once."""
+"""Realistic cubes: what differs from one to the next, one property at a time and all at once."""
 
 from __future__ import annotations
 

@@ -238,7 +238,7 @@ class PtyServer(Closing):
                 listener(entry)
             except Exception:  # who listens does not end what it listens to
                 self.listeners.remove(listener)
-                _LOG.exception("a listener of %s failed and is dropped; the link goes on", self.name)
+                _LOG.exception("a listener of %s failed and is dropped; the link continues", self.name)
 
     def _transmit(self, data: bytes) -> None:
         self._note("<", data)

@@ -56,7 +56,7 @@ def _keep(context: click.Context, _option: click.Parameter, path: Path | None) -
 
 
 class LogFile(logging.FileHandler):
-    """Adds lines to a file; that it cannot be written is said once, and the command goes on."""
+    """Adds lines to a file; that it cannot be written is said once, and the command continues."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path, encoding="utf-8")
@@ -71,7 +71,7 @@ class LogFile(logging.FileHandler):
     def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - the name is logging's
         """Say why there are no more lines."""
         self._failed = True
-        click.echo(f"the log in {self._path} ends here, the command goes on: {sys.exception()}", err=True)
+        click.echo(f"the log in {self._path} ends here, the command continues: {sys.exception()}", err=True)
 
     def close(self) -> None:
         """Close the file; what cannot be written any more has been said."""

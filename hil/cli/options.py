@@ -94,7 +94,7 @@ RECORD = click.option(
 
 def recording_ended(error: Exception) -> None:
     """Say that `--record` has failed; the port is served on."""
-    click.echo(f"the recording ends here, the link goes on: {error}", err=True)
+    click.echo(f"the recording ends here, the link continues: {error}", err=True)
 
 
 SEED = click.IntRange(0, 2**32 - 1)

@@ -30,7 +30,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     "names",
     multiple=True,
     type=ExperimentName(),
-    help="Run only this experiment; may be repeated. Without it, the usual ones. A name that is none lists them.",
+    help="Run only this experiment; may be repeated. Without it, the default ones. An unknown name lists them.",
 )
 @click.option(
     "--baseline",
@@ -41,7 +41,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     "--zeros", type=click.Choice(["homed", "ideal"]), default="homed", show_default=True,
     help="Encoder zeros of an emulated hand: as homing leaves them, as on every physical hand, or of the drawing.",
 )  # fmt: skip
-@click.option("--fault", "faults", multiple=True, metavar="FAULT", help=f"Put into an emulated hand: {FAULT_HELP}")
+@click.option("--fault", "faults", multiple=True, metavar="FAULT", help=f"Inject into an emulated hand: {FAULT_HELP}")
 @click.option(
     "--look", is_flag=True,
     help="Move one channel at a time and ask what you see; alone, or after the experiments of --only.",

@@ -84,7 +84,7 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Au
     try:
         feed = Feed(Heading(_title(hand), hand.side, live=True))
     except ChildError as error:
-        click.echo(f"{error}; the hand goes on without it", err=True)
+        click.echo(f"{error}; the hand runs without it", err=True)
     if feed is None:
         yield Nobody()
         return

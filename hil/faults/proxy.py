@@ -48,7 +48,7 @@ class LinkProxy:
             clock: real time.
 
         Raises:
-            ValueError: a fault that is none of the link.
+            ValueError: a fault of another part than the link.
             FileExistsError: the link exists already.
         """
         for fault in schedule.faults:
@@ -129,7 +129,7 @@ class LinkProxy:
                 listener(direction, data)
             except Exception:  # who listens does not end what it listens to
                 self.listeners.remove(listener)
-                _LOG.exception("a listener of %s failed and is dropped; the link goes on", self.name)
+                _LOG.exception("a listener of %s failed and is dropped; the link continues", self.name)
 
     def _send(self, direction: Direction, data: bytes, write: Callable[[bytes], None]) -> None:
         for t, piece in self._faults.passed(direction, self._clock.now(), data):

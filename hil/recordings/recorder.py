@@ -46,7 +46,7 @@ def silent(_done: float, _doing: str) -> None:
 class Recorder:
     """Collects the samples of one experiment on one target, on disk as they come when it is given a file.
 
-    Whoever runs an experiment makes the recorder and finishes it, also when the experiment was broken off; the
+    Whoever runs an experiment makes the recorder and finishes it, also when the experiment was aborted; the
     experiment begins it. Times given to it are times of the target's clock; those in the recording count from the
     beginning.
     """

@@ -60,7 +60,7 @@ class Surveyed:
     silent: int
     """Of `READS`, reads without an answer."""
     damaged: int
-    """Of `READS`, reads with an answer that is none."""
+    """Of `READS`, reads with an invalid answer."""
     pings_damaged: int
     """Of `TRIES`."""
     model: int | None

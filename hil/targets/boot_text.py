@@ -32,7 +32,7 @@ class Identity:
 
     def describe(self) -> str:
         """Say in one line what it is."""
-        versions = " or ".join(self.versions) or "something that is none of the known versions"
+        versions = " or ".join(self.versions) or "an unknown version"
         silent = f", no answer from servo {', '.join(map(str, self.silent))}" if self.silent else ""
         return f"boot text of firmware {versions}, {self.side or 'unknown'} hand{silent}"
 

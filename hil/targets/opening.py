@@ -98,7 +98,7 @@ def open_target(
     schedule = Schedule(faults, seed)
     if schedule.faults and target not in kinds:
         raise ValueError(
-            f"faults are put into an emulated hand, not into {target!r}; see `aero-hil proxy` for its link"
+            f"faults are injected into an emulated hand, not into {target!r}; see `aero-hil proxy` for its link"
         )
     if cube is not None and target != "emulated":
         raise ValueError(f"a cube is put into a hand in this process, `emulated`, not into {target!r}")

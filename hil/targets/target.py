@@ -26,7 +26,7 @@ from model.geometry import Side
 Capability = TypeVar("Capability")
 
 PHYSICAL = "physical"
-"""Unit name of a hand that is none of ours."""
+"""Unit name of a physical hand."""
 
 
 class NoHandError(Exception):

@@ -99,5 +99,5 @@ class WireLog:
                 listener(record)
             except Exception:  # who listens does not end what it listens to
                 self.listeners.remove(listener)
-                _LOG.exception("a listener of %s failed and is dropped; the link goes on", self.name)
+                _LOG.exception("a listener of %s failed and is dropped; the link continues", self.name)
         return record.t

@@ -107,7 +107,7 @@ class Feed:
             self._send()
         except Exception as error:  # who watches does not end what is watched
             if not self._ended.is_set():
-                print(f"the page has ended ({error}); the hand goes on", file=sys.stderr)
+                print(f"the page has ended ({error}); the hand continues", file=sys.stderr)
             self._page.kill()
 
     def _send(self) -> None:

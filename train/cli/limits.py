@@ -51,7 +51,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool, widen: bool) -> None:
     A campaign of shipped units alone (`--shipped`) makes those kinds of hand anew that depart from the population,
     beside the present limits of the population. One of some experiments alone (`--only`) makes their limits anew,
     beside the present limits of the others. A campaign with too few healthy hands for limits is refused. Of a larger
-    one it is said how many hands its limits accuse that they were not made from.
+    one, the false alarms on hands that the limits were not made from are printed.
     """
     with usage_errors(), opened(campaign, read_only=True) as store:
         commands = store.commands()
@@ -77,7 +77,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool, widen: bool) -> None:
         )
     if population:
         accused, judged = held_out(outcomes, anew)
-        click.echo(f"limits from four fifths of these hands accuse {accused} of the other {judged}")
+        click.echo(f"limits from four fifths of these hands flag {accused} of the other {judged}")
     for kind in made:
         own = base if kind == DEFAULT_LIMITS else own_limits(CHECKS, base, healthy_hands_of(outcomes, kind))
         kept = tuple(limit for limit in read_limits(kind)[1] if limit.experiment not in anew)

@@ -1,6 +1,6 @@
 """Limits from the readings of healthy hands: the tail of each is fitted, and the limit is a far quantile of it.
 
-A validation has some two hundred sides of limits. They share one allowance for a false alarm, so each side may accuse
+A validation has some two hundred sides of limits. They share one allowance for a false alarm, so each side may flag
 one healthy hand in tens of thousands, far beyond what a campaign can count. So the tail is carried on by a generalised
 Pareto distribution, which is what the excesses over a high threshold tend to whatever the distribution is (Pickands
 1975), with its parameters from the first two L-moments of the excesses (Hosking and Wallis 1987).
@@ -49,7 +49,7 @@ class Healthy:
     population: Readings
     """Readings whose tails are fitted."""
     shipped: Readings
-    """Readings of single hands that no limit may accuse."""
+    """Readings of single hands that no limit may flag."""
     guarded: bool = False
     """Whether the driver guards them, so that they are weaker at their stops."""
 
@@ -77,7 +77,7 @@ def computed_limits(
             continue
         versions = {v for group in groups for v in group.firmware if not check.firmware or v in check.firmware}
         meant = [group for group in groups if versions.intersection(group.firmware)]
-        # Each subject of a pool may accuse on its own, so they share the chance.
+        # Each subject of a pool may raise an alarm on its own, so they share the chance.
         chance = FALSE_ALARMS / sides / len(check.subjects)
         free = _limits(check, [group for group in meant if not group.guarded], versions, chance)
         # Firmware `pre` has no torque limit, so its guarded hands are stopped before they can be measured.

@@ -88,9 +88,9 @@ FOLDS = 5
 
 
 def held_out(outcomes: Sequence[Outcome], experiments: Collection[str]) -> tuple[int, int]:
-    """Return how many hands of the population are accused by limits from the other parts, and how many were judged.
+    """Return how many hands of the population are flagged by limits from the other parts, and how many were judged.
 
-    The limits that ship are made from all parts, so they accuse somewhat fewer.
+    The limits that ship are made from all parts, so they flag somewhat fewer.
 
     Args:
         outcomes: of healthy hands.

@@ -103,7 +103,7 @@ def follow(
         simulate(late)
         if late >= steps:
             recorder.note(
-                f"this machine was {late * MODEL_STEP_S:.2f} s late; the stream goes on from there", "warning"
+                f"this machine was {late * MODEL_STEP_S:.2f} s late; the stream continues from there", "warning"
             )
         return late
 
@@ -126,7 +126,7 @@ def follow(
             simulator.command(command)
             simulate(steps - late if late < steps else steps)
             progress((i + 1) / len(commands), doing(i))
-    finally:  # of a run that is broken off as well
+    finally:  # of an aborted run as well
         for series, source in (("hand", "codes"), ("goal", "command_codes")):
             recorder.derive(series, source, codec.lengths_from_codes)
         recorder.derive("travel", "codes", lambda codes: codec.travel_from_angles(codec.angles_from_codes(codes)))

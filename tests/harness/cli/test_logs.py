@@ -61,7 +61,7 @@ def test_a_log_file_on_a_full_disk_is_said_once_and_ends_nothing(tmp_path, capsy
             handler.handle(logging.makeLogRecord({"msg": f"line {i}"}))
         handler.close()
     said = capsys.readouterr().err
-    assert said.count("\n") == said.count(f"the log in {path} ends here, the command goes on") == 1
+    assert said.count("\n") == said.count(f"the log in {path} ends here, the command continues") == 1
     assert path.read_text().startswith("line 0\nline 1\n")
 
 

@@ -101,7 +101,7 @@ def cut_off(recording, path):
     ("whole", "cut", "said"),
     [
         (("presence",), ("audit", "session"), "; the rest is within limits"),
-        ((), ("audit",), "broken off, and not judged: "),
+        ((), ("audit",), "incomplete, and not judged: "),
         ((), ("session",), "no experiment began"),
     ],
 )

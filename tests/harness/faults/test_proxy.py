@@ -54,7 +54,7 @@ def test_a_proxy_passes_bytes_on_and_puts_faults_between(tmp_path):
     assert not link.is_symlink()
 
 
-ON_A_FULL_DISK = {"code": 5, "says": "the recording ends here, the link goes on", "largest_file": 20_000}
+ON_A_FULL_DISK = {"code": 5, "says": "the recording ends here, the link continues", "largest_file": 20_000}
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a limit on the size of files")

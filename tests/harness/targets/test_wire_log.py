@@ -79,4 +79,4 @@ def test_a_listener_that_fails_is_noted_once_and_dropped(caplog):
     log.write(b"x")
     log.write(b"y")
     assert [record.data for record in heard] == [b"x", b"y"]
-    assert [line.message for line in caplog.records] == ["a listener of sink failed and is dropped; the link goes on"]
+    assert [line.message for line in caplog.records] == ["a listener of sink failed and is dropped; the link continues"]

@@ -147,7 +147,7 @@ def test_a_page_that_dies_is_said_once_and_the_hand_goes_on(capfd):
         until(lambda: feed.note("still there") or not feed.sending)
         assert target.hand.read_codes().shape == (7,)
         feed.end(stay=True)
-    assert capfd.readouterr().err.count("the hand goes on") == 1
+    assert capfd.readouterr().err.count("the hand continues") == 1
 
 
 class Failing:
@@ -162,7 +162,7 @@ def test_a_source_that_fails_is_said_once_and_ends_the_page_alone(capfd):
     feed.follow(Failing())
     until(lambda: not feed.sending)
     feed.end(stay=True)
-    assert "the page has ended (no such frame); the hand goes on" in capfd.readouterr().err
+    assert "the page has ended (no such frame); the hand continues" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("end", [lambda feed: feed.end(stay=False), Feed.abandon])
@@ -192,7 +192,7 @@ def test_a_page_that_does_not_start_is_said_and_the_hand_goes_on(tmp_path):
         [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
     )
     assert ran.returncode == 0, ran.stderr
-    assert ran.stderr == "the page did not start within 0.01 s; the hand goes on without it\n"
+    assert ran.stderr == "the page did not start within 0.01 s; the hand runs without it\n"
 
 
 def until(holds):
