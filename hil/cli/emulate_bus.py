@@ -65,7 +65,7 @@ class StandardInput:
         raise EOFError
 
     def write(self, data: bytes) -> None:
-        """Nothing goes this way."""
+        """Write nothing: this side only listens."""
 
     def close(self) -> None:
         """Leave it open; it is not ours."""

@@ -31,7 +31,7 @@ class Encoder(ShaftLayer):
         self._read = self._error = 0.0
 
     def begin(self) -> None:
-        """Read wrongly from now on."""
+        """Start the fault: the encoder reads wrongly."""
         self._since = self.time
         self.active = True
         self._look()
@@ -113,7 +113,7 @@ class Play:
 
 
 class Stays:
-    """The first reading for ever."""
+    """An encoder that repeats its first reading."""
 
     def __init__(self) -> None:
         self._at: float | None = None
