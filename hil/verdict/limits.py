@@ -123,7 +123,8 @@ def kinds() -> tuple[str, ...]:
 def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
     """Return the limits for one kind of hand and one firmware, guarded or not.
 
-    A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject.
+    A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject, and
+    are at least as wide, also where the other's were widened later.
     A bound that a check gives itself holds for every kind whose file says nothing else.
 
     Raises:
@@ -132,9 +133,27 @@ def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Lim
     extends, limits = read_limits(kind)
     own = tuple(limit for limit in limits if limit.holds_for(firmware, guarded=guarded))
     if extends:
-        return own + without(load_limits(extends, firmware, guarded=guarded), own)
+        extended = load_limits(extends, firmware, guarded=guarded)
+        return tuple(_holding(limit, extended) for limit in own) + without(extended, own)
     given = tuple(limit for limit in given_limits() if limit.holds_for(firmware, guarded=guarded))
     return own + without(given, own)
+
+
+def _holding(limit: Limit, extended: tuple[Limit, ...]) -> Limit:
+    """Return a limit, and its healthy readings, moved out to hold those of another kind on the same metric."""
+    same = [limit] + [
+        other
+        for other in extended
+        if (other.experiment, other.metric) == (limit.experiment, limit.metric)
+        and not set(other.subjects).isdisjoint(limit.subjects)
+    ]
+    healthy = [one.healthy for one in same if one.healthy is not None]
+    return replace(
+        limit,
+        at_least=min(one.at_least for one in same),
+        at_most=max(one.at_most for one in same),
+        healthy=(min(low for low, _ in healthy), max(high for _, high in healthy)) if healthy else None,
+    )
 
 
 @cache
