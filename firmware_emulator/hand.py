@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
-from firmware_emulator.firmware import boot
+from firmware_emulator.firmware import setup_and_loop
 from firmware_emulator.firmware.board import Board
-from firmware_emulator.firmware.boot import rom_text
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
 from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, profile_of
+from firmware_emulator.firmware.setup_and_loop import rom_text
 from firmware_emulator.kernel import Task
 from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.native.rehearsal import Rehearsed, rehearse
@@ -101,7 +101,7 @@ class EmulatedHand:
         self.kernel, self.clock = self.chain.kernel, self.chain.clock
         self.servos, self.bus = self.chain.servos, self.chain.bus
         self.on_transmit: Callable[[bytes], None] = self.keep
-        self.on_reset: Callable[[boot.ResetCause], None] = lambda _cause: None
+        self.on_reset: Callable[[setup_and_loop.ResetCause], None] = lambda _cause: None
         """Hears of every restart of the board, before it begins."""
         self.says_rom_text = False
         """Whether the chip's ROM prints its own text at a restart, in front of the firmware's."""
@@ -118,7 +118,7 @@ class EmulatedHand:
         elif start != "bare":
             self.reset(start)
 
-    def reset(self, cause: boot.ResetCause = "reset", *, download: bool = False) -> None:
+    def reset(self, cause: setup_and_loop.ResetCause = "reset", *, download: bool = False) -> None:
         """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns.
 
         With `download` it waits for a firmware to be flashed, and does nothing until its next restart.
@@ -136,7 +136,7 @@ class EmulatedHand:
         if isinstance(self.board, ProgramBoard):
             self.board.boot(cause)
         else:
-            self.board.start(boot.run(self.board, cause))
+            self.board.start(setup_and_loop.run(self.board, cause))
 
     def supply(self, volts: float) -> None:
         """Let the servos measure another supply (V); what it does to their motors is the plant's."""
@@ -186,7 +186,7 @@ class EmulatedHand:
         board = self._new_board()
         if self._program is None:
             self.board = board
-            board.start(boot.resume(board))
+            board.start(setup_and_loop.resume(board))
             return
         # The program homes on a bus of its own, where every servo is at its stop; the servos here are then left as
         # homing leaves them, and the program continues with them.

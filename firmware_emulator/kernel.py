@@ -3,13 +3,15 @@
 Theory of operation. Work is a callback at a time (`call_at`) or a task (`spawn`): a generator that reads top to bottom
 like a FreeRTOS task and yields what it waits for,
 
-- a float: until that time, s; `BEHIND`, like any other that is past, lets everything that is due at this instant run
-  first;
+- a float: until that time, s; `TASK_YIELD`, like any time that is past, lets everything that is due at this instant
+  run first;
 - a `Signal`: until it fires;
 - a `(Signal, deadline)` pair: until it fires or the time (s) is reached; the yield evaluates to whether it fired.
 
 Events of the same instant run in the order in which they were scheduled, so a run is a pure function of its inputs.
-Whoever owns the clock (a virtual one, or a loop that follows the wall clock) calls `run_until`; nothing else does.
+Only the owner of the clock calls `run_until`: `VirtualClock`, the driver's read in `links/in_process.py`, the loop of
+`links/pty.py` that follows the wall clock, the comparison of two boards in `compare/run.py` and the rehearsal of a
+firmware program in `native/rehearsal.py`. Callbacks and tasks never do.
 """
 
 from __future__ import annotations
@@ -40,8 +42,8 @@ class Signal:
         self._waiting.append((runner, ticket))
 
 
-BEHIND = 0.0
-"""A time that is past: waiting for it puts a task behind whatever else happens at this instant."""
+TASK_YIELD = 0.0
+"""A time that is past: a task that waits for it runs after everything else of this instant, as by `taskYIELD()`."""
 
 
 def milliseconds(t: float) -> int:

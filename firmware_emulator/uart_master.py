@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from firmware_emulator.bus import ServoBus
-from firmware_emulator.kernel import BEHIND, Signal, Task, milliseconds
+from firmware_emulator.kernel import TASK_YIELD, Signal, Task, milliseconds
 from firmware_emulator.packets import BROADCAST, HEADER, Instruction, pack
 
 BYTE_TIMEOUT_MS = 10
@@ -133,8 +133,8 @@ class UartMaster:
         while len(taken) < count:
             arrived = yield self._arrived, deadline
             # A task whose tick has come goes before one that polls, as in the main loop.
-            yield BEHIND
-            yield BEHIND
+            yield TASK_YIELD
+            yield TASK_YIELD
             if more := self._pull(count - len(taken)):
                 taken += more
                 deadline = _after_ms(self._kernel.now, BYTE_TIMEOUT_MS)

@@ -6,8 +6,8 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from firmware_emulator.firmware.boot import ResetCause
 from firmware_emulator.firmware.frames import FRAME, Opcode
+from firmware_emulator.firmware.setup_and_loop import ResetCause
 
 
 @dataclass(frozen=True)

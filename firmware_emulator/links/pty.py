@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Literal, Protocol
 
 from firmware_emulator.bus import ServoBus
-from firmware_emulator.firmware.boot import ResetCause
+from firmware_emulator.firmware.setup_and_loop import ResetCause
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.links import Closing

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firmware_emulator.bus import BusPort, ServoBus
-from firmware_emulator.firmware.boot import ResetCause
 from firmware_emulator.firmware.nvs import Nvs
+from firmware_emulator.firmware.setup_and_loop import ResetCause
 from firmware_emulator.kernel import Kernel, milliseconds, on_grid
 from firmware_emulator.native.program import FORGET, HOST, READY, RESET, SERVOS, STORE, Program, Record, Turn
 

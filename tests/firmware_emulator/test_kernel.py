@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_emulator.kernel import BEHIND, Kernel, Mutex, Signal, VirtualClock
+from firmware_emulator.kernel import TASK_YIELD, Kernel, Mutex, Signal, VirtualClock
 
 
 @given(st.lists(st.floats(0, 100, allow_nan=False)))
@@ -39,7 +39,7 @@ def test_a_task_that_waits_behind_runs_after_what_is_due_at_the_same_instant():
     def task():
         yield 1.5
         seen.append("before")
-        yield BEHIND
+        yield TASK_YIELD
         seen.append(("behind", kernel.now))
 
     kernel.spawn(task())

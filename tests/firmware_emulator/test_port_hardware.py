@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from aero import AeroHand, open_hand
 from aero.safety import Thresholds
 from firmware_emulator.bench import Bench
-from firmware_emulator.firmware.boot import rom_text
+from firmware_emulator.firmware.setup_and_loop import rom_text
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.network import ModemLines
 from firmware_emulator.links.pty import PtyServer

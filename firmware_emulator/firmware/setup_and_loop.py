@@ -1,4 +1,4 @@
-"""From reset to the main loop: what ROM and firmware print, presence check, the telemetry task, the loop itself."""
+"""The sketch's `setup()` and `loop()`: text of ROM and boot, homing at boot, telemetry task, dispatch of opcodes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from firmware_emulator.firmware.opcodes import HANDLERS
 from firmware_emulator.firmware.profiles import BootHoming
 from firmware_emulator.firmware.reading import Telemetry
 from firmware_emulator.firmware.torque_mode import look_at_soft_limit, next_look
-from firmware_emulator.kernel import BEHIND, Task, milliseconds, ticks_later
+from firmware_emulator.kernel import TASK_YIELD, Task, milliseconds, ticks_later
 from firmware_emulator.servo.model_file import FEEDBACK
 from firmware_emulator.servo.registers import FEEDBACK_SIZE
 
@@ -52,6 +52,18 @@ def rom_text(cause: ResetCause, *, download: bool = False) -> str:
 
 def run(board: Board, cause: ResetCause) -> Task:
     """Boot, start the telemetry task and stay in the main loop."""
+    yield from _setup(board, cause)
+    yield from _serve(board)
+
+
+def resume(board: Board) -> Task:
+    """Resume as a board that has booted and homed before."""
+    yield from assume_homed(board)
+    yield from _serve(board)
+
+
+def _setup(board: Board, cause: ResetCause) -> Task:
+    """Print the boot text and home, as far as the version does."""
     profile = board.profile
     yield from _pause(board, USB_START_MS)
     yield from _pause(board, profile.setup_pause_ms)
@@ -63,19 +75,12 @@ def run(board: Board, cause: ResetCause) -> Task:
     if profile.direction_lines:
         for servo, direction in zip(SERVOS, board.hand.direction, strict=True):
             _print(board, f"Servo {servo} dir={direction}\n")
-    yield from _serve(board)
-
-
-def resume(board: Board) -> Task:
-    """Go on as a board that has booted and homed before."""
-    yield from assume_homed(board)
-    yield from _serve(board)
 
 
 def _serve(board: Board) -> Task:
     """Start the telemetry task and stay in the main loop."""
     board.start(_telemetry(board))
-    yield from _main_loop(board)
+    yield from _loop(board)
 
 
 def _telemetry(board: Board) -> Task:
@@ -93,11 +98,11 @@ def _telemetry(board: Board) -> Task:
         if wake_ms > milliseconds(kernel.now):
             yield wake_ms / 1000.0
             # What arrives on a tick is there before the tick's task runs.
-            yield BEHIND
+            yield TASK_YIELD
 
 
-def _main_loop(board: Board) -> Task:
-    """Answer one host frame a pass, for ever; an opcode that takes long (homing) holds up all behind it."""
+def _loop(board: Board) -> Task:
+    """Answer one host frame a pass, for ever; a slow opcode (homing) delays all that follow it."""
     yield from look_at_soft_limit(board)
     while True:
         frame = board.next_frame()
@@ -106,8 +111,8 @@ def _main_loop(board: Board) -> Task:
             yield (board.queued, due) if due is not None else board.queued
             # What arrives at this instant is there first; then the chip lets a task whose tick has come go before a
             # loop that polls.
-            yield BEHIND
-            yield BEHIND
+            yield TASK_YIELD
+            yield TASK_YIELD
             frame = board.next_frame()
         if frame is not None and frame[0] in board.profile.opcodes:
             yield from HANDLERS[frame[0]](board, words_of(frame))
