@@ -51,8 +51,8 @@ class Firmware:
     boot_text: BootText
     settings: ServoSettings | None = None
     """Limits that it starts with, which a guard gives back after its slow opening; None where it cannot set any."""
-    calibrations: tuple[str, ...] = ("unshifted",)
-    """States that its command windows can be in, the usual one first; see `aero.actuation.CommandWindow`."""
+    calibration_states: tuple[str, ...] = ("unshifted",)
+    """States of its command windows, the typical one first; see `aero.actuation.CommandWindow`."""
     calibrate_mid: bool = False
     """Whether it knows CALIBRATE_MID."""
     looks_like: str = ""
@@ -60,7 +60,8 @@ class Firmware:
 
 
 FULL, WEAKER = ServoSettings(32766, 1023), ServoSettings(32766, 700)
-SHIFTED = ("homed", "unshifted", "mixed")
+THUMB_STATES = ("homed", "unshifted", "mixed")
+"""Calibration states of a version whose homing shifts windows of the thumb."""
 SAME = (
     "0.1.2 to 0.1.5 have the same windows, motion and torque, as 0.1.0 and 0.1.1 have; a guard sets the torque, and "
     "all of these read the same then"
@@ -74,15 +75,15 @@ _ROWS = (
     Firmware("0.1.3", "0.1.3", BootText.AUTO_HOMING, WEAKER, looks_like=SAME),
     Firmware("0.1.4", "0.1.3", BootText.RESET_AND_PINGS, WEAKER, looks_like=SAME),
     Firmware("0.1.5", "0.1.3", BootText.RESET, WEAKER, looks_like=SAME),
-    Firmware("0.2.0", "0.2.0", BootText.RESET, WEAKER, SHIFTED),
-    Firmware("main", "0.2.0", BootText.RESET, WEAKER, SHIFTED, calibrate_mid=True, looks_like=MAIN),
+    Firmware("0.2.0", "0.2.0", BootText.RESET, WEAKER, THUMB_STATES),
+    Firmware("main", "0.2.0", BootText.RESET, WEAKER, THUMB_STATES, calibrate_mid=True, looks_like=MAIN),
 )
 FIRMWARE: dict[str, Firmware] = {row.version: row for row in _ROWS}
 """Every version, oldest first."""
 DEFAULT_FIRMWARE = "0.2.0"
 """Taken for what a hand runs when nothing is said: the newest release."""
-ALIKE = tuple(tuple(row.version for row in rows) for _, rows in groupby(_ROWS, key=lambda row: row.moves_as))
-"""Versions that move alike, together."""
+VERSION_GROUPS = tuple(tuple(row.version for row in rows) for _, rows in groupby(_ROWS, key=lambda row: row.moves_as))
+"""Versions in groups that move alike."""
 
 
 def firmware_of(version: str) -> Firmware:

@@ -86,7 +86,7 @@ class CommandWindow:
         Raises:
             ValueError: an unknown version, hand or state, or a state that the version cannot be in.
         """
-        possible = firmware_of(version).calibrations
+        possible = firmware_of(version).calibration_states
         state = calibration or possible[0]
         if state not in possible:
             raise ValueError(f"firmware {version} cannot be {state!r}; it can be {' or '.join(possible)}")

@@ -47,7 +47,7 @@ def contender(name: str, hand: HandSide) -> Contender:
 
 
 @dataclass
-class Trace:
+class BoardTrace:
     """What a board did in a session."""
 
     events: dict[str, list[tuple[int, bytes]]] = field(default_factory=lambda: {HOST: [], BUS: [], STORE: []})
@@ -88,7 +88,7 @@ class Stage:
 
     def __init__(self, firmware: Contender, session: Session) -> None:
         """Begin a session; `run` runs it."""
-        self.trace = Trace()
+        self.trace = BoardTrace()
         self._damages: list[Damage] = []
         self._plant = stopped_shafts(firmware.hand) if session.stops else Bench()
         self.hand = EmulatedHand(
@@ -106,7 +106,7 @@ class Stage:
         self._now_us = 0
         self._session = session
 
-    def run(self) -> Trace:
+    def run(self) -> BoardTrace:
         """Run the session to its end."""
         try:
             self.hand.kernel.spawn(self._watch_shafts())
@@ -223,7 +223,7 @@ class Comparison:
 
     session: Session
     difference: Difference | None
-    second: Trace
+    second: BoardTrace
     """What the second board did."""
     packets: int
     replies: int
@@ -231,15 +231,15 @@ class Comparison:
     hand_seconds: float
 
 
-def compare(session: Session, first: Contender, second: Contender | Trace) -> Comparison:
+def compare(session: Session, first: Contender, second: Contender | BoardTrace) -> Comparison:
     """Run a session on both, or on the first where the second was recorded, and look for the first difference."""
     a = Stage(first, session).run()
-    b = second if isinstance(second, Trace) else Stage(second, session).run()
+    b = second if isinstance(second, BoardTrace) else Stage(second, session).run()
     replies = sum(len(data) for _, data in a.events["host"])
     return Comparison(session, _difference(a, b), b, a.packets, replies, len(a.angles) * SAMPLE_S)
 
 
-def _difference(a: Trace, b: Trace) -> Difference | None:
+def _difference(a: BoardTrace, b: BoardTrace) -> Difference | None:
     found = [part for where in a.events if (part := _part(where, a, b)) is not None]
     if found:
         return min(found, key=lambda difference: difference.at_ns)
@@ -247,7 +247,7 @@ def _difference(a: Trace, b: Trace) -> Difference | None:
     return Difference("hand", 0, (), None, None, effects) if effects else None
 
 
-def _part(where: str, a: Trace, b: Trace) -> Difference | None:
+def _part(where: str, a: BoardTrace, b: BoardTrace) -> Difference | None:
     first, second = a.events[where], b.events[where]
     if first == second:
         return None
@@ -258,7 +258,7 @@ def _part(where: str, a: Trace, b: Trace) -> Difference | None:
     raise AssertionError("unequal lists without an unequal element")
 
 
-def _effects(a: Trace, b: Trace) -> tuple[str, ...]:
+def _effects(a: BoardTrace, b: BoardTrace) -> tuple[str, ...]:
     lines = []
     for shaft, name in enumerate(SHAFTS):
         apart = [abs(x[shaft] - y[shaft]) for x, y in zip(a.angles, b.angles, strict=False)]

@@ -17,7 +17,7 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import IO, Any, Literal
 
-from firmware_emulator.compare.run import BUS, HOST, STORE, Trace
+from firmware_emulator.compare.run import BUS, HOST, STORE, BoardTrace
 from firmware_emulator.compare.sessions import Await, Damage, Heat, Reset, Send, Servos, Session, Step, Wait
 
 STEPS: dict[str, type[Step]] = {
@@ -47,7 +47,7 @@ class Recorded:
     kind: str
     """Name of the sessions that it belongs to, for example `homing`."""
     session: Session
-    trace: Trace
+    trace: BoardTrace
 
 
 def is_trace_file(name: str) -> bool:
@@ -95,7 +95,7 @@ def _recorded(read: dict[str, Any]) -> Recorded:
         read["stops"],
     )
     events = {where: _events(read["events"][where]) for where in (HOST, BUS, STORE)}
-    return Recorded(read["kind"], session, Trace(events, registers=read["registers"], packets=len(events[BUS])))
+    return Recorded(read["kind"], session, BoardTrace(events, registers=read["registers"], packets=len(events[BUS])))
 
 
 def _object(recorded: Recorded) -> dict[str, Any]:

@@ -9,8 +9,8 @@ from aero.channels import WIRE_ORDER
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.packets import HEADER, Instruction, pack
 from firmware_emulator.servo.registers import REGISTERS, decode_signed, encode_signed
+from hil.faults.assembly import Begin, HandAssembly, Injector
 from hil.faults.fault import ALL, SHARE, Fault, Kind
-from hil.faults.site import Begin, Effect, FaultSite
 
 PERIOD_S = 0.1
 """Period of a servo that is silent now and then, s."""
@@ -192,14 +192,14 @@ SPOILS: dict[str, Spoil] = {
 }
 
 
-def _spoil(site: FaultSite, fault: Fault) -> Begin:
+def _spoil(assembly: HandAssembly, fault: Fault) -> Begin:
     def begin() -> None:
-        tap = site.hand.bus.tap
+        tap = assembly.hand.bus.tap
         if not isinstance(tap, SpoiledAnswers):
-            site.hand.bus.tap = tap = SpoiledAnswers(site.hand.kernel, site.fire)
-        tap.add(fault, site.random(fault))
+            assembly.hand.bus.tap = tap = SpoiledAnswers(assembly.hand.kernel, assembly.fire)
+        tap.add(fault, assembly.random(fault))
 
     return begin
 
 
-EFFECTS: dict[str, Effect] = dict.fromkeys(SPOILS, _spoil)
+INJECTORS: dict[str, Injector] = dict.fromkeys(SPOILS, _spoil)

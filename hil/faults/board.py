@@ -11,8 +11,8 @@ from firmware_emulator.firmware.homing import home
 from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
+from hil.faults.assembly import Begin, HandAssembly, Injector, at_once
 from hil.faults.fault import ALL, HOMED, ONCE, SWITCH, Fault, Kind
-from hil.faults.site import Begin, Effect, FaultSite, at_once
 
 RUNS = "board_runs_"
 """Begins the name of a fault that says which version the board runs in truth."""
@@ -20,15 +20,15 @@ WRONG_SIDE = "board_of_other_side"
 OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
 
 
-def _runs(site: FaultSite, fault: Fault) -> Begin:
+def _runs(assembly: HandAssembly, fault: Fault) -> Begin:
     version = fault.name.removeprefix(RUNS)
-    if version == site.firmware:
+    if version == assembly.firmware:
         raise ValueError(f"a board that runs {version} as declared is no fault; declare another firmware")
-    return lambda: setattr(site, "firmware", version)
+    return lambda: setattr(assembly, "firmware", version)
 
 
-def _wrong_side(site: FaultSite, fault: Fault) -> Begin:
-    return lambda: setattr(site, "board_side", OTHER_SIDE[site.side])
+def _wrong_side(assembly: HandAssembly, fault: Fault) -> Begin:
+    return lambda: setattr(assembly, "board_side", OTHER_SIDE[assembly.side])
 
 
 def _restart(hand: EmulatedHand, fault: Fault) -> None:
@@ -145,8 +145,8 @@ KINDS = (
         reason=HOMED,
     ),
 )
-BUILT_IN: dict[str, Effect] = {**{f"{RUNS}{version}": _runs for version in PROFILES}, WRONG_SIDE: _wrong_side}
-EFFECTS: dict[str, Effect] = {
+BUILT_IN: dict[str, Injector] = {**{f"{RUNS}{version}": _runs for version in PROFILES}, WRONG_SIDE: _wrong_side}
+INJECTORS: dict[str, Injector] = {
     "board_restart": at_once(_restart),
     "power_cycle": at_once(_power_cycle),
     "board_hangs": at_once(_hang),

@@ -9,8 +9,8 @@ from aero.channels import CABLES, FINGERS, Channel
 from hil.faults import answers, board, encoder, host, link, mechanics, motor, servo, supply
 from hil.faults.fault import ALL, Fault, Kind
 
-SEAMS = (mechanics, supply, motor, encoder, servo, answers, board, link, host)
-CATALOGUE: dict[str, Kind] = {kind.name: kind for seam in SEAMS for kind in seam.KINDS}
+FAULT_FILES = (mechanics, supply, motor, encoder, servo, answers, board, link, host)
+CATALOGUE: dict[str, Kind] = {kind.name: kind for file in FAULT_FILES for kind in file.KINDS}
 """Every kind of fault, from the hand to the host."""
 WORDS = ("mild", "medium", "severe")
 """What may stand for a severity."""

@@ -1,6 +1,6 @@
 """Faults of an encoder: the angle that a servo reads is not the shaft's, and the servo controls on what it reads.
 
-A layer keeps the error of the present reading and gives the shaft the servo's goal less that error.
+A fault stores the error of the present reading and gives the shaft the servo's goal less that error.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from random import Random
 
 from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
+from hil.faults.assembly import Injector
 from hil.faults.fault import ALL, HOMED, Kind
-from hil.faults.motor import layered, shaft_of
-from hil.faults.shaft_layer import Floats, ShaftLayer
-from hil.faults.site import Effect
+from hil.faults.motor import on_shaft, shaft_of
+from hil.faults.shaft_fault import Floats, ShaftFault
 
 ReadingChange = Callable[[float, float], float]
 """What an encoder reads, rad, at a shaft angle, rad, and a time since it went wrong, s."""
 
 
-class Encoder(ShaftLayer):
+class Encoder(ShaftFault):
     """An encoder that reads something else."""
 
     def __init__(self, behind: Plant, shaft: int, reading: ReadingChange) -> None:
@@ -132,8 +132,10 @@ def _noisy(rms: float, random: Random) -> ReadingChange:
     return lambda true, seconds: true + random.gauss(0.0, rms)
 
 
-def _encoder(make: Callable[[float, Random], ReadingChange]) -> Effect:
-    return layered(lambda site, fault: Encoder(site.shafts, shaft_of(fault), make(fault.severity, site.random(fault))))
+def _encoder(make: Callable[[float, Random], ReadingChange]) -> Injector:
+    return on_shaft(
+        lambda assembly, fault: Encoder(assembly.shafts, shaft_of(fault), make(fault.severity, assembly.random(fault)))
+    )
 
 
 KINDS = (
@@ -211,13 +213,13 @@ KINDS = (
         reason="the servo controls on what its encoder reads, so the readings follow and only the finger lags",
     ),
 )
-EFFECTS: dict[str, Effect] = {
-    "encoder_scale": layered(lambda site, fault: Scaled(site.shafts, shaft_of(fault), fault.severity)),
+INJECTORS: dict[str, Injector] = {
+    "encoder_scale": on_shaft(lambda assembly, fault: Scaled(assembly.shafts, shaft_of(fault), fault.severity)),
     "encoder_offset": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
     "encoder_slip": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
     "encoder_creep": _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),
     "encoder_noise": _encoder(lambda rms, random: _noisy(rms * RAD_PER_COUNT, random)),
-    "encoder_frozen": layered(lambda site, fault: Frozen(site.shafts, shaft_of(fault), Stays())),
+    "encoder_frozen": on_shaft(lambda assembly, fault: Frozen(assembly.shafts, shaft_of(fault), Stays())),
     "encoder_quantised": _encoder(lambda step, _: _quantised(step * RAD_PER_COUNT)),
     "encoder_play": _encoder(lambda play, _: Play(play * RAD_PER_COUNT)),
 }

@@ -1,4 +1,4 @@
-"""An emulated hand with faults put in: each at its place, each at its time."""
+"""An emulated hand with injected faults, each on its channel and at its time."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import EmulatedHand, Start
 from firmware_emulator.plant import Plant
 from hil.faults import answers, board, encoder, mechanics, motor, servo, supply
+from hil.faults.assembly import Begin, HandAssembly, Injector
 from hil.faults.fault import Fault
 from hil.faults.link import LinkFaults
 from hil.faults.schedule import Schedule
-from hil.faults.site import Begin, Effect, FaultSite
 from model import BuiltHandPlant
 from model.units import Unit
 
-BEFORE_MECHANICS: dict[str, Effect] = mechanics.EFFECTS | board.BUILT_IN
-ON_SHAFTS: dict[str, Effect] = supply.EFFECTS | motor.EFFECTS | encoder.EFFECTS
-ON_ELECTRONICS: dict[str, Effect] = servo.EFFECTS | board.EFFECTS
-EFFECTS = BEFORE_MECHANICS | ON_SHAFTS | ON_ELECTRONICS | answers.EFFECTS
-"""Every fault of a hand, but for those of its link."""
+BEFORE_MECHANICS: dict[str, Injector] = mechanics.INJECTORS | board.BUILT_IN
+ON_SHAFTS: dict[str, Injector] = supply.INJECTORS | motor.INJECTORS | encoder.INJECTORS
+ON_ELECTRONICS: dict[str, Injector] = servo.INJECTORS | board.INJECTORS
+INJECTORS = BEFORE_MECHANICS | ON_SHAFTS | ON_ELECTRONICS | answers.INJECTORS
+"""Injector of every fault of a hand; its link's faults have none."""
 
 
 class FaultyHand(EmulatedHand):
-    """Electronics whose link does to bytes what its faults say, with a board that may be another hand's."""
+    """Electronics with faults of the link, and with a board that may be made for the other hand."""
 
     link_faults: LinkFaults | None = None
 
@@ -99,37 +99,39 @@ def build_faulty(
         rewire: puts something between servos and mechanics.
 
     Raises:
-        ValueError: a fault cannot be put into this hand; an unknown firmware or side.
+        ValueError: a fault cannot be injected into this hand; an unknown firmware or side.
     """
     if program is not None and (refused := schedule.of("firmware")):
         raise ValueError(f"{refused[0]} cannot be put into a firmware program; leave out the program or the fault")
-    site = FaultSite(unit, firmware=firmware, side=hand, random=schedule.random, fire=schedule.fire)
-    built = {fault: EFFECTS[fault.name](site, fault) for fault in _of(schedule, BEFORE_MECHANICS)}
+    assembly = HandAssembly(unit, firmware=firmware, side=hand, random=schedule.random, fire=schedule.fire)
+    built = {fault: INJECTORS[fault.name](assembly, fault) for fault in _of(schedule, BEFORE_MECHANICS)}
     _begin_from_the_start(built, schedule)
-    plant = site.build_mechanics(rewire)
-    layers = {fault: EFFECTS[fault.name](site, fault) for fault in _of(schedule, ON_SHAFTS)}
-    _begin_from_the_start(layers, schedule)
+    plant = assembly.build_mechanics(rewire)
+    on_shafts = {fault: INJECTORS[fault.name](assembly, fault) for fault in _of(schedule, ON_SHAFTS)}
+    _begin_from_the_start(on_shafts, schedule)
     electronics = FaultyHand(
-        site.shafts,
-        servos=site.unit.servos,
-        firmware=site.firmware,
+        assembly.shafts,
+        servos=assembly.unit.servos,
+        firmware=assembly.firmware,
         hand=hand,
-        board_side=site.board_side,
+        board_side=assembly.board_side,
         seed=seed,
         start=start,
         nvs=nvs,
         program=program,
     )
-    site.connect(electronics)
-    ready = {fault: EFFECTS[fault.name](site, fault) for fault in _of(schedule, ON_ELECTRONICS | answers.EFFECTS)}
-    begins = built | layers | ready
-    for fault in _of(schedule, EFFECTS):
+    assembly.connect(electronics)
+    ready = {
+        fault: INJECTORS[fault.name](assembly, fault) for fault in _of(schedule, ON_ELECTRONICS | answers.INJECTORS)
+    }
+    begins = built | on_shafts | ready
+    for fault in _of(schedule, INJECTORS):
         if fault.at_s:
             electronics.kernel.call_at(electronics.kernel.now + fault.at_s, _begin, fault, begins[fault], schedule)
         elif fault in ready:
             _begin(fault, begins[fault], schedule)
     if link := schedule.of("link"):
-        _put_on_link(electronics, link, schedule)
+        _inject_on_link(electronics, link, schedule)
     return electronics, plant
 
 
@@ -145,11 +147,11 @@ def _begin_from_the_start(begins: dict[Fault, Begin], schedule: Schedule) -> Non
 
 def _begin(fault: Fault, begin: Begin, schedule: Schedule) -> None:
     begin()
-    if fault.name not in answers.EFFECTS:  # those fire when they first change an answer
+    if fault.name not in answers.INJECTORS:  # those fire when they first change an answer
         schedule.fire(fault)
 
 
-def _put_on_link(hand: FaultyHand, faults: Collection[Fault], schedule: Schedule) -> None:
+def _inject_on_link(hand: FaultyHand, faults: Collection[Fault], schedule: Schedule) -> None:
     hand.link_faults = on_link = LinkFaults(
         tuple(faults), start_s=hand.kernel.now, random=schedule.random, fired=schedule.fire
     )

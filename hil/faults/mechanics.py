@@ -12,8 +12,8 @@ from typing import Any
 
 from aero.channels import Channel, Joint
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
+from hil.faults.assembly import Injector
 from hil.faults.fault import ALL, CABLES, FINGERS, HOMED, ONCE, RUBBING, SHARE, SWITCH, Fault, Kind
-from hil.faults.site import Effect
 from model.units import Unit
 
 Change = Callable[[Unit, Fault], Unit]
@@ -222,8 +222,8 @@ CHANGES: dict[str, Change] = {
 }
 
 
-def _rebuilt(change: Change) -> Effect:
-    return lambda site, fault: lambda: site.rebuild(lambda unit: change(unit, fault))
+def _rebuilt(change: Change) -> Injector:
+    return lambda assembly, fault: lambda: assembly.rebuild(lambda unit: change(unit, fault))
 
 
-EFFECTS = {name: _rebuilt(change) for name, change in CHANGES.items()}
+INJECTORS = {name: _rebuilt(change) for name, change in CHANGES.items()}

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from aero.channels import Channel
 from firmware_emulator.plant import Drive, Plant
+from hil.faults.assembly import HandAssembly, Injector
 from hil.faults.fault import ALL, FINGERS, ONCE, SHARE, SWITCH, Fault, Kind
-from hil.faults.shaft_layer import Floats, ShaftLayer
-from hil.faults.site import Effect, FaultSite
+from hil.faults.shaft_fault import Floats, ShaftFault
 from model.units import Unit
 
 PERIOD_S = 0.1
@@ -22,7 +22,7 @@ NEIGHBOUR = {
     Channel.THUMB_CMC_FLEXION: Channel.THUMB_FLEXOR,
 }
 """With which channel another one is mixed up."""
-ALIKE = "the fingers are alike, so every reading is that of a good hand; look which finger moves"
+FINGERS_ALIKE = "the fingers are alike, so every reading is that of a good hand; look which finger moves"
 
 
 def weaker(drive: Drive, lost: float) -> Drive:
@@ -38,7 +38,7 @@ def weaker(drive: Drive, lost: float) -> Drive:
     )
 
 
-class Motor(ShaftLayer):
+class Motor(ShaftFault):
     """A motor that makes something else of what it is asked for."""
 
     def __init__(self, behind: Plant, shaft: int, change: Callable[[Drive], Drive]) -> None:
@@ -50,7 +50,7 @@ class Motor(ShaftLayer):
         return self._change(drive)
 
 
-class Weak(ShaftLayer):
+class Weak(ShaftFault):
     """A motor that gives less torque for its current, as with magnets that were hot."""
 
     def __init__(self, behind: Plant, shaft: int, lost: float) -> None:
@@ -69,7 +69,7 @@ class Weak(ShaftLayer):
         return efforts
 
 
-class Intermittent(ShaftLayer):
+class Intermittent(ShaftFault):
     """A motor without power for a share of every period."""
 
     def __init__(self, behind: Plant, shaft: int, share: float) -> None:
@@ -90,7 +90,7 @@ class Intermittent(ShaftLayer):
         return UNPOWERED if self._off else drive
 
 
-class Reversed(ShaftLayer):
+class Reversed(ShaftFault):
     """A cable that is wound the other way round, or a motor with its poles exchanged."""
 
     def changed(self, drive: Drive) -> Drive:
@@ -115,7 +115,7 @@ class Reversed(ShaftLayer):
         return values
 
 
-class Exchanged(ShaftLayer):
+class Exchanged(ShaftFault):
     """Two servos that pull each other's cables."""
 
     def __init__(self, behind: Plant, shaft: int) -> None:
@@ -148,15 +148,15 @@ class Exchanged(ShaftLayer):
         """Do nothing: it is there from the beginning."""
 
 
-def layered(make: Callable[[FaultSite, Fault], ShaftLayer]) -> Effect:
-    """Return the effect of a layer in front of `site.shafts`."""
-    return lambda site, fault: site.insert(make(site, fault))
+def on_shaft(make: Callable[[HandAssembly, Fault], ShaftFault]) -> Injector:
+    """Return the injector of a fault in front of `assembly.shafts`."""
+    return lambda assembly, fault: assembly.insert(make(assembly, fault))
 
 
-def _motor(change: Callable[[Drive, float, Unit], Drive]) -> Effect:
-    return layered(
-        lambda site, fault: Motor(
-            site.shafts, shaft_of(fault), lambda drive: change(drive, fault.severity, site.healthy)
+def _motor(change: Callable[[Drive, float, Unit], Drive]) -> Injector:
+    return on_shaft(
+        lambda assembly, fault: Motor(
+            assembly.shafts, shaft_of(fault), lambda drive: change(drive, fault.severity, assembly.healthy)
         )
     )
 
@@ -231,7 +231,7 @@ KINDS = (
         bounds=ONCE,
         later=False,
         visible=False,
-        reason=ALIKE,
+        reason=FINGERS_ALIKE,
     ),
     Kind(
         "thumb_cables_swapped",
@@ -245,12 +245,14 @@ KINDS = (
         later=False,
     ),
 )
-EFFECTS: dict[str, Effect] = {
+INJECTORS: dict[str, Injector] = {
     "motor_dead": _motor(lambda drive, severity, unit: UNPOWERED),
-    "motor_weak": layered(lambda site, fault: Weak(site.shafts, shaft_of(fault), fault.severity)),
+    "motor_weak": on_shaft(lambda assembly, fault: Weak(assembly.shafts, shaft_of(fault), fault.severity)),
     "motor_runaway": _motor(_runaway),
-    "motor_intermittent": layered(lambda site, fault: Intermittent(site.shafts, shaft_of(fault), fault.severity)),
-    "winding_reversed": layered(lambda site, fault: Reversed(site.shafts, shaft_of(fault))),
-    "finger_cables_swapped": layered(lambda site, fault: Exchanged(site.shafts, shaft_of(fault))),
-    "thumb_cables_swapped": layered(lambda site, fault: Exchanged(site.shafts, shaft_of(fault))),
+    "motor_intermittent": on_shaft(
+        lambda assembly, fault: Intermittent(assembly.shafts, shaft_of(fault), fault.severity)
+    ),
+    "winding_reversed": on_shaft(lambda assembly, fault: Reversed(assembly.shafts, shaft_of(fault))),
+    "finger_cables_swapped": on_shaft(lambda assembly, fault: Exchanged(assembly.shafts, shaft_of(fault))),
+    "thumb_cables_swapped": on_shaft(lambda assembly, fault: Exchanged(assembly.shafts, shaft_of(fault))),
 }

@@ -8,9 +8,9 @@ from aero.channels import WIRE_ORDER, Channel
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo.registers import REGISTERS
 from firmware_emulator.servo.servo import Servo
+from hil.faults.assembly import Injector, at_once
 from hil.faults.fault import ALL, FINGERS, ONCE, SWITCH, Fault, Kind
-from hil.faults.motor import ALIKE, NEIGHBOUR
-from hil.faults.site import Effect, at_once
+from hil.faults.motor import FINGERS_ALIKE, NEIGHBOUR
 
 THUMB_ID_NEIGHBOUR = {
     Channel.THUMB_ABDUCTION: Channel.THUMB_CMC_FLEXION,
@@ -96,7 +96,7 @@ KINDS = (
         bounds=ONCE,
         excludes="id",
         visible=False,
-        reason=ALIKE,
+        reason=FINGERS_ALIKE,
     ),
     Kind(
         "thumb_ids_exchanged",
@@ -121,7 +121,7 @@ KINDS = (
         bounds=(0, 1023),
     ),
 )
-EFFECTS: dict[str, Effect] = {
+INJECTORS: dict[str, Injector] = {
     "servo_missing": at_once(_missing),
     "servo_id_doubled": at_once(_double),
     "finger_ids_exchanged": at_once(_exchange),

@@ -7,17 +7,17 @@ from dataclasses import replace
 
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Drive, Plant
+from hil.faults.assembly import Begin, HandAssembly, Injector
 from hil.faults.fault import Fault, Kind
 from hil.faults.motor import weaker
-from hil.faults.shaft_layer import ShaftLayer
-from hil.faults.site import Begin, Effect, FaultSite
+from hil.faults.shaft_fault import ShaftFault
 
 NOTICEABLE = 0.01
 """Change of the voltage, fraction, from which on the motors are driven anew."""
 SHAFTS = range(7)
 
 
-class Sagging(ShaftLayer):
+class Sagging(ShaftFault):
     """A supply with a resistance in front of all motors."""
 
     def __init__(self, behind: Plant, lost_at_stall: float, stall_torque: float) -> None:
@@ -105,12 +105,14 @@ KINDS = (
 )
 
 
-def _sagging(site: FaultSite, fault: Fault) -> Begin:
-    layer = Sagging(site.shafts, fault.severity, site.healthy.servos.stall_torque)
-    site.on_connect(
-        lambda hand: layer.follow(Supply(hand, site.unit.servos.voltage, feeds_board=fault.name == BROWNS_OUT).changed)
+def _sagging(assembly: HandAssembly, fault: Fault) -> Begin:
+    sagging = Sagging(assembly.shafts, fault.severity, assembly.healthy.servos.stall_torque)
+    assembly.on_connect(
+        lambda hand: sagging.follow(
+            Supply(hand, assembly.unit.servos.voltage, feeds_board=fault.name == BROWNS_OUT).changed
+        )
     )
-    return site.insert(layer)
+    return assembly.insert(sagging)
 
 
-EFFECTS: dict[str, Effect] = dict.fromkeys(("supply_sags", BROWNS_OUT), _sagging)
+INJECTORS: dict[str, Injector] = dict.fromkeys(("supply_sags", BROWNS_OUT), _sagging)

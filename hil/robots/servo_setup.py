@@ -12,7 +12,19 @@ from contextlib import closing, contextmanager, suppress
 
 from aero.serial_transport import SerialTransport
 from hil.robots.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError
-from hil.robots.survey import BAUD_RATES, CURRENT, FEEDBACK, ID, KINDS, LIMITS, OFFSET, TORQUE, Surveyed, find, survey
+from hil.robots.survey import (
+    ANGLE_LIMITS,
+    BAUD_RATES,
+    CURRENT,
+    FEEDBACK,
+    ID,
+    KINDS,
+    OFFSET,
+    TORQUE,
+    Surveyed,
+    find,
+    survey,
+)
 
 IDS = range(254)
 TRIES = 3
@@ -136,7 +148,7 @@ class ServoSetup:
                 f"angle limits of an {kind.name} are 0 <= low < high <= {kind.largest_counts}, or 0 and 0; "
                 f"got {low} and {high}"
             )
-        self._store(before, LIMITS, low, high)
+        self._store(before, ANGLE_LIMITS, low, high)
 
     def centre(self, servo: int) -> None:
         """Make the present position 2048, kept in EEPROM; the torque is off afterwards.

@@ -12,7 +12,7 @@ READS = 20
 """How often the measurements are read, to tell a good line from a bad one."""
 TRIES = 3
 """Of what has to be known once."""
-ID, LIMITS, CURRENT, OFFSET, MODE, TORQUE = 5, 9, 28, 31, 33, 40
+ID, ANGLE_LIMITS, CURRENT, OFFSET, MODE, TORQUE = 5, 9, 28, 31, 33, 40
 FEEDBACK, FEEDBACK_SIZE = 56, 15
 BAUD_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)
 """By the value of register 6: maker's SDK, `SMS_STS.h`."""
@@ -154,7 +154,7 @@ def survey(bus: FeetechBus, servo: int, baud: int) -> Surveyed:
         (head[0], head[1]),
         status=feedback[9],
         response_level=head[8],
-        limits_counts=(word(head, LIMITS), word(head, LIMITS + 2)),
+        limits_counts=(word(head, ANGLE_LIMITS), word(head, ANGLE_LIMITS + 2)),
         current_limit=None if kind.largest_current is None else word(head, CURRENT),
         max_temperature_c=head[13],
         voltage_limits_v=(head[15] / 10.0, head[14] / 10.0),

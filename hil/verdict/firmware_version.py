@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from aero.actuation.window import SHIFT_CLOSING
 from aero.channels import Channel
-from aero.firmware import ALIKE, Firmware, firmware_of
+from aero.firmware import VERSION_GROUPS, Firmware, firmware_of
 from hil.checks import Measured
 from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits
 
@@ -38,7 +38,7 @@ ROUNDED_COUNTS = 2.0
 
 def limits_of_others(kind: str, named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...]]:
     """Return, by the oldest version of each other group that moves alike, the limits of its hands."""
-    others = [group[0] for group in ALIKE if named not in group]
+    others = [group[0] for group in VERSION_GROUPS if named not in group]
     return {version: load_limits(kind, version, guarded=guarded) for version in others}
 
 
@@ -80,7 +80,7 @@ def may_be_unhomed(named: str, found: Collection[str]) -> bool:
 
 def versions_alike(version: str) -> str:
     """Return the versions that move as this one, in words."""
-    first, *rest = next(group for group in ALIKE if version in group)
+    first, *rest = next(group for group in VERSION_GROUPS if version in group)
     return f"{first} or {rest[-1]}" if len(rest) == 1 else f"{first} to {rest[-1]}" if rest else first
 
 
@@ -108,9 +108,9 @@ def _changed(one: Firmware, other: Firmware) -> Collection[str]:
     """Return the subjects that one version moves otherwise than another."""
     if None in (one.settings, other.settings):
         return (*(channel.label for channel in Channel), "hand")
-    return [channel.label for channel in SHIFT_CLOSING] if one.calibrations != other.calibrations else []
+    return [channel.label for channel in SHIFT_CLOSING] if one.calibration_states != other.calibration_states else []
 
 
 def _shifts(version: str) -> bool:
     """Return whether a version moves windows when it homes; one that was not homed has those of an older version."""
-    return len(firmware_of(version).calibrations) > 1
+    return len(firmware_of(version).calibration_states) > 1

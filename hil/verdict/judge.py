@@ -34,9 +34,9 @@ from model.units import DEFAULT_LIMITS, shipped_units
 from model.units.naming import PLAUSIBLE, unit_named
 
 BAD_S = 0.05
-"""Time from which on a computer that is held up is busy, s."""
-BUSY = 3
-"""Stretches of an experiment, each of one channel or the hand, that were not judged for that: then no run is."""
+"""Scheduling delay of this computer from which a stretch counts as busy, s."""
+BUSY_STRETCHES = 3
+"""Number of busy stretches from which a run has no verdict; a stretch is one channel or the hand in one experiment."""
 
 
 class Judge:
@@ -179,7 +179,7 @@ def _lateness(measuring: Experiment, recording: Recording) -> Callable[[str, Met
 def _busy(run: Validation) -> Validation:
     """Return a run that ends for its computer where that was held up too often, and nothing else is wrong."""
     stretches = {(one.experiment, one.subject) for one in run.withheld if one.held_up_s > BAD_S}
-    if len(stretches) < BUSY or not run.passed:
+    if len(stretches) < BUSY_STRETCHES or not run.passed:
         return run
     reason = f"{len(stretches)} stretches were not judged: this computer was held up. Try again on a quiet machine."
     return replace(run, end=RunEnd(EndKind.HOST_BUSY, ", ".join(sorted({name for name, _ in stretches})), reason))

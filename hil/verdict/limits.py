@@ -15,7 +15,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from aero.firmware import ALIKE
+from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS, Measured, Measuring
 from hil.checks.shared.declaration import Check, Metric
 from hil.checks.shared.experiment import reading
@@ -51,7 +51,7 @@ class Limit:
 
     def holds_for(self, firmware: str, *, guarded: bool) -> bool:
         """Return whether it is one for hands with a version of the firmware, or one like it, guarded or not."""
-        alike = next((versions for versions in ALIKE if firmware in versions), ())
+        alike = next((versions for versions in VERSION_GROUPS if firmware in versions), ())
         return (not self.firmware or not set(alike).isdisjoint(self.firmware)) and self.guarded in (None, guarded)
 
     def excess(self, value: float) -> float:

@@ -96,11 +96,11 @@ class Failures:
         return sum(min(excess, 3.0) for excess in own)
 
 
-Told = tuple[Location, str]
-"""A place, and a row of `diagnoses.toml`; an empty name when nothing known explains it."""
+RuleResult = tuple[Location, str]
+"""Location and name of a row of `diagnoses.toml`; the name is empty when no known cause explains the failures."""
 
 
-def rule_for(failures: Failures, end: RunEnd) -> Told:
+def rule_for(failures: Failures, end: RunEnd) -> RuleResult:
     """Return where something is wrong in a run that failed, and the row that its failures leave."""
     return (
         of_the_bytes(failures, end)
@@ -115,11 +115,11 @@ def rule_for(failures: Failures, end: RunEnd) -> Told:
     )
 
 
-def _first(*rules: tuple[bool, Component, str]) -> Told | None:
+def _first(*rules: tuple[bool, Component, str]) -> RuleResult | None:
     return next(((Location(component), row) for holds, component, row in rules if holds), None)
 
 
-def of_the_bytes(failures: Failures, end: RunEnd) -> Told | None:
+def of_the_bytes(failures: Failures, end: RunEnd) -> RuleResult | None:
     """What the driver sent, restarts, lost and altered bytes, and the errors that a silent board or link ends with."""
     lost = failures.hand("session/lost_replies") or failures.hand("presence/lost_replies")
     stray = failures.hand("session/stray_bytes")
@@ -143,7 +143,7 @@ def of_the_bytes(failures: Failures, end: RunEnd) -> Told | None:
     )
 
 
-def of_the_bus(failures: Failures, end: RunEnd) -> Told | None:
+def of_the_bus(failures: Failures, end: RunEnd) -> RuleResult | None:
     """Readings that stand still on all channels, at rest or on their way: a silent servo, or a link that repeats."""
     gone = failures.hand("presence/distinct_readings") or failures.hand("presence/boot_contradictions")
     late = failures.hand("presence/round_trip") or failures.hand("response/telemetry_period", 1)
@@ -160,16 +160,16 @@ def of_the_bus(failures: Failures, end: RunEnd) -> Told | None:
     )
 
 
-def of_the_hand(failures: Failures) -> Told | None:
+def of_the_hand(failures: Failures) -> RuleResult | None:
     """The same effect on three channels, or a little on many to one side: a cause that all share."""
     slow = failures.hand("response/open_close_rate", -1)
     # Too little torque of all leaves each finger as fast as its neighbours, and no finger more friction than they.
-    alone = all(check in LESS_TORQUE for check, subject in failures.failed if subject in LABELS)
+    only_torque = all(check in LESS_TORQUE for check, subject in failures.failed if subject in LABELS)
     pulled = failures.on("audit/pull", 1) & failures.on("audit/followed", -1)
     return _first(
         (failures.short_of_torque, Component.SUPPLY, "supply"),
         (len(pulled) >= MANY - 1 and Channel.THUMB_FLEXOR in pulled, Component.SUPPLY, "supply"),
-        (slow and alone and not failures.on("staircase/spring", 1), Component.SUPPLY, "supply"),
+        (slow and only_torque and not failures.on("staircase/spring", 1), Component.SUPPLY, "supply"),
         (less_torque(failures) >= TO_ONE_SIDE, Component.SUPPLY, "supply"),
     )
 
@@ -184,7 +184,7 @@ def less_torque(failures: Failures) -> float:
     return means[len(means) // 2] if len(means) > MANY else 0.0
 
 
-def of_exchanged(failures: Failures) -> Told | None:
+def of_exchanged(failures: Failures) -> RuleResult | None:
     """Two channels, or both sides, mixed up."""
     cmc, flexor = THUMB_CABLES
     further = cmc in failures.on("excursion/closed_percent", 1) and flexor in failures.channels
@@ -197,8 +197,8 @@ def of_exchanged(failures: Failures) -> Told | None:
     return (Location(Component.CHANNELS, THUMB_CABLES), "exchanged") if further else None
 
 
-def of_a_sensor(failures: Failures) -> Told | None:
-    """A temperature that alone is off names its sensor."""
+def of_a_sensor(failures: Failures) -> RuleResult | None:
+    """One channel's temperature is off, and no other channel fails: its temperature sensor."""
     off = failures.on("presence/temperature") | failures.on("alike/temperature") | failures.on("alike/warmed")
     if len(off) != 1 or len(failures.channels) > 1:
         return None
@@ -207,7 +207,7 @@ def of_a_sensor(failures: Failures) -> Told | None:
     return Location(Component.CHANNEL, (channel,)), "hot" if hot else "temperature_sensor"
 
 
-def of_the_times(failures: Failures) -> Told | None:
+def of_the_times(failures: Failures) -> RuleResult | None:
     """What comes late on the whole hand, and by no lack of torque."""
     # A channel that does not move at all leaves no time to measure.
     slow_start = failures.hand("response/command_to_motion", 1) and not failures.on("audit/followed", -1)
@@ -216,14 +216,14 @@ def of_the_times(failures: Failures) -> Told | None:
     return _first((late, Component.HAND, "late_servos"), (soft, Component.HAND, "cables_soft"))
 
 
-def of_a_stop(failures: Failures, end: RunEnd) -> Told | None:
+def of_a_stop(failures: Failures, end: RunEnd) -> RuleResult | None:
     """The guard stopped the hand for one channel: its kind of stop tells what little was seen."""
     if end.channel is None or end.stop not in STOPS:
         return None
     return Location(Component.CHANNEL, (end.channel,)), what(failures, end.channel) or STOPS[end.stop]
 
 
-def of_a_channel(failures: Failures) -> Told | None:
+def of_a_channel(failures: Failures) -> RuleResult | None:
     """The channel for which most speaks, and what its own checks leave."""
     if not failures.channels:
         return None

@@ -123,7 +123,7 @@ class EndKind(Enum):
     """Everything was run, and the guard could not leave the hand open and weak as it does after every program."""
 
 
-LIMITS = (Opcode.SET_SPE, Opcode.SET_TOR)
+LIMIT_REQUESTS = (Opcode.SET_SPE, Opcode.SET_TOR)
 """Requests that a board of firmware `pre` does not answer."""
 SAYS_NOTHING = {EndKind.INTERRUPTED, EndKind.INCOMPLETE, EndKind.NOT_WRITTEN, EndKind.HOST_BUSY}
 """Endings that say nothing about the hand."""
@@ -164,7 +164,7 @@ class RunEnd:
     @property
     def unanswered_limit(self) -> bool:
         """Whether the guard stopped a hand that leaves its first limit unanswered."""
-        return isinstance(self.error, SafetyStopError) and self.error.unanswered in LIMITS
+        return isinstance(self.error, SafetyStopError) and self.error.unanswered in LIMIT_REQUESTS
 
     @property
     def error_name(self) -> str:
@@ -173,7 +173,7 @@ class RunEnd:
 
 
 FINISHED = RunEnd(EndKind.FINISHED)
-STOPPING: dict[type[BaseException], EndKind] = {
+END_BY_ERROR: dict[type[BaseException], EndKind] = {
     SafetyStopError: EndKind.STOPPED,
     FirmwareProgramError: EndKind.FIRMWARE,
     CannotBeWrittenError: EndKind.NOT_WRITTEN,
@@ -182,12 +182,12 @@ STOPPING: dict[type[BaseException], EndKind] = {
     KeyboardInterrupt: EndKind.INTERRUPTED,
     SystemExit: EndKind.INTERRUPTED,
 }
-"""What ends a run before its time, and leaves what was recorded; the first that fits counts."""
+"""Error that aborts a run to its kind of ending; the first class that fits counts. What was recorded is saved."""
 
 
 def aborted(experiment: str, error: BaseException, cut: tuple[Recording, ...]) -> RunEnd:
-    """Return the end of a run whose experiment an error of `STOPPING` ended."""
-    kind = next(kind for errors, kind in STOPPING.items() if isinstance(error, errors))
+    """Return the end of a run whose experiment an error of `END_BY_ERROR` ended."""
+    kind = next(kind for errors, kind in END_BY_ERROR.items() if isinstance(error, errors))
     return RunEnd(kind, experiment, str(error), error, cut)
 
 

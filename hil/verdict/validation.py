@@ -22,7 +22,7 @@ from hil.verdict.baseline import load, regressions
 from hil.verdict.findings import failed
 from hil.verdict.judge import Judge
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.run_end import FINISHED, STOPPING, EndKind, RunEnd, aborted
+from hil.verdict.run_end import END_BY_ERROR, FINISHED, EndKind, RunEnd, aborted
 
 STOP_SHARE = 0.97
 """Part of a window from which on a channel may meet its stop."""
@@ -86,7 +86,7 @@ def validate(
                 with _recorded(recorder(name)) as record:
                     try:
                         _run(target, name, record, progress, set_limits)
-                    except tuple(STOPPING) as error:
+                    except tuple(END_BY_ERROR) as error:
                         end = aborted(name, error, (record.finish(ended=False),) if record.begun else ())
                         break
                     recording = record.finish()

@@ -16,8 +16,8 @@ from viser import uplot
 
 from aero.channels import Channel
 from hil.view import panel
+from hil.view.access_token import new_token, requiring_token
 from hil.view.frame import Heading, Note, Verdicts, ViewFrame
-from hil.view.gate import new_token, only_with
 from hil.view.scene import DrawnHand
 
 HOST = "127.0.0.1"
@@ -62,7 +62,7 @@ class Page:
         self._ticked = self._told = time.monotonic()
         token = new_token()
         # viser prints an address without the token.
-        with only_with(token, heading.title), redirect_stdout(StringIO()):
+        with requiring_token(token, heading.title), redirect_stdout(StringIO()):
             self._server = viser.ViserServer(HOST, port, label="Aero Hand", verbose=False)
         self.url = f"http://{HOST}:{self._server.get_port()}/{token}"
         """What to open; whoever knows it can look, nobody can act."""

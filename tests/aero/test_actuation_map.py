@@ -240,7 +240,7 @@ def test_the_window_decides_where_the_same_posture_is_found():
     posture = np.deg2rad([10.0, 10.0, 10.0, 10.0, 50.0, 30.0, 20.0])
     codes = {
         state: ActuationMap.for_firmware("0.2.0", state).codes_from_compact(posture)
-        for state in FIRMWARE["0.2.0"].calibrations
+        for state in FIRMWARE["0.2.0"].calibration_states
     }
     shift = 113 / 4096 * 360
     homed, unshifted, mixed = (codes[state].astype(float) for state in ("homed", "unshifted", "mixed"))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from aero.firmware import ALIKE, DEFAULT_FIRMWARE, FIRMWARE, BootText, firmware_of
+from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE, VERSION_GROUPS, BootText, firmware_of
 from firmware_emulator.firmware.frames import Opcode
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, PROFILES, BootHoming
 
@@ -26,7 +26,7 @@ def test_what_the_driver_takes_a_version_for_is_what_the_board_does(version):
 
 
 def test_versions_that_move_alike_stand_together():
-    assert ALIKE == (("pre",), ("0.1.0", "0.1.1"), ("0.1.2",), ("0.1.3", "0.1.4", "0.1.5"), ("0.2.0", "main"))
+    assert VERSION_GROUPS == (("pre",), ("0.1.0", "0.1.1"), ("0.1.2",), ("0.1.3", "0.1.4", "0.1.5"), ("0.2.0", "main"))
 
 
 def test_an_unknown_version_is_named_with_those_that_are_known():

@@ -112,7 +112,7 @@ def test_a_firmware_version_is_a_row_for_the_driver_and_one_for_the_emulator(cop
     edit(
         copy / "aero" / "firmware.py",
         ")\nFIRMWARE: dict",
-        '    Firmware("9.9", "0.2.0", BootText.RESET, WEAKER, SHIFTED),\n)\nFIRMWARE: dict',
+        '    Firmware("9.9", "0.2.0", BootText.RESET, WEAKER, THUMB_STATES),\n)\nFIRMWARE: dict',
     )
     edit(copy / "firmware_emulator" / "firmware" / "profiles.py", "_MAIN)", '_MAIN, replace(_0_2_0, version="9.9"))')
     assert touched(copy) == {Path("aero/firmware.py"), Path("firmware_emulator/firmware/profiles.py")}
@@ -129,7 +129,7 @@ def test_a_firmware_version_is_a_row_for_the_driver_and_one_for_the_emulator(cop
     assert run(copy, program) == ["True"] * 4
 
 
-def test_a_fault_is_added_in_the_file_of_its_place(copy):
+def test_a_fault_is_added_in_the_file_of_faults_like_it(copy):
     path = copy / "hil" / "faults" / "servo.py"
     edit(
         path,

@@ -22,11 +22,11 @@ from aero.safety import SafetyStopError, Thresholds, unwinding
 from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
 from aero.safety.stop import Phase
 from hil.faults import Schedule, parse_fault
-from hil.faults.board import EFFECTS as BOARD_EFFECTS
+from hil.faults.assembly import HandAssembly
+from hil.faults.board import INJECTORS as BOARD_INJECTORS
 from hil.faults.faulty_hand import build_faulty
 from hil.faults.link import LinkFaults
-from hil.faults.servo import EFFECTS as SERVO_EFFECTS
-from hil.faults.site import FaultSite
+from hil.faults.servo import INJECTORS as SERVO_INJECTORS
 from hil.targets.opening import guard
 from model.units.naming import unit_named
 
@@ -79,10 +79,10 @@ class GuardedProgram:
             self.electronics, self._plant = after.electronics, after._plant
         self._seed = seed
         schedule = Schedule((), seed)
-        self._site = FaultSite(
+        self._assembly = HandAssembly(
             unit_named(unit), firmware=firmware, side="right", random=schedule.random, fire=schedule.fire
         )
-        self._site.connect(self.electronics)
+        self._assembly.connect(self.electronics)
         self.line = self.electronics.link_faults = OverheardLine()
         self.clock = self.electronics.clock
         self.link = FailingLink(self.electronics)
@@ -336,8 +336,8 @@ class GuardedProgram:
             act(*arguments)
 
     def _put_in(self, fault):
-        if fault.name in BOARD_EFFECTS | SERVO_EFFECTS:
-            (BOARD_EFFECTS | SERVO_EFFECTS)[fault.name](self._site, fault)()
+        if fault.name in BOARD_INJECTORS | SERVO_INJECTORS:
+            (BOARD_INJECTORS | SERVO_INJECTORS)[fault.name](self._assembly, fault)()
             self._restarted_since |= self.hand.phase is Phase.STOPPED
             if fault.name in {"board_hangs", "servo_missing"}:
                 self.excused = fault.name

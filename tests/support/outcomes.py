@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from aero.firmware import ALIKE
+from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS
 from train.campaign.trial import Outcome, healthy_hands, shipped_hands
 
@@ -30,7 +30,7 @@ def outcome(trial, **more):
 def healthy_campaign(count=24, seed=0):
     """Return healthy outcomes of every group of firmware and the shipped units, normally spread."""
     draw = np.random.default_rng(seed)
-    trials = [*shipped_hands(), *(t for group in ALIKE for t in healthy_hands(50, count, group[-1:]))]
+    trials = [*shipped_hands(), *(t for group in VERSION_GROUPS for t in healthy_hands(50, count, group[-1:]))]
     found = []
     for trial in trials:
         table = numbers()

@@ -11,7 +11,7 @@ from typing import Any, Self, get_args
 import numpy as np
 
 from aero.errors import AeroError
-from aero.firmware import ALIKE, DEFAULT_FIRMWARE
+from aero.firmware import DEFAULT_FIRMWARE, VERSION_GROUPS
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT
 from hil.faults import FaultNeverFiredError, parse_fault
@@ -186,7 +186,7 @@ def healthy_hands(
 
 def shipped_hands(seed: int = 0) -> list[Trial]:
     """Return trials of the shipped units: one firmware of each group, homed and in ideal zeros, sides in turn."""
-    versions = [group[-1] for group in ALIKE]
+    versions = [group[-1] for group in VERSION_GROUPS]
     kinds = product(shipped_units(), versions, (True, False))
     return [
         Trial(unit, side, version, seed, homed)

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
-from aero.firmware import ALIKE
+from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS
 from hil.verdict.limits import excesses
 from model.units import DEFAULT_LIMITS, load_unit
@@ -28,13 +28,13 @@ def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) ->
         trial = outcome.trial
         if trial.faults:
             continue
-        group = next(i for i, versions in enumerate(ALIKE) if trial.firmware in versions)
+        group = next(i for i, versions in enumerate(VERSION_GROUPS) if trial.firmware in versions)
         if kind_of(trial.unit) == kind:
             hands = population if trial.unit.startswith(PLAUSIBLE) else shipped
             hands[trial.guarded, group].append(outcome)
     return tuple(
         Healthy(
-            ALIKE[group],
+            VERSION_GROUPS[group],
             _readings(population[guarded, group]),
             _readings(shipped[guarded, group]),
             guarded,

@@ -10,7 +10,7 @@ from hil.checks.shared.exchanges import MEASUREMENTS, exchanges, lost_replies
 from hil.checks.shared.experiment import Measured
 from hil.recordings.recording import Recording
 
-LIMITS = (0x31, 0x32)
+LIMIT_REQUESTS = (0x31, 0x32)
 """Opcodes of requests for a speed or a torque limit, which every firmware but `pre` acknowledges."""
 
 
@@ -30,7 +30,7 @@ def measure(recording: Recording) -> Measured:
             "stray_bytes": 1000.0 * stray / max(1, len(made)),
             "restarts": float(len(texts)),
             "unanswered_limits": float(
-                sum(exchange.opcode in LIMITS and len(exchange.received) < FRAME_SIZE for exchange in made)
+                sum(exchange.opcode in LIMIT_REQUESTS and len(exchange.received) < FRAME_SIZE for exchange in made)
             ),
         }
     }

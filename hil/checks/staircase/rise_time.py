@@ -14,18 +14,18 @@ from hil.recordings.errors import CannotBeMeasuredError
 Floats = NDArray[np.float64]
 
 IN_TIME_S = 0.025
-"""Longest time between two samples, s, across which a rise is told: a period of 20 ms and a quarter. Beyond it the host
-was late, and a rise of 50 ms reads up to half too long."""
+"""Longest gap between two samples across which a rise is measured, s: 1.25 periods of 20 ms. Across a longer gap a rise
+of 50 ms reads up to 50 % too long."""
 LEAST_IN_TIME = 0.25
-"""Part of the steps that the host has to sample in time, for a few alone are told to 10 ms."""
+"""Least fraction of the steps that must be sampled in time; fewer resolve their median to 10 ms only."""
 ONSET = 0.3
-"""Part of a step that counts as its beginning: far above the noise of a reading."""
-LATE_S = 0.012
-"""A step begins late from so much on after the median step of its channel, s: a servo's telemetry is 10 ms old."""
+"""Fraction of a step that counts as its onset: far above the noise of a reading."""
+LATE_ONSET_S = 0.012
+"""Delay after the channel's median onset from which an onset is late, s; a servo's telemetry is 10 ms old."""
 LEAST_MADE = 0.5
-"""Part of a step that has to be made for its beginning to count."""
+"""Least fraction of a step that must be completed for its onset to count."""
 MATCHED_FRACTION = 0.8
-"""A step counts as answered when the trace covers at least this part of it, in its direction."""
+"""Least fraction of a step that the trace must cover, in its direction, to count as answered."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def median_rise(answers: Sequence[Response]) -> float:
 
 
 def late_steps(steps: Sequence[CommandStep], answers: Sequence[Response]) -> float | None:
-    """Return the share of a channel's steps that begin late beside its others, %; None where the host was late.
+    """Return the percentage of a channel's steps with a late onset; None where the host sampled too few in time.
 
     NaN where the trace followed none. A command that is lost begins with the next one.
     """
@@ -103,7 +103,7 @@ def late_steps(steps: Sequence[CommandStep], answers: Sequence[Response]) -> flo
     in_time = np.array([answer.onset for answer in made if answer.gap <= IN_TIME_S])
     if made and len(in_time) < LEAST_IN_TIME * len(made):
         return None
-    return 100.0 * float(np.mean(in_time > np.median(in_time) + LATE_S)) if in_time.size else np.nan
+    return 100.0 * float(np.mean(in_time > np.median(in_time) + LATE_ONSET_S)) if in_time.size else np.nan
 
 
 def _crossing(t: Floats, progress: Floats, i: int, level: float) -> float:

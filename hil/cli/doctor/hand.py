@@ -186,7 +186,7 @@ def candidates(answers: Answers) -> tuple[str, ...]:
     if printed := identify(answers.boot_text).versions:
         possible = tuple(version for version in possible if version in printed)
     if restarted(answers.codes):
-        possible = tuple(version for version in possible if "mixed" in FIRMWARE[version].calibrations)
+        possible = tuple(version for version in possible if "mixed" in FIRMWARE[version].calibration_states)
     return possible
 
 

@@ -27,7 +27,7 @@ def told(hand, named, numbers=None):
 def differ(one, other):
     """Whether what a hand reads tells two versions apart: the period of `pre`, the windows of 0.2.0."""
     one, other = firmware_of(one), firmware_of(other)
-    return (one.settings is None) != (other.settings is None) or one.calibrations != other.calibrations
+    return (one.settings is None) != (other.settings is None) or one.calibration_states != other.calibration_states
 
 
 @pytest.mark.parametrize("named", NAMED)
@@ -38,7 +38,7 @@ def test_a_healthy_hand_with_another_firmware_is_told_from_the_named_one(hand, n
 
 
 def test_zeros_that_were_lost_look_alike_where_the_named_firmware_shifts_windows():
-    older = next(hand for hand in KEPT if len(firmware_of(hand.trial.firmware).calibrations) == 1)
+    older = next(hand for hand in KEPT if len(firmware_of(hand.trial.firmware).calibration_states) == 1)
     assert may_be_unhomed("0.2.0", told(older, "0.2.0"))
 
 

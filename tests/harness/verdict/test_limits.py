@@ -141,7 +141,7 @@ def test_no_limit_is_wider_than_its_readings_allow(kind):
             assert math.isinf(limit.at_least) or limit.at_least >= low - margin - 0.011 * abs(low - margin), limit
 
 
-ALIKE = ({"pre"}, {"0.1.0", "0.1.1"}, {"0.1.2", "0.1.3", "0.1.4", "0.1.5"}, {"0.2.0", "main"})
+LIMIT_GROUPS = ({"pre"}, {"0.1.0", "0.1.1"}, {"0.1.2", "0.1.3", "0.1.4", "0.1.5"}, {"0.2.0", "main"})
 """Versions with the same windows, motion profile and torque; they differ in homing, boot text and heat alone."""
 WITHOUT_A_MAP = ("audit", "excursion", "response", "coupling", "holding")
 """Experiments that command codes, so that their readings do not depend on the version that was declared."""
@@ -164,7 +164,7 @@ def test_a_board_of_another_version_is_told_by_its_readings(declared, real):
         for key in expected.keys() & read.keys()
         if read[key].healthy[0] > expected[key].at_most or read[key].healthy[1] < expected[key].at_least
     ]
-    assert bool(telling) == (not any({declared, real} <= versions for versions in ALIKE))
+    assert bool(telling) == (not any({declared, real} <= versions for versions in LIMIT_GROUPS))
 
 
 @pytest.mark.parametrize("guarded", [False, True])

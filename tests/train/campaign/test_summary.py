@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from outcomes import healthy_campaign, outcome
 
-from aero.firmware import ALIKE
+from aero.firmware import VERSION_GROUPS
 from hil.verdict.limits import Limit, kinds, parse_limit
 from train.campaign.store import opened
 from train.campaign.summary import Share, detections, false_alarms, flagged, render_campaign
@@ -94,7 +94,7 @@ def test_plans_take_sides_and_firmware_in_turn():
     }
     assert len({trial.unit for trial in hands}) == 8
     assert all(trial.homed and not trial.faults for trial in hands)
-    assert {trial.firmware for trial in shipped_hands()} == {group[-1] for group in ALIKE}
+    assert {trial.firmware for trial in shipped_hands()} == {group[-1] for group in VERSION_GROUPS}
     dead, other = "motor_dead:ring=1.0", "board_runs_0.2.0=1.0"
     faulty = faulty_hands([dead, other], 0, 2)
     assert [trial.faults for trial in faulty] == [(dead,), (dead,), (other,), (other,)]

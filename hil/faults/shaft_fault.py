@@ -1,4 +1,4 @@
-"""A plant in front of a plant: what stands between the servos' shafts and the mechanics on one channel."""
+"""A fault between a servo's shaft and the mechanics: a plant that wraps a plant and changes one channel of it."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from firmware_emulator.plant import Drive, Plant
 Floats = NDArray[np.float64]
 
 
-class ShaftLayer:
-    """Pass everything on; what a layer changes it changes from `begin` on. Layers stack."""
+class ShaftFault:
+    """A fault of one shaft: forwards every call, and changes drives or readings from `begin` on. They can be nested."""
 
     def __init__(self, behind: Plant, shaft: int) -> None:
         self.behind = behind
         self.shaft = shaft
         self.active = False
         self.asked = Drive(powered=False)
-        """What the servo asks for."""
+        """Drive that the servo requests."""
 
     @property
     def time(self) -> float:
@@ -28,7 +28,7 @@ class ShaftLayer:
         return self.behind.time
 
     def begin(self) -> None:
-        """Be there from now on."""
+        """Take effect now."""
         self.active = True
         self.renew()
 
@@ -64,10 +64,10 @@ class ShaftLayer:
         return self.behind.efforts()
 
     def renew(self) -> None:
-        """Give the shaft what it has to have by now."""
+        """Apply the present drive to the shaft."""
         drive = self.changed(self.asked) if self.active else self.asked
         self.behind.drive(self.shaft, drive)
 
     def changed(self, drive: Drive) -> Drive:
-        """Return what the shaft gets of what its servo asks for."""
+        """Return the drive that the shaft gets for the one that its servo requests."""
         return drive

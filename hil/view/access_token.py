@@ -1,8 +1,8 @@
-"""A secret at the page's door, and the page's title.
+"""The page's access token, and its title.
 
 viser has no tokens. On one machine others may have accounts, and any web page in a browser may try ports of the
-machine that it runs on. So the page's address has a random first folder, and who does not know it gets nothing: no
-file, and no socket either, because viser's page takes the socket's address from its own.
+machine that it runs on. So the page's address has a random first folder. Without it a request gets nothing: no file,
+and no socket either, because viser's page takes the socket's address from its own.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def new_token() -> str:
 
 
 @contextmanager
-def only_with(token: str, title: str) -> Iterator[None]:
+def requiring_token(token: str, title: str) -> Iterator[None]:
     """Let servers that are started inside answer only below `/TOKEN`, with a page of this title.
 
     viser hands `websockets` a function that answers requests and offers no place to put one before it. So the call that

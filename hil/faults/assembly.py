@@ -1,4 +1,4 @@
-"""Where faults are put in: one emulated hand, from its unit to its electronics, while it is built and afterwards."""
+"""The emulated hand that faults are injected into: its unit, mechanics and electronics, during and after assembly."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from firmware_emulator.firmware.hands import HandSide
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Plant
 from hil.faults.fault import Fault
-from hil.faults.shaft_layer import ShaftLayer
+from hil.faults.shaft_fault import ShaftFault
 from model import BuiltHandPlant
 from model.units import Unit
 
@@ -17,8 +17,8 @@ Begin = Callable[[], object]
 """Begins a fault."""
 
 
-class FaultSite:
-    """One hand in the making. It has a unit, then mechanics, then electronics."""
+class HandAssembly:
+    """A hand under assembly. It has a unit, then mechanics, then electronics."""
 
     def __init__(
         self,
@@ -40,9 +40,9 @@ class FaultSite:
         """
         self.healthy = unit
         self.unit = unit
-        """With the faults of its mechanics so far."""
+        """The unit with the faults of its mechanics so far."""
         self.firmware = firmware
-        """Which the board runs in truth."""
+        """Version that the board runs."""
         self.board_side = self.side = side
         """Hand that the board's firmware was made for."""
         self.random, self.fire = random, fire
@@ -69,7 +69,7 @@ class FaultSite:
 
     @property
     def shafts(self) -> Plant:
-        """What the servos turn: the mechanics behind all layers."""
+        """What the servos turn: the mechanics behind all shaft faults."""
         assert self._shafts is not None, "the mechanics are not built yet"
         return self._shafts
 
@@ -86,13 +86,13 @@ class FaultSite:
         if self._plant is not None:
             self._plant.become(self.unit.hand)
 
-    def insert(self, layer: ShaftLayer) -> Begin:
-        """Put a layer between servos and shafts; it passes everything on until what is returned is called."""
-        self._shafts = layer
+    def insert(self, shaft_fault: ShaftFault) -> Begin:
+        """Insert a fault between servos and shafts; it has no effect until what is returned is called."""
+        self._shafts = shaft_fault
 
         def begin() -> None:
             self._advance()
-            layer.begin()
+            shaft_fault.begin()
 
         return begin
 
@@ -102,10 +102,10 @@ class FaultSite:
             self._hand.advance_plant()
 
 
-Effect = Callable[[FaultSite, Fault], Begin]
-"""Puts a fault in, and returns what begins it at its time."""
+Injector = Callable[[HandAssembly, Fault], Begin]
+"""Injects a fault into a hand, and returns what begins it at its time."""
 
 
-def at_once(act: Callable[[EmulatedHand, Fault], object]) -> Effect:
-    """Return the effect of a fault that does something to the electronics when it begins."""
-    return lambda site, fault: lambda: act(site.hand, fault)
+def at_once(act: Callable[[EmulatedHand, Fault], object]) -> Injector:
+    """Return the injector of a fault that acts on the electronics when it begins."""
+    return lambda assembly, fault: lambda: act(assembly.hand, fault)

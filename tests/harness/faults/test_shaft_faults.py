@@ -8,8 +8,8 @@ from firmware_emulator.bench import Bench
 from firmware_emulator.plant import Drive
 from hil import open_target
 from hil.faults import Schedule, parse_fault
+from hil.faults.assembly import HandAssembly
 from hil.faults.faulty_hand import ON_SHAFTS
-from hil.faults.site import FaultSite
 from model.units import load_unit
 
 UNIT = load_unit("ideal")
@@ -18,17 +18,17 @@ RING = Channel.RING
 
 
 def driven(text, seconds=1.0):
-    """Drive a bench to GOALS through the layer of a fault; return bench and layer."""
+    """Drive a bench to GOALS through a fault; return bench and fault."""
     fault, bench, chances = parse_fault(text), Bench(), Schedule((), 1)
-    site = FaultSite(UNIT, firmware="0.2.0", side="right", random=chances.random, fire=chances.fire)
-    site.build_mechanics(lambda _: bench)
-    ON_SHAFTS[fault.name](site, fault)()
-    layer = site.shafts
+    assembly = HandAssembly(UNIT, firmware="0.2.0", side="right", random=chances.random, fire=chances.fire)
+    assembly.build_mechanics(lambda _: bench)
+    ON_SHAFTS[fault.name](assembly, fault)()
+    shafts = assembly.shafts
     for shaft, goal in enumerate(GOALS):
-        layer.drive(shaft, Drive(setpoint=goal, stiffness=3.0, damping=0.05, limit=0.5))
+        shafts.drive(shaft, Drive(setpoint=goal, stiffness=3.0, damping=0.05, limit=0.5))
     for tick in range(1, round(seconds / 0.002) + 1):
-        layer.advance_to(tick * 0.002)
-    return bench, layer
+        shafts.advance_to(tick * 0.002)
+    return bench, shafts
 
 
 @pytest.mark.parametrize(
@@ -44,35 +44,35 @@ def driven(text, seconds=1.0):
 )
 def test_the_servo_goes_by_what_it_reads(text, angle):
     """The shaft stands where the wrong reading is the goal; the six others where they were sent."""
-    bench, layer = driven(text)
+    bench, shafts = driven(text)
     others = [channel for channel in Channel if channel is not RING]
     assert bench.angles()[RING] == pytest.approx(angle, abs=0.05)
     np.testing.assert_allclose(bench.angles()[others], np.array(GOALS)[others], atol=0.02)
-    np.testing.assert_allclose(layer.angles()[others], bench.angles()[others])
+    np.testing.assert_allclose(shafts.angles()[others], bench.angles()[others])
     if "motor" not in text:
-        assert layer.angles()[RING] == pytest.approx(0.7, abs=0.1)
+        assert shafts.angles()[RING] == pytest.approx(0.7, abs=0.1)
 
 
 def test_a_frozen_encoder_lets_the_shaft_run():
-    bench, layer = driven("encoder_frozen:ring")
+    bench, shafts = driven("encoder_frozen:ring")
     assert bench.angles()[RING] > 3.0
-    assert (layer.angles()[RING], layer.speeds()[RING]) == (0.0, 0.0)
+    assert (shafts.angles()[RING], shafts.speeds()[RING]) == (0.0, 0.0)
 
 
 def test_a_scaled_encoder_scales_speeds():
-    bench, layer = driven("encoder_scale:ring=2", seconds=0.05)
-    assert layer.speeds()[RING] == pytest.approx(2 * bench.speeds()[RING])
+    bench, shafts = driven("encoder_scale:ring=2", seconds=0.05)
+    assert shafts.speeds()[RING] == pytest.approx(2 * bench.speeds()[RING])
 
 
 def test_a_weak_motor_says_what_it_would_give():
-    bench, layer = driven("motor_weak:ring=0.5", seconds=0.02)
-    assert layer.efforts()[RING] == pytest.approx(2 * bench.efforts()[RING])
+    bench, shafts = driven("motor_weak:ring=0.5", seconds=0.02)
+    assert shafts.efforts()[RING] == pytest.approx(2 * bench.efforts()[RING])
 
 
 def test_exchanged_cables_turn_each_others_shafts():
-    bench, layer = driven("thumb_cables_swapped")
+    bench, shafts = driven("thumb_cables_swapped")
     np.testing.assert_allclose(bench.angles()[5:], [1.1, 1.0], atol=0.02)
-    np.testing.assert_allclose(layer.angles(), GOALS, atol=0.02)
+    np.testing.assert_allclose(shafts.angles(), GOALS, atol=0.02)
 
 
 def test_a_sagging_supply_weakens_all_motors_while_they_draw():
