@@ -337,13 +337,13 @@ class AeroHand:
         probe = protocol.make_reply(Opcode.GET_TEMP, _ECHOED)
         if {*self._link.ask(probe, self._reply_timeout_s, self._patience_s).reply.words} == {*_ECHOED}:
             raise EchoError(
-                f"{self.name}: this line only gives back what is sent, and no hand answers; is this a loop-back, or "
-                "the port of an adapter that echoes?"
+                f"{self.name}: this line only echoes what is sent, and no hand answers; is this a loop-back, or the "
+                "port of an adapter that echoes?"
             )
         raise NoTelemetryError(
-            f"{self.name}: the board answers, but all readings are zero, temperatures included, so it has not reached "
-            "all seven servos once since it started. One missing servo or loose bus connector is enough. Check the "
-            "servos' supply, the bus cables and the boot text."
+            f"{self.name}: the board answers, but all readings are zero, temperatures included: since its start it "
+            "has never read all seven servos. One missing servo or loose bus connector is enough. Check the servos' "
+            "supply, the bus cables and the boot text."
         )
 
     def _query(self, opcode: Opcode) -> Reply:

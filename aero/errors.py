@@ -33,7 +33,7 @@ class NoTelemetryError(AeroError):
 
 
 class EchoError(AeroError):
-    """The line gives back what is sent, and nothing else answers."""
+    """The line echoes what is sent, and nothing else answers."""
 
 
 class WindowMismatchError(AeroError, ValueError):

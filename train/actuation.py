@@ -67,14 +67,14 @@ class ActuationRanges:
 
 
 IDEAL = ActuationRanges()
-"""The released environment's."""
+"""Ranges of the released environment."""
 SERVOS = ActuationRanges(lag_s=(0.015, 0.040), delay_s=(0.010, 0.030), gain=(0.97, 1.03), speed_limit=True, counts=True)
-"""What servos do to the routed hand, with room on both sides."""
+"""Ranges for servos in front of the routed hand, with a margin on both sides."""
 BUS = ActuationRanges(lag_s=(0.0, 0.020), delay_s=(0.005, 0.030), slewed=True, counts=True)
-"""What is left where the servos are in the physics: the way of a command, and some lag for firmware with a profile."""
+"""Ranges where the servos are part of the physics: delay of a command, and lag of firmware with a motion profile."""
 
 DRAWS = 2 + 2 * CHANNELS
-"""Uniform numbers that `parameters` takes."""
+"""Number of uniform numbers that `parameters` needs."""
 
 
 class Parameters(NamedTuple):

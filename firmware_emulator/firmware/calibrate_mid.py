@@ -13,12 +13,12 @@ from firmware_emulator.firmware.servo_calls import GOAL_ADDRESS, calibrate, goal
 from firmware_emulator.kernel import Task, ticks_later
 
 UNREAD = 0xFFFF
-"""Position word where nothing could be read, or a step failed."""
+"""Position word of an acknowledgement when a reading or a step failed."""
 ACK_VERSION = 1
-"""Word 4 of the acknowledgement."""
+"""Version of the acknowledgement's format, its word 4."""
 CENTRED, NOT_CENTRED = 0, 1
 CENTRE = range(2000, 2097)
-"""Counts that are near enough to the middle of a turn."""
+"""Positions, counts, that are accepted as the middle of a turn."""
 SETTLE_MS = 30
 COUNTS_PER_TURN = 4096
 

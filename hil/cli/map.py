@@ -81,10 +81,10 @@ def _read(posture: TextIO, source: str) -> list[float]:
             raise ValueError(f"it has more than {MOST_CHARACTERS} characters")
         data: Any = json.loads(text)
     except (OSError, ValueError, RecursionError) as error:
-        raise ValueError(f"{posture.name} is no posture in JSON: {error}") from error
+        raise ValueError(f"{posture.name} is not a posture in JSON: {error}") from error
     if isinstance(data, dict) and "representation" in data:
         if data["representation"] != source:
-            raise ValueError(f"the input says that it is {data['representation']!r}, not {source!r}")
+            raise ValueError(f"the input has representation {data['representation']!r}, expected {source!r}")
         data = data["values"]
     labels = REPRESENTATIONS[source].labels
     if isinstance(data, dict):

@@ -89,11 +89,11 @@ RECORD = click.option(
     "--record", type=click.Path(dir_okay=False, path_type=Path),
     help="Write the bytes of the program that uses the port to this MCAP file, for `aero-hil report`.",
 )  # fmt: skip
-"""Of commands that serve a port."""
+"""Option of the commands that serve a port."""
 
 
 def recording_ended(error: Exception) -> None:
-    """Say that `--record` has failed; the port is served on."""
+    """Print that `--record` has failed; the command continues to serve the port."""
     click.echo(f"the recording ends here, the link continues: {error}", err=True)
 
 

@@ -48,7 +48,7 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
     cut = [str(path) for path, recording in made.items() if not recording.header.finished]
     if cut and judged.judged_passed:
         rest = "; the rest is within limits" if judged.judged else ""
-        raise Ended(f"incomplete, and not judged: {', '.join(cut)}{rest}; {out}", Exit.USAGE)
+        raise Ended(f"not judged, because incomplete: {', '.join(cut)}{rest}; {out}", Exit.USAGE)
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(Exit.WITHIN_LIMITS if judged.passed else Exit.OUT_OF_LIMITS)
 

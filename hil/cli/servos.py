@@ -98,7 +98,7 @@ def check(
 
 
 def _no_servo(port: str, echoes: bool) -> Examined:
-    said = f"no servo answers at {port}" + ("; the line only gives back what is sent" if echoes else "")
+    said = f"no servo answers at {port}" + ("; the line only echoes what is sent" if echoes else "")
     remedy = "switch the servos' supply on; look at the adapter's mode and the data wire; try --every-baud"
     return Examined("bus", Verdict.WRONG, said, remedy, subject=Subject.LINK)
 

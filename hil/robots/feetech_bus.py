@@ -70,7 +70,7 @@ class FeetechBus:
         self._transport = transport
         self._patience_s = patience_s
         self.echoes: bool | None = None
-        """Whether the line gives back what is sent; None before the first request."""
+        """Whether the line echoes what is sent; None before the first request."""
 
     def ping(self, servo: int) -> ServoAnswer:
         """Ask whether a servo is there; raises what `parse_answer` does."""

@@ -78,7 +78,7 @@ class ServoSetup:
         if servo not in IDS:
             raise ServoValueError(f"an ID is 0 to 253, got {servo}")
         if not self._answers(servo):
-            line = "; this line gives back what is sent" if self._bus.echoes else ""
+            line = "; this line echoes what is sent" if self._bus.echoes else ""
             raise ServoBusError(f"no servo answers at ID {servo}; scan the bus, check power and cable{line}")
         # Two servos answer a ping with the same bytes at the same time; their measurements differ and collide, if not
         # at once then soon, because the current is noisy. Two emulated servos at rest agree in 7 % of the answers,

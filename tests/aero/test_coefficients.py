@@ -40,7 +40,7 @@ def test_a_file_elsewhere_loads_like_a_shipped_one(tmp_path):
         ("[0.0616733, 0.10775],", "[0.10775, 0.0616733],", r"\[shortest, longest\]"),
         ("-0.977220399", "nan", "thumb_gain must be finite"),
         ("-0.977220399", "0.0", "must not hold a zero"),
-        ("mcp = 9.4372e-3, ip = 12.5e-3", "mcp = 0.0, ip = 0.0", "does not tell CMC from MCP"),
+        ("mcp = 9.4372e-3, ip = 12.5e-3", "mcp = 0.0, ip = 0.0", "singular for CMC against MCP"),
         ("spool_radius = 9.0e-3", "spool_radius = -9.0e-3", "spool_radius must be positive"),
         ("thumb_offset = [0.037517992, ", "thumb_offset = [", r"thumb_offset must have shape \(2,\)"),
     ],

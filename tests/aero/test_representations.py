@@ -142,7 +142,7 @@ def test_the_command_reads_what_it_wrote(target):
     [
         ("nonsense", "Expecting value"),
         ('{"index": 1}', "expected the names index, middle"),
-        ('{"representation": "codes", "values": {}}', "says that it is 'codes', not 'compact'"),
+        ('{"representation": "codes", "values": {}}', "has representation 'codes', expected 'compact'"),
         ('["a", 0, 0, 0, 0, 0, 0]', "expected 7 numbers"),
         ("[true, 0, 0, 0, 0, 0, 0]", "expected 7 numbers"),
         ("[[0, 0, 0, 0, 0, 0, 0]]", "expected 7 numbers"),

@@ -50,7 +50,7 @@ def test_options_reach_the_hand(run, pytester):
         ("--hil=/dev/ttyNoSuchHand", "no hand at '/dev/ttyNoSuchHand'"),
         ("--hil=/dev/ttyNoSuchHand", "ttyACM0"),
         ("--hil=/dev/ttyACM0 -n 2", "run without -n"),
-        ("--hil=loop://", "this line only gives back what is sent"),
+        ("--hil=loop://", "this line only echoes what is sent"),
         ("--hil=socket://bench", "is given as socket://HOST:PORT"),
         ("--hil=nothing://bench", "nothing"),
     ],

@@ -41,10 +41,10 @@ class JointedSimulator(SimulatedHand, Protocol):
 
 @dataclass(frozen=True)
 class Capture:
-    """Samples of a hand that was swept."""
+    """Samples of a hand while its channels are swept."""
 
     lengths: Floats
-    """(n, 7) sensors, m and rad."""
+    """(n, 7) sensor readings in command order: cable lengths, m, and abduction, rad."""
     joints: Floats
     """(n, 16) joint angles, rad."""
     sweep: NDArray[np.int64]
@@ -65,7 +65,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Identification:
-    """Coefficients of the map, and how good they are."""
+    """Coefficients of the map, with their fits."""
 
     coefficients: Coefficients
     """As identified, on the mechanism's own winding radii."""

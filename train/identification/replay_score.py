@@ -71,7 +71,7 @@ class ReplayScore:
 def score(
     traces: Sequence[Trace], unit: Unit, *, progress: Callable[[int, int], None] = lambda _done, _about: None
 ) -> ReplayScore:
-    """Replay traces on every phase and compare; `progress` hears of replays done and to do."""
+    """Replay traces on every phase and compare; `progress` is called with the replays done and their total."""
     misses: list[list[_Misses]] = []
     about = len(traces) * len(PHASES_S)
     for trace in traces:

@@ -72,7 +72,7 @@ class Coefficients:
                 )
         (_, cmc_cmc, *cmc_distal), (_, flexor_cmc, *flexor_distal) = self.thumb_winding
         if cmc_cmc * sum(flexor_distal) == flexor_cmc * sum(cmc_distal):
-            raise ValueError(f"coefficients {self.name!r}: thumb_winding does not tell CMC from MCP and IP")
+            raise ValueError(f"coefficients {self.name!r}: thumb_winding is singular for CMC against MCP and IP")
         if any(shortest >= longest for shortest, longest in self.finger_lengths):
             raise ValueError(
                 f"coefficients {self.name!r}: finger_lengths are [shortest, longest], got {self.finger_lengths}"

@@ -84,7 +84,7 @@ def test_a_port_that_does_not_answer_is_a_finding() -> None:
 def test_a_line_that_gives_back_what_is_sent_is_no_hand() -> None:
     (found,) = check_hand("loop://")
     assert (found.check, found.verdict, found.subject) == ("answer", Verdict.WRONG, Subject.LINK)
-    assert "only gives back what is sent" in found.finding
+    assert "only echoes what is sent" in found.finding
 
 
 def test_a_port_that_is_not_there_ends_with_no_hand() -> None:

@@ -101,7 +101,7 @@ def cut_off(recording, path):
     ("whole", "cut", "said"),
     [
         (("presence",), ("audit", "session"), "; the rest is within limits"),
-        ((), ("audit",), "incomplete, and not judged: "),
+        ((), ("audit",), "not judged, because incomplete: "),
         ((), ("session",), "no experiment began"),
     ],
 )

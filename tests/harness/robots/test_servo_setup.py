@@ -156,7 +156,7 @@ def test_what_a_servo_does_not_keep_is_put_back_and_locked(build):
 def test_a_line_that_only_gives_back_what_is_sent_has_no_servo():
     told = CliRunner().invoke(main, ["servos", "check", "loop://", "--ids", "1-10"])
     assert told.exit_code == 3
-    assert "no servo answers at loop://; the line only gives back what is sent" in told.output
+    assert "no servo answers at loop://; the line only echoes what is sent" in told.output
     assert CliRunner().invoke(main, ["servos", "--port", "loop://", "show", "1"]).exit_code == 3
 
 
