@@ -9,7 +9,7 @@ from typing import Literal
 
 import click
 
-from firmware_emulator.compare.run import Contender, Trace, compare, contender
+from firmware_emulator.compare.run import BoardTrace, Contender, compare, contender
 from firmware_emulator.compare.sessions import MAKERS, Session, sessions
 from firmware_emulator.compare.trace_file import Recorded, TraceFileError, is_trace_file, read_traces, write_traces
 from firmware_emulator.native.build import FirmwareBuildError, build
@@ -127,7 +127,7 @@ def compare_command(
     sys.exit(1 if differing else 0)
 
 
-Round = tuple[str, str, Session, Contender | Trace]
+Round = tuple[str, str, Session, Contender | BoardTrace]
 """What to call it in a message, the kind of session, the session, and whom to run or what was recorded."""
 
 
