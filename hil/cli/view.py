@@ -14,7 +14,7 @@ from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings
 from hil.view.frame import Heading, Note, Verdicts
 from hil.view.sources import frames
-from hil.view.web_page import Page, keep_up
+from hil.view.web_page import Page
 
 
 @click.command()
@@ -29,17 +29,19 @@ def view(*, recording: Path) -> None:
     with judging(recording):
         shown = frames(recorded)
         page = Page(Heading(_title(header), header.hand, live=False))
-    page.add(shown)
+    for frame in shown:
+        page.show(frame)
     for event in recorded.events:
-        page.note(Note(event.t, event.text, event.severity))
+        page.show(Note(event.t, event.text, event.severity))
     if header.experiment in EXPERIMENTS and header.finished:
         with judging(recording):
             findings = judge_recordings([recorded]).findings
         failures = failed(findings)
-        page.verdicts(Verdicts(len(findings) - len(failures), tuple(finding.sentence for finding in failures)))
+        page.show(Verdicts(len(findings) - len(failures), tuple(finding.sentence for finding in failures)))
     click.echo(f"view {page.url}", err=True)
     with suppress(KeyboardInterrupt):
-        keep_up(page, lambda: True)
+        while True:
+            page.tick()
     page.close()
 
 

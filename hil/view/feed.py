@@ -12,14 +12,12 @@ import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 
 from aero.child_process import ChildError, ChildProcess
-from hil.view.frame import Heading, Message, Note, Severity, Verdicts, ViewEnd
-from hil.view.sources import Source
+from hil.view.frame import Heading, Message, Note, Severity, Verdicts, ViewEnd, line
+from hil.view.sources import FRAMES_PER_S, Source
 
-FRAMES_PER_S = 30.0
-"""Frames that are taken a second of real time, whatever the hand's own clock does."""
 START_S = 60.0
 """Time in which the page has to be there, s."""
 SILENT_S = 15.0
@@ -84,13 +82,10 @@ class Feed:
         """
         self._messages.put(ViewEnd(stay))
         self._ended.set()
-        try:
+        with suppress(KeyboardInterrupt):
             while not self._page.wait(SILENT_S) and self._alive.is_set():
                 self._alive.clear()
-        except KeyboardInterrupt:
-            pass
-        finally:
-            self.abandon()
+        self.abandon()
 
     def abandon(self) -> None:
         """End the page at once."""
@@ -115,9 +110,8 @@ class Feed:
         lines = []
         if frame is not None and frame.t != self._time:
             self._time = frame.t
-            lines.append(frame.line())
-        with suppress(Empty):
-            while True:
-                lines.append(self._messages.get_nowait().line())
+            lines.append(line(frame))
+        while not self._messages.empty():  # no other thread takes from it
+            lines.append(line(self._messages.get()))
         if lines:
             self._page.send("".join(lines))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, Self
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,16 +56,6 @@ class ViewFrame:
     loose: Floats = field(default_factory=unknown)
     """How much cable is loose, (7,) m; known of an emulated hand only."""
 
-    def line(self) -> str:
-        """Return this frame as a line of JSON."""
-        body = {name: value.tolist() if name != "t" else value for name, value in vars(self).items()}
-        return _line("frame", body)
-
-    @classmethod
-    def of(cls, body: dict[str, Any]) -> Self:
-        """Return the frame that a line carries."""
-        return cls(body.pop("t"), **{name: np.array(value, float) for name, value in body.items()})
-
 
 @dataclass(frozen=True)
 class Note:
@@ -75,10 +64,6 @@ class Note:
     t: float
     text: str
     severity: Severity = "info"
-
-    def line(self) -> str:
-        """Return this note as a line of JSON."""
-        return _line("note", asdict(self))
 
 
 @dataclass(frozen=True)
@@ -90,10 +75,6 @@ class Verdicts:
     failed: tuple[str, ...]
     """One sentence for each check that is not."""
 
-    def line(self) -> str:
-        """Return these verdicts as a line of JSON."""
-        return _line("verdicts", asdict(self))
-
 
 @dataclass(frozen=True)
 class ViewEnd:
@@ -102,22 +83,20 @@ class ViewEnd:
     stay: bool
     """Whether the page stays until a browser has looked at it."""
 
-    def line(self) -> str:
-        """Return this end as a line of JSON."""
-        return _line("end", asdict(self))
-
 
 Message = ViewFrame | Note | Verdicts | ViewEnd
 
 
-def message(line: str) -> Message:
+def line(sent: Message) -> str:
+    """Return a message as a line of JSON."""
+    return json.dumps([type(sent).__name__, vars(sent)], default=np.ndarray.tolist) + "\n"
+
+
+def message(text: str) -> Message:
     """Return what a line carries."""
-    ((kind, body),) = json.loads(line).items()
-    if kind == "verdicts":
-        return Verdicts(body["passed"], tuple(body["failed"]))
-    read: dict[str, Callable[..., Message]] = {"note": Note, "end": ViewEnd}
-    return ViewFrame.of(body) if kind == "frame" else read[kind](**body)
-
-
-def _line(kind: str, body: dict[str, Any]) -> str:
-    return json.dumps({kind: body}) + "\n"
+    kind, fields = json.loads(text)
+    if kind == "ViewFrame":
+        return ViewFrame(fields.pop("t"), **{name: np.array(value, float) for name, value in fields.items()})
+    if kind == "Verdicts":
+        return Verdicts(fields["passed"], tuple(fields["failed"]))
+    return Note(**fields) if kind == "Note" else ViewEnd(**fields)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from jinja2 import Environment, PackageLoader
@@ -26,23 +25,6 @@ LAST_NOTES = 8
 """Events that are shown, the newest last."""
 
 
-class TableRow(NamedTuple):
-    """One channel as it is shown."""
-
-    title: str
-    commanded: str
-    measured: str
-    filled: float | None
-    """Measured shaft angle as a share of the excursion, %."""
-    mark: float | None
-    """Commanded one, %."""
-    current: str
-    temperature: str
-    cable: str
-    colour: str
-    """Colour of the cable; empty where there is none."""
-
-
 def title(channel: Channel) -> str:
     """Return a channel's short name."""
     return f"Thumb {THUMB_NAMES[channel]}" if channel in THUMB_NAMES else channel.label.capitalize()
@@ -59,7 +41,7 @@ def numbers(heading: Heading, frame: ViewFrame, state: str) -> str:
         frame=frame,
         state=state,
         rows=[_row(frame, channel) for channel in Channel],
-        commanded=_css(COMMANDED),
+        commanded_colour=_css(COMMANDED),
         legend=[(_css(colour), meaning) for colour, meaning in shown],
     )
 
@@ -69,34 +51,26 @@ def found(verdicts: Verdicts | None, notes: Sequence[Note]) -> str:
     return TEMPLATES.get_template("found.html").render(verdicts=verdicts, notes=notes[-LAST_NOTES:])
 
 
-def _row(frame: ViewFrame, channel: Channel) -> TableRow:
-    loose, tension = float(frame.loose[channel]), float(frame.tensions[channel])
-    cable, colour = "\N{EN DASH}", ""
-    if not math.isnan(loose):
-        colour = _css(cable_colour(loose))
-        cable = f"{1e3 * loose:.1f} mm" if cable_colour(loose) == SLACK else f"{tension:.1f} N"
-    return TableRow(
-        title(channel),
-        _number(np.rad2deg(frame.commanded[channel]), "{:z.1f}°"),
-        _number(np.rad2deg(frame.measured[channel]), "{:z.1f}°"),
-        _share(frame.measured[channel], channel),
-        _share(frame.commanded[channel], channel),
-        _number(frame.currents[channel], "{:.2f} A"),
-        _number(frame.temperatures[channel], "{:.0f} °C"),
-        cable,
-        colour,
-    )
-
-
-def _number(value: float, form: str) -> str:
-    return "\N{EN DASH}" if math.isnan(value) else form.format(value)
-
-
-def _share(angle: float, channel: Channel) -> float | None:
-    if math.isnan(angle):
-        return None
+def _row(frame: ViewFrame, channel: Channel) -> dict[str, object]:
+    """Return what the table has of one channel; None for what is not known, and `colour` of its cable."""
+    loose = float(frame.loose[channel])
+    slack = cable_colour(loose) == SLACK
     low, high = EXCURSION_RAD[channel]
-    return round(float(np.clip((angle - low) / (high - low), 0.0, 1.0)) * 100.0, 1)
+    row: dict[str, object] = {
+        "title": title(channel),
+        "colour": None if math.isnan(loose) else _css(cable_colour(loose)),
+    }
+    for name, value, form in (
+        ("commanded", np.rad2deg(frame.commanded[channel]), "{:z.1f}°"),
+        ("measured", np.rad2deg(frame.measured[channel]), "{:z.1f}°"),
+        ("mark", 100.0 * np.clip((frame.commanded[channel] - low) / (high - low), 0.0, 1.0), "{:.1f}%"),
+        ("filled", 100.0 * np.clip((frame.measured[channel] - low) / (high - low), 0.0, 1.0), "{:.1f}%"),
+        ("current", frame.currents[channel], "{:.2f} A"),
+        ("temperature", frame.temperatures[channel], "{:.0f} °C"),
+        ("cable", 1e3 * loose if slack else frame.tensions[channel], "{:.1f} mm" if slack else "{:.1f} N"),
+    ):
+        row[name] = None if math.isnan(value) else form.format(value)
+    return row
 
 
 def _css(colour: Rgb) -> str:

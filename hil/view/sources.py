@@ -12,7 +12,7 @@ import numpy as np
 
 from aero.actuation import ActuationMap
 from aero.actuation.coefficients import SHIPPED
-from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from aero.channels import JOINT_BOX_RAD, Joint
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
@@ -25,6 +25,9 @@ from hil.targets.target import GroundTruth, Target
 from hil.targets.wire_log import WireRecord
 from hil.view.frame import Floats, ViewFrame, unknown
 from model import BuiltHandPlant
+
+FRAMES_PER_S = 30.0
+"""Frames that are taken a second: of a hand that is watched, of real time; of a recording, of the hand's."""
 
 
 class Source(Protocol):
@@ -39,32 +42,23 @@ class EmulatedSource:
     """An emulated hand in this process: true posture and cables, and what the servos' registers say."""
 
     def __init__(self, electronics: EmulatedHand, plant: BuiltHandPlant, codec: ActuationMap) -> None:
-        self._servos = electronics.servos
-        self._plant = plant
-        self._codec = codec
+        self._servos, self._plant, self._codec = electronics.servos, plant, codec
 
     def frame(self) -> ViewFrame:
         """Return the present instant."""
         seen = self._plant.glimpse()
         commanded, measured, currents, temperatures = (unknown() for _ in range(4))
-        for servo, shaft in zip(self._servos, (SHAFT_OF_SERVO[i] for i in range(len(self._servos))), strict=True):
-            registers, angle = servo.memory, servo.frame.angle
+        for i, servo in enumerate(self._servos):
+            registers, angle, shaft = servo.memory, servo.frame.angle, SHAFT_OF_SERVO[i]
             if registers.get("torque_enable") == control.ON and registers.get("mode") == control.POSITION:
                 commanded[shaft] = angle(registers.get("goal_position"))
             measured[shaft] = angle(registers.get("present_position"))
             currents[shaft] = abs(registers.get("present_current")) * CURRENT_UNIT_MA / 1000.0
             temperatures[shaft] = registers.get("present_temperature")
-        return ViewFrame(
-            seen.time,
-            seen.joints,
-            _within_stops(seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured)),
-            commanded,
-            measured,
-            currents,
-            temperatures,
-            seen.tensions,
-            seen.loose,
-        )
+        # Seven cables do not tell sixteen joints: the rest of the way is the map's, the posture so far the hand's own.
+        joints = seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured)
+        numbers = commanded, measured, currents, temperatures, seen.tensions, seen.loose
+        return ViewFrame(seen.time, seen.joints, _within_stops(joints), *numbers)
 
 
 class WireSource:
@@ -72,46 +66,40 @@ class WireSource:
 
     def __init__(self, codec: ActuationMap) -> None:
         self._codec = codec
-        self._reply = bytearray()
+        self._reply = b""
         self._last: dict[int, WireRecord] = {}
         """The last frame of each kind, by its opcode."""
 
     def take(self, record: WireRecord) -> None:
         """Look at bytes that cross the link, in their order; called by whoever drives the hand."""
         if record.direction == "to_hand":
-            self._reply.clear()
-            if record.data and record.data[0] in (Opcode.CTRL_POS, Opcode.CTRL_TOR):
-                self._keep(record)
-            return
-        self._reply += record.data
-        if len(self._reply) >= FRAME_SIZE:
-            self._keep(record._replace(data=bytes(self._reply)))
-            self._reply.clear()
+            self._reply = b""
+            taken = record.data[:1] in (bytes([Opcode.CTRL_POS]), bytes([Opcode.CTRL_TOR]))
+        else:
+            self._reply += record.data
+            record = record._replace(data=self._reply)
+            if taken := len(self._reply) >= FRAME_SIZE:
+                self._reply = b""
+        if taken and len(record.data) == FRAME_SIZE:
+            self._last[record.data[0]] = record
 
     def frame(self) -> ViewFrame | None:
         """Return the present instant; the posture is what the actuation map makes of the encoders."""
         last = dict(self._last)
         if Opcode.GET_POS not in last:
             return None
-        position = last[Opcode.GET_POS]
-        angles = self._angles(position)
-        pulled = last.get(Opcode.CTRL_TOR)
-        commanded = unknown()
-        if (asked := last.get(Opcode.CTRL_POS)) is not None and (pulled is None or pulled.t < asked.t):
+        measured, commanded, currents, temperatures = (unknown() for _ in range(4))
+        measured = self._angles(last[Opcode.GET_POS])
+        asked, pulled = last.get(Opcode.CTRL_POS), last.get(Opcode.CTRL_TOR)
+        if asked is not None and (pulled is None or pulled.t < asked.t):
             commanded = self._angles(asked)
-        return ViewFrame(
-            max(record.t for record in last.values()),
-            _within_stops(_posture(self._codec, angles)),
-            _within_stops(_posture(self._codec, commanded)),
-            commanded,
-            angles,
-            _words(last.get(Opcode.GET_CURR), signed=True) * CURRENT_A_PER_UNIT,
-            _words(last.get(Opcode.GET_TEMP), signed=False),
-        )
-
-    def _keep(self, record: WireRecord) -> None:
-        if len(record.data) == FRAME_SIZE:
-            self._last[record.data[0]] = record
+        if (reply := last.get(Opcode.GET_CURR)) is not None:
+            currents = np.abs(signed_values(parse_reply(reply.data)) * CURRENT_A_PER_UNIT)
+        if (reply := last.get(Opcode.GET_TEMP)) is not None:
+            temperatures = unsigned_values(parse_reply(reply.data)).astype(float)
+        joints, wanted = (_within_stops(_posture(self._codec, angles)) for angles in (measured, commanded))
+        time = max(record.t for record in last.values())
+        return ViewFrame(time, joints, wanted, commanded, measured, currents, temperatures)
 
     def _angles(self, record: WireRecord) -> Floats:
         return np.asarray(self._codec.angles_from_codes(unsigned_values(parse_reply(record.data))), float)
@@ -124,30 +112,6 @@ def source_of(target: Target) -> Source:
     source = WireSource(target.map)
     target.wire.listeners.append(source.take)
     return source
-
-
-def _posture(codec: ActuationMap, angles: Floats) -> Floats:
-    """Return the joints, (16,) rad, that the map gives shaft angles (7,); unknown when one of them is."""
-    if not np.isfinite(angles).all():
-        return unknown(len(Joint))
-    joints: Floats = codec.joints_from_compact(codec.compact_from_travel(codec.travel_from_angles(angles)))
-    return joints
-
-
-def _within_stops(joints: Floats) -> Floats:
-    """Return joints, (16,) rad, no further than they go; a shaft may go on, and its cable is then loose."""
-    return np.clip(joints, *JOINT_BOX_RAD.T)
-
-
-def _words(record: WireRecord | None, *, signed: bool) -> Floats:
-    if record is None:
-        return unknown(len(Channel))
-    reply = parse_reply(record.data)
-    words: Floats = np.abs((signed_values if signed else unsigned_values)(reply).astype(float))
-    return words
-
-
-FRAMES_PER_S = 30.0
 
 
 def frames(recording: Recording) -> list[ViewFrame]:
@@ -172,3 +136,15 @@ def frames(recording: Recording) -> list[ViewFrame]:
         said = f"this recording of {header.experiment!r} holds no position of the hand, so nothing to show"
         raise UnusableFileError(said)
     return found
+
+
+def _posture(codec: ActuationMap, angles: Floats) -> Floats:
+    """Return the joints, (16,) rad, that the map gives shaft angles (7,); unknown when one of them is."""
+    if not np.isfinite(angles).all():
+        return unknown(len(Joint))
+    return np.asarray(codec.joints_from_compact(codec.compact_from_travel(codec.travel_from_angles(angles))))
+
+
+def _within_stops(joints: Floats) -> Floats:
+    """Return joints, (16,) rad, no further than they go; a shaft may go on, and its cable is then loose."""
+    return np.clip(joints, *JOINT_BOX_RAD.T)

@@ -4,7 +4,7 @@
 |---|---|---|
 | `/joints/measured`, `/joints/commanded` | `foxglove.JointStates` | sixteen joints, rad |
 | `/hand/scene` | `foxglove.SceneUpdate` | the hand, drawn once |
-| `/hand/fixed_frames`, `/hand/frames` | `foxglove.FrameTransforms` | where its links are |
+| `/hand/frames` | `foxglove.FrameTransforms` | where its links are |
 | `/findings` | `foxglove.Event` | each finding, over the seconds that show it |
 | `/findings/log` | `foxglove.Log` | the same, as lines of a log |
 
@@ -38,9 +38,10 @@ from hil.recordings.errors import writing
 from hil.recordings.mcap_file import RecordingFile, epoch_ns
 from hil.recordings.recording import Header, Recording
 from hil.report.evidence import by_finding
-from hil.report.foxglove.hand_scene import fixed_frames, moving_frames, scene
+from hil.report.foxglove.hand_scene import frames, scene
 from hil.verdict.findings import Finding, failed
 from hil.verdict.validation import judge_recordings
+from model.drawn_parts import PosedHand
 
 POSTURE_S = 0.05
 """Least time from one posture to the next, s: what a film of the hand needs."""
@@ -86,16 +87,16 @@ def _recorded(recording: Recording) -> Iterator[TimedEntry]:
 def _added(recording: Recording) -> Iterator[TimedEntry]:
     """Return what Foxglove's panels need besides."""
     header = recording.header
-    at = _timestamp(header, 0.0)
-    yield _entry("/hand/scene", 0.0, scene(header.hand, at))
-    yield _entry("/hand/fixed_frames", 0.0, fixed_frames(header.hand, at))
+    at, hand = _timestamp(header, 0.0), PosedHand(header.hand)
+    yield _entry("/hand/scene", 0.0, scene(hand, at))
+    yield _entry("/hand/frames", 0.0, frames(hand, np.zeros(len(Joint)), at))
     for topic, series in (("/joints/measured", "codes"), ("/joints/commanded", "command_codes")):
         for t, joints in _postures(recording, series):
             at = _timestamp(header, t)
             states = [JointState(name=joint.label, position=float(joints[joint])) for joint in Joint]
             yield _entry(topic, t, JointStates(timestamp=at, joints=states))
             if series == "codes":
-                yield _entry("/hand/frames", t, moving_frames(header.hand, joints, at))
+                yield _entry("/hand/frames", t, frames(hand, joints, at))
     yield from _findings(recording)
 
 

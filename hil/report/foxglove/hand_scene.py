@@ -1,11 +1,9 @@
-"""The hand as Foxglove draws it: one frame a link, a scene that is fixed to the frames, and the frames in a posture."""
+"""The hand as Foxglove draws it: a scene that is fixed to the frames of its bodies, and these frames in a posture."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from itertools import groupby
 
-import mujoco
-import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
 from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
 from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
@@ -18,123 +16,63 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from model import geometry
-from model.appearance import BONE_RGBA, PALM_RGBA, PIN_RGBA, Rgba
-from model.geometry.elements import Link
+from model.drawn_parts import Part, PosedHand, Vector
 
 ROOT = "world"
-"""Frame that the hand's base stands in."""
-BONE_RADIUS = 0.0055
-"""Of a drawn digit, m: a little less than the pads'."""
-PIN_RADIUS = 0.0062
-"""Of a drawn joint, m."""
-
-Point = tuple[float, float, float]
+"""Frame that the frames of all bodies are in."""
 
 
-def scene(side: geometry.Side, at: Timestamp) -> SceneUpdate:
-    """Return everything that is drawn of a hand, each part in the frame of its link."""
-    entities = [_entity(link, at) for link in geometry.hand(side).base.walk()]
-    return SceneUpdate(entities=entities)
+def scene(hand: PosedHand, at: Timestamp) -> SceneUpdate:
+    """Return everything that is drawn of a hand but its cables, each part in the frame of its body."""
+    by_body = groupby(hand.parts(), key=lambda part: part.body)
+    return SceneUpdate(entities=[_entity(body, list(parts), at) for body, parts in by_body])
 
 
-def fixed_frames(side: geometry.Side, at: Timestamp) -> FrameTransforms:
-    """Return the frames that no joint moves."""
-    found = [_frame(parent, link, at) for parent, link in _pairs(side) if link.hinge is None]
-    return FrameTransforms(transforms=found)
-
-
-def moving_frames(side: geometry.Side, joints: ArrayLike, at: Timestamp) -> FrameTransforms:
-    """Return the frames that joints move.
+def frames(hand: PosedHand, joints: ArrayLike, at: Timestamp) -> FrameTransforms:
+    """Return the frames of all bodies.
 
     Args:
-        side: which hand.
+        hand: is left in the posture.
         joints: (16,) float, rad, in the order of `Joint`.
         at: time of the posture.
     """
-    angles = np.asarray(joints, float)
-    found = [_frame(parent, link, at, angles[link.hinge.joint]) for parent, link in _pairs(side) if link.hinge]
-    return FrameTransforms(transforms=found)
+    hand.pose(joints)
+    transforms = [
+        FrameTransform(
+            timestamp=at,
+            parent_frame_id=ROOT,
+            child_frame_id=body,
+            translation=_vector(position),
+            rotation=_quaternion(quaternion),
+        )
+        for body, position, quaternion in hand.frames()
+    ]
+    return FrameTransforms(transforms=transforms)
 
 
-def _pairs(side: geometry.Side) -> Iterator[tuple[str, Link]]:
-    """Return each link with the name of its parent's frame, parents first."""
-    base = geometry.hand(side).base
-    yield ROOT, base
-    for parent in base.walk():
-        for child in parent.links:
-            yield parent.name, child
+def _entity(body: str, parts: list[Part], at: Timestamp) -> SceneEntity:
+    entity = SceneEntity(timestamp=at, frame_id=body, id=body, frame_locked=True)
+    for part in parts:
+        r, g, b, a = part.rgba
+        pose = Pose(position=_vector(part.position), orientation=_quaternion(part.quaternion))
+        size, color = _vector(part.size), Color(r=r, g=g, b=b, a=a)
+        if part.shape == "box":
+            entity.cubes.append(CubePrimitive(pose=pose, size=size, color=color))
+        elif part.shape == "cylinder":
+            drawn = CylinderPrimitive(pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=color)
+            entity.cylinders.append(drawn)
+        else:
+            entity.spheres.append(SpherePrimitive(pose=pose, size=size, color=color))
+    return entity
 
 
-def _frame(parent: str, link: Link, at: Timestamp, angle: float = 0.0) -> FrameTransform:
-    quat = np.array(link.quat) / np.linalg.norm(link.quat)
-    if link.hinge is not None:
-        turn, turned = np.empty(4), np.empty(4)
-        mujoco.mju_axisAngle2Quat(turn, np.array(link.hinge.axis), angle)
-        mujoco.mju_mulQuat(turned, quat, turn)
-        quat = turned
-    return FrameTransform(
-        timestamp=at,
-        parent_frame_id=parent,
-        child_frame_id=link.name,
-        translation=_vector(link.pos),
-        rotation=_quaternion(quat),
-    )
-
-
-def _entity(link: Link, at: Timestamp) -> SceneEntity:
-    tips = [guide.pos for guide in link.guides if guide.name.endswith("_tip")]
-    ends = [*(child.pos for child in link.links), *tips] if link.hinge else []
-    return SceneEntity(
-        timestamp=at,
-        frame_id=link.name,
-        id=link.name,
-        frame_locked=True,
-        cubes=[_cube(box.pos, box.quat, box.half) for box in link.boxes if not link.hinge],
-        cylinders=[_bone(end) for end in ends],
-        spheres=[
-            *([_ball((0.0, 0.0, 0.0), PIN_RADIUS, PIN_RGBA)] if link.hinge else []),
-            *(_ball(tip, BONE_RADIUS, BONE_RGBA) for tip in tips),
-        ],
-    )
-
-
-def _cube(pos: Point, quat: tuple[float, ...], half: Point) -> CubePrimitive:
-    size = _vector(tuple(2 * value for value in half))
-    return CubePrimitive(pose=_pose(pos, quat), size=size, color=_colour(PALM_RGBA))
-
-
-def _bone(end: Point) -> CylinderPrimitive:
-    """Return a cylinder from the link's origin to a point."""
-    along = np.array(end)
-    quat: NDArray[np.float64] = np.empty(4)
-    mujoco.mju_quatZ2Vec(quat, along)
-    middle = _pose(tuple(along / 2), quat)
-    size = _vector((2 * BONE_RADIUS, 2 * BONE_RADIUS, float(np.linalg.norm(along))))
-    return CylinderPrimitive(pose=middle, size=size, bottom_scale=1.0, top_scale=1.0, color=_colour(BONE_RGBA))
-
-
-def _ball(pos: Point, radius: float, rgba: Rgba) -> SpherePrimitive:
-    size = _vector((2 * radius,) * 3)
-    return SpherePrimitive(pose=_pose(pos, (1.0, 0.0, 0.0, 0.0)), size=size, color=_colour(rgba))
-
-
-def _pose(pos: tuple[float, ...], quat: ArrayLike) -> Pose:
-    return Pose(position=_vector(pos), orientation=_quaternion(quat))
-
-
-def _vector(values: tuple[float, ...]) -> Vector3:
-    x, y, z = (float(value) for value in values)
+def _vector(values: Vector) -> Vector3:
+    x, y, z = values.tolist()
     return Vector3(x=x, y=y, z=z)
 
 
-def _quaternion(quat: ArrayLike) -> Quaternion:
-    w, x, y, z = (float(value) for value in np.asarray(quat))
+def _quaternion(values: Vector) -> Quaternion:
+    w, x, y, z = values.tolist()
     return Quaternion(w=w, x=x, y=y, z=z)
-
-
-def _colour(rgba: Rgba) -> Color:
-    r, g, b, a = rgba
-    return Color(r=r, g=g, b=b, a=a)

@@ -16,6 +16,7 @@ from hil.checks.shared.experiment import record
 from hil.cli import main
 from hil.faults import parse_fault
 from hil.recordings.mcap_file import epoch_ns, read_recording, write_recording
+from model.drawn_parts import PosedHand
 from model.routed import build_routed
 
 pytest.importorskip("foxglove_schemas_protobuf", reason="needs the extra `foxglove`")
@@ -23,13 +24,12 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from mcap_protobuf.decoder import DecoderFactory
 
 from hil.report.foxglove.export import POSTURE_S, layout
-from hil.report.foxglove.hand_scene import ROOT, fixed_frames, moving_frames, scene
+from hil.report.foxglove.hand_scene import ROOT, frames, scene
 
 SCHEMAS = {
     "/joints/measured": "foxglove.JointStates",
     "/joints/commanded": "foxglove.JointStates",
     "/hand/scene": "foxglove.SceneUpdate",
-    "/hand/fixed_frames": "foxglove.FrameTransforms",
     "/hand/frames": "foxglove.FrameTransforms",
     "/findings": "foxglove.Event",
     "/findings/log": "foxglove.Log",
@@ -105,25 +105,14 @@ def test_the_frames_are_those_of_the_simulated_hand(side):
     for joint in Joint:
         data.joint(joint.label).qpos = angles[joint]
     mujoco.mj_kinematics(model, data)
-    frames = [*fixed_frames(side, Timestamp()).transforms, *moving_frames(side, angles, Timestamp()).transforms]
-    parent = {frame.child_frame_id: frame for frame in frames}
-    assert set(parent) == {entity.frame_id for entity in scene(side, Timestamp()).entities}
-    for name in parent:
-        assert np.allclose(_place(parent, name)[0], data.body(name).xpos, atol=1e-6), name
-        assert abs(_place(parent, name)[1] @ data.body(name).xquat) == pytest.approx(1.0, abs=1e-6), name
-
-
-def _place(parent, name):
-    """Position and orientation of a frame in the world, by the chain of its parents."""
-    if name == ROOT:
-        return np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-    frame = parent[name]
-    origin, turn = _place(parent, frame.parent_frame_id)
-    moved, turned = np.empty(3), np.empty(4)
-    mujoco.mju_rotVecQuat(moved, np.array([frame.translation.x, frame.translation.y, frame.translation.z]), turn)
-    own = np.array([frame.rotation.w, frame.rotation.x, frame.rotation.y, frame.rotation.z])
-    mujoco.mju_mulQuat(turned, turn, own)
-    return origin + moved, turned
+    hand = PosedHand(side)
+    found = {frame.child_frame_id: frame for frame in frames(hand, angles, Timestamp()).transforms}
+    assert {frame.parent_frame_id for frame in found.values()} == {ROOT}
+    assert {entity.frame_id for entity in scene(hand, Timestamp()).entities} <= set(found)
+    for name, frame in found.items():
+        at, turn = frame.translation, frame.rotation
+        assert np.allclose([at.x, at.y, at.z], data.body(name).xpos, atol=1e-6), name
+        assert abs([turn.w, turn.x, turn.y, turn.z] @ data.body(name).xquat) == pytest.approx(1.0, abs=1e-6), name
 
 
 def test_every_topic_of_the_layout_is_in_an_export(files):

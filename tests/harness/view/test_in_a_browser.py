@@ -55,9 +55,10 @@ def faded_in(page, tab, path):
 @pytest.fixture
 def page():
     made = Page(Heading("A hand that closes", "right", live=False))
-    made.add(closing(seconds=4))
-    made.note(Note(3.0, "an event with <b>markup</b>"))
-    made.verdicts(Verdicts(59, ("ring: tracking_rms is 3.2 mm, should be at most 0.9 mm",)))
+    for frame in closing(seconds=4):
+        made.show(frame)
+    made.show(Note(3.0, "an event with <b>markup</b>"))
+    made.show(Verdicts(59, ("ring: tracking_rms is 3.2 mm, should be at most 0.9 mm",)))
     yield made
     made.close()
 

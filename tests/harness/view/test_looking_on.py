@@ -13,7 +13,7 @@ from hil import GroundTruth, open_target
 from hil.checks.staircase.check import Staircase
 from hil.faults import parse_fault
 from hil.targets.wire_log import WireRecord
-from hil.view.frame import Note, Verdicts, ViewEnd, ViewFrame, message
+from hil.view.frame import Note, Verdicts, ViewEnd, ViewFrame, line, message
 from hil.view.sources import WireSource, frames, source_of
 
 HALF_CLOSED = [0.6, 0.7, 0.8, 0.9, 0.5, 0.3, 0.6]
@@ -168,8 +168,8 @@ def test_a_recording_is_played_as_it_was():
 def test_what_travels_to_the_page_arrives_as_it_was():
     unknown = ViewFrame(1.5, np.linspace(0.0, 1.5, len(Joint)))
     for sent in (Note(0.25, 'a "line"\nof two', "warning"), Verdicts(3, ("one", "two")), ViewEnd(stay=True)):
-        assert sent.line().count("\n") == 1
-        assert message(sent.line()) == sent
-    arrived = message(unknown.line())
+        assert line(sent).count("\n") == 1
+        assert message(line(sent)) == sent
+    arrived = message(line(unknown))
     for name, value in vars(unknown).items():
         np.testing.assert_array_equal(getattr(arrived, name), value)
