@@ -1,4 +1,4 @@
-"""The yardstick: seven independent P-and-damping motors with dry friction and a linear spring, and nothing else.
+"""The baseline model: seven independent P-and-damping motors with dry friction and a linear spring, and nothing else.
 
 The best simple model of the recorded hand (public logs June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e):
 11.5 counts rms over all of its other runs, 6.8 without the one at the speed limit. A calibrated unit has to predict
