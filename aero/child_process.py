@@ -185,7 +185,7 @@ class ChildProcess:
                 continue
             try:
                 self._on_line(line)
-            except Exception:  # who listens does not stop the reading
+            except Exception:  # a subscriber does not stop the reading
                 _LOG.exception("a line of %s is lost", self._name)
         self._lines.put(None)
 

@@ -50,7 +50,7 @@ class Firmware:
     """Oldest version with the same motion profile, torque, homing and windows: hands of both have the same limits."""
     boot_text: BootText
     settings: ServoSettings | None = None
-    """Limits that it starts with, which a guard gives back after its slow opening; None where it cannot set any."""
+    """Limits that it starts with, which a guard restores after its slow opening; None where it cannot set any."""
     calibration_states: tuple[str, ...] = ("unshifted",)
     """States of its command windows, the typical one first; see `aero.actuation.CommandWindow`."""
     calibrate_mid: bool = False

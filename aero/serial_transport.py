@@ -109,7 +109,7 @@ class SerialTransport:
     def close(self) -> None:
         """Close the port; a second call does nothing."""
         self._closed = True
-        with suppress(OSError):  # an unplugged port has nothing left to give back
+        with suppress(OSError):  # an unplugged port has nothing left to release
             if self._port.is_open:
                 _refuse_others(self._port, "TIOCNXCL")
         self._port.close()

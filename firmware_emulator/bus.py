@@ -53,7 +53,7 @@ class BusPort:
         self.baud = BAUD
         """bit/s; servos that listen at another one hear nothing."""
         self.echo = False
-        """Whether the adapter gives back what it sends, as one does whose receiver stays on."""
+        """Whether the adapter echoes what it sends, as one does whose receiver stays on."""
         self._bus = bus
         self._parser = PacketParser()
         self._last_byte = 0.0

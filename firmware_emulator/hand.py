@@ -102,7 +102,7 @@ class EmulatedHand:
         self.servos, self.bus = self.chain.servos, self.chain.bus
         self.on_transmit: Callable[[bytes], None] = self.keep
         self.on_reset: Callable[[setup_and_loop.ResetCause], None] = lambda _cause: None
-        """Hears of every restart of the board, before it begins."""
+        """Called before every restart of the board."""
         self.says_rom_text = False
         """Whether the chip's ROM prints its own text at a restart, in front of the firmware's."""
         self._unread = bytearray()
@@ -143,7 +143,7 @@ class EmulatedHand:
         self.chain.supply(volts)
 
     def close(self) -> None:
-        """Switch the board off; only one that runs a program holds anything that has to be given back."""
+        """Switch the board off; only one that runs a program holds resources that must be released."""
         self.board.stop()
 
     def receive(self, data: bytes) -> None:

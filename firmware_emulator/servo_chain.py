@@ -14,7 +14,7 @@ from firmware_emulator.servo.servo import Servo
 from firmware_emulator.servo.shafts import Shafts
 
 HOUSEKEEPING_S = 0.1
-"""Period at which servos heat up and look at their protections, s."""
+"""Period at which servos heat up and check their protections, s."""
 
 
 class MountedServo(NamedTuple):

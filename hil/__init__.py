@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from hil.targets.opening import open_target
     from hil.targets.target import GroundTruth, MissingCapabilityError, NoHandError, Target
 
-# A project's own folder `hil` that is no package goes on being importable beside this one.
+# A project's own folder `hil` that is no package stays importable beside this one.
 __path__ = extend_path(__path__, __name__)
 
 _HOMES = {

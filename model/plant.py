@@ -27,7 +27,7 @@ CABLE_SHAFTS = list(CABLES)
 TURNING = 0.1
 """Speed at which a spool turns, rad/s; 65 counts/s."""
 NOTICEABLE = 0.003
-"""Change of the supply from which on the motors are driven anew, share of nominal."""
+"""Change of the supply from which on the drives are updated, fraction of nominal."""
 LEAST_SUPPLY = 0.3
 """What a supply keeps, share of nominal."""
 

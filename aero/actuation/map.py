@@ -90,7 +90,7 @@ class ActuationMap:
         """Check that the map was made for the window that a hand's firmware uses.
 
         Raises:
-            WindowMismatchError: a channel would end up elsewhere; the message says which, by how much, and what to do.
+            WindowMismatchError: a channel would end at another angle; the message names it, the error and the remedy.
         """
         off = np.rad2deg(firmware_window.shifts_rad() - self.window.shifts_rad())
         wrong = [c for c in Channel if np.any(off[c] != 0.0)]

@@ -127,7 +127,7 @@ class Encoders:
         yield from self._moved_at_rest(reading.replied, reading.positions, resting)
 
     def _jumped(self, reading: Reading) -> Iterator[Violation]:
-        """Report a jump that the next reading does not take back; one wrong reading is not the hand's fault."""
+        """Report a jump that the next reading does not revert; one wrong reading is not the hand's fault."""
         before, suspect, self._suspect = self._believed, self._suspect, None
         if before is None:
             self._believed = reading

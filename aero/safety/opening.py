@@ -82,7 +82,7 @@ def open_and_relax(
     It counts as open when encoders that are live say so, under a torque limit that the board has acknowledged and has
     not lost by a restart since. Until then everything is tried that is left: bringing the board back into step,
     putting its servos back into position mode, and waiting for a board that is just starting. The first ramp needs no
-    answer, so a board that hears but does not speak is opened too.
+    answer, so a board that receives but does not send is opened too.
 
     Args:
         hand: what opens.

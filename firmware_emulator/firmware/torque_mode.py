@@ -40,7 +40,7 @@ def next_look(board: Board) -> float | None:
 
 
 def look_at_soft_limit(board: Board) -> Task:
-    """Weaken every channel that has left its window since the last look, and restore every one that is back.
+    """Weaken every channel that has left its window since the last check, and restore every one that is back.
 
     The grid of 20 ms runs in position mode too, where all that happens is that the latch opens.
     """

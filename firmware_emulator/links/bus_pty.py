@@ -25,7 +25,7 @@ class BusServer(Closing):
             chain: what to serve.
             link: symbolic link to the terminal.
             port: serial port (device path or pyserial URL) to serve on in place of a terminal.
-            echo: whether the terminal gives back what it sends, as some half-duplex adapters do.
+            echo: whether the terminal echoes what it sends, as some half-duplex adapters do.
 
         Raises:
             FileExistsError: the link exists already.

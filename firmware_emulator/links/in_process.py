@@ -115,7 +115,7 @@ class BusLink:
         self._received.clear()
 
     def close(self) -> None:
-        """Nothing has to be given back."""
+        """Do nothing: no resource has to be released."""
 
     def _arrive(self, data: bytes) -> None:
         self._received += data

@@ -27,7 +27,7 @@ from firmware_emulator.links.terminal import Terminal
 
 _LOG = logging.getLogger(__name__)
 REENUMERATES: frozenset[ResetCause] = frozenset({"power_on", "brown_out"})
-"""Resets over which the USB port goes away and comes back (assumption)."""
+"""Resets over which the USB port disappears and returns (assumption)."""
 ENUMERATION_S = 0.5
 """How long it is away, s (assumption; a Linux host needs 0.3 to 1 s)."""
 IDLE_S = 0.05
@@ -134,7 +134,7 @@ class PtyServer(Closing):
             bus_link: symbolic link to a terminal on the servo bus; no such terminal when None.
             bus_port: serial port (device path or pyserial URL) to serve the servo bus on; start the hand `bare`, lest
                 two boards drive its servos.
-            bus_echo: whether the bus terminal gives back what it sends, as some half-duplex adapters do.
+            bus_echo: whether the bus terminal echoes what it sends, as some half-duplex adapters do.
             listen: host and port to serve the board on for `rfc2217://` too, with DTR and RTS; 0 for any free port.
 
         Raises:
@@ -236,7 +236,7 @@ class PtyServer(Closing):
         for listener in tuple(self.listeners):
             try:
                 listener(entry)
-            except Exception:  # who listens does not end what it listens to
+            except Exception:  # a failing subscriber does not end the link
                 self.listeners.remove(listener)
                 _LOG.exception("a listener of %s failed and is dropped; the link continues", self.name)
 

@@ -69,7 +69,7 @@ class ProgramBoard:
     def move(self, kernel: Kernel, bus: ServoBus, transmit: Callable[[bytes], None], turn: Turn) -> None:
         """Go on in another kernel, on another bus, with what the program did at its present instant.
 
-        The program's clock goes on where it stands; from now on it is behind or ahead by whole milliseconds.
+        The program's clock continues from its current time; from now on it is behind or ahead by whole milliseconds.
         """
         self._behind_ms = milliseconds(kernel.now) - (milliseconds(self._kernel.now) - self._behind_ms)
         self._kernel = kernel

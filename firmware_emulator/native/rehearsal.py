@@ -38,7 +38,7 @@ MODEST_C = 25
 
 @dataclass(frozen=True)
 class Rehearsed:
-    """A program that is ready to go on elsewhere."""
+    """A program that is ready to continue on another bus."""
 
     board: ProgramBoard
     turn: Turn
@@ -78,7 +78,7 @@ class _StalledServo:
 
 
 class _Stage:
-    """A kernel, a bus of stalled servos and the program, up to the turn with which it goes on elsewhere."""
+    """A kernel, a bus of stalled servos and the program, up to the turn with which it continues on another bus."""
 
     def __init__(self, program: Path, nvs: Nvs, host_latency_s: float) -> None:
         self.kernel = Kernel()

@@ -67,7 +67,7 @@ class FeedbackBlock:
         self.current_units = 0
 
     def invalidate(self) -> None:
-        """Write the registers at the next refresh even if the shaft has not been sampled anew."""
+        """Write the registers at the next refresh even if the shaft has not been sampled again."""
         self._seen = None
 
     def refresh(self, sample: Sample, settings: LoopSettings, setpoint_counts: float) -> None:

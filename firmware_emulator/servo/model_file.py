@@ -109,7 +109,7 @@ class ServoModel:
 
     @property
     def wraps(self) -> bool:
-        """Whether the reading goes on from 0 after a turn."""
+        """Whether the reading continues from 0 after a turn."""
         return self.span_deg == 360.0
 
     @property

@@ -24,7 +24,7 @@ class Status(IntFlag):
     OVERLOAD = 0x20
 
 
-# Plain numbers: what combines members of an enumeration costs more than the whole of the look.
+# Plain numbers: what combines members of an enumeration costs more than the whole check.
 VOLTAGE, TEMPERATURE, CURRENT, OVERLOAD = (
     bit.value for bit in (Status.VOLTAGE, Status.TEMPERATURE, Status.CURRENT, Status.OVERLOAD)
 )
@@ -43,14 +43,14 @@ class Protection:
         self.release()
 
     def release(self) -> None:
-        """Forget over-current and overload, because the torque is enabled anew."""
+        """Forget over-current and overload, because the torque is enabled again."""
         self._over_current_s = self._overload_s = 0.0
         self._tripped = False
         self.overloaded = False
         """Whether an overload leaves the holding torque alone."""
 
     def status(self, memory: RegisterFile, seconds: float) -> int:
-        """Return the bits of `Status` for the present measurements, `seconds` after the last look."""
+        """Return the bits of `Status` for the present measurements, `seconds` after the last check."""
         status = 0
         voltage = memory.get("present_voltage")
         if not memory.get("min_voltage") <= voltage <= memory.get("max_voltage"):

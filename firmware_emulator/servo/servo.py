@@ -111,7 +111,7 @@ class Servo:
         self._take_address()
 
     def _take_address(self) -> None:
-        """Follow the registers that say what this servo listens to."""
+        """Follow the registers that set the rate and IDs this servo answers to."""
         self.id = self.memory.get("id")
         """Its ID."""
         self.secondary_id = self.memory.get("secondary_id") if self.model.has("secondary_id") else 0

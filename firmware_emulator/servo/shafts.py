@@ -35,7 +35,7 @@ class Shafts:
         self._plant = plant
         self._period = loop_period_s
         self._refresh = refresh_period_s
-        # Seven servos look at one instant: a look at the time of the last one finds the sample without any arithmetic.
+        # Seven servos sample at one instant: the last sample is found by its time, without arithmetic.
         self._sampled, self._looked = -1, -1.0
         self._sample = Sample(0.0, [], [], [])
         self._moving: dict[int, Callable[[float], float | None]] = {}

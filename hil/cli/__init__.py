@@ -1,4 +1,4 @@
-"""The `aero-hil` command line. Commands parse, call and print; what they call lives elsewhere."""
+"""The `aero-hil` command line. Commands parse, call and print; the work is in other packages."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ _LOG = logging.getLogger(__name__)
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
 @click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
-@click.option("--bus-echo", is_flag=True, help="The bus terminal gives back what it sends, as some adapters do.")
+@click.option("--bus-echo", is_flag=True, help="The bus terminal echoes what it sends, as some adapters do.")
 @click.option("--bus-collide", is_flag=True, help="Masters of the bus do not wait for each other, as on a wire.")
 @click.option("--listen", type=HostAndPort(), help="Serve the board at rfc2217://HOST:PORT too, with DTR and RTS.")
 @click.option("--servo-model", help="Registers of another kind of servo: a shipped name, or a .toml file.")
@@ -96,7 +96,7 @@ def emulate(
             server = PtyServer(
                 electronics, link=link, bus_link=bus_link, bus_port=bus_port, bus_echo=bus_echo, listen=listen
             )
-        with ExitStack() as files, server, closing(electronics), viewing(view, hand, stay=False) as audience:
+        with ExitStack() as files, server, closing(electronics), viewing(view, hand, stay=False) as observer:
             delays = DelayLog()
             server.on_late = partial(_late, delays, tell=parent is not None)
             if record is not None:
@@ -112,7 +112,7 @@ def emulate(
                 files.enter_context(closing(file))
                 server.listeners.append(partial(_record, file))
             codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
-            audience.follow(EmulatedSource(electronics, plant, codec))
+            observer.follow(EmulatedSource(electronics, plant, codec))
             if server.url is not None:
                 click.echo(f"also {server.url}")
             click.echo(f"ready {server.name}")

@@ -20,7 +20,7 @@ from hil.robots.robot_bus import RobotBus, obey
 @click.argument("robot", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--port", help="Serve the servos on this serial port instead, to a physical master.")
-@click.option("--echo", is_flag=True, help="The terminal gives back what it sends, as some adapters do.")
+@click.option("--echo", is_flag=True, help="The terminal echoes what it sends, as some adapters do.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of the noise of currents.")
 @click.option(
     "--orders",

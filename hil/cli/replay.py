@@ -1,4 +1,4 @@
-"""`aero-hil replay`: the bytes of a recording, sent to a hand again, at the recorded times, and what comes back.
+"""`aero-hil replay`: the bytes of a recording, sent to a hand again, at the recorded times, and the answers compared.
 
 Bytes are written at the instants at which they were written then, with no driver in between. On an emulated hand of the
 same unit, firmware and seed, opened afresh as the recorded one was, the same bytes come back; on another hand the
@@ -140,16 +140,16 @@ def replay(
     view: bool,
     out: Path | None,
 ) -> None:
-    """Send the bytes of RECORDING to a hand again and compare what comes back."""
+    """Send the bytes of RECORDING to a hand again and compare the answers."""
     recorded = read(recording)
     with usage_errors():
         if out is not None:
             prepared_file(out)
-    with viewing(view, hand) as audience, hand.open() as opened:
+    with viewing(view, hand) as observer, hand.open() as opened:
         with usage_errors():
             check_replayable(recorded, opened)
-        audience.follow(source_of(opened))
-        replayed = resend(recorded, opened, progress=telling(audience, silent))
+        observer.follow(source_of(opened))
+        replayed = resend(recorded, opened, progress=telling(observer, silent))
     comparison = compare_replies(recorded, replayed)
     if out is not None:
         write_recording(replayed, out)

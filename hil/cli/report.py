@@ -67,6 +67,6 @@ def _judgeable(path: Path) -> Recording:
 
 def _links(made: Mapping[Path, Recording], out: Path) -> dict[str, str]:
     """Return the experiment of each recording to its path relative to the page."""
-    # Both as they are on this disk: a relative path through a link would lead elsewhere.
+    # Both as they are on this disk: a relative path through a link would lead to another folder.
     folder = out.parent.resolve()
     return {r.header.experiment: Path(os.path.relpath(path.resolve(), folder)).as_posix() for path, r in made.items()}

@@ -39,7 +39,7 @@ from model.units.naming import unit_named
 FRAMES_PER_S = 10.0
 """Of a film: half the control periods, which is enough to follow and half the file."""
 COLOURS = 64
-"""Colours of the palette that all its frames share, so that what stands still does not flicker."""
+"""Colours of the palette that all its frames share, so that what does not move does not flicker."""
 MOST_A = 4.5
 """What a motor draws at the boards' usual torque limit, A (700 units of 6.5 mA); a guard beyond it never acts."""
 
@@ -120,9 +120,9 @@ def run_policy(
     _say_settings(console, policy, settings)
     if hand.target == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
-    with viewing(view, hand) as audience:
+    with viewing(view, hand) as observer:
         with hand.open(guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
-            audience.follow(source_of(opened))
+            observer.follow(source_of(opened))
             recorder = Recorder(opened, "policy", record)
             name = opened.describe()
             truth = opened.find(GroundTruth)
@@ -137,7 +137,7 @@ def run_policy(
                         policy,
                         settings,
                         progress=telling(
-                            audience,
+                            observer,
                             lambda done, doing: bar.update(task, completed=done, description=f"{name}: {doing}"),
                         ),
                         cube=cube,
@@ -150,7 +150,7 @@ def run_policy(
                     raise
             recorder.finish(ended=result.run.ending is Ending.TIME)
         ended = result.run.ending
-        audience.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
+        observer.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
         _print(console, result, cube, record)
     if film is not None and cube is not None and cube.postures:
         _write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)

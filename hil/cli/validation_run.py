@@ -19,7 +19,7 @@ from hil.cli.exits import Ended, Exit, ending, usage_errors
 from hil.cli.options import ChosenHand
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
-from hil.cli.viewing import Audience, telling, viewing
+from hil.cli.viewing import Observer, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import emptied, prepared_folder, run_folder
 from hil.report.results import write_figures, write_results
@@ -51,7 +51,7 @@ def run(
         names: experiments to run; the default ones when empty.
         baseline: folder of the hand's earlier figures.
         homed: whether an emulated hand is homed first.
-        faults: what is put into an emulated hand, as `hil.faults` writes it.
+        faults: faults to inject into an emulated hand, in the text of `hil.faults`.
         view: show the hand in a web page.
         dry_run: read and show only.
         out: folder of the results; one named by the time when None.
@@ -66,7 +66,7 @@ def run(
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")
     result: Validation | None = None
-    with viewing(view, hand) as audience:
+    with viewing(view, hand) as observer:
         try:
             asking = any(EXPERIMENTS[name].asks for name in names)
             # A bar that moves would draw over the questions.
@@ -74,7 +74,7 @@ def run(
             with emptied(folder), opening as alone, bars as bar:
                 onlookers = (Onlooker(ask_on_terminal),) if asking else ()
                 opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
-                audience.follow(source_of(opened))
+                observer.follow(source_of(opened))
                 chosen = [EXPERIMENTS[name] for name in names or DEFAULT]
                 furthest = tuple(np.max([experiment.furthest for experiment in chosen], axis=0))
                 if dry_run:
@@ -88,15 +88,15 @@ def run(
                 def kept(so_far: Validation) -> None:
                     write_figures(so_far, folder)
                     name, ran = list(so_far.results.items())[-1]
-                    audience.note(f"{name}: {len(failed(ran.findings))} of {len(ran.findings)} checks failed")
-                    _show(so_far, audience)
+                    observer.note(f"{name}: {len(failed(ran.findings))} of {len(ran.findings)} checks failed")
+                    _show(so_far, observer)
 
                 result = run_validation(
                     opened,
                     names or DEFAULT,
                     baseline=baseline,
                     folder=folder,
-                    progress=telling(audience, lambda done, doing: bar.update(task, completed=done, description=doing)),
+                    progress=telling(observer, lambda done, doing: bar.update(task, completed=done, description=doing)),
                     on_result=kept,
                 )
         # Known only when the hand is closed; what was measured stands.
@@ -104,15 +104,15 @@ def run(
             if result is None or folder is None:
                 raise
             result = replace(result, end=ended_at_closing(result.end, error))
-        _show(result, audience)
+        _show(result, observer)
         for line in run_text(result, str(folder / "report.html"), console.width):
             console.print(line)
         write_results(result, folder)
     _end(result, folder)
 
 
-def _show(result: Validation, audience: Audience) -> None:
-    audience.verdicts(result.tally.passed, [finding.sentence for finding in failed(result.findings)])
+def _show(result: Validation, observer: Observer) -> None:
+    observer.verdicts(result.tally.passed, [finding.sentence for finding in failed(result.findings)])
 
 
 def _end(result: Validation, folder: Path) -> NoReturn:

@@ -33,19 +33,19 @@ with_view = click.option(
 )
 
 
-class Audience(Protocol):
-    """Whoever looks at the hand of a command."""
+class Observer(Protocol):
+    """Receives the hand, events and verdicts of a command."""
 
     def follow(self, source: Source) -> None:
-        """See this hand from now on."""
+        """Observe this hand from now on."""
         ...
 
     def note(self, text: str, severity: Severity = "info") -> None:
-        """See an event."""
+        """Receive an event."""
         ...
 
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:
-        """See what was found so far."""
+        """Receive the verdicts so far."""
         ...
 
 
@@ -53,17 +53,17 @@ class Nobody:
     """No-op view."""
 
     def follow(self, source: Source) -> None:
-        """See nothing."""
+        """Do nothing."""
 
     def note(self, text: str, severity: Severity = "info") -> None:
-        """See nothing."""
+        """Do nothing."""
 
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:
-        """See nothing."""
+        """Do nothing."""
 
 
 @contextmanager
-def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Audience]:
+def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Observer]:
     """Serve a page for the time of a command, where it is wanted, and say its address on standard error.
 
     Put it around everything that a command does with a hand: when the page is waited for, the hand is done with.
@@ -102,8 +102,8 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Au
     feed.end(stay=in_terminal)
 
 
-def telling(audience: Audience, progress: Callable[[float, str], Any]) -> Callable[[float, str], None]:
-    """Return a progress that also tells the audience of each thing that begins."""
+def telling(observer: Observer, progress: Callable[[float, str], Any]) -> Callable[[float, str], None]:
+    """Return a progress that also tells the observer of each thing that begins."""
     present = ""
 
     def tell(done: float, doing: str) -> None:
@@ -111,7 +111,7 @@ def telling(audience: Audience, progress: Callable[[float, str], Any]) -> Callab
         progress(done, doing)
         if doing != present:
             present = doing
-            audience.note(doing)
+            observer.note(doing)
 
     return tell
 

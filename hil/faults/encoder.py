@@ -38,7 +38,7 @@ class Encoder(ShaftFault):
         self.renew()
 
     def advance_to(self, t: float) -> None:
-        """Integrate to `t`, s, and read anew."""
+        """Integrate to `t`, s, and read again."""
         if t <= self.time:
             return
         super().advance_to(t)

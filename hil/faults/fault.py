@@ -83,7 +83,7 @@ class Kind:
     subjects: tuple[Channel, ...] = ()
     """Channels that it may sit on, the default first; empty for a fault of the whole hand."""
     cause: str = ""
-    """Name of the group of faults that look alike on this wire and ask for the same look; its own when left out."""
+    """Group of faults that look alike on this wire and need the same inspection; its own name when left out."""
     bounds: tuple[float, float] = (0.0, math.inf)
     """Smallest and largest severity."""
     at_s: float = 0.0

@@ -127,7 +127,7 @@ class LinkProxy:
         for listener in tuple(self.listeners):
             try:
                 listener(direction, data)
-            except Exception:  # who listens does not end what it listens to
+            except Exception:  # a failing subscriber does not end the link
                 self.listeners.remove(listener)
                 _LOG.exception("a listener of %s failed and is dropped; the link continues", self.name)
 

@@ -21,7 +21,7 @@ class FaultNeverFiredError(Exception):
 
 
 class Schedule:
-    """Faults that are put into one hand.
+    """Faults that are injected into one hand.
 
     A fault has fired when it began; one that acts on bytes now and then, when it first changed some.
     """

@@ -13,7 +13,7 @@ from hil.faults.motor import weaker
 from hil.faults.shaft_fault import ShaftFault
 
 NOTICEABLE = 0.01
-"""Change of the voltage, fraction, from which on the motors are driven anew."""
+"""Change of the voltage, fraction, from which on the drives are updated."""
 SHAFTS = range(7)
 
 

@@ -46,7 +46,7 @@ def _remove_empty(folder: Path, first: Path) -> None:
 
 @contextmanager
 def emptied(folder: Path | None) -> Iterator[None]:
-    """Take a folder away at the end when nothing was put into it."""
+    """Remove a folder at the end when it is empty."""
     try:
         yield
     finally:

@@ -62,7 +62,7 @@ class FeetechBus:
     """A master on a bus.
 
     Input is dropped before each request, so that an answer that came too late is never taken for the next one. Many
-    half-duplex adapters give back what they send: such an echo is recognised and taken off.
+    half-duplex adapters echo what they send: the echo is recognised and removed.
     """
 
     def __init__(self, transport: Transport, *, patience_s: float = PATIENCE_S) -> None:

@@ -160,7 +160,7 @@ ORDERS: dict[str, tuple[str, Callable[..., object]]] = {
     "poke": ("ID REGISTER VALUE", lambda robot, servo, name, value: robot.poke(int(servo), name, int(value))),
     "now": ("", lambda robot: robot.chain.clock.now()),
 }
-"""What a line of text may order: word, how it goes on, effect and answer."""
+"""Orders that a line of text may give: word, arguments, effect and answer."""
 
 
 def obey(robot: RobotBus, line: str) -> str:

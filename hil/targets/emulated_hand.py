@@ -45,7 +45,7 @@ def build_emulated(
     """Return the electronics of an emulated hand, and the mechanics behind them.
 
     `start`, `nvs` and `program` are `EmulatedHand`'s; `rewire` puts something between the two; the
-    faults of `schedule` are put in at their places and times. A `cube` makes the mechanics a `CubePlant`.
+    faults of `schedule` are injected at their channels and times. A `cube` makes the mechanics a `CubePlant`.
 
     Raises:
         ValueError: an unknown firmware or side; a fault that this hand cannot have; faults together with a cube.

@@ -69,7 +69,7 @@ class Onlooker:
 
 
 class LookEndedError(KeyboardInterrupt):
-    """The person ended the look; the hand was opened."""
+    """The person ended the visual inspection; the hand was opened."""
 
 
 @dataclass(frozen=True, repr=False)

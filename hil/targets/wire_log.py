@@ -41,7 +41,7 @@ class WireLog:
         """Time at which the tap was put on, s on the clock."""
         self.sent_at = self.opened
         """When bytes last went to the hand, s on the clock: a command, or the request of a reading. A call of a guarded
-        hand may look at the hand first, which takes time on a busy machine."""
+        hand may poll the hand first, which takes time on a busy machine."""
         self._records: deque[WireRecord] = deque(maxlen=STORED_RECORDS)
         """The last ones, with times of the clock."""
         self._logged = 0
@@ -97,7 +97,7 @@ class WireLog:
         for listener in tuple(self.listeners):
             try:
                 listener(record)
-            except Exception:  # who listens does not end what it listens to
+            except Exception:  # a failing subscriber does not end the link
                 self.listeners.remove(listener)
                 _LOG.exception("a listener of %s failed and is dropped; the link continues", self.name)
         return record.t

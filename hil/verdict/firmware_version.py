@@ -43,7 +43,7 @@ def limits_of_others(kind: str, named: str, *, guarded: bool) -> dict[str, tuple
 
 
 def moved_windows(numbers: Mapping[str, Measured], off: Mapping[Key, float]) -> dict[Channel, float]:
-    """Return the channels whose window begins elsewhere than homing leaves it, and by how many counts."""
+    """Return the channels whose window does not begin where homing leaves it, and by how many counts."""
     return {
         channel: numbers["window"][channel.label]["window_moved"]
         for channel in Channel

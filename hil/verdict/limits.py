@@ -188,7 +188,7 @@ def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
 
 
 def read_provenance(kind: str) -> Mapping[str, Any]:
-    """Return what made the limits of a kind of hand; tables within say what made an experiment's anew, or widened all.
+    """Return what made the limits of a kind of hand; tables within say what made an experiment's again, or widened all.
 
     Raises:
         ValueError: there is no such kind.

@@ -35,7 +35,7 @@ def requiring_token(token: str, title: str) -> Iterator[None]:
 
     viser hands `websockets` a function that answers requests and offers no place to put one before it. So the call that
     starts the server is replaced for as long as viser starts; `tests/harness/view` asks without the token. A proxy in
-    front would not do: viser listens on a TCP port of its own, which would go on answering without the token.
+    front would not do: viser listens on a TCP port of its own, which would still answer without the token.
 
     Raises:
         RuntimeError: no server was started this way, so that nothing would ask for the token.

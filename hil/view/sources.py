@@ -71,7 +71,7 @@ class WireSource:
         """The last frame of each kind, by its opcode."""
 
     def take(self, record: WireRecord) -> None:
-        """Look at bytes that cross the link, in their order; called by whoever drives the hand."""
+        """Take bytes that cross the link, in order; called by the thread that drives the hand."""
         if record.direction == "to_hand":
             self._reply = b""
             taken = record.data[:1] in (bytes([Opcode.CTRL_POS]), bytes([Opcode.CTRL_TOR]))

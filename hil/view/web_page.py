@@ -61,13 +61,13 @@ class Page:
         with requiring_token(token, heading.title), redirect_stdout(StringIO()):
             self._server = viser.ViserServer(HOST, port, label="Aero Hand", verbose=False)
         self.url = f"http://{HOST}:{self._server.get_port()}/{token}"
-        """What to open; whoever knows it can look, nobody can act."""
+        """Address to open, with the token; the page shows the hand and cannot move it."""
         self._hand = DrawnHand(self._server, heading.side)
         self._build()
 
     @property
     def viewers(self) -> int:
-        """Browsers that look at it now."""
+        """Number of browsers that show the page now."""
         return len(self._server.get_clients())
 
     def show(self, message: Message) -> None:

@@ -30,7 +30,9 @@ RANGES = (
     Range("servos.goal_delay_s", 1.1, "servo loop period against bus cycle"),
     Range("hand.rotor_inertia", 1.15, "grease and gear train; motors are alike"),
     Range("hand.spool_friction", 2.0, "run-in of gears; the seven channels of one hand differ by as much"),
-    Range("hand.cable_friction", 1.15, "routing and wear of the sheaths; 0.43 to 0.61 on one hand, 0.37 to 0.70 in all"),
+    Range(
+        "hand.cable_friction", 1.15, "routing and wear of the sheaths; 0.43 to 0.61 on one hand, 0.37 to 0.70 in all"
+    ),
     Range("hand.joint_friction", 2.0, "printed joints, with and without bushings"),
     Range("hand.joint_damping", 2.0, "silicone skin"),
     Range("hand.closed_stop", 1.01, "printed stops; the four fingers of one hand agree within 0.3 %"),

@@ -138,7 +138,7 @@ def _in_order(requests: Sequence[_Request]) -> NDArray[np.bool_]:
 def _unlike(series: Series, requests: Sequence[_Request], opcode: Opcode, orderly: NDArray[np.bool_]) -> Floats:
     """Return readings less the reply that is most like them, (n, 7), where the link was in order.
 
-    A reading's time is taken before or after it is asked for, and a guard may look at the hand in between. So the reply
+    A reading's time is taken before or after it is asked for, and a guard may poll the hand in between. So the reply
     is that to the last request before this time, or to one between it and the next reading.
     """
     asked = np.array([at for at, request in enumerate(requests) if request.frame[0] == opcode and request.answered])
@@ -146,7 +146,7 @@ def _unlike(series: Series, requests: Sequence[_Request], opcode: Opcode, orderl
         return _NOTHING
     times = np.array([requests[at].t for at in asked])
     last = np.searchsorted(times, series.times + SAME_TIME_S) - 1
-    # Noted after it has come, a reading may share its time with the guard's next look.
+    # Noted after it has come, a reading may share its time with the guard's next poll.
     at_requests = np.mean(np.abs(times[last] - series.times) < SAME_TIME_S) > 0.5
     either = last + np.arange(0 if at_requests else -1, CANDIDATES)[:, None]
     there = (either >= 0) & (either < len(asked))

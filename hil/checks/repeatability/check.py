@@ -1,4 +1,4 @@
-"""Repeatability: how closely the hand comes back to one posture, closed to it again and again from the open pose.
+"""Repeatability: how closely the hand returns to one posture, closed to it again and again from the open pose.
 
 The paper's definition of repeatability. Asked for by name only. Leaves `codes` and `command_codes`.
 """

@@ -86,7 +86,7 @@ def measure(recording: Recording) -> Measured:
             left = spans[channel] * (1.0 - closed / MAX_CODE)
             raw = header.parameters[f"stop_{channel.label}"]
             if raw != "":
-                # Beyond the closed end the reading stands still there, and the servo's own count goes on.
+                # Beyond the closed end the reading does not change there, while the servo's own count does.
                 beyond = (opening[channel] * (float(raw) - grasp[channel]) + HALF_TURN) % TURN - HALF_TURN
                 left = float(beyond)
             found[channel.label]["left_closed"] = float(left)

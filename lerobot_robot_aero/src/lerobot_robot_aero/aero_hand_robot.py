@@ -86,7 +86,7 @@ class AeroHandRobot(Robot):
             self._target = stack.enter_context(opened(self.config, guarded=True))
             stack.callback(self._forget)
             self.configure()
-            if self._target.real_time:  # on the virtual clock a hand stands still while nobody calls
+            if self._target.real_time:  # on the virtual clock a hand does not move while nobody calls
                 stack.enter_context(IdleWatch(self._target.hand, self._lock))
             self._open = stack.pop_all()
         _LOG.info("connected to %s", self._target.describe())
