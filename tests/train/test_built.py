@@ -199,6 +199,7 @@ def test_the_supply_of_a_grasp_hardly_sags():
 def test_a_hand_in_training_goes_where_the_emulated_one_goes(unit):
     """Together from the same start, with nothing but what each offers to its user."""
     rng, plant, codec = np.random.default_rng(1), CubePlant(in_training(unit).hand), ActuationMap()
+    plant.compiled.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # as training's, which needs it at 5 ms
     start = np.concatenate([plant.joint_angles(), OUT_OF_REACH, [1.0, 0.0, 0.0, 0.0]])[None]
     with BuiltSimulator([build_scene(unit, None)], threads=1) as batch:
         states = batch.at(start)
@@ -213,13 +214,7 @@ def test_a_hand_in_training_goes_where_the_emulated_one_goes(unit):
             np.testing.assert_allclose(positions(states)[0, :16], plant.joint_angles(), atol=1e-6)
 
 
-# RMS error over RMS motion. A shaft at its torque limit accelerates with 234 rad/s² in MuJoCo 3.17 and with 294 in 4:
-# only 3.17's implicit integrator lets back-EMF damp it all the same. At training's 5 ms that makes 0.32 on the
-# reference pinky; at 1 ms, with Euler's integrator or MuJoCo 4 no finger has more than 0.10.
-FOLLOWS = {"reference": np.array([0.25, 0.25, 0.25, 0.35, 0.25, 0.25, 0.25]), "paper": np.full(7, 0.25)}
-
-
-@pytest.mark.parametrize("name", FOLLOWS)
+@pytest.mark.parametrize("name", ["reference", "paper"])
 def test_a_hand_in_training_follows_commands_as_the_emulated_one_does(name):
     """Through every byte and in training's physics, under motions faster than a policy's, without a cube."""
     policy, unit = find_policy("steady"), load_unit(name)
@@ -229,7 +224,7 @@ def test_a_hand_in_training_follows_commands_as_the_emulated_one_does(name):
     emulated = emulated_lengths(policy, unit, script)
     trained = trained_lengths(policy, unit, script)
     error = np.sqrt(np.mean((trained - emulated) ** 2, axis=0)) / emulated.std(axis=0)
-    assert (error < FOLLOWS[name]).all(), error
+    assert (error < 0.25).all(), error  # 0.19 at most with MuJoCo 3.17 and 4.0
 
 
 def emulated_lengths(policy, unit, script):
