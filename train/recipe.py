@@ -154,7 +154,7 @@ ANY_CUBE = TrainingStage(
 """All springs, and cubes from the paper's to any: the gait that was found turns the paper's cube at 1.0 rad/s on hands
 with all springs, but any cube at 0.2 rad/s, and with nothing in between it is given up for holding still. A slow hand's
 turning counts twice. A hand that gives way at its thumb would be stopped by the guard, so that costs. The value network
-learns the new prices before the policy moves: without, the gait that was found is half lost in the first 0.2 M steps."""
+learns the new prices before the policy moves: without, most of the gait is lost in the first 0.1 M steps."""
 
 
 STEADY = Recipe(
