@@ -166,7 +166,7 @@ STEADY = Recipe(
         replace(
             ANY_CUBE,
             name="constrain",
-            steps=3_400_000,
+            steps=4_400_000,
             hands=NEAR_RECORDED,
             rewarded=RewardSettings(Weights(pushed=-2.0)),
             action_rate=Ramp(-0.1, -0.2, 1_000_000),
