@@ -108,7 +108,7 @@ def run_policy(
             one_period_late=late,
             shown_action=ShownAction.LAST if late else None,
         )
-        twin = twin or hand.twin
+        twin = hand.twin if twin is None else twin
         if twin is not None:
             found = correction(unit_named(twin), settings.settings or policy.settings)
             settings = replace(settings, correction=tuple(found.tolist()))

@@ -7,10 +7,10 @@ and no socket either, because viser's page takes the socket's address from its o
 
 from __future__ import annotations
 
+import html
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from html import escape
 from http import HTTPStatus
 from typing import Any
 
@@ -74,7 +74,7 @@ def _asking_for(token: str, title: str, answer: HttpAnswer) -> HttpAnswer:
 def _titled(response: Response | None, title: str) -> Response | None:
     """Return the page with a title of ours; viser has no setting for it."""
     if response is not None and VISER_TITLE in (response.body or b""):
-        response.body = bytes(response.body).replace(VISER_TITLE, f"<title>{escape(title)}</title>".encode())
+        response.body = bytes(response.body).replace(VISER_TITLE, f"<title>{html.escape(title)}</title>".encode())
         del response.headers["Content-Length"]
         response.headers["Content-Length"] = str(len(response.body))
     return response

@@ -106,7 +106,7 @@ def measure(recording: Recording) -> Measured:
     _, trips = round_trips(recording.wire)
     require(bool(trips), "replies")
     swept = [step for step in commanded if step.start >= cycles and step.channel == CHANNEL]
-    rate = CYCLES / (codes.times[-1] - cycles) if all_arrived(swept, fast) else np.nan
+    rate = CYCLES / (codes.times[-1] - cycles) if swept and all_arrived(swept, fast) else np.nan
     still = {finger: standstills(asked, fast.times, fast.values, goals, (finger,)) for finger in FINGERS}
     return {
         **{finger.label: {"standstill": 1e3 * max(found, default=np.nan)} for finger, found in still.items()},
