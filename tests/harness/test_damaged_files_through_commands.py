@@ -59,8 +59,11 @@ def good(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _pages_are_not_kept_up(monkeypatch):
-    monkeypatch.setattr(view_command, "keep_up", lambda *given: None)
+def _pages_are_left_at_once(monkeypatch):
+    def leave(_page):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(view_command.Page, "tick", leave)
 
 
 def run(line):

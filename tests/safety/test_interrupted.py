@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import aero
 from aero import AeroHand, Channel
 from aero.errors import AeroError
 from aero.firmware import firmware_of
@@ -21,8 +22,7 @@ from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 
-ROOT = Path(__file__).parents[2]
-TRACED = tuple(str(ROOT / "aero" / part) for part in ("safety", "link.py", "driver.py"))
+TRACED = tuple(str(Path(aero.__file__).parent / part) for part in ("safety", "link.py", "driver.py"))
 FIST = [0x7000] * 7
 LEAP = 2 * MAX_CODE * 0.02 / Thresholds().opening_s
 """Twice the step from one command of a slow start to the next, codes: its first one is from where the hand stands."""
