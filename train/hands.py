@@ -47,8 +47,8 @@ class HandRanges:
     shaft_friction: Bounds = (0.001, 0.05)
     """Dry friction of gears and spool, N m at the shaft."""
     sheath_friction: Bounds = (0.2, 0.7)
-    """Dry friction of a cable in its sheaths as a share of its tension: the recorded hand's take 0.54 and random units
-    0.42 to 0.70; that of hands without any is met on routed ones."""
+    """Dry friction of a cable in its sheaths as a share of its tension: the recorded hand's take 0.43 to 0.61 and
+    random units 0.37 to 0.70; that of hands without any is met on routed ones."""
     towards_recorded: Bounds = (0.0, 1.1)
     """How far the springs go from the default hand's (0) to the recorded hand's (1), one draw."""
     digit_spring_factor: Bounds = (0.8, 1.25)

@@ -28,7 +28,9 @@ class Stopping:
     name: str
     most_s: float
     """Time that it may take on either host, s."""
-    stopped_for: tuple[SafetyReason, Channel]
+    reasons: tuple[SafetyReason, ...]
+    """Any of which may stop it."""
+    channel: Channel
     fault: Callable[[Target], None]
     before: Callable[[Target], None] = close
     options: dict[str, Any] = field(default_factory=dict)
@@ -50,7 +52,8 @@ class Stopping:
         self.fault(target)
         with pytest.raises(SafetyStopError) as stop:
             wait(target, wait_s)
-        assert (stop.value.reason, stop.value.channel) == self.stopped_for
+        assert stop.value.reason in self.reasons
+        assert stop.value.channel is self.channel
         return float(openings[0] - began)
 
 
@@ -70,11 +73,13 @@ def _runs_away(drive: Drive) -> Drive:
 
 
 STOPPINGS = (
-    Stopping("jump of 900 counts", 0.5, (SafetyReason.JUMP, Channel.MIDDLE), _jump, _resting),
+    # Between two polls 900 counts are 13 000 counts/s or a little less, by their phase; what is less is astray.
+    Stopping("jump of 900 counts", 0.5, (SafetyReason.JUMP, SafetyReason.STRAY), Channel.MIDDLE, _jump, _resting),
     Stopping(
         "runaway, from the command on",
         1.0,
-        (SafetyReason.STRAY, Channel.PINKY),
+        (SafetyReason.STRAY,),
+        Channel.PINKY,
         lambda target: close(target, Channel.PINKY, share=0.2),
         options={"rewire": lambda plant: Tampered(plant, Channel.PINKY, _runs_away)},
     ),
@@ -82,14 +87,16 @@ STOPPINGS = (
     Stopping(
         "thumb blocked by the palm, from the command on",
         1.5,
-        (SafetyReason.CURRENT, Channel.THUMB_CMC_FLEXION),
+        (SafetyReason.CURRENT,),
+        Channel.THUMB_CMC_FLEXION,
         lambda target: close(target, Channel.THUMB_CMC_FLEXION),
         options={"thresholds": Thresholds(stop_torque=700)},
     ),
     Stopping(
         "channel without torque, from the command on",
         3.0,
-        (SafetyReason.STRAY, Channel.RING),
+        (SafetyReason.STRAY,),
+        Channel.RING,
         lambda target: close(target, Channel.RING, share=0.9),
         options={"rewire": lambda plant: Tampered(plant, Channel.RING, lambda _: Drive(powered=False))},
     ),
