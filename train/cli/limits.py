@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -98,8 +99,14 @@ def _origin(kind: str, hands: Sequence[Outcome], commands: Sequence[str]) -> dic
         "seeds": f"{min(h.trial.seed for h in hands)} to {max(h.trial.seed for h in hands)}",
         "commit": ", ".join(sorted({hand.commit for hand in hands})),
         "generator": POPULATION if kind == DEFAULT_LIMITS else SHIPPED,
-        "commands": [*commands],
+        "commands": [*map(_anywhere, commands)],
     }
+
+
+def _anywhere(command: str) -> str:
+    """Return a command with the names of its folders alone: where they lay on one machine says nothing elsewhere."""
+    _, *words = shlex.split(command)
+    return shlex.join(["aero-hil", *(Path(word).name if Path(word).is_absolute() else word for word in words)])
 
 
 def _widen(out: Path, kind: str, hands: Sequence[Outcome], commands: Sequence[str]) -> None:
@@ -158,7 +165,8 @@ def limits_text(limits: Sequence[Limit], provenance: Provenance, *, extends: str
         lines.append(f"extends = {json.dumps(extends)}")
     tables = {name: value for name, value in provenance.items() if isinstance(value, Mapping)}
     own = {key: value for key, value in provenance.items() if key not in tables}
-    for name, table in (("provenance", own), *((f"provenance.{name}", table) for name, table in tables.items())):
+    named = {"provenance": own, **{f"provenance.{name}": table for name, table in tables.items()}}
+    for name, table in ((name, table) for name, table in named.items() if table):
         lines += ["", f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in table.items())]
     for limit in limits:
         bounds = {"at_least": limit.at_least, "at_most": limit.at_most}

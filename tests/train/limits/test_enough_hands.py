@@ -11,6 +11,7 @@ from hil.cli import main
 from hil.verdict.limits import read_provenance
 from train.campaign.store import opened
 from train.campaign.trial import healthy_hands
+from train.cli.limits import limits_text
 from train.limits.population import held_out, require_enough
 
 
@@ -50,7 +51,7 @@ def test_hands_that_limits_were_not_made_from_are_judged_by_them():
 def test_a_few_hands_widen_the_limits_that_ship_and_a_kept_hand_is_among_the_healthy(tmp_path):
     far = replace(hands(1)[0], numbers=numbers(staircase__friction__index=9.0))
     with opened(tmp_path / "campaign") as store:
-        store.note_command("aero-hil campaign --healthy 1")
+        store.note_command(f"__main__.py campaign --healthy 1 --out {tmp_path}/campaign")
         store.add(far)
     command = ["limits", str(tmp_path / "campaign"), "--out", str(tmp_path / "out"), "--widen"]
     result = CliRunner().invoke(main, command)
@@ -63,4 +64,10 @@ def test_a_few_hands_widen_the_limits_that_ship_and_a_kept_hand_is_among_the_hea
     assert table["provenance"]["hands"] == read_provenance("aero_hand_open")["hands"]
     last = max(name for name in table["provenance"] if name.startswith("widened"))
     assert table["provenance"][last]["hands"] == 1
-    assert table["provenance"][last]["commands"][0] == "aero-hil campaign --healthy 1"
+    assert table["provenance"][last]["commands"][0] == "aero-hil campaign --healthy 1 --out campaign"
+
+
+def test_a_kind_that_hands_only_widened_has_no_empty_provenance():
+    text = limits_text((), {"widened_1": {"hands": 1}}, extends="aero_hand_open")
+    assert tomllib.loads(text)["provenance"] == {"widened_1": {"hands": 1}}
+    assert "[provenance]" not in text
