@@ -33,7 +33,8 @@ def measure(numbers: Mapping[str, Measured]) -> Measured:
             found[channel.label][name] = value - others
     for name, experiment, metric in (("rise", "staircase", "rise_hand_ms"), ("opening", "excursion", "opening_ms")):
         for channel, value, others in _beside(numbers.get(experiment, {}), metric, FINGERS):
-            found[channel.label][name] = 100.0 * value / others
+            if others > 0.0:
+                found[channel.label][name] = 100.0 * value / others
     for channel in CABLES:
         held = finite(numbers.get("holding", {}), channel.label, "holding_current")
         later = finite(numbers.get("staircase", {}), channel.label, "held")
