@@ -17,7 +17,7 @@ from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.diagnosis import Component, Diagnosis, Indication, Location, NextStep, Row, command_again, filled, rows
-from hil.verdict.findings import Finding, failed
+from hil.verdict.findings import Finding, Withheld, failed
 from hil.verdict.firmware_version import (
     has_other_windows,
     limits_of_others,
@@ -78,7 +78,7 @@ class Judge:
         return self._compared(WHOLE_RUN, session, WHOLE_RUN.measure(session))
 
     def driver(self, run: Validation) -> Result | None:
-        """Judge what the bytes of all experiments say about driver and map, None where none began.
+        """Judge what the bytes of all experiments and between them say about driver and map, None where none began.
 
         The guard stops many a hand for its driver's mistake, so what was cut short counts too.
         """
@@ -86,7 +86,9 @@ class Judge:
         recordings = [*(result.recording for result in run.results.values()), *cut]
         if not recordings:
             return None
-        return self._compared(DRIVER, recordings[-1], _worst([DRIVER.measure(recording) for recording in recordings]))
+        between = [] if run.whole_run is None else [run.whole_run.recording]
+        measured = [DRIVER.measure(recording) for recording in (*recordings, *between)]
+        return self._compared(DRIVER, recordings[-1], _worst(measured))
 
     def alike(self, results: Mapping[str, Result]) -> Result | None:
         """Judge the channels of one hand beside each other, None where nothing was measured that compares them."""
@@ -112,14 +114,14 @@ class Judge:
         failures = failed(run.findings)
         if run.end.kind in SAYS_NOTHING or run.end.kind is EndKind.NOT_PERMITTED:
             return Diagnosis(unexplained=failures, step=_again(run))
-        numbers = {name: measured for name, measured in run.numbers.items() if not _asks(name)}
+        numbers = {name: _without(measured, name, run.withheld) for name, measured in run.numbers.items()}
         readings = tuple(f for name, result in run.judged.items() if not _asks(name) for f in failed(result.findings))
         if answers := failed(run.answers):
             if not readings:
                 return _answered(run, answers)
         elif not readings and run.end.error is None:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
-        location, name, changed = self._rule(run, numbers)
+        location, name, changed = self.rule(numbers, run.end)
         if location.component is Component.UNKNOWN and run.end.finding is not None:
             # What ended the run says itself what happened.
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
@@ -136,8 +138,14 @@ class Judge:
             _step(run, location, row, failed(run.findings)),
         )
 
-    def _rule(self, run: Validation, numbers: Mapping[str, Measured]) -> tuple[Location, str, tuple[str, ...]]:
-        """Return place and row of a run, and its causes where the row's are to be put more exactly."""
+    def rule(self, numbers: Mapping[str, Measured], end: RunEnd) -> tuple[Location, str, tuple[str, ...]]:
+        """Return location and row of a run that failed, and its causes where the row's are to be put more exactly.
+
+        Args:
+            numbers: what was measured and is to be judged, by experiment, and of `session`, `driver` and `alike`.
+            end: how the run ended.
+        """
+        numbers = {name: measured for name, measured in numbers.items() if not _asks(name)}
         off = excesses(numbers, self.limits)
         found = Failures(off, _sides(numbers, self.limits))
         board = Location(Component.BOARD)
@@ -152,7 +160,7 @@ class Judge:
                 first = f"firmware {' or '.join(map(versions_alike, read_as))} on the board"
                 unhomed = may_be_unhomed(self._firmware, read_as)
                 return board, "windows", (first, rows()["windows"].causes[1]) if unhomed else (first,)
-        return (*rule_for(found, run.end), ())
+        return (*rule_for(found, end), ())
 
 
 def _never_late(_subject: str, _metric: Metric) -> float:
@@ -183,6 +191,15 @@ def _busy(run: Validation) -> Validation:
         return run
     reason = f"{len(stretches)} stretches were not judged: this computer was held up. Try again on a quiet machine."
     return replace(run, end=RunEnd(EndKind.HOST_BUSY, ", ".join(sorted({name for name, _ in stretches})), reason))
+
+
+def _without(measured: Measured, experiment: str, withheld: Sequence[Withheld]) -> Measured:
+    """Return readings without those that were not judged, which are evidence of nothing."""
+    left_out = {(one.subject, one.metric) for one in withheld if one.experiment == experiment}
+    return {
+        subject: {metric: value for metric, value in metrics.items() if (subject, metric) not in left_out}
+        for subject, metrics in measured.items()
+    }
 
 
 def _asks(name: str) -> bool:

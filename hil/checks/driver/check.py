@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from firmware_emulator.firmware.frames import FRAME_SIZE, Opcode, words_of
+from aero.firmware import firmware_of
+from firmware_emulator.firmware.frames import FRAME_SIZE, Opcode, reply, words_of
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from hil.checks.driver.independent_map import MAP, codes_of_lengths, lengths_of_codes
 from hil.checks.shared.experiment import Measured
@@ -30,6 +31,8 @@ AHEAD = 4
 """Requests after a reading that have to be in order, too, for it to be compared."""
 CANDIDATES = 4
 """Requests of one kind that may have brought a reading: the driver's, and looks of a guard beside it."""
+REFUSED_SETTING = reply(Opcode.SET_TOR, [0xFFFF])
+"""A torque limit for a channel that no board has."""
 _SERVO_OF_CHANNEL = np.argsort(SHAFT_OF_SERVO)
 _NOTHING = np.empty((0, len(Channel)))
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
@@ -58,7 +61,8 @@ def measure(recording: Recording) -> Measured:
 
     By channel: `sent` and `mapped` (codes), `read_codes` (codes), `read_currents` (A), `read_temperatures` (degC),
     `mapped_back` (mm, mrad), `mapped_bias` (codes), the mean of `mapped`; of the hand: `unsent`, commands that no frame
-    followed, and `extra`, frames that no command asked for.
+    followed, `extra`, frames that no command asked for, and `limits`, speed and torque limits that are not those that
+    a validation sets.
     """
     requests = list(_requests(recording))
     sent, unsent, extra = _sent(recording, requests)
@@ -69,7 +73,26 @@ def measure(recording: Recording) -> Measured:
     bias = np.abs(found["mapped"].mean(axis=0)) if len(found["mapped"]) else np.zeros(len(Channel))
     for channel in Channel:
         by_channel[channel.label]["mapped_bias"] = float(bias[channel])
-    return {**by_channel, "hand": {"unsent": float(unsent), "extra": float(extra)}}
+    return {
+        **by_channel,
+        "hand": {"unsent": float(unsent), "extra": float(extra), "limits": _limits(recording, requests)},
+    }
+
+
+def _limits(recording: Recording, requests: Sequence[_Request]) -> float:
+    """Return the number of limits that are not the firmware's own, which a validation without a guard sets.
+
+    It sets them after it has asked the board whether it knows limits, by `REFUSED_SETTING`. What
+    comes after the last command may restore those of before.
+    """
+    own = firmware_of(recording.header.firmware).settings
+    at = [i for i, request in enumerate(requests) if request.frame[0] == Opcode.CTRL_POS]
+    asked = [i for i, request in enumerate(requests) if request.frame == REFUSED_SETTING]
+    if recording.header.safety or own is None or not at or not asked:
+        return 0.0
+    wanted = {Opcode.SET_SPE: own.speed, Opcode.SET_TOR: own.torque}
+    sent = [request.frame for request in requests[asked[-1] + 1 : at[-1]] if request.frame[0] in wanted]
+    return float(sum(words_of(frame)[1] != wanted[Opcode(frame[0])] for frame in sent))
 
 
 def _requests(recording: Recording) -> Iterator[_Request]:

@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from aero.actuation import CALIBRATIONS, ActuationMap
 from aero.channels import Channel
+from aero.protocol import make_refused_setting
 from hil.checks.driver import check as driver
 from hil.checks.driver import independent_map
 from hil.recordings.recording import Recording, Series
@@ -70,7 +71,7 @@ def changed(name, values):
 
 def test_bytes_that_say_what_was_commanded_are_right():
     found = driver.measure(good())
-    assert found == {**dict.fromkeys(LABELS, QUIET), "hand": {"unsent": 0.0, "extra": 0.0}}
+    assert found == {**dict.fromkeys(LABELS, QUIET), "hand": {"unsent": 0.0, "extra": 0.0, "limits": 0.0}}
 
 
 def test_the_order_of_the_channels_is_that_of_the_board():
@@ -103,6 +104,25 @@ def test_a_command_that_is_sent_twice_is_one_too_many():
         recording, wire=(*recording.wire[:3], WireRecord(0.125, *recording.wire[2][1:]), *recording.wire[3:])
     )
     assert driver.measure(twice)["hand"]["extra"] == 1.0
+
+
+def set_speed(index, speed):
+    return frame(0x31, [index, speed, 0, 0, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "restored", "wrong"),
+    [(0, 32766, 0, 0.0), (0, 16383, 0, 1.0), (100, 32766, 100, 0.0)],
+    ids=["the firmware's own", "half", "the owner's before and after"],
+)
+def test_limits_are_those_that_a_validation_sets(before, after, restored, wrong):
+    sent = [set_speed(3, before), driver.REFUSED_SETTING, set_speed(3, after), frame(0x11, CODES)]
+    wire = [WireRecord(0.1 * i, "to_hand", data) for i, data in enumerate([*sent, set_speed(3, restored)])]
+    assert driver.measure(Recording(HEADER, {}, tuple(wire)))["hand"]["limits"] == wrong
+
+
+def test_the_refused_setting_is_that_of_the_driver():
+    assert make_refused_setting() == driver.REFUSED_SETTING
 
 
 def test_currents_have_their_sign_and_scale():
