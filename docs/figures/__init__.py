@@ -11,11 +11,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from aero.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from train.campaign.trial import Outcome
 
 ROOT = Path(__file__).parents[2]
 STORED = Path(__file__).parent / "stored"
@@ -29,6 +33,25 @@ Rows = Sequence[Sequence[str]]
 def functions() -> dict[str, Callable[[], Rows]]:
     """Return the function of each table that is measured here, by PAGE.NAME."""
     return {f"{page}.{one.__name__}": one for page in MEASURED for one in import_module(f"figures.{page}").TABLES}
+
+
+def from_campaigns(folders: Sequence[Path]) -> dict[str, Callable[[], Rows]]:
+    """Return the function of each table that is computed from stored campaigns, by PAGE.NAME.
+
+    Raises:
+        StoreError: a folder has no campaign, or a damaged one; on the first call of a function.
+    """
+    from figures import campaign  # noqa: PLC0415 - only these tables need the extra `campaign`
+    from train.campaign.store import opened  # noqa: PLC0415
+
+    def measured(table: Callable[[Sequence[Outcome]], Rows]) -> Rows:
+        outcomes: list[Outcome] = []
+        for folder in folders:
+            with opened(folder, read_only=True) as campaign_store:
+                outcomes += campaign_store.outcomes()
+        return table(outcomes)
+
+    return {f"campaign.{one.__name__}": partial(measured, one) for one in campaign.TABLES}
 
 
 def load(name: str) -> dict[str, Any]:

@@ -14,10 +14,13 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
+from hil.checks import ALIKE, Measured
 from hil.checks.shared.subjects import subject_words
 from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.report.matplotlib_svg import svg_of
+from hil.verdict.judge import Judge
 from hil.verdict.limits import Key, excesses, load_limits, out_of_limits
+from hil.verdict.run_end import FINISHED
 from model.units.naming import unit_named
 from train.campaign.trial import Outcome
 
@@ -61,7 +64,7 @@ class Detection:
     located: int
     """Hands, of those found, whose diagnosis names the right place."""
     explained: int
-    """Hands, of those found, whose causes hold the right one."""
+    """Hands, of those found, whose causes hold the right one, or that are told as explained by nothing known."""
     furthest: float
     """Of the hands that were not found, the largest part of the way from healthy readings to a limit, 0 to 1."""
 
@@ -74,7 +77,26 @@ def flagged(outcome: Outcome) -> bool:
 def judged(outcome: Outcome) -> dict[Key, float]:
     """Return the excesses of a trial by the present limits of its hand."""
     trial = outcome.trial
-    return excesses(outcome.numbers, load_limits(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded))
+    limits = load_limits(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded)
+    return excesses(_numbers(outcome), limits)
+
+
+def _numbers(outcome: Outcome) -> Mapping[str, Measured]:
+    """Return what was measured, and how the channels compare as the present program compares them."""
+    return {**outcome.numbers, ALIKE.name: ALIKE.measure(outcome.numbers)}
+
+
+def told(outcome: Outcome) -> tuple[str, str]:
+    """Return location, `Location.words`, and row of `diagnoses.toml` of a flagged hand, judged anew.
+
+    A run that an error ended has those that it was given then: its error is not stored.
+    """
+    trial = outcome.trial
+    if outcome.ended:
+        return outcome.place, outcome.row
+    judge = Judge(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded)
+    location, row, _ = judge.rule(_numbers(outcome), FINISHED)
+    return location.words, row
 
 
 @cache
@@ -89,9 +111,14 @@ def right_place(fault: Fault, place: str) -> bool:
     return place in places or (fault.channel is not None and subject_words(fault.channel.label) in place)
 
 
+def has_row(fault: Fault) -> bool:
+    """Return whether a row of `diagnoses.toml` has causes of this kind."""
+    return CATALOGUE[fault.name].cause in _expected()["row"]
+
+
 def right_cause(fault: Fault, row: str) -> bool:
-    """Return whether a row of `diagnoses.toml` holds the cause of a fault."""
-    return row in _expected()["row"].get(CATALOGUE[fault.name].cause, ())
+    """Return whether a row of `diagnoses.toml` holds the cause of a fault; none, where no row does."""
+    return row in _expected()["row"].get(CATALOGUE[fault.name].cause, ("",))
 
 
 def detections(outcomes: Iterable[Outcome]) -> tuple[Detection, ...]:
@@ -122,8 +149,9 @@ def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detectio
         if outcome.stopped:
             failed[f"stopped: {outcome.ended or 'gate'}"] += 1
         fault = parse_fault(outcome.trial.faults[0])
-        located += right_place(fault, outcome.place)
-        explained += right_cause(fault, outcome.row)
+        place, cause = told(outcome)
+        located += right_place(fault, place)
+        explained += right_cause(fault, cause)
     ranked = tuple(sorted(failed.items(), key=lambda item: (-item[1], item[0])))
     unit = CATALOGUE[name].unit
     return Detection(name, severity, unit, Share(found, len(group)), ranked, located, explained, furthest)

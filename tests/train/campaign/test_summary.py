@@ -8,9 +8,19 @@ from click.testing import CliRunner
 from outcomes import healthy_campaign, outcome
 
 from aero.firmware import VERSION_GROUPS
+from hil.faults import parse_fault
 from hil.verdict.limits import Limit, kinds, parse_limit
 from train.campaign.store import opened
-from train.campaign.summary import Share, detections, false_alarms, flagged, render_campaign
+from train.campaign.summary import (
+    Share,
+    detections,
+    false_alarms,
+    flagged,
+    has_row,
+    render_campaign,
+    right_cause,
+    told,
+)
 from train.campaign.trial import Trial, faulty_hands, healthy_hands, shipped_hands
 from train.cli.campaign import campaign
 from train.cli.limits import limits
@@ -22,14 +32,14 @@ TRACKING = Limit(
 
 @pytest.fixture(autouse=True)
 def one_limit(monkeypatch):
-    monkeypatch.setattr("train.campaign.summary.load_limits", lambda kind, firmware, guarded: (TRACKING,))
+    for judging in ("train.campaign.summary", "hil.verdict.judge"):
+        monkeypatch.setattr(f"{judging}.load_limits", lambda kind, firmware, guarded: (TRACKING,))
 
 
-def faulty(tracking, fault="cable_snapped:index=1.0", **more):
+def faulty(tracking, fault="cable_snapped:index=1.0", on="index", **more):
     table = outcome(Trial("reference")).numbers
-    table["staircase"]["index"]["tracking_rms"] = tracking
-    said = {"place": "index finger", "row": "cable_off"}
-    return outcome(Trial("reference", faults=(fault,)), numbers=table, **{**said, **more})
+    table["staircase"][on]["tracking_rms"] = tracking
+    return outcome(Trial("reference", faults=(fault,)), numbers=table, **more)
 
 
 def test_who_is_flagged():
@@ -56,9 +66,28 @@ def test_a_fault_is_found_where_a_check_fails_and_what_is_said_of_it_is_compared
     (row,) = detections([faulty(4.0), faulty(0.2)])
     assert (row.name, row.found.count, row.found.of) == ("cable_snapped", 1, 2)
     assert row.checks == (("staircase/tracking_rms", 1),)
-    assert (row.located, row.explained) == (1, 1)
-    (row,) = detections([faulty(4.0, place="ring finger", row="friction")])
+    assert (row.located, row.explained) == (1, 0)
+    (row,) = detections([faulty(4.0, on="ring")])
     assert (row.located, row.explained) == (0, 0)
+
+
+def test_where_and_why_are_judged_by_the_present_rules():
+    """A stored campaign is judged anew, whatever was said of its hands when they ran."""
+    assert told(faulty(4.0, place="ring finger", row="friction")) == ("index finger", "")
+
+
+def test_a_run_that_an_error_ended_keeps_what_was_said_of_it():
+    ended = faulty(0.2, stopped="it stopped", ended="SafetyStopError", place="index finger", row="cable_off")
+    (row,) = detections([ended])
+    assert (row.located, row.explained) == (1, 1)
+
+
+def test_a_cause_that_no_row_has_is_right_where_none_is_told(monkeypatch):
+    fault = parse_fault("cable_snapped:index")
+    monkeypatch.setattr("train.campaign.summary._expected", lambda: {"place": {}, "row": {}})
+    assert not has_row(fault)
+    assert right_cause(fault, "")
+    assert not right_cause(fault, "cable_off")
 
 
 def test_a_fault_counts_as_found_from_where_every_hand_is_flagged():
