@@ -122,6 +122,14 @@ def test_versions_have_limits_of_their_own_about_their_median_and_share_the_spre
     assert only.source.endswith("spread of 2")
 
 
+def test_a_few_hands_of_a_version_have_the_spread_of_all():
+    """100 readings from 0 to 99 lie 49.5 about their median, and half their range beyond is the most."""
+    few = [1000.0, 1001.0, 1002.0]
+    first, second = computed_limits([ONE], [hands(STEPS), hands(few, "0.1.1")])
+    assert second.at_most - 1001.0 == pytest.approx(first.at_most - 49.5, abs=10.0)  # rounded to three figures
+    assert second.at_most > 1001.0 + 49.5
+
+
 def test_a_given_bound_is_passed_on():
     given = Check("session", "restarts", ("hand",), ("0.2.0",), at_most=0.0, at_least=-1.0, source="no restart")
     assert computed_limits([given], []) == (
