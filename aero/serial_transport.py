@@ -91,13 +91,12 @@ class SerialTransport:
         received = bytearray()
         with self._link_errors("read from"):
             while len(received) < size:
-                waiting = self._port.in_waiting
-                if waiting:
+                if not deadline.expired:
+                    received += self._port.read(size - len(received))  # waits 10 ms at most
+                elif waiting := self._port.in_waiting:  # of `socket://` it says 1 for any number
                     received += self._port.read(min(waiting, size - len(received)))
-                elif deadline.expired:
-                    break
                 else:
-                    received += self._port.read(1)
+                    break
         return bytes(received)
 
     def discard_input(self) -> None:
