@@ -11,8 +11,10 @@ import tty
 from pathlib import Path
 
 import serial
+from click.testing import CliRunner
 
 from firmware_emulator.links.terminal import Terminal
+from hil.cli import main
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 20.0
@@ -67,14 +69,7 @@ def test_a_link_that_is_served_is_left_alone(tmp_path):
     link = tmp_path / "hand"
     with emulating("--link", link, by=signal.SIGTERM) as said:
         assert said == ["ready", str(link)]
-        refused = subprocess.run(
-            [sys.executable, "-m", "hil.cli", "emulate", "--link", str(link)],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert refused.returncode == 2
+        assert CliRunner().invoke(main, ["emulate", "--link", str(link)]).exit_code == 2
         with serial.Serial(str(link), timeout=PATIENCE_S) as board:
             board.write(bytes.fromhex("25").ljust(16, b"\0"))
             assert len(board.read(16)) == 16
@@ -97,12 +92,6 @@ def test_a_bus_port_that_goes_away_ends_it_with_one_line(tmp_path):
 def test_a_state_that_is_none_is_refused_with_the_remedy(tmp_path):
     state = tmp_path / "state.json"
     state.write_text("no state")
-    refused = subprocess.run(
-        [sys.executable, "-m", "hil.cli", "emulate", "--state", str(state)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert refused.returncode == 2
-    assert "delete it" in refused.stderr.replace("\n", " ")
+    refused = CliRunner().invoke(main, ["emulate", "--state", str(state)])
+    assert refused.exit_code == 2
+    assert "delete it" in refused.output.replace("\n", " ")

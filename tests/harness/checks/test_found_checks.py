@@ -84,15 +84,12 @@ def test_a_board_that_falls_silent_ends_the_run_with_the_drivers_words(monkeypat
     assert not result.passed
 
 
+# Of the default hand, tests/harness/report has a complete run.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("unit", "firmware", "side"),
     [
-        pytest.param(
-            unit,
-            firmware,
-            ("right", "left")[(i + j) % 2],
-            marks=() if (unit, firmware) == ("reference", "0.2.0") else pytest.mark.slow,
-        )
+        (unit, firmware, ("right", "left")[(i + j) % 2])
         for i, unit in enumerate(("ideal", "paper", "reference"))
         for j, firmware in enumerate(("pre", "0.1.5", "0.2.0"))
     ],

@@ -8,9 +8,11 @@ import sys
 
 import pytest
 import serial
+from click.testing import CliRunner
 from full_disk import limited
 
 from aero.clock import WallClock
+from hil.cli import main
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
 
@@ -36,6 +38,13 @@ def started(*arguments, code=0, says="", stop=True, largest_file=None):
         assert (process.returncode, says in errors) == (code, True), errors
 
 
+@pytest.fixture(scope="module")
+def hand():
+    """The port of a hand, which one proxy after the other serves."""
+    with started("emulate") as path:
+        yield path
+
+
 def asked(path, times=1):
     with serial.Serial(path, timeout=PATIENCE_S) as port:
         answers = []
@@ -45,9 +54,9 @@ def asked(path, times=1):
         return answers
 
 
-def test_a_proxy_passes_bytes_on_and_puts_faults_between(tmp_path):
+def test_a_proxy_passes_bytes_on_and_puts_faults_between(hand, tmp_path):
     link = tmp_path / "proxied"
-    with started("emulate") as hand, started("proxy", hand, "--link", link, "--fault", "reply_other_opcode=1") as path:
+    with started("proxy", hand, "--link", link, "--fault", "reply_other_opcode=1") as path:
         assert path == str(link)
         answer = asked(path)[0]
         assert (len(answer), answer[0] in {0x23, 0x24, 0x25}) == (16, True)
@@ -82,9 +91,8 @@ def test_a_listener_that_fails_is_dropped_and_the_link_goes_on():
     assert [direction for direction, _ in heard] == ["to_hand", "from_hand"]
 
 
-def test_a_port_that_hangs_up_ends_the_proxy():
+def test_a_port_that_hangs_up_ends_the_proxy(hand):
     with (
-        started("emulate") as hand,
         started("proxy", hand, "--fault", "link_hangs_up@0.2", stop=False) as path,
         serial.Serial(path, timeout=PATIENCE_S) as port,
         pytest.raises(OSError, match=r"Input/output error|returned no data"),
@@ -97,11 +105,8 @@ def ask_for_ever(port):
         port.read(16)
 
 
-def test_a_fault_that_never_fired_is_said_when_the_proxy_ends():
-    with (
-        started("emulate") as hand,
-        started("proxy", hand, "--fault", "boot_text@600", code=2, says="never fired") as path,
-    ):
+def test_a_fault_that_never_fired_is_said_when_the_proxy_ends(hand):
+    with started("proxy", hand, "--fault", "boot_text@600", code=2, says="never fired") as path:
         assert asked(path)[0][0] == 0x22
 
 
@@ -115,9 +120,8 @@ def test_a_fault_that_never_fired_is_said_when_the_proxy_ends():
     ],
 )
 def test_what_cannot_be_is_said_in_one_line(arguments, code, says):
-    command = [sys.executable, "-m", "hil.cli", *arguments]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
-    assert (ended.returncode, says in ended.stderr, ended.stderr.count("\n")) == (code, True, 1), ended.stderr
+    ended = CliRunner().invoke(main, arguments)
+    assert (ended.exit_code, says in ended.output, ended.output.count("\n")) == (code, True, 1), ended.output
 
 
 def test_an_emulated_hand_is_served_with_its_faults():

@@ -14,6 +14,7 @@ from hil.report.beside_paper import compared, table, text_rows
 from hil.report.page import render_report
 from hil.report.results import checks_json, metrics_json
 from hil.report.text import run_text
+from hil.verdict.findings import failed
 
 ABSENT, NAN = "absent", "NaN"
 FIELDS = {"session": "whole_run", "driver": "driver", "alike": "alike"}
@@ -56,7 +57,9 @@ def shown(validation):
     return visible + said.getvalue() + numbers(validation)
 
 
-def test_a_complete_run_says_no_nan(validated):
+def test_a_complete_run_of_a_good_hand_is_within_limits_and_says_no_nan(validated):
+    assert [finding.sentence for finding in failed(validated.findings)] == []
+    assert math.isfinite(validated.wall_seconds)
     assert not re.search(r"\bnan\b", shown(validated))
 
 

@@ -93,9 +93,10 @@ def test_a_mistake_is_one_line_that_says_where_and_what_is_allowed(folders, mist
 def test_the_command_line_counts_over_the_file(folders):
     (folders[0] / "hands.toml").write_text('[soft]\nport = "emulated"\nfirmware = "0.1.5"\nside = "left"\n')
     run = CliRunner().invoke
-    said = run(main, ["validate", "--hil", "soft", "--dry-run"]).output
+    dry = ["validate", "--hil", "soft", "--dry-run", "--zeros", "ideal"]
+    said = run(main, dry).output
     assert "left hand soft on emulated, firmware 0.1.5" in " ".join(said.split())
-    said = run(main, ["validate", "--hil", "soft", "--firmware", "pre", "--hand", "right", "--dry-run"]).output
+    said = run(main, [*dry, "--firmware", "pre", "--hand", "right"]).output
     assert "right hand soft on emulated, firmware pre" in " ".join(said.split())
 
 
