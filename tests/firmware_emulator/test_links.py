@@ -4,14 +4,19 @@ import select
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import serial
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.kernel import Kernel
+from firmware_emulator.links import pty
 from firmware_emulator.links.in_process import InProcessLink
-from firmware_emulator.links.pty import PtyServer
+from firmware_emulator.links.pty import IDLE_S, POLLED_S, PtyServer
 from firmware_emulator.links.terminal import Terminal
 
 GET_TEMP = b"\x25".ljust(16, b"\0")
@@ -113,6 +118,33 @@ def test_time_passes_at_the_rate_of_the_wall_clock():
         while time.monotonic() < began + 0.3:
             threading.Event().wait(0.02)
     assert 0.1 < hand.clock.now() - start < time.monotonic() - began
+
+
+TURN_S, WAKES_LATE_S = 7e-6, 70e-6
+
+
+@given(st.floats(0.0, 3 * IDLE_S))
+@example(POLLED_S)
+@example(2 * POLLED_S)
+@example(2 * IDLE_S)
+def test_a_wait_as_short_as_for_an_answer_is_polled_and_a_longer_one_slept(due_s):
+    """On a computer that spends 7 us on a turn and wakes a sleeper 70 us late."""
+    kernel, now, waits, events = Kernel(), [0.0], [], []
+    kernel.call_at(due_s, lambda: events.append(now[0]))
+
+    def select_none(_ready, _writable, _failed, timeout):
+        waits.append(timeout)
+        now[0] += timeout + WAKES_LATE_S if timeout else TURN_S
+        return [], [], []
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pty, "time", SimpleNamespace(monotonic=lambda: now[0]))
+        patch.setattr(pty, "select", SimpleNamespace(select=select_none))
+        pty.serve(kernel, (), lambda _end: None, lambda: bool(events))
+    assert events[0] - due_s <= (TURN_S if due_s <= POLLED_S else WAKES_LATE_S) + 1e-9
+    assert all(POLLED_S < wait <= IDLE_S for wait in waits if wait)
+    assert not any(waits) or due_s > POLLED_S
+    assert len(waits) <= POLLED_S / TURN_S + due_s / IDLE_S + 2
 
 
 def test_servos_on_a_serial_port_answer_a_foreign_board():
