@@ -49,20 +49,21 @@ def lost_replies(made: Iterable[Exchange]) -> int:
     """Return how many requests for a measurement were never answered.
 
     A reply that came late, after another request, is none of them: the host may have been busy. Replies come in the
-    order of their requests, so one to a later request shows that the earlier ones were lost.
+    order of their requests, so one to a later request shows that the earlier ones were lost. One with the opcode of a
+    request that is not waiting answers none.
     """
     lost = 0
     overdue: list[int] = []
     for exchange in made:
         data = exchange.received
-        while data[1:2] == bytes((FILLER,)) and data[0] in overdue:
+        while len(data) >= FRAME_SIZE and data[1] == FILLER and data[0] in overdue:
             lost += overdue.index(data[0])
             del overdue[: overdue.index(data[0]) + 1]
             data = data[FRAME_SIZE:]
         if exchange.opcode not in MEASUREMENTS:
             continue
         if len(data) >= FRAME_SIZE:
-            lost += len(overdue)
+            lost += len(overdue) + (data[0] != exchange.opcode)
             overdue.clear()
         else:
             overdue.append(exchange.opcode)

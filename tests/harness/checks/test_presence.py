@@ -10,7 +10,7 @@ from hil.recordings.recording import Recording, Series
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS
 
-REQUEST = bytes((0x22,)) + bytes(15)
+REQUEST = REPLY = bytes((0x22,)) + bytes(15)
 
 
 def test_every_number_of_presence_is_the_recorded_one():
@@ -25,7 +25,7 @@ def test_every_number_of_presence_is_the_recorded_one():
         "temperatures": Series.of(LABELS, ["degC"] * 7, t, temperatures),
     }
     wire = [WireRecord(0.1 * i, "to_hand", REQUEST) for i in range(4)]
-    wire += [WireRecord(0.1 * i + trip, "from_hand", bytes(16)) for i, trip in enumerate((0.001, 0.002, 0.006))]
+    wire += [WireRecord(0.1 * i + trip, "from_hand", REPLY) for i, trip in enumerate((0.001, 0.002, 0.006))]
     header = replace(HEADER, experiment="presence", parameters={"boot_text": ""})
     found = presence.measure(Recording(header, series, tuple(sorted(wire))))
     for i, label in zip(each, LABELS, strict=True):
@@ -41,7 +41,7 @@ def presence_of(wire=(), hand="right", boot_text="", currents=None):
         "temperatures": Series.of(LABELS, ["degC"] * 7, t, np.full((30, 7), 30.0)),
     }
     header = replace(HEADER, hand=hand, experiment="presence", parameters={"boot_text": boot_text})
-    wire = wire or (WireRecord(0.0, "to_hand", REQUEST), WireRecord(0.001, "from_hand", bytes(16)))
+    wire = wire or (WireRecord(0.0, "to_hand", REQUEST), WireRecord(0.001, "from_hand", REPLY))
     return presence.measure(Recording(header, series, tuple(wire)))
 
 
@@ -50,7 +50,7 @@ def test_replies_count_when_they_are_complete_before_the_next_request():
     pieces = ((0.001, 16), (0.002, 10), (0.003, 6), (0.109, 16), (0.302, 15))
     wire = [WireRecord(0.1 * i, "to_hand", REQUEST) for i in (0, 1, 2, 3, 4)]
     for i, (trip, size) in zip((0, 1, 1, 2, 1), pieces, strict=True):
-        wire.append(WireRecord(0.1 * i + trip, "from_hand", bytes(size)))
+        wire.append(WireRecord(0.1 * i + trip, "from_hand", REPLY[:size]))
     requests, trips = presence.round_trips(tuple(sorted(wire)))
     assert requests == 5
     assert trips == pytest.approx([0.001, 0.003, 0.009])

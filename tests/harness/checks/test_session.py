@@ -18,16 +18,22 @@ def measured(*exchanges):
     return whole_run.measure(Recording(HEADER, {}, tuple(wire)))["hand"]
 
 
+def reply(opcode, size=16):
+    return (bytes([opcode]) + bytes(size))[:size]
+
+
 def test_lost_replies_and_stray_bytes_of_a_session_are_counted():
     """Of four requests one stays without a reply and one reply has three bytes too many."""
-    found = measured(*((0x22, bytes(size)) for size in (16, 0, 19, 16)))
+    found = measured(*((0x22, reply(0x22, size)) for size in (16, 0, 19, 16)))
     assert found == pytest.approx(
         {"lost_replies": 25.0, "stray_bytes": 750.0, "restarts": 0.0, "unanswered_limits": 0.0}
     )
 
 
-def reply(opcode):
-    return bytes([opcode]) + bytes(15)
+def test_a_reply_with_the_opcode_of_another_request_is_none():
+    found = measured((0x22, reply(0x22)), (0x22, reply(0x24)), (0x24, reply(0x24)), (0x22, reply(0x23)))
+    assert found["lost_replies"] == pytest.approx(50.0)
+    assert found["stray_bytes"] == 0.0
 
 
 def test_a_reply_that_is_late_is_not_lost():
@@ -48,12 +54,12 @@ def test_of_two_replies_that_are_due_the_first_may_be_the_lost_one():
 
 def test_only_measurements_can_lose_a_reply():
     """Commands (0x11) and what lies beside the four measurements, 0x22 to 0x25, are answered otherwise."""
-    found = measured(*((opcode,) for opcode in (0x11, 0x21, 0x22, 0x23, 0x24, 0x25, 0x26)), (0x22, bytes(16)))
+    found = measured(*((opcode,) for opcode in (0x11, 0x21, 0x22, 0x23, 0x24, 0x25, 0x26)), (0x22, reply(0x22)))
     assert found["lost_replies"] == pytest.approx(80.0)
 
 
 def test_a_reply_in_pieces_is_one_reply():
-    found = measured((0x22, bytes(7), bytes(9)), (0x25, bytes(15)))
+    found = measured((0x22, reply(0x22, 7), bytes(9)), (0x25, bytes(15)))
     assert found == pytest.approx(
         {"lost_replies": 50.0, "stray_bytes": 7500.0, "restarts": 0.0, "unanswered_limits": 0.0}
     )
@@ -61,7 +67,7 @@ def test_a_reply_in_pieces_is_one_reply():
 
 def test_a_boot_text_is_a_restart_and_no_stray_bytes():
     text = BOOT_TEXT_MARKS[0] + b"!"
-    found = measured((0x22, bytes(16)), (0x11, text), (0x11, text), (0x22, bytes(17)))
+    found = measured((0x22, reply(0x22)), (0x11, text), (0x11, text), (0x22, reply(0x22, 17)))
     assert found == pytest.approx(
         {"lost_replies": 0.0, "stray_bytes": 250.0, "restarts": 2.0, "unanswered_limits": 0.0}
     )
