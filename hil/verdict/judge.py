@@ -114,7 +114,7 @@ class Judge:
         failures = failed(run.findings)
         if run.end.kind in SAYS_NOTHING or run.end.kind is EndKind.NOT_PERMITTED:
             return Diagnosis(unexplained=failures, step=_again(run))
-        numbers = {name: _without(measured, name, run.withheld) for name, measured in run.numbers.items()}
+        numbers = {name: without_withheld(measured, name, run.withheld) for name, measured in run.numbers.items()}
         readings = tuple(f for name, result in run.judged.items() if not _asks(name) for f in failed(result.findings))
         if answers := failed(run.answers):
             if not readings:
@@ -149,7 +149,7 @@ class Judge:
         off = excesses(numbers, self.limits)
         found = Failures(off, _sides(numbers, self.limits))
         board = Location(Component.BOARD)
-        if not found.of_driver:
+        if not found.of_driver(orderly=True):
             moved = moved_windows(numbers, off)
             if has_other_windows(moved):
                 return board, "windows", ()
@@ -193,7 +193,7 @@ def _busy(run: Validation) -> Validation:
     return replace(run, end=RunEnd(EndKind.HOST_BUSY, ", ".join(sorted({name for name, _ in stretches})), reason))
 
 
-def _without(measured: Measured, experiment: str, withheld: Sequence[Withheld]) -> Measured:
+def without_withheld(measured: Measured, experiment: str, withheld: Sequence[Withheld]) -> Measured:
     """Return readings without those that were not judged, which are evidence of nothing."""
     left_out = {(one.subject, one.metric) for one in withheld if one.experiment == experiment}
     return {

@@ -44,6 +44,7 @@ LESS_TORQUE = {
     "replay/replay_delay": 1,
 }
 """Readings that too little torque moves, and to which side."""
+FRICTION = ("friction", "dry_friction", "friction_scatter")
 MOVED = "audit/others_moved"
 
 
@@ -78,10 +79,10 @@ class Failures:
         """How many checks failed on each channel; motion of *another* encoder counts for none."""
         return Counter(LABELS[subject] for check, subject in self.failed if subject in LABELS and check != MOVED)
 
-    @property
-    def of_driver(self) -> bool:
-        """Whether a check of the driver failed."""
-        return any(check.startswith("driver/") for check, _ in self.failed)
+    def of_driver(self, *, orderly: bool) -> bool:
+        """Return whether the driver sent something else, or misread replies of a link that is in order."""
+        mine = {check for check, _ in self.failed if check.startswith("driver/")}
+        return any(orderly or not check.startswith("driver/read_") for check in mine)
 
     @property
     def short_of_torque(self) -> bool:
@@ -92,8 +93,7 @@ class Failures:
 
     def weight(self, channel: Channel) -> float:
         """Return how much speaks for a channel: its failed checks, one that is far off for up to three."""
-        own = (abs(e) for (check, subject), e in self.failed.items() if subject == channel.label and check != MOVED)
-        return sum(min(excess, 3.0) for excess in own)
+        return sum(min(abs(e), 3.0) for (check, on), e in self.failed.items() if on == channel.label and check != MOVED)
 
 
 RuleResult = tuple[Location, str]
@@ -129,7 +129,7 @@ def of_the_bytes(failures: Failures, end: RunEnd) -> RuleResult | None:
     jumping = failures.on("staircase/overshoot_hand_percent") | creeping
     return _first(
         # What the hand reads says nothing then.
-        (failures.of_driver, Component.DRIVER, "driver"),
+        (failures.of_driver(orderly=not (lost or stray)), Component.DRIVER, "driver"),
         (end.kind is EndKind.FIRMWARE, Component.BOARD, "firmware_program"),
         (failures.hand("session/restarts"), Component.BOARD, "restarts"),
         (failures.hand("session/unanswered_limits") and not lost, Component.BOARD, "older_firmware"),
@@ -188,8 +188,7 @@ def of_exchanged(failures: Failures) -> RuleResult | None:
     """Two channels, or both sides, mixed up."""
     cmc, flexor = THUMB_CABLES
     further = cmc in failures.on("excursion/closed_percent", 1) and flexor in failures.channels
-    sides = len(failures.on("audit/followed")) >= MANY or len(failures.on("excursion/stop_current", -1)) >= MANY
-    if sides:
+    if len(failures.on("audit/followed")) >= MANY or len(failures.on("excursion/stop_current", -1)) >= MANY:
         return Location(Component.BOARD), "other_side"
     moved = failures.on(MOVED)
     if len(moved) == 2 and failures.on("audit/followed", -1) & moved:
@@ -247,7 +246,7 @@ def what(failures: Failures, channel: Channel) -> str:
     slow = high("staircase/rise_hand_ms", "alike/rise", "alike/opening")
     closed = any(experiment == "excursion" for experiment, _, _ in failures.sides)
     stands = failures.excess("audit/followed", channel) < -STANDS and (short or not closed)
-    rubs = high("staircase/friction", "staircase/dry_friction", "staircase/friction_scatter")
+    rubs = max(failures.excess(f"staircase/{name}", channel) for name in FRICTION)
     rules = (
         (stands and (high("audit/pull") or high("presence/idle_current")), "blocked"),
         (stands, "no_power"),
@@ -264,7 +263,9 @@ def what(failures: Failures, channel: Channel) -> str:
         (high("presence/idle_current") and not low("audit/followed"), "zero"),
         (unloaded, "spring_weak"),
         (short and slow, "slow"),
-        (rubs or low("audit/followed"), "friction"),
+        # Friction adds to the current of closing what it takes from that of opening: between them nothing changes.
+        (not short and failures.excess("staircase/spring", channel) > rubs, "joint"),
+        (rubs > 0 or low("audit/followed"), "friction"),
         (high("staircase/take_up") and not (loaded or high("staircase/spring_shape")), "slack"),
         (short and loaded, "spring_strong"),
         (short, "weak"),

@@ -7,8 +7,8 @@ import pytest
 
 from aero.safety import SafetyReason, SafetyStopError
 from hil.recordings.recording import Recording, Series
-from hil.verdict.findings import Finding, failed
-from hil.verdict.judge import Judge
+from hil.verdict.findings import Finding, Withheld, failed
+from hil.verdict.judge import Judge, without_withheld
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 from tests.support.synthetic import HEADER, LABELS
@@ -64,3 +64,9 @@ def test_what_ended_a_run_says_itself_what_happened():
     diagnosis = Judge("aero_hand_open", "0.2.0", guarded=True).diagnosis(Validation({}, end, 1.0))
     assert (diagnosis.location, diagnosis.sentence) == (None, "")
     assert diagnosis.step.do == end.finding.remedy
+
+
+def test_a_reading_that_was_not_judged_is_evidence_of_nothing():
+    measured = {"ring": {"rise_hand_ms": 90.0, "spring": 1.0}, "hand": {}}
+    withheld = [Withheld("staircase", "rise_hand_ms", "ring", "rise"), Withheld("excursion", "spring", "ring", "load")]
+    assert without_withheld(measured, "staircase", withheld) == {"ring": {"spring": 1.0}, "hand": {}}
