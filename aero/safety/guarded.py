@@ -275,3 +275,5 @@ class GuardedHand:
             LinkLostError: the same, because the link was lost.
         """
         self._guard.end()
+        # It would keep a stopped hand for ever: the guard has the stop, whose traceback has the hand.
+        self._finalizer.detach()

@@ -1,6 +1,8 @@
 """A guarded hand on the emulated electronics: every reason to stop is provoked, and the hand is looked at after it."""
 
 import dataclasses
+import gc
+import weakref
 from contextlib import contextmanager
 
 import numpy as np
@@ -314,6 +316,21 @@ def test_a_stopped_hand_says_why_at_every_later_call():
         for call in (target.hand.read_codes, target.hand.home, lambda: target.hand.command_torques([0] * 7)):
             with pytest.raises(SafetyStopError, match="65"):
                 call()
+
+
+def test_a_stopped_hand_is_freed_when_it_is_closed():
+    """Else a process that opens many would keep each that was stopped, with all bytes of its link."""
+
+    def stopped():
+        with guarded(servos={"start_temperature_c": 60.0, "rest_temperature_c": 80.0, "cooling_s": 20.0}) as target:
+            close(target, Channel.INDEX, share=0.5)
+            with pytest.raises(SafetyStopError, match="65"):
+                wait(target, 10.0)
+            return weakref.ref(target.hand)
+
+    hand = stopped()
+    gc.collect()
+    assert hand() is None
 
 
 def test_homing_and_torque_mode_pass_a_healthy_hand():

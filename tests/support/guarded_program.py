@@ -229,8 +229,6 @@ class GuardedProgram:
     def next_owner(self):
         """Leave the hand to the next program as a person does: the faults of the link gone, and power on again."""
         self.line.faults = None
-        # Else the finaliser of the hand, which holds its link, would keep this program and its hand for ever.
-        del self.hand._hand._link.ask
         self.electronics.reset("power_on")
         self.clock.sleep_until(self.clock.now() + STARTS_S)
 
