@@ -17,6 +17,7 @@ PORTS = ("/dev/ttyACM0", "/dev/ttyACM1", "/dev/ttyUSB0")
 ARM = ROOT / "examples/arm/arm.toml"
 SHORTER = {
     r"aero-hil validate\b.* --hil (?!.*--dry-run)(?!.*--only)": "--only presence --only audit",
+    r"aero-hil validate --unit \S+\.toml$": "--only presence --only audit",
     r"aero-hil record\b(?!.*--dry-run)": "--excite steps --channel index --scale 0.4",
     r"aero-hil run-policy\b.* --hil ": "--seconds 3 --wait 0",
     r"aero-hil predict\b": "--trials 1 --seconds 2",
