@@ -18,7 +18,7 @@ from aero.protocol import MAX_CODE
 SECONDS = float(os.environ.get("SOAK_S", "600"))
 WARM_PROGRAMS = 10
 """Programs after which nothing may grow any more: caches are filled, and libraries loaded."""
-OBJECTS, RSS_MIB, SLOWER = 500, 20.0, 1.5
+OBJECTS, RSS_MIB, SLOWER = 100, 20.0, 1.5
 """What may be there more at the end than after the first programs: Python's objects, memory; time, a factor."""
 
 FAULTS = [
