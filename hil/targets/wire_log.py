@@ -85,8 +85,9 @@ class WireLog:
 
         Of more than `STORED_RECORDS` records the last ones; a recording's file has them all.
         """
-        forgotten = self._logged - len(self._records)
-        late = islice(self._records, max(0, mark - forgotten), None)
+        forgotten = max(0, self._logged - (self._records.maxlen or 0))
+        # A guard's thread may log meanwhile, which ends an iteration over the deque itself.
+        late = islice(self._records.copy(), max(0, mark - forgotten), None)
         return tuple(WireRecord(t - start, direction, data) for t, direction, data in late)
 
     def _log(self, direction: Direction, data: bytes) -> float:

@@ -42,6 +42,21 @@ def test_what_came_after_a_mark_is_there_as_far_as_it_is_kept(before, after):
     assert len(log.since(0, 0.0)) == min(5, before + after)
 
 
+def test_a_guards_thread_may_log_while_the_log_is_read(monkeypatch):
+    log = WireLog(Sink(), Clock())
+    for i in range(3):
+        log.write(bytes([i]))
+    real = wire_log.WireRecord
+
+    def while_another_logs(*fields):
+        monkeypatch.setattr(wire_log, "WireRecord", real)
+        log.write(b"poll")
+        return real(*fields)
+
+    monkeypatch.setattr(wire_log, "WireRecord", while_another_logs)
+    assert [record.data for record in log.since(1, 0.0)] == [bytes([1]), bytes([2])]
+
+
 class Held:
     """Takes bytes late, or not at all."""
 
