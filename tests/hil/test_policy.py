@@ -29,9 +29,6 @@ def test_the_shipped_policy_turns_nothing_for_five_seconds(target, hand):
     assert (result.run.steps, result.run.missing) == (PERIODS, 0)
 
     times = recording["command_codes"].times
-    assert np.median(result.lateness_s) < LATE_S
-    assert (times[-1] - times[0]) / (PERIODS - 1) == pytest.approx(PERIOD_S, rel=0.02)
-
     low, high = np.array([COMMAND_RANGE[channel] for channel in sorted(COMMAND_RANGE)]).T
     goals = recording["goal"].values
     assert ((low <= goals) & (goals <= high)).all()
@@ -44,3 +41,9 @@ def test_the_shipped_policy_turns_nothing_for_five_seconds(target, hand):
     sent = [record.data for record in recording.wire if record.direction == "to_hand" and record.data[:1] == b"\x11"]
     grasp = next(i for i, row in enumerate(codes) if (row == np.round(asked(codec, policy.settings.nominal))).all())
     assert sent[grasp + 1 : grasp + 1 + PERIODS] == again
+
+    held_up_s = max((delay.by_s for delay in recording.delays), default=0.0)
+    if held_up_s > LATE_S:
+        pytest.skip(f"this computer was held up for {1e3 * held_up_s:.0f} ms: the times of the periods are not judged")
+    assert np.median(result.lateness_s) < LATE_S
+    assert (times[-1] - times[0]) / (PERIODS - 1) == pytest.approx(PERIOD_S, rel=0.02)

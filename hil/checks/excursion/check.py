@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 
 HOLD_S = 0.9
 """Time at either end, s: a finger of firmware `pre` needs 0.7 s for its range."""
+REST_S = 0.2
+"""Last part of that time, s, in which a channel has reached its stop."""
 FURTHEST = (1.0,) * 7
 """How far each channel is sent at most, part of its window, command order."""
 FIST = np.zeros((2, len(Channel)), np.uint16)
@@ -103,11 +105,15 @@ def measure(recording: Recording) -> Measured:
         found[Channel(step.channel).label] = {
             "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
             "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
-            "stop_current": float(last_before(currents.times, pull, step.end)[step.channel]),
             "fist_travel": scale * float(fist_travel[step.channel]),
             "fist_travel_model": scale * float(model_travel[step.channel]),
             "fist_difference": scale * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
         }
+        # A late host may have read it last while the channel was on its way.
+        if currents.times[currents.times < step.end].max(initial=0.0) > step.end - REST_S:
+            found[Channel(step.channel).label]["stop_current"] = float(
+                last_before(currents.times, pull, step.end)[step.channel]
+            )
     for step in steps[1 : 2 * len(Channel) : 2]:
         if (seconds := stroke(step, codes.times, codes.values[:, step.channel])) is not None:
             found[Channel(step.channel).label]["opening_ms"] = 1e3 * seconds

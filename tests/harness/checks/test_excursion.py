@@ -1,6 +1,7 @@
 """Excursion, on recordings made by hand."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks import EXPERIMENTS
 from hil.checks.excursion import check as excursion
+from hil.checks.shared.signals import find_steps
+from hil.recordings.recording import Series
 from tests.support.synthetic import LABELS, held
 
 OPEN_DEG = (0.0, 0.0, 0.0, 0.0, 9.932, -9.932, -15.278)
@@ -57,6 +60,23 @@ def test_every_number_is_the_recorded_one():
     assert math.isnan(found["ring"]["stale"])
     # The reading goes the whole way from one sample to the next.
     assert found["ring"]["opening_ms"] == pytest.approx(0.6 * 20, rel=0.05)
+    assert_current_on_the_way_is_left_out(recording)
+
+
+def assert_current_on_the_way_is_left_out(recording):
+    """A host that was held up for the end of the ring's hold has read its current only before."""
+    currents = recording["currents"]
+    start, end = next((s.start, s.end) for s in closings(recording) if s.channel == Channel.RING)
+    there = (currents.times < start + 0.5) | (currents.times > end)
+    late = Series.of(currents.columns, currents.units, currents.times[there], currents.values[there])
+    found = excursion.measure(replace(recording, series={**recording.series, "currents": late}))
+    assert "stop_current" not in found["ring"]
+    assert "stop_current" in found["pinky"]
+
+
+def closings(recording):
+    commands = recording["command_codes"]
+    return [step for step in find_steps(commands.times, commands.values) if step.after > step.before][: len(LABELS)]
 
 
 def stale(percent, dt=0.02):
