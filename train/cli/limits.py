@@ -150,7 +150,9 @@ def _beside(present: Provenance, fresh: Provenance, anew: set[str]) -> Provenanc
     """Return what made a file: its experiments together, and in tables those that were made anew alone."""
     if WHOLE_RUN.name not in anew:
         return {**present, **dict.fromkeys(sorted(anew), fresh)}
-    tables = {name: one for name, one in present.items() if isinstance(one, Mapping) and name not in anew}
+    # What had widened the limits of before has no part in these.
+    old = {name for name in present if name in anew or name.startswith(WIDENED)}
+    tables = {name: one for name, one in present.items() if isinstance(one, Mapping) and name not in old}
     return {**fresh, **tables}
 
 

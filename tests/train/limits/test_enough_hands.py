@@ -7,11 +7,12 @@ import pytest
 from click.testing import CliRunner
 from outcomes import numbers, outcome
 
+from hil.checks import WHOLE_RUN
 from hil.cli import main
 from hil.verdict.limits import read_provenance
 from train.campaign.store import opened
 from train.campaign.trial import healthy_hands
-from train.cli.limits import limits_text
+from train.cli.limits import _beside, limits_text
 from train.limits.population import held_out, require_enough
 
 
@@ -71,3 +72,9 @@ def test_a_kind_that_hands_only_widened_has_no_empty_provenance():
     text = limits_text((), {"widened_1": {"hands": 1}}, extends="aero_hand_open")
     assert tomllib.loads(text)["provenance"] == {"widened_1": {"hands": 1}}
     assert "[provenance]" not in text
+
+
+def test_limits_that_are_made_anew_keep_no_provenance_of_what_widened_the_old_ones():
+    present = {"hands": 1, "widened_1": {"hands": 2}, "window": {"hands": 3}, "staircase": {"hands": 4}}
+    assert _beside(present, {"hands": 5}, {"staircase", WHOLE_RUN.name}) == {"hands": 5, "window": {"hands": 3}}
+    assert _beside(present, {"hands": 5}, {"window"}) == {**present, "window": {"hands": 5}}
