@@ -27,6 +27,10 @@ TAIL = 0.15
 """Share of the readings that the tail is fitted to."""
 FURTHEST = 0.5
 """How far a limit goes beyond the extreme readings at most, as a part of their range."""
+FEW = 8
+"""Readings of one version that show so little of their spread that it counts double. A normal distribution shows a
+range of 2.5 standard deviations in 6 readings, 3.6 in 18, 5.8 in 300: with it the furthest limit is 4 to 6 of them from
+the middle in each case."""
 LEAST_EXCESSES = 8
 """Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
 LEAST_HANDS = math.ceil(LEAST_EXCESSES / TAIL)
@@ -96,7 +100,7 @@ def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance:
             named = f"{check.experiment} {check.metric}"
             raise ValueError(f"no healthy hand of firmware {group.firmware[-1]} measured {named}; run every experiment")
     deviations = np.concatenate([_deviations(group, check) for group in groups])
-    beyond = _furthest(deviations, chance), _furthest(-deviations, chance)
+    beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
     return [
         _limit(check, group, tuple(v for v in group.firmware if v in versions), beyond, deviations.size)
         for group in groups
@@ -140,7 +144,10 @@ def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tupl
     values = _pooled(group.population, check)
     held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
-    upper, lower = max(median + beyond[0], high + check.floor), min(median - beyond[1], low - check.floor)
+    # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.
+    most = FURTHEST * (1.0 + FEW / values.size) * float(np.ptp(values))
+    upper = max(min(median + beyond[0], float(values.max()) + most), high + check.floor)
+    lower = min(max(median - beyond[1], float(values.min()) - most), low - check.floor)
     source = f"{values.size} readings of healthy hands with such firmware, spread of {count}"
     if check.recorded:
         source += f"; {check.recorded_by}"
@@ -154,12 +161,6 @@ def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tupl
         firmware=firmware,
         healthy=(float(f"{low:.6g}"), float(f"{high:.6g}")),
     )
-
-
-def _furthest(deviations: Floats, chance: float) -> float:
-    """Return how far a limit goes above the median, from the deviations (n,) of all groups from theirs."""
-    # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.
-    return min(upper_bound(deviations, chance), float(deviations.max()) + FURTHEST * float(np.ptp(deviations)))
 
 
 def upper_bound(values: Floats, chance: float) -> float:
