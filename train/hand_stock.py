@@ -18,7 +18,7 @@ from model.cubes import any_cube, nearer, tail_cube
 from model.scene import CUBE
 from train import randomise
 from train.built import BuiltSimulator, draw_scenes
-from train.hands import corrections, draw_hand
+from train.hands import corrections, draw_hand, draw_healthy
 from train.scene import build_scene
 from train.simulator import Batch, Floats, Simulator
 from train.stage import TrainingStage
@@ -49,7 +49,8 @@ class HandStock:
     def hand(self, number: int) -> StockedHand:
         """Build the hand of this number."""
         rng = np.random.default_rng((*self.seed, number))
-        unit, cube = draw_hand(self.stage.hands, rng), CUBE
+        unit = draw_healthy(rng) if self.stage.healthy else draw_hand(self.stage.hands, rng)
+        cube = CUBE
         if self.stage.any_cube:
             tail = self.training and rng.uniform() < self.stage.tail_share
             cube = tail_cube(rng) if tail else any_cube(rng)

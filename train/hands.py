@@ -18,6 +18,7 @@ from aero.channels import CABLES, Channel, Joint
 from aero.policy.settings import PolicySettings
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
+from model.units.plausible import plausible_unit
 
 Bounds = tuple[float, float]
 Floats = NDArray[np.float64]
@@ -78,6 +79,8 @@ class HandRanges:
 
 
 HANDS = HandRanges()
+UNNAMED_SEEDS = (2**32, 2**48)
+"""Seeds of healthy hands for training: commands take 32 bits, so no hand that a policy is measured on is among them."""
 TIMESTEP_S = 0.005
 """Step of the built hand in training, s; the emulated hand takes 2 ms."""
 
@@ -135,6 +138,11 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
         joint_damping=tuple(joints(ranges.joint_damping).tolist()),
     )
     return Unit("drawn", hand=hand, servos=servos)
+
+
+def draw_healthy(rng: np.random.Generator) -> Unit:
+    """Draw one hand of the healthy population, none of those that a command's `--seed` can name."""
+    return plausible_unit(int(rng.integers(*UNNAMED_SEEDS)))
 
 
 def corrections(

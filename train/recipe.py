@@ -129,9 +129,6 @@ HALF_TORQUE = replace(PAPER_TRAINING, noise=(0.002, 0.002, 0.002, 0.002, 0.02, 0
 NEAR_DEFAULT = replace(HANDS, towards_recorded=(0.0, 0.5))
 """For the beginning: a gait is found sooner where the springs are alike."""
 
-NEAR_RECORDED = replace(HANDS, towards_recorded=(0.4, 1.1), digit_spring_factor=(0.75, 1.3))
-"""For the end: healthy hands are drawn around the recorded one, a finger's springs within a factor of 1.3."""
-
 AS_PLACED = ResetRanges(joint_std_rad=0.04, cube_offset_m=0.006, random_orientation=False)
 """A cube that is placed upright, as people do, with three times the error of the trials through the bytes."""
 
@@ -167,7 +164,7 @@ STEADY = Recipe(
             ANY_CUBE,
             name="constrain",
             steps=4_400_000,
-            hands=NEAR_RECORDED,
+            healthy=True,
             rewarded=RewardSettings(Weights(pushed=-2.0)),
             action_rate=Ramp(-0.1, -0.2, 1_000_000),
             redraw=Redraw(every=20, hands=40),
@@ -195,7 +192,7 @@ RECIPES = {recipe.name: recipe for recipe in (STEADY, PAPER)}
 def on_routed_hands(recipe: Recipe) -> Recipe:
     """Return the recipe for MJX, which steps no built hands: routed ones behind servos take their place."""
     stages = tuple(
-        replace(stage, built=False, redraw=None, tail_share=0.0, actuation=SERVOS, rows=SERVO_ROWS)
+        replace(stage, built=False, redraw=None, tail_share=0.0, healthy=False, actuation=SERVOS, rows=SERVO_ROWS)
         if stage.built
         else stage
         for stage in recipe.stages

@@ -100,6 +100,9 @@ class TrainingStage:
     """Whether the hands are built ones; else they are routed."""
     hands: HandRanges = HANDS
     """Which built hands."""
+    healthy: bool = False
+    """Whether the built hands are drawn as the healthy population is (`model.units.plausible`); of `hands`, what a unit
+    does not have still holds, the friction of the fingertips and the error of the correction."""
     redraw: Redraw | None = None
     """How built hands are replaced within the stage."""
     any_cube: bool = False
@@ -135,5 +138,7 @@ class TrainingStage:
     """Hands that a checkpoint is measured on, one episode each."""
 
     def __post_init__(self) -> None:
-        if not self.built and (self.redraw or self.tail_share):
-            raise ValueError(f"stage {self.name!r}: only built hands are redrawn and have cubes from the tail")
+        if not self.built and (self.redraw or self.tail_share or self.healthy):
+            raise ValueError(
+                f"stage {self.name!r}: only built hands are redrawn, healthy ones or have cubes from the tail"
+            )
