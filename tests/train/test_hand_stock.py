@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 
 from model.cubes import PROPERTIES, TAILS, any_cube, nearer, tail_cube
 from model.scene import CUBE
+from model.units.plausible import plausible_unit
 from train.hand_stock import HandStock, oldest, present
 from train.recipe import STEADY
+from train.stage import TrainingStage
 
 STOCK = HandStock(STEADY.stages[-1], STEADY.task.settings, (3, 0, 2, 0))
 
@@ -33,6 +35,22 @@ def test_a_hand_follows_from_its_number_alone():
     assert not np.allclose(first.correction, other.correction)
     elsewhere = replace(STOCK, seed=(4, 0, 2, 0)).hand(7)
     assert not np.allclose(first.correction, elsewhere.correction)
+
+
+def test_the_last_stage_trains_on_healthy_hands_that_no_command_can_name(monkeypatch):
+    drawn = []
+    monkeypatch.setattr("train.hands.plausible_unit", lambda seed: drawn.append(seed) or plausible_unit(seed))
+    monkeypatch.setattr("train.hand_stock.draw_scenes", lambda units, *_: drawn.extend(units) or [None])
+    monkeypatch.setattr("train.hand_stock.corrections", lambda *_, **__: np.zeros((1, 7)))
+    STOCK.hand(7)
+    seed, unit = drawn
+    assert seed > 4_294_967_295  # the largest `--seed`
+    assert unit == plausible_unit(seed)
+
+
+def test_a_routed_stage_has_no_healthy_hands():
+    with pytest.raises(ValueError, match="healthy"):
+        TrainingStage("routed", 1, healthy=True)
 
 
 def share_in_a_tail(cubes):
