@@ -128,7 +128,7 @@ def test_a_trial_follows_the_cube_from_its_placing():
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_either_hand_turns_the_cube_its_own_way(side, plants):
     """The model is mirrored, so a left hand turns it clockwise; a trial counts both as forward."""
-    steady, unit = find_policy("steady"), load_unit("paper")
+    steady, unit = find_policy("steady"), load_unit("reference")
     settings = RunSettings(seconds=4.0, correction=tuple(correction(unit, steady.settings)))
     trial = run_trial(steady, unit, settings=settings, surroundings=Surroundings(side=side))
     assert (trial.surroundings.side, trial.kept) == (side, True)
