@@ -164,7 +164,8 @@ def measure(recording: Recording) -> Measured:
         }
         of_load = {"spring_shape": load.spring_shape, "load_jump": load.load_jump}
         of_load |= {"dry_friction": offset, "friction_scatter": scatter}
-        found[channel.label] |= {name: value for name, value in of_load.items() if np.isfinite(value)}
+        if channel is not Channel.THUMB_CMC_FLEXION:  # of which no check judges them
+            found[channel.label] |= {name: value for name, value in of_load.items() if np.isfinite(value)}
     hand, command = recording["hand"], recording["command"]
     steps = find_steps(command.times, command.values)
     for channel in Channel:
