@@ -45,7 +45,6 @@ from train.identification.unit_parameters import (
     UnitModel,
     excited,
     identifiable_parameters,
-    numbers,
     pulling,
 )
 
@@ -153,8 +152,8 @@ def calibrate(
         noise = noise_counts(found.residuals)
         errors = covariance(found.residuals, found.slopes, spreads(model), kept_slopes, spreads(fitted), noise=noise)
         errors = widened(errors, factors_of(model.free, factors), spreads(model))
-        known = intervals(lambda x: numbers(model.unit(x)), found.x, errors)
-        believed = intervals(lambda x: numbers(model.unit(x)), found.x, np.diag(spreads(model) ** 2))
+        known = intervals(model.numbers, found.x, errors)
+        believed = intervals(model.numbers, found.x, np.diag(spreads(model) ** 2))
         from_readings = told(known, believed)
     return Calibration(model.unit(found.x), kept, firmware, known, from_readings, found, left_out)
 

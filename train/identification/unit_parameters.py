@@ -136,6 +136,10 @@ class UnitModel:
         """Return the unit that free numbers (p,) stand for."""
         return apply(self.start, self.free, x)
 
+    def numbers(self, x: Floats) -> dict[str, Floats]:
+        """Return the numbers that free numbers (p,) stand for, by `section.field`."""
+        return numbers_at(self.start, self.free, x)
+
     def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
         """Return predicted less recorded counts, by replays through every byte."""
         units = [self.unit(numbers) for numbers in x]
@@ -148,8 +152,23 @@ class UnitModel:
         return missed
 
 
+Tables = dict[str, dict[str, Any]]
+"""Fields of a unit by section."""
+
+
 def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
-    """Return a unit whose numbers are those of `unit` moved by `x`, (len(free),) float, as `FREE` says."""
+    """Return a unit whose numbers are those of `unit` moved by `x`, (len(free),) float, as `FREE` says.
+
+    Raises:
+        ValueError: no hand can have such numbers.
+    """
+    tables = _moved(unit, free, x)
+    servos = dataclasses.replace(unit.servos, **tables["servos"])
+    hand = dataclasses.replace(unit.hand, **tables["hand"])
+    return dataclasses.replace(unit, servos=servos, hand=hand)
+
+
+def _moved(unit: Unit, free: Sequence[Free], x: Floats) -> Tables:
     tables = {"servos": dataclasses.asdict(unit.servos), "hand": _with_rise(dataclasses.asdict(unit.hand))}
     for number, value in zip(free, x.tolist(), strict=True):
         section, field = number.name.split(".")
@@ -161,16 +180,23 @@ def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
             )
         else:
             table[field] = gain + factor * table[field]
-    servos = dataclasses.replace(unit.servos, **tables["servos"])
-    hand = dataclasses.replace(unit.hand, **_without_rise(tables["hand"]))
-    return dataclasses.replace(unit, servos=servos, hand=hand)
+    return {**tables, "hand": _without_rise(tables["hand"])}
 
 
 def numbers(unit: Unit) -> dict[str, Floats]:
     """Return the fields of a unit that calibration may change, arrays by `section.field`."""
+    return numbers_at(unit, (), np.zeros(0))
+
+
+def numbers_at(unit: Unit, free: Sequence[Free], x: Floats) -> dict[str, Floats]:
+    """Return the same of `unit` moved by `x`, (len(free),), also where no hand can have such numbers.
+
+    An interval may reach beyond what a hand can have.
+    """
+    tables = _moved(unit, free, x)
     names = dict.fromkeys(free.name.replace("spring_rise", "spring_closed") for free in FREE)
     fields = [(name, *name.split(".")) for name in names]
-    return {name: np.atleast_1d(getattr(getattr(unit, section), field)) for name, section, field in fields}
+    return {name: np.atleast_1d(tables[section][field]) for name, section, field in fields}
 
 
 def _with_rise(hand: dict[str, Any]) -> dict[str, Any]:
