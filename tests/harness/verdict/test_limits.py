@@ -12,7 +12,7 @@ from aero.firmware import FIRMWARE
 from hil.checks import CHECKS, EXPERIMENTS, JUDGED
 from hil.verdict.findings import failed
 from hil.verdict.limits import SUBJECTS, Limit, compare, kinds, load_limits, parse_limit, without
-from train.limits.compute import FEW, FURTHEST
+from train.limits.compute import FURTHEST
 
 TABLE = {
     "experiment": "staircase",
@@ -135,9 +135,7 @@ def test_no_limit_is_wider_than_its_readings_allow(kind):
             if check.given:
                 continue
             low, high = limit.healthy
-            # One for hands with a guard and without may come from either.
-            readings = int(limit.source.partition(" ")[0]) // (2 if limit.guarded is None else 1)
-            margin = max(check.floor, FURTHEST * (1 + FEW / readings) * (high - low))
+            margin = max(check.floor, FURTHEST * (high - low))
             # Limits have three figures, rounded outwards.
             assert math.isinf(limit.at_most) or limit.at_most <= high + margin + 0.011 * abs(high + margin), limit
             assert math.isinf(limit.at_least) or limit.at_least >= low - margin - 0.011 * abs(low - margin), limit
