@@ -44,8 +44,10 @@ def verdict(outcomes: Sequence[Outcome]) -> Rows:
 def alarms(outcomes: Sequence[Outcome]) -> Rows:
     """How many healthy hands are flagged, by what they were found under."""
     healthy = [one for one in outcomes if not one.trial.faults]
-    kinds = {"none": [one for one in healthy if not one.trial.conditions]}
-    kinds["all five kinds at once"] = [one for one in healthy if one.trial.conditions]
+    kinds = {
+        "none": [one for one in healthy if not one.trial.conditions],
+        "all kinds at once": [one for one in healthy if one.trial.conditions],
+    }
     rows = [["conditions", "seeds", "flagged", "95 %", "for"]]
     for name, some in kinds.items():
         share, checks = false_alarms(some)

@@ -39,5 +39,5 @@ def test_healthy_hands_are_counted_by_their_conditions():
     under = outcome(Trial("plausible:3", seed=3, conditions=("gravity",)), numbers={})
     header, without, with_all = campaign.alarms([hand((), 1), hand((), 2), under, hand(("motor_dead",), 4)])
     assert without[:3] == ["none", "1 to 2", "0 of 2"]
-    assert with_all[:3] == ["all five kinds at once", "3 to 3", "0 of 1"]
+    assert with_all[:3] == ["all kinds at once", "3 to 3", "0 of 1"]
     assert len(header) == len(without)
