@@ -63,7 +63,7 @@ class CompiledHand:
         """Where the shaft speeds, (7,), lie among MuJoCo's velocities."""
         self.has_sheaths = any(parameters.cable_friction[channel] for channel in CABLES)
         """Whether the friction of the spools depends on the tensions."""
-        self._shaft_joints = [shaft.id for shaft in shafts]
+        self._shaft_joints = np.array([shaft.id for shaft in shafts])
         self._cables = np.array([model.tendon(cable_name(channel)).id for channel in CABLES])
         first = model.sensor(sensors[0].name).adr[0]
         self._tensions = slice(first, first + len(sensors))
@@ -71,6 +71,11 @@ class CompiledHand:
         self._friction = model.dof_frictionloss
         self._spool_friction = model.dof_frictionloss[self._spools].copy()
         self._sheath_radius = SPOOL_RADIUS * np.array(parameters.cable_friction)[cables]
+        # MuJoCo's own memory, looked up once; each look-up makes an array.
+        self._gain, self._bias = model.actuator_gainprm, model.actuator_biasprm
+        self._force_range, self._torque_range = model.actuator_forcerange, model.jnt_actfrcrange
+        # At the nominal supply; rows: stiffness, torque, damping, limit, current limit.
+        self._nominal = np.zeros((5, SHAFTS))
         model.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
         model.actuator_forcelimited[:SHAFTS] = 1
         model.jnt_actfrclimited[self._shaft_joints] = 1
@@ -79,14 +84,23 @@ class CompiledHand:
 
     def drive(self, shaft: int, drive: Drive) -> None:
         """Let a shaft's actuators follow `drive`, all but its setpoint, which is a control of MuJoCo's data."""
-        model, supply = self.model, self.supply
-        stiffness, limit = supply * drive.stiffness, supply * drive.limit
-        model.actuator_gainprm[shaft, 0] = stiffness
-        model.actuator_biasprm[shaft, :3] = supply * drive.torque, -stiffness, -supply * drive.damping
-        model.actuator_forcerange[shaft] = -limit, limit
-        model.actuator_biasprm[SHAFTS + shaft, 2] = -self.parameters.back_emf if drive.powered else 0.0
-        bound = min(supply * drive.current_limit, UNBOUNDED)
-        model.jnt_actfrcrange[self._shaft_joints[shaft]] = -bound, bound
+        self._nominal[:, shaft] = drive.stiffness, drive.torque, drive.damping, drive.limit, drive.current_limit
+        self._bias[SHAFTS + shaft, 2] = -self.parameters.back_emf if drive.powered else 0.0
+        self._write(slice(shaft, shaft + 1))
+
+    def supply_changed(self, ratio: float) -> None:
+        """Scale all drives to another supply voltage, over nominal."""
+        self.supply = ratio
+        self._write(slice(SHAFTS))
+
+    def _write(self, shafts: slice) -> None:
+        stiffness, torque, damping, limit, current = self.supply * self._nominal[:, shafts]
+        self._gain[shafts, 0], self._bias[shafts, 0] = stiffness, torque
+        self._bias[shafts, 1], self._bias[shafts, 2] = -stiffness, -damping
+        self._force_range[shafts, 0], self._force_range[shafts, 1] = -limit, limit
+        bound = np.minimum(current, UNBOUNDED)
+        joints = self._shaft_joints[shafts]
+        self._torque_range[joints, 0], self._torque_range[joints, 1] = -bound, bound
 
     def rub(self, tensions: Floats | float, factors: Floats | float = 1.0) -> None:
         """Update the friction of sheaths and spools.

@@ -72,9 +72,9 @@ class BuiltHandPlant:
         self._drives = np.zeros((5, SHAFTS))
         self._asked = [UNPOWERED] * SHAFTS
         self._drive_rows = tuple(self._drives)
-        self._current_limits = np.zeros(SHAFTS)
+        self._current_limits = [0.0] * SHAFTS
         self._friction_factors = np.ones(len(CABLES))
-        self._turning = np.zeros(len(CABLES))
+        self._turning = [0.0] * len(CABLES)
         # One for each, so that a cable rubs alike whatever the others do.
         self._random = [np.random.default_rng(cable) for cable in CABLES]
 
@@ -165,12 +165,12 @@ class BuiltHandPlant:
 
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (7,) float, rad, positive closes."""
-        angles: NDArray[np.float64] = self._positions[self.compiled.shaft_qpos]
+        angles: NDArray[np.float64] = self._positions.take(self.compiled.shaft_qpos)
         return angles
 
     def speeds(self) -> NDArray[np.float64]:
         """Return shaft speeds, (7,) float, rad/s."""
-        speeds: NDArray[np.float64] = self._velocities[self.compiled.shaft_dofs]
+        speeds: NDArray[np.float64] = self._velocities.take(self.compiled.shaft_dofs)
         return speeds
 
     def efforts(self) -> NDArray[np.float64]:
@@ -214,30 +214,35 @@ class BuiltHandPlant:
         """Describe what is simulated; a plant with more around the hand adds it here."""
         return build_built(hand, self.parameters)
 
+    # Six cables and seven shafts are handled as numbers, at a third of what arrays of them take.
     def _sheaths(self) -> NDArray[np.float64]:
         """Return the factors on the friction of the sheaths, (6,); a cable that turns round settles in another way."""
         spread = self.parameters.cable_friction_spread
         if spread:
-            speeds = self.speeds()[CABLE_SHAFTS]
-            direction = np.where(np.abs(speeds) > TURNING, np.sign(speeds), self._turning)
-            for cable in np.flatnonzero(direction != self._turning).tolist():
-                self._friction_factors[cable] = max(0.0, 1.0 + spread * self._random[cable].standard_normal())
-            self._turning = direction
+            speeds, turning = self.speeds().tolist(), self._turning
+            for cable, shaft in enumerate(CABLE_SHAFTS):
+                speed = speeds[shaft]
+                direction = 1.0 if speed > TURNING else -1.0 if speed < -TURNING else turning[cable]
+                if direction != turning[cable]:
+                    turning[cable] = direction
+                    self._friction_factors[cable] = max(0.0, 1.0 + spread * self._random[cable].standard_normal())
         return self._friction_factors
 
     def _sag(self) -> None:
         """Lower the supply by what the motors draw, where that changes it noticeably."""
-        hand, unit = self.compiled, self.parameters
-        efforts = hand.supply * self.efforts()
-        windings = efforts - unit.back_emf * self.speeds()
-        windings = np.minimum(np.maximum(windings, -self._current_limits), self._current_limits)
-        # A bridge draws the winding's current for as much of the time as its duty; a motor that brakes gives none back.
-        drawn = float(np.maximum(efforts * windings, 0.0).sum())
+        hand, unit, drawn = self.compiled, self.parameters, 0.0
+        present, back_emf = hand.supply, unit.back_emf
+        shafts = zip(self.efforts().tolist(), self.speeds().tolist(), self._current_limits, strict=True)
+        for nominal, speed, most in shafts:
+            effort = present * nominal
+            winding = min(max(effort - back_emf * speed, -most), most)
+            # A bridge draws the winding's current for as much of the time as its duty; a motor that brakes gives none
+            # back.
+            if (power := effort * winding) > 0.0:
+                drawn += power
         supply = unit.supply_ratio * max(1.0 - unit.supply_sag * drawn, LEAST_SUPPLY)
-        if abs(supply - hand.supply) > NOTICEABLE:
-            hand.supply = supply
-            for shaft, drive in enumerate(self._asked):
-                hand.drive(shaft, drive)
+        if abs(supply - present) > NOTICEABLE:
+            hand.supply_changed(supply)
 
     def _check(self, shaft: int) -> None:
         if not 0 <= shaft < SHAFTS:

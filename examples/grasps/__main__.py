@@ -19,11 +19,11 @@ from pathlib import Path
 import click
 import mujoco
 
-from aero.child_process import leave_interrupts_to_the_parent
 from aero.safety import SafetyStopError
 from hil.targets.opening import open_target
 from hil.targets.target import NoHandError
 from model.units.naming import unit_named
+from train.workers import leave_interrupts_to_the_parent
 
 from .grasp import Grasp
 from .own_hand import make_grasp

@@ -13,7 +13,6 @@ import click
 
 from hil.cli.exits import OURS, Ended, Exit, ctrl_c_exits, run
 from hil.cli.logs import log_nowhere, with_log
-from hil.cli.placeholders import placeholders
 
 
 class Command(NamedTuple):
@@ -99,6 +98,8 @@ class LazyGroup(click.Group):
             needs = f"`aero-hil {cmd_name}` needs the extra `{extra}`; from a checkout: pip install -e '.[{extra}]'"
             if ctx is None or not ctx.meta.get("help"):
                 raise Ended(f"{needs} ({error})", Exit.USAGE) from error
+            from hil.cli.placeholders import placeholders  # noqa: PLC0415 - of use to few, and other help is quick
+
             with placeholders(OURS):
                 command = getattr(import_module(module), attribute)
             command.epilog = needs

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
-from aero.child_process import ChildError
 from hil.cli.exits import Ended, Exit
 
 if TYPE_CHECKING:
@@ -77,7 +76,8 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Ob
     if not wanted:
         yield Nobody()
         return
-    from hil.view.feed import Feed  # noqa: PLC0415 - help is quick
+    from aero.child_process import ChildError  # noqa: PLC0415 - help is quick
+    from hil.view.feed import Feed  # noqa: PLC0415
     from hil.view.frame import Heading  # noqa: PLC0415
 
     feed: Feed | None = None

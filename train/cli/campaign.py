@@ -11,7 +11,6 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
-from aero.child_process import worker_processes
 from aero.firmware import FIRMWARE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
@@ -28,6 +27,7 @@ from train.campaign.conduct import AHEAD, check_address, cluster, conduct, usabl
 from train.campaign.store import NAME, missing, opened
 from train.campaign.summary import flagged, render_campaign
 from train.campaign.trial import USUAL_FIRMWARE, Outcome, faulty_hands, healthy_hands, shipped_hands
+from train.workers import worker_processes
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""

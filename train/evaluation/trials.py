@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from aero.channels import CABLES, Channel
-from aero.child_process import leave_interrupts_to_the_parent
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.file import Policy
 from aero.policy.running import Ending, RunSettings
@@ -23,6 +22,7 @@ from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 from train.evaluation.cube_trial import AS_MEASURED, NONE, CubeTrial, Disturbance, Surroundings, run_trial
 from train.evaluation.trial_set import share_interval, trial_set_of
+from train.workers import leave_interrupts_to_the_parent
 
 ANY_CUBE = "any cube on any hand"
 CUBE_STREAM, WRONG_STREAM = 2, 3

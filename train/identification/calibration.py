@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.child_process import worker_processes
 from aero.firmware import DEFAULT_FIRMWARE
 from hil.recordings.errors import UnusableFileError
 from model.units import Unit
@@ -47,6 +46,7 @@ from train.identification.unit_parameters import (
     identifiable_parameters,
     pulling,
 )
+from train.workers import worker_processes
 
 TYPICAL_ITERATIONS = 3
 """Iterations that a search usually takes, for the time that is left."""

@@ -8,9 +8,9 @@ from collections import Counter
 
 import pytest
 
-from aero.child_process import worker_processes
 from train.campaign.conduct import cluster, conduct
 from train.campaign.trial import Trial, perform
+from train.workers import worker_processes
 
 TRIALS = [Trial(f"plausible:{seed}", seed=seed, homed=False, experiments=("presence",)) for seed in range(4)]
 

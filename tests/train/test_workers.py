@@ -24,7 +24,7 @@ with get_context("spawn").Pool(2, initializer=end_with_the_parent) as workers:
     sys.stdin.read()
 """,
 }
-BEFORE = "import os, sys\nfrom multiprocessing import get_context\nfrom aero.child_process import end_with_the_parent\n"
+BEFORE = "import os, sys\nfrom multiprocessing import get_context\nfrom train.workers import end_with_the_parent\n"
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
