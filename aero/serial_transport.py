@@ -87,9 +87,11 @@ class SerialTransport:
 
     def read(self, size: int, timeout: float) -> bytes:
         """Return up to `size` bytes within `timeout` (s), which may be exceeded by 10 ms; see `Transport.read`."""
-        deadline = Deadline.after(WallClock(), timeout)
         received = bytearray()
         with self._link_errors("read from"):
+            if timeout <= 0.0 and not self._port.in_waiting:
+                return b""
+            deadline = Deadline.after(WallClock(), timeout)
             while len(received) < size:
                 if not deadline.expired:
                     received += self._port.read(size - len(received))  # waits 10 ms at most

@@ -114,5 +114,6 @@ class TimedTransport(Passing):
     def read(self, size: int, timeout: float) -> bytes:
         """Read as the transport behind does."""
         data = super().read(size, timeout)
-        self._timed.note()
+        if timeout > 0.0:  # one that does not wait leaves it to the next call
+            self._timed.note()
         return data
