@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Mapping
 
-from aero.channels import Channel
+from aero.channels import FINGERS, Channel
 from aero.errors import DesyncError
 from aero.safety import SafetyReason
 from hil.verdict.diagnosis import Component, Location
@@ -33,28 +33,27 @@ STOPS = {
     SafetyReason.STILL_CLOSED: "blocked",
 }
 """Row that a stop of the guard leaves where no check says more."""
+THUMB_BASE = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION)
 THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
-LESS_TORQUE = {
-    "excursion/closed_percent": -1,
-    "excursion/fist_travel": -1,
-    "staircase/excursion_hand": -1,
-    "staircase/tracking_rms": 1,
-    "staircase/rise_hand_ms": 1,
-    "staircase/spring": 1,
-    "replay/replay_delay": 1,
-}
+STOPS_SHORT = ("excursion/closed_percent", "excursion/fist_travel", "staircase/excursion_hand")
+SLOW = ("staircase/tracking_rms", "staircase/rise_hand_ms", "staircase/spring", "replay/replay_delay")
+LESS_TORQUE = dict.fromkeys(STOPS_SHORT, -1) | dict.fromkeys(SLOW, 1)
 """Readings that too little torque moves, and to which side."""
+LOADS = ("audit/pull", "holding/holding_current", "staircase/friction")
+LOADED = LESS_TORQUE | dict.fromkeys(("audit/followed", "coupling/stop_abducted"), -1) | dict.fromkeys(LOADS, 1)
+"""The same, with what else it moves, on a few channels."""
+PACE = ("rise", "opening")
+THUMB = frozenset(Channel) - frozenset(FINGERS)
 FRICTION = ("friction", "dry_friction", "friction_scatter")
 MOVED = "audit/others_moved"
 
 
 class Failures:
-    """The judged readings of a run."""
+    """The judged readings of a run; `failed` by check, `experiment/metric`, and subject."""
 
     def __init__(self, excesses: Mapping[Key, float], sides: Mapping[Key, float]) -> None:
         """Take readings by their excess (`Limit.excess`) and by their place among healthy ones (`Limit.side`)."""
         self.failed = {(f"{e}/{m}", on): excess for (e, m, on), excess in excesses.items() if out_of_limits(excess)}
-        """By check, `experiment/metric`, and subject."""
         self.sides = sides
 
     def on(self, check: str, sign: int = 0) -> frozenset[Channel]:
@@ -67,8 +66,7 @@ class Failures:
 
     def hand(self, check: str, sign: int = 0) -> bool:
         """Return whether a check of the whole hand failed to one side, to any when 0."""
-        excess = self.failed.get((check, "hand"), 0.0)
-        return bool(excess * sign > 0 if sign else excess)
+        return (check, "hand") in self.failed and (not sign or self.failed[check, "hand"] * sign > 0)
 
     def excess(self, check: str, channel: Channel) -> float:
         """Return how far a reading of a channel is off; 0 within its limits."""
@@ -81,26 +79,26 @@ class Failures:
 
     def of_driver(self, *, orderly: bool) -> bool:
         """Return whether the driver sent something else, or misread replies of a link that is in order."""
-        mine = {check for check, _ in self.failed if check.startswith("driver/")}
-        return any(orderly or not check.startswith("driver/read_") for check in mine)
+        return any(check.startswith("driver/") and (orderly or "/read_" not in check) for check, _ in self.failed)
 
     @property
     def short_of_torque(self) -> bool:
         """Return whether many channels stop short, or fail one other check to the side of too little torque."""
-        short = frozenset[Channel]().union(*(self.on(check, -1) for check, sign in LESS_TORQUE.items() if sign < 0))
-        slow = (self.on(check, 1) for check, sign in LESS_TORQUE.items() if sign > 0 and "replay" not in check)
-        return max(len(short), *map(len, slow)) >= MANY
+        short = frozenset[Channel]().union(*(self.on(check, -1) for check in STOPS_SHORT))
+        slow = (self.on(check, 1) for check in SLOW if "replay" not in check)
+        return any(map(many, (short, *slow)))
 
     def weight(self, channel: Channel) -> float:
         """Return how much speaks for a channel: its failed checks, one that is far off for up to three."""
         return sum(min(abs(e), 3.0) for (check, on), e in self.failed.items() if on == channel.label and check != MOVED)
 
 
-RuleResult = tuple[Location, str]
-"""Location and name of a row of `diagnoses.toml`; the name is empty when no known cause explains the failures."""
+def many(channels: frozenset[Channel]) -> bool:
+    """Return whether so many channels share an effect, and not the thumb's alone, which lean on each other."""
+    return len(channels) >= MANY and not channels <= THUMB
 
 
-def rule_for(failures: Failures, end: RunEnd) -> RuleResult:
+def rule_for(failures: Failures, end: RunEnd) -> tuple[Location, str]:
     """Return where something is wrong in a run that failed, and the row that its failures leave."""
     return (
         of_the_bytes(failures, end)
@@ -115,11 +113,11 @@ def rule_for(failures: Failures, end: RunEnd) -> RuleResult:
     )
 
 
-def _first(*rules: tuple[bool, Component, str]) -> RuleResult | None:
+def _first(*rules: tuple[bool, Component, str]) -> tuple[Location, str] | None:
     return next(((Location(component), row) for holds, component, row in rules if holds), None)
 
 
-def of_the_bytes(failures: Failures, end: RunEnd) -> RuleResult | None:
+def of_the_bytes(failures: Failures, end: RunEnd) -> tuple[Location, str] | None:
     """What the driver sent, restarts, lost and altered bytes, and the errors that a silent board or link ends with."""
     lost = failures.hand("session/lost_replies") or failures.hand("presence/lost_replies")
     stray = failures.hand("session/stray_bytes")
@@ -143,7 +141,7 @@ def of_the_bytes(failures: Failures, end: RunEnd) -> RuleResult | None:
     )
 
 
-def of_the_bus(failures: Failures, end: RunEnd) -> RuleResult | None:
+def of_the_bus(failures: Failures, end: RunEnd) -> tuple[Location, str] | None:
     """Readings that stand still on all channels, at rest or on their way: a silent servo, or a link that repeats."""
     gone = failures.hand("presence/distinct_readings") or failures.hand("presence/boot_contradictions")
     late = failures.hand("presence/round_trip") or failures.hand("response/telemetry_period", 1)
@@ -160,16 +158,18 @@ def of_the_bus(failures: Failures, end: RunEnd) -> RuleResult | None:
     )
 
 
-def of_the_hand(failures: Failures) -> RuleResult | None:
+def of_the_hand(failures: Failures) -> tuple[Location, str] | None:
     """The same effect on three channels, or a little on many to one side: a cause that all share."""
-    slow = failures.hand("response/open_close_rate", -1)
-    # Too little torque of all leaves each finger as fast as its neighbours, and no finger more friction than they.
-    only_torque = all(check in LESS_TORQUE for check, subject in failures.failed if subject in LABELS)
+    slow = failures.sides.get(("response", "open_close_rate", "hand"), 0.0) < -1.0
+    # Too little torque of all leaves each finger as fast as its neighbours, and loads more than one channel.
+    alike = all(failures.sides.get(("alike", name, finger.label), 0.0) < 1.0 for name in PACE for finger in FINGERS)
+    loads = all(excess * LOADED.get(check, 0) > 0 for (check, on), excess in failures.failed.items() if on in LABELS)
+    one = len(failures.channels) == 1 and (failures.on("staircase/spring", 1) or failures.on("staircase/friction", 1))
     pulled = failures.on("audit/pull", 1) & failures.on("audit/followed", -1)
     return _first(
         (failures.short_of_torque, Component.SUPPLY, "supply"),
         (len(pulled) >= MANY - 1 and Channel.THUMB_FLEXOR in pulled, Component.SUPPLY, "supply"),
-        (slow and only_torque and not failures.on("staircase/spring", 1), Component.SUPPLY, "supply"),
+        (slow and alike and loads and not one, Component.SUPPLY, "supply"),
         (less_torque(failures) >= TO_ONE_SIDE, Component.SUPPLY, "supply"),
     )
 
@@ -184,11 +184,12 @@ def less_torque(failures: Failures) -> float:
     return means[len(means) // 2] if len(means) > MANY else 0.0
 
 
-def of_exchanged(failures: Failures) -> RuleResult | None:
+def of_exchanged(failures: Failures) -> tuple[Location, str] | None:
     """Two channels, or both sides, mixed up."""
     cmc, flexor = THUMB_CABLES
     further = cmc in failures.on("excursion/closed_percent", 1) and flexor in failures.channels
-    if len(failures.on("audit/followed")) >= MANY or len(failures.on("excursion/stop_current", -1)) >= MANY:
+    further &= Channel.THUMB_ABDUCTION not in failures.on("audit/followed", -1)
+    if many(failures.on("audit/followed")) or many(failures.on("excursion/stop_current", -1)):
         return Location(Component.BOARD), "other_side"
     moved = failures.on(MOVED)
     if len(moved) == 2 and failures.on("audit/followed", -1) & moved:
@@ -196,38 +197,42 @@ def of_exchanged(failures: Failures) -> RuleResult | None:
     return (Location(Component.CHANNELS, THUMB_CABLES), "exchanged") if further else None
 
 
-def of_a_sensor(failures: Failures) -> RuleResult | None:
+def of_a_sensor(failures: Failures) -> tuple[Location, str] | None:
     """One channel's temperature is off, and no other channel fails: its temperature sensor."""
     off = failures.on("presence/temperature") | failures.on("alike/temperature") | failures.on("alike/warmed")
     if len(off) != 1 or len(failures.channels) > 1:
         return None
-    (channel,) = off
-    hot = any(failures.excess(check, channel) > 0 for check in ("presence/temperature", "alike/temperature"))
-    return Location(Component.CHANNEL, (channel,)), "hot" if hot else "temperature_sensor"
+    hot = any(failures.on(check, 1) for check in ("presence/temperature", "alike/temperature"))
+    return Location(Component.CHANNEL, tuple(off)), "hot" if hot else "temperature_sensor"
 
 
-def of_the_times(failures: Failures) -> RuleResult | None:
+def of_the_times(failures: Failures) -> tuple[Location, str] | None:
     """What comes late on the whole hand, and by no lack of torque."""
     # A channel that does not move at all leaves no time to measure.
     slow_start = failures.hand("response/command_to_motion", 1) and not failures.on("audit/followed", -1)
     late = slow_start or len(failures.on("replay/replay_delay", 1)) >= MANY
-    soft = len(failures.on("excursion/closed_percent")) >= MANY or len(failures.on("staircase/excursion_hand")) >= MANY
+    soft = many(failures.on("excursion/closed_percent")) or many(failures.on("staircase/excursion_hand"))
     return _first((late, Component.HAND, "late_servos"), (soft, Component.HAND, "cables_soft"))
 
 
-def of_a_stop(failures: Failures, end: RunEnd) -> RuleResult | None:
+def of_a_stop(failures: Failures, end: RunEnd) -> tuple[Location, str] | None:
     """The guard stopped the hand for one channel: its kind of stop tells what little was seen."""
     if end.channel is None or end.stop not in STOPS:
         return None
     return Location(Component.CHANNEL, (end.channel,)), what(failures, end.channel) or STOPS[end.stop]
 
 
-def of_a_channel(failures: Failures) -> RuleResult | None:
+def of_a_channel(failures: Failures) -> tuple[Location, str] | None:
     """The channel for which most speaks, and what its own checks leave."""
     if not failures.channels:
         return None
-    channel = max(failures.channels, key=lambda one: (failures.weight(one), -one))
-    return Location(Component.CHANNEL, (channel,)), what(failures, channel)
+    # What leans on a channel that stands still may be further off than it is itself.
+    stands = {one: failures.excess("audit/followed", one) < -STANDS for one in failures.channels}
+    channel = max(stands, key=lambda one: (stands[one], failures.weight(one), -one))
+    row = what(failures, channel)
+    # The two meet in one joint: a current at rest of either may come from the other.
+    on = THUMB_BASE if row == "zero" and channel in THUMB_BASE else (channel,)
+    return Location(Component.CHANNELS if on is THUMB_BASE else Component.CHANNEL, on), row
 
 
 def what(failures: Failures, channel: Channel) -> str:
@@ -257,8 +262,7 @@ def what(failures: Failures, channel: Channel) -> str:
         (high("holding/creep_percent") or (low("alike/held_again") or high("alike/held_again")), "drift"),
         (high("response/standstill", "excursion/stale") and not short, "answers"),
         (unloaded and (further or high("audit/followed")), "cable_off"),
-        (unloaded and low("excursion/stop_current"), "current_sensor"),
-        (loaded and high("excursion/stop_current"), "current_sensor"),
+        ((unloaded and low("excursion/stop_current")) or (loaded and high("excursion/stop_current")), "current_sensor"),
         (high("staircase/take_up") and low("staircase/spring"), "cable_off"),
         (high("presence/idle_current") and not low("audit/followed"), "zero"),
         (unloaded, "spring_weak"),
