@@ -34,16 +34,16 @@ STOPS = {
 }
 """Row that a stop of the guard leaves where no check says more."""
 THUMB_BASE = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION)
+OF_THE_BASE = ("", "zero", "stop_moved")
+"""Rows that one of the two may leave for what the other does: they meet in one joint."""
 THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 STOPS_SHORT = ("excursion/closed_percent", "excursion/fist_travel", "staircase/excursion_hand")
 SLOW = ("staircase/tracking_rms", "staircase/rise_hand_ms", "staircase/spring", "replay/replay_delay")
 LESS_TORQUE = dict.fromkeys(STOPS_SHORT, -1) | dict.fromkeys(SLOW, 1)
 """Readings that too little torque moves, and to which side."""
-LOADS = ("audit/pull", "holding/holding_current", "staircase/friction")
+LOADS = ("audit/pull", "holding/holding_current", "staircase/friction", "staircase/late_steps")
 LOADED = LESS_TORQUE | dict.fromkeys(("audit/followed", "coupling/stop_abducted"), -1) | dict.fromkeys(LOADS, 1)
 """The same, with what else it moves, on a few channels."""
-PACE = ("rise", "opening")
-THUMB = frozenset(Channel) - frozenset(FINGERS)
 FRICTION = ("friction", "dry_friction", "friction_scatter")
 MOVED = "audit/others_moved"
 
@@ -88,14 +88,15 @@ class Failures:
         slow = (self.on(check, 1) for check in SLOW if "replay" not in check)
         return any(map(many, (short, *slow)))
 
-    def weight(self, channel: Channel) -> float:
-        """Return how much speaks for a channel: its failed checks, one that is far off for up to three."""
-        return sum(min(abs(e), 3.0) for (check, on), e in self.failed.items() if on == channel.label and check != MOVED)
+    def weight(self, one: Channel) -> float:
+        """Return how much speaks for a channel: its failed checks, one far off for three; standing still, for all."""
+        stands = 99.0 * (self.excess("audit/followed", one) < -STANDS)  # others that lean on it may be further off
+        return stands + sum(min(abs(e), 3.0) for (c, on), e in self.failed.items() if on == one.label and c != MOVED)
 
 
 def many(channels: frozenset[Channel]) -> bool:
     """Return whether so many channels share an effect, and not the thumb's alone, which lean on each other."""
-    return len(channels) >= MANY and not channels <= THUMB
+    return len(channels) >= MANY and not channels.isdisjoint(FINGERS)
 
 
 def rule_for(failures: Failures, end: RunEnd) -> tuple[Location, str]:
@@ -162,7 +163,7 @@ def of_the_hand(failures: Failures) -> tuple[Location, str] | None:
     """The same effect on three channels, or a little on many to one side: a cause that all share."""
     slow = failures.sides.get(("response", "open_close_rate", "hand"), 0.0) < -1.0
     # Too little torque of all leaves each finger as fast as its neighbours, and loads more than one channel.
-    alike = all(failures.sides.get(("alike", name, finger.label), 0.0) < 1.0 for name in PACE for finger in FINGERS)
+    alike = all(failures.sides.get(("alike", n, f.label), 0.0) < 1.0 for n in ("rise", "opening") for f in FINGERS)
     loads = all(excess * LOADED.get(check, 0) > 0 for (check, on), excess in failures.failed.items() if on in LABELS)
     one = len(failures.channels) == 1 and (failures.on("staircase/spring", 1) or failures.on("staircase/friction", 1))
     pulled = failures.on("audit/pull", 1) & failures.on("audit/followed", -1)
@@ -208,8 +209,9 @@ def of_a_sensor(failures: Failures) -> tuple[Location, str] | None:
 
 def of_the_times(failures: Failures) -> tuple[Location, str] | None:
     """What comes late on the whole hand, and by no lack of torque."""
-    # A channel that does not move at all leaves no time to measure.
-    slow_start = failures.hand("response/command_to_motion", 1) and not failures.on("audit/followed", -1)
+    # A channel that does not move, or jumps, leaves no time to measure.
+    spoilt = failures.on("audit/followed", -1) | failures.on("staircase/overshoot_hand_percent")
+    slow_start = failures.hand("response/command_to_motion", 1) and not spoilt
     late = slow_start or len(failures.on("replay/replay_delay", 1)) >= MANY
     soft = many(failures.on("excursion/closed_percent")) or many(failures.on("staircase/excursion_hand"))
     return _first((late, Component.HAND, "late_servos"), (soft, Component.HAND, "cables_soft"))
@@ -224,14 +226,14 @@ def of_a_stop(failures: Failures, end: RunEnd) -> tuple[Location, str] | None:
 
 def of_a_channel(failures: Failures) -> tuple[Location, str] | None:
     """The channel for which most speaks, and what its own checks leave."""
+    behind = [one for one in FINGERS if failures.sides.get(("response", "standstill", one.label), 0.0) > 1.0]
     if not failures.channels:
-        return None
-    # What leans on a channel that stands still may be further off than it is itself.
-    stands = {one: failures.excess("audit/followed", one) < -STANDS for one in failures.channels}
-    channel = max(stands, key=lambda one: (stands[one], failures.weight(one), -one))
+        # A reading of the hand goes to the finger that alone shows it.
+        shown = len(behind) == 1 and failures.hand("response/longest_standstill")
+        return (Location(Component.CHANNEL, tuple(behind)), "answers") if shown else None
+    channel = max(failures.channels, key=lambda one: (failures.weight(one), -one))
     row = what(failures, channel)
-    # The two meet in one joint: a current at rest of either may come from the other.
-    on = THUMB_BASE if row == "zero" and channel in THUMB_BASE else (channel,)
+    on = THUMB_BASE if row in OF_THE_BASE and channel in THUMB_BASE else (channel,)
     return Location(Component.CHANNELS if on is THUMB_BASE else Component.CHANNEL, on), row
 
 

@@ -118,7 +118,8 @@ def _sent(recording: Recording, requests: Iterable[_Request]) -> tuple[Floats, i
     times = np.array([request.t for request in frames])
     # Of two rows at one time, the first says where the hand stood before.
     ends = np.append(series.times[1:], np.inf)
-    given = ends - series.times >= SAME_TIME_S
+    # The log forgets the oldest bytes of a very long recording.
+    given = (ends - series.times >= SAME_TIME_S) & (series.times > recording.wire[0].t - SAME_TIME_S)
     first = np.searchsorted(times, series.times[given] - SAME_TIME_S)
     sent = np.append(times, np.inf)[first] < ends[given] - SAME_TIME_S
     words = _values([request.frame for request in frames])

@@ -6,7 +6,7 @@ It is no experiment of its own: it is measured on the recording of the session t
 from __future__ import annotations
 
 from aero.protocol import FRAME_SIZE, holds_boot_text
-from hil.checks.shared.exchanges import MEASUREMENTS, exchanges, lost_replies
+from hil.checks.shared.exchanges import MEASUREMENTS, exchanges, lost_replies, surplus_frames
 from hil.checks.shared.experiment import Measured
 from hil.recordings.recording import Recording
 
@@ -23,7 +23,8 @@ def measure(recording: Recording) -> Measured:
     made = exchanges(recording.wire)
     asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)
     texts = [exchange.received for exchange in made if holds_boot_text(exchange.received)]
-    stray = sum(len(exchange.received) % FRAME_SIZE for exchange in made if exchange.received not in texts)
+    quiet = [exchange for exchange in made if exchange.received not in texts]
+    stray = sum(len(exchange.received) % FRAME_SIZE for exchange in quiet) + FRAME_SIZE * surplus_frames(quiet)
     return {
         "hand": {
             "lost_replies": 100.0 * lost_replies(made) / max(1, asked),

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from aero.protocol import FILLER, FRAME_SIZE
+from aero.protocol import FILLER, FRAME_SIZE, Opcode
 from hil.targets.wire_log import WireRecord
 
 MEASUREMENTS = range(0x22, 0x26)
 """Opcodes of requests that the board answers with one frame, at once."""
+UNANSWERED = {Opcode.CTRL_POS, Opcode.CTRL_TOR}
+"""Requests that are not answered."""
 
 
 @dataclass
@@ -43,6 +45,19 @@ def round_trips(wire: Iterable[WireRecord]) -> tuple[int, list[float]]:
             if received == FRAME_SIZE:
                 trips.append(record.t - asked)
     return requests, trips
+
+
+def surplus_frames(made: Iterable[Exchange]) -> int:
+    """Return how many whole replies came when none was due any more, as of a link that doubles them."""
+    surplus = due = 0
+    for exchange in made:
+        due += exchange.opcode not in UNANSWERED
+        frames = len(exchange.received) // FRAME_SIZE
+        surplus += max(0, frames - due)
+        # Replies come in the order of their requests.
+        last = exchange.received[FRAME_SIZE * (frames - 1) : FRAME_SIZE * frames]
+        due = 0 if last[:1] == bytes((exchange.opcode,)) else max(0, due - frames)
+    return surplus
 
 
 def lost_replies(made: Iterable[Exchange]) -> int:

@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from aero.protocol import Opcode
+from aero.protocol import FRAME_SIZE
+from hil.checks.shared.exchanges import UNANSWERED
 from hil.recordings.recording import Recording
 from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
@@ -21,8 +22,6 @@ LEAST_SAMPLES = 10
 """Readings from which on a program has a rhythm."""
 FEW = 0.02
 """Part of the replies that may come late and still be a computer's doing: a link or a board is late more often."""
-SILENT = {Opcode.CTRL_POS, Opcode.CTRL_TOR}
-"""Requests that are not answered."""
 
 
 def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
@@ -51,11 +50,15 @@ def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
 def _gaps(wire: Sequence[WireRecord]) -> tuple[list[Delay], list[Delay]]:
     """Return the stretches between exchanges, in which the program does as it pleases, and those of the exchanges."""
     idle, trips = list[Delay](), list[Delay]()
+    received = 0
     for before, record in pairwise(wire):
-        asked = before.direction == "to_hand" and before.data[0] not in SILENT
+        asked = before.direction == "to_hand" and before.data[0] not in UNANSWERED
         gap = Delay(record.t, record.t - before.t, Loop.PROGRAM if not asked else Loop.BOARD)
+        received = received + len(before.data) if before.direction == "from_hand" else 0
         if record.direction == "to_hand" and not asked:
-            idle.append(gap)
+            # After bytes that nobody asked for, the driver waits until the line is quiet.
+            if received <= FRAME_SIZE:
+                idle.append(gap)
         elif record.direction == "from_hand" and asked:
             trips.append(gap)
     return idle, trips

@@ -69,6 +69,11 @@ def changed(name, values):
     )
 
 
+def test_a_command_from_before_the_oldest_bytes_of_a_log_that_forgets_is_not_missed():
+    assert driver.measure(replace(good(), wire=good().wire[3:]))["hand"]["unsent"] == 0.0
+    assert driver.measure(replace(good(), wire=(*good().wire[:2], *good().wire[3:])))["hand"]["unsent"] == 1.0
+
+
 def test_bytes_that_say_what_was_commanded_are_right():
     found = driver.measure(good())
     assert found == {**dict.fromkeys(LABELS, QUIET), "hand": {"unsent": 0.0, "extra": 0.0, "limits": 0.0}}

@@ -12,14 +12,19 @@ PERIOD_S = 0.02
 ASK, REPLY, COMMAND = b"\x22" + bytes(15), b"\x22" + bytes(15), b"\x11" + bytes(15)
 
 
-def recording(late=(), slow=()):
-    """Fifty readings and commands; `late` gives how long the program waited before some, `slow` the link after some."""
+def recording(late=(), slow=(), doubled=()):
+    """Fifty readings and commands; `late` gives how long the program waited before some, `slow` the link after some.
+
+    Of `doubled` rows the reply comes twice.
+    """
     t, times, wire = 0.0, [], []
     for row in range(50):
         t = max(t, row * PERIOD_S) + dict(late).get(row, 0.0)
         times.append(t)
         trip = 0.001 + dict(slow).get(row, 0.0)
         wire += [WireRecord(t, "to_hand", ASK), WireRecord(t + trip, "from_hand", REPLY)]
+        wire += [WireRecord(t + trip, "from_hand", REPLY)] * (row in doubled)
+        trip += 0.08 * (row in doubled)
         wire.append(WireRecord(t + trip + 0.0005, "to_hand", COMMAND))
         t += trip + 0.0005
     codes = Series.of(LABELS, ["u16"] * 7, times, np.zeros((50, 7)))
@@ -35,6 +40,10 @@ def test_a_program_that_waited_is_held_up_for_as_long():
     (one,) = held_up(recording(late=[(20, 0.08)]), PERIOD_S)
     assert one.by_s == pytest.approx(0.08, abs=0.002)
     assert one.t == pytest.approx(0.48)
+
+
+def test_a_driver_that_waits_for_quiet_after_a_doubled_reply_is_not_held_up():
+    assert held_up(recording(doubled=(10, 20, 30)), PERIOD_S) == ()
 
 
 def test_one_slow_reply_is_a_computer_and_many_are_a_link():

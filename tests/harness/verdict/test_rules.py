@@ -161,6 +161,18 @@ def test_a_hand_slower_than_any_healthy_one_whose_fingers_are_alike_has_too_litt
     assert told(**checks)[:2] == (Component.CHANNEL, RING)
 
 
+def test_a_reading_of_the_hand_goes_to_the_finger_that_alone_shows_it():
+    """As found on play of 96 counts behind one encoder: 29 ms of standstill, 9 ms on the other fingers."""
+    still = {("response", "standstill", label): -0.6 for label in FINGERS} | {("response", "standstill", "ring"): 2.4}
+    assert told(sides=still, response__longest_standstill=1.2) == (Component.CHANNEL, RING, "answers")
+    assert told(response__longest_standstill=1.2) == (Component.UNKNOWN, (), "")
+
+
+def test_a_finger_that_jumps_leaves_no_late_servos():
+    jumps = {"response__command_to_motion": 3.0, "staircase__overshoot_hand_percent": 9.0}
+    assert told(**jumps) == (Component.CHANNEL, RING, "jumping")
+
+
 def test_a_slow_hand_with_one_finger_behind_the_others_or_with_more_load_is_that_fingers():
     weak = {"excursion__closed_percent": -9, "holding__holding_current": 2.6}
     behind = SLOWER_THAN_ANY | {("alike", "rise", "ring"): 1.1}
@@ -184,6 +196,8 @@ def test_a_current_at_rest_in_the_base_of_the_thumb_may_come_from_either_channel
     base = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION)
     for one in base:
         assert told(presence__idle_current={one.label: 3.0}) == (Component.CHANNELS, base, "zero")
+    further = {"thumb_cmc_flexion": 1.9}
+    assert told(excursion__closed_percent=further) == (Component.CHANNELS, base, "stop_moved")
 
 
 def test_the_channel_for_which_most_speaks():
