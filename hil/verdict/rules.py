@@ -20,7 +20,7 @@ MANY = 3
 """Channels with one and the same effect from which on the whole hand is asked for its cause first."""
 TO_ONE_SIDE = 0.55
 """Mean place of torque readings among healthy ones, from which on all channels lie to one side of them."""
-STANDS = 3.0
+STANDS = 20.0
 """Excess of the way that a channel followed, from which on it did not move at all."""
 LABELS = {channel.label: channel for channel in Channel}
 STOPS = {
@@ -121,17 +121,18 @@ def _first(*rules: tuple[bool, Component, str]) -> tuple[Location, str] | None:
 def of_the_bytes(failures: Failures, end: RunEnd) -> tuple[Location, str] | None:
     """What the driver sent, restarts, lost and altered bytes, and the errors that a silent board or link ends with."""
     lost = failures.hand("session/lost_replies") or failures.hand("presence/lost_replies")
-    stray = failures.hand("session/stray_bytes")
+    stray, restarts = failures.hand("session/stray_bytes"), failures.hand("session/restarts")
+    late = failures.hand("presence/round_trip")
     broken = end.kind is EndKind.LINK or end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
     # One servo's readings do not make another's jump; motors without torque to spare creep.
     creeping = frozenset[Channel]() if failures.short_of_torque else failures.on("holding/creep_percent")
     jumping = failures.on("staircase/overshoot_hand_percent") | creeping
     return _first(
         # What the hand reads says nothing then.
-        (failures.of_driver(orderly=not (lost or stray)), Component.DRIVER, "driver"),
+        (failures.of_driver(orderly=not (lost or stray or restarts)), Component.DRIVER, "driver"),
         (end.kind is EndKind.FIRMWARE, Component.BOARD, "firmware_program"),
-        (failures.hand("session/restarts"), Component.BOARD, "restarts"),
-        (failures.hand("session/unanswered_limits") and not lost, Component.BOARD, "older_firmware"),
+        (restarts, Component.BOARD, "restarts"),
+        (failures.hand("session/unanswered_limits") and not (lost or late), Component.BOARD, "older_firmware"),
         (end.unanswered_limit and not lost, Component.BOARD, "older_firmware"),
         (isinstance(end.error, ConnectionError), Component.LINK, "port_gone"),
         (broken and not stray and not isinstance(end.error, DesyncError), Component.BOARD_OR_LINK, "silent"),
@@ -187,15 +188,15 @@ def less_torque(failures: Failures) -> float:
 
 def of_exchanged(failures: Failures) -> tuple[Location, str] | None:
     """Two channels, or both sides, mixed up."""
-    cmc, flexor = THUMB_CABLES
-    further = cmc in failures.on("excursion/closed_percent", 1) and flexor in failures.channels
-    further &= Channel.THUMB_ABDUCTION not in failures.on("audit/followed", -1)
+    closed, shape, moved = "excursion/closed_percent", "staircase/spring_shape", failures.on(MOVED)
     if many(failures.on("audit/followed")) or many(failures.on("excursion/stop_current", -1)):
         return Location(Component.BOARD), "other_side"
-    moved = failures.on(MOVED)
-    if len(moved) == 2 and failures.on("audit/followed", -1) & moved:
-        return Location(Component.CHANNELS, tuple(sorted(moved))), "exchanged"
-    return (Location(Component.CHANNELS, THUMB_CABLES), "exchanged") if further else None
+    # Each finger's load grows in a way of its own.
+    opposite = len(failures.failed) == 2 and failures.on(shape, 1) and failures.on(shape, -1)
+    two = moved if failures.on("audit/followed", -1) & moved else failures.on(shape) if opposite else frozenset()
+    further = failures.on(closed, 1) >= {Channel.THUMB_CMC_FLEXION} and Channel.THUMB_FLEXOR in failures.on(closed, -1)
+    two = two if len(two) == 2 else frozenset(THUMB_CABLES) if further else frozenset()
+    return (Location(Component.CHANNELS, tuple(sorted(two))), "exchanged") if two else None
 
 
 def of_a_sensor(failures: Failures) -> tuple[Location, str] | None:

@@ -141,6 +141,28 @@ def test_two_channels_that_move_each_other_are_exchanged():
     assert found == (Component.CHANNELS, (Channel.INDEX, Channel.MIDDLE), "exchanged")
 
 
+def test_two_fingers_whose_loads_grow_to_opposite_sides_are_exchanged():
+    """As found on the cables of middle and ring exchanged: nothing else tells it on the wire."""
+    shapes = {"middle": -3.9, "ring": 3.4}
+    found = told(staircase__spring_shape=shapes)
+    assert found == (Component.CHANNELS, (Channel.MIDDLE, Channel.RING), "exchanged")
+    assert told(staircase__spring_shape=shapes, staircase__friction=2.0)[:2] == (Component.CHANNEL, RING)
+
+
+def test_a_board_that_restarts_is_no_driver_that_misreads():
+    assert told(session__restarts=3.0, driver__read_currents=all_of(3))[::2] == (Component.BOARD, "restarts")
+
+
+def test_limits_that_are_acknowledged_late_are_no_older_firmware():
+    late = told(session__unanswered_limits=3.0, presence__round_trip=3.0)
+    assert late == (Component.LINK, (), "late_link")
+
+
+def test_a_channel_that_follows_by_nine_tenths_rubs_and_is_not_stuck():
+    """As found on friction of the gear at 0.13 N m, which fails the gate."""
+    assert told(audit__followed=-4.4, audit__pull=4.8)[2] == "friction"
+
+
 def test_thumb_cables_are_exchanged_where_nothing_stops_the_base():
     closed = {"thumb_cmc_flexion": 40, "thumb_flexor": -30}
     assert told(excursion__closed_percent=closed)[2] == "exchanged"
