@@ -195,10 +195,9 @@ def _pty(request: OpenRequest) -> Iterator[Target]:
         delays=request.delays,
         program=request.program,
         faults=request.schedule.faults,
+        homed=request.homed,
     )
     with served as path, _serial(request, path) as (hand, clock, wire):
-        if request.homed:
-            hand.home()
         yield request.granted(hand, clock, wire)
 
 

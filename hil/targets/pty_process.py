@@ -17,7 +17,7 @@ from hil.targets.delays import LATE, DelayLog, Loop
 
 _LOG = logging.getLogger(__name__)
 START_S = 120.0
-"""Time the child has to start, s; it loads a physics engine and perhaps homes, which takes 3 s on an idle machine."""
+"""Time the child has to start, s; it loads a physics engine and perhaps homes, which takes 1 s on an idle machine."""
 STOP_S = 10.0
 """Time the child has to leave after SIGTERM, s."""
 NEVER_FIRED = "never-fired"
@@ -50,6 +50,7 @@ def serve_in_process(
     delays: DelayLog | None = None,
     program: Path | None = None,
     faults: Sequence[Fault] = (),
+    homed: bool = False,
 ) -> Iterator[str]:
     """Start an emulated hand on a pseudo-terminal and yield the path a client may open; its delays go to `delays`.
 
@@ -63,6 +64,7 @@ def serve_in_process(
         command += ["--firmware-program", str(program)]
     for fault in faults:
         command += ["--fault", str(fault)]
+    command += ["--homed"] * homed
     heard = _Heard(delays or DelayLog())
     child = ChildProcess(command, "`aero-hil emulate`", on_line=heard.take)
     path = child.wait_ready(START_S)
