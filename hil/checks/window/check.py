@@ -27,7 +27,7 @@ WIND_S, HOLD_S = 3.5, 0.9
 FURTHEST = tuple(1.0 if channel in FINGERS else WOUND for channel in Channel)
 """How far each channel is sent at most, part of its window, command order."""
 LOADED_A = 0.2
-"""Median current that a wound cable draws at least, A; a spool alone draws 0.02 to 0.16, the springs of a finger 0.6."""
+"""Median current that a wound cable draws at least, A; a spool alone draws 0.02 to 0.16, a finger 0.6."""
 JUMP_A = 0.08
 """Least rise of the current where a cable begins to pull, A: the springs of a finger ask for 0.13 and more."""
 PULLING = 0.5
