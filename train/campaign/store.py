@@ -90,13 +90,15 @@ class Store:
 
     def note_command(self, command: str) -> None:
         """Keep a command that trials came from, once."""
-        self._connection.execute("INSERT OR IGNORE INTO commands VALUES (?)", (command,))
+        with _read(self._path):
+            self._connection.execute("INSERT OR IGNORE INTO commands VALUES (?)", (command,))
 
     def commands(self) -> tuple[str, ...]:
         """Return the commands that the trials came from, as they were first given; none from before they were kept."""
-        if not self._connection.execute("SELECT 1 FROM duckdb_tables() WHERE table_name = 'commands'").fetchall():
-            return ()
-        rows = self._connection.execute("SELECT command FROM commands ORDER BY rowid").fetchall()
+        with _read(self._path):
+            if not self._connection.execute("SELECT 1 FROM duckdb_tables() WHERE table_name = 'commands'").fetchall():
+                return ()
+            rows = self._connection.execute("SELECT command FROM commands ORDER BY rowid").fetchall()
         return tuple(command for (command,) in rows)
 
     def keys(self) -> frozenset[str]:
@@ -165,7 +167,7 @@ def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
 
 @contextmanager
 def _read(path: Path) -> Iterator[None]:
-    """Around reading: what DuckDB or its content refuses is one error that names the file."""
+    """Around reading, and writing what has to be found first: what DuckDB or its content refuses is one error that names the file."""
     try:
         yield
     except (duckdb.Error, LookupError, TypeError, AttributeError, ValueError, RecursionError, MemoryError) as error:
