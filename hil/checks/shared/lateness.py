@@ -22,6 +22,9 @@ LEAST_SAMPLES = 10
 """Readings from which on a program has a rhythm."""
 FEW = 0.02
 """Part of the replies that may come late and still be a computer's doing: a link or a board is late more often."""
+BUSY = 3
+"""Delays of the program beyond `LATE_S`, as its loop noted them, from which on any number of late replies is the
+computer's doing: an emulated board runs on it too."""
 
 
 def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
@@ -40,9 +43,10 @@ def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
     spent = np.repeat(np.append(0.0, np.cumsum(lengths)), 2)[1:-1]
     free = np.diff(np.interp(times, edges, spent)) - period_s
     found = [delay for delay in recording.delays if delay.by_s > LATE_S]
+    busy = sum(delay.loop is Loop.PROGRAM for delay in found) >= BUSY
     found += [Delay(float(times[i + 1]), float(free[i]), Loop.PROGRAM) for i in np.flatnonzero(free > LATE_S)]
     slow = [trip for trip in trips if trip.by_s > LATE_S + period_s]
-    if len(slow) <= FEW * len(trips):
+    if len(slow) <= FEW * len(trips) or busy:
         found += slow
     return tuple(sorted(found))
 

@@ -1,10 +1,13 @@
 """A computer that is held up is told from a late link in the times of the bytes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hil.checks.shared.lateness import held_up
-from hil.recordings.recording import Recording, Series
+from hil.recordings.recording import DELAYS, Recording, Series, delay_series
+from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER, LABELS
 
@@ -44,6 +47,14 @@ def test_a_program_that_waited_is_held_up_for_as_long():
 
 def test_a_driver_that_waits_for_quiet_after_a_doubled_reply_is_not_held_up():
     assert held_up(recording(doubled=(10, 20, 30)), PERIOD_S) == ()
+
+
+def test_many_slow_replies_of_a_computer_that_is_late_itself_are_its_own():
+    """As found beside four spinning processes: 7 % of the replies of a board that was emulated on the same computer."""
+    late_link = recording(slow=[(row, 0.08) for row in range(10, 40, 3)])
+    noted = delay_series([Delay(t, 0.03, Loop.PROGRAM) for t in (0.3, 0.5, 0.7)])
+    busy = replace(late_link, series={**late_link.series, DELAYS: noted})
+    assert sum(one.by_s == pytest.approx(0.081) for one in held_up(busy, PERIOD_S)) == 10
 
 
 def test_one_slow_reply_is_a_computer_and_many_are_a_link():
