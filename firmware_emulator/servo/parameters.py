@@ -97,9 +97,7 @@ class ServoParameters:
                 f"{self.current_turning_counts:g} and {self.current_fading_counts:g} counts/s"
             )
         if not self.current_filter_s > 0.0:
-            raise ValueError(
-                f"the time constant of the current reading must be positive, got {self.current_filter_s:g} s"
-            )
+            raise ValueError(f"the current's time constant must be positive, got {self.current_filter_s:g} s")
         for name, most in (("voltage", 25.5), ("rest_temperature_c", 255.0), ("start_temperature_c", 255.0)):
             if not 0.0 <= getattr(self, name) <= most:
                 raise ValueError(f"{name}: a servo's register holds 0 to {most:g}, got {getattr(self, name):g}")

@@ -10,7 +10,7 @@ from aero.channels import Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
 from hil.checks.shared.declaration import Effect, Metric
 from hil.checks.shared.experiment import Experiment, Measuring
-from hil.checks.shared.lateness import LATE_S, VERY_LATE_S, held_up, longest
+from hil.checks.shared.lateness import LATE_S, VERY_LATE_S, held_up, late_throughout, longest
 from hil.checks.shared.signals import find_steps, own_stretch
 from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
@@ -172,8 +172,11 @@ def _lateness(measuring: Experiment, recording: Recording) -> Callable[[str, Met
     stretches = held_up(recording, measuring.period_s)
     commands = recording.series.get("command", recording.series.get("command_codes"))
     steps = [] if commands is None else find_steps(commands.times, commands.values)
+    throughout = late_throughout(recording)
 
     def late(subject: str, metric: Metric) -> float:
+        if throughout and metric.timed:
+            return longest(stretches, 0.0, math.inf) or LATE_S
         if not stretches:
             return 0.0
         which = metric.seconds or measuring.seconds

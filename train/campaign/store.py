@@ -167,7 +167,7 @@ def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
 
 @contextmanager
 def _read(path: Path) -> Iterator[None]:
-    """Around reading, and writing what has to be found first: what DuckDB or its content refuses is one error that names the file."""
+    """Around DuckDB: what it or its content refuses is one error that names the file."""
     try:
         yield
     except (duckdb.Error, LookupError, TypeError, AttributeError, ValueError, RecursionError, MemoryError) as error:

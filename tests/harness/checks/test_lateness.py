@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.checks.shared.lateness import held_up
+from hil.checks.shared.lateness import held_up, late_throughout
 from hil.recordings.recording import DELAYS, Recording, Series, delay_series
 from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
@@ -55,6 +55,19 @@ def test_many_slow_replies_of_a_computer_that_is_late_itself_are_its_own():
     noted = delay_series([Delay(t, 0.03, Loop.PROGRAM) for t in (0.3, 0.5, 0.7)])
     busy = replace(late_link, series={**late_link.series, DELAYS: noted})
     assert sum(one.by_s == pytest.approx(0.081) for one in held_up(busy, PERIOD_S)) == 10
+
+
+def test_a_computer_that_is_late_by_little_each_time_is_late_throughout():
+    """As found in a staircase beside four spinning processes: a quarter of the time, by 8 ms in the median."""
+
+    def noted(by_s):
+        delays = delay_series([Delay(0.02 * row, by_s, Loop.PROGRAM) for row in range(50)])
+        run = recording()
+        return replace(run, header=replace(run.header, duration_s=1.0), series={**run.series, DELAYS: delays})
+
+    assert late_throughout(noted(0.008))
+    assert not late_throughout(noted(0.0005))
+    assert not late_throughout(recording())
 
 
 def test_one_slow_reply_is_a_computer_and_many_are_a_link():
