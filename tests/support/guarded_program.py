@@ -17,7 +17,7 @@ from aero import AeroHand, Channel
 from aero.actuation import ActuationMap
 from aero.errors import AeroError
 from aero.firmware import firmware_of
-from aero.protocol import MAX_CODE
+from aero.protocol import MAX_CODE, Opcode
 from aero.safety import SafetyStopError, Thresholds, unwinding
 from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
 from aero.safety.stop import Phase
@@ -35,6 +35,7 @@ OPEN_DEG = 25.0
 INTERRUPTS = (KeyboardInterrupt, SystemExit)
 HOMING_S = 20.0
 SETTLES_S = 0.5
+MOVES = {bytes((opcode,)) for opcode in (Opcode.HOMING, Opcode.CTRL_POS, Opcode.CTRL_TOR)}
 STARTS_S = 8.0
 """Time for a board to start and home, s."""
 
@@ -277,7 +278,9 @@ class GuardedProgram:
         self.clock.sleep_until(self.clock.now() + SETTLES_S)
         self.electronics.advance_plant()
         bent = np.abs(np.rad2deg(self._plant.joint_angles())).max()
-        told = SWITCH_OFF in self.said or bool(self.built)
+        # A board that hangs while it homes by itself leaves bent what no program has moved.
+        commanded = self.link.log is None or any(way == ">" and data[:1] in MOVES for _, way, data in self.link.log)
+        told = SWITCH_OFF in self.said or bool(self.built) or not commanded
         assert bent < OPEN_DEG or (told and self.excused), (
             f"the hand is left {bent:.0f} degrees bent, although its board answers; said: {self.said!r}, "
             f"excuse: {self.excused!r}"

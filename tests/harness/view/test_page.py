@@ -229,7 +229,7 @@ def test_a_recording_is_served_until_ctrl_c(tmp_path):
         assert asked(address)[0] == 200
         served.send_signal(signal.SIGINT)
         printed, errors = served.communicate(timeout=PATIENCE_S)
-    assert (served.returncode, printed, errors) == (0, "", "")
+    assert (served.returncode, printed, errors) == (0, "", "Stopping…\n")
 
 
 def test_a_recording_without_positions_cannot_be_shown(tmp_path):

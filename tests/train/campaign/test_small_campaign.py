@@ -10,7 +10,7 @@ from train.workers import worker_processes
 FIRST_HEALTHY, FIRST_FAULTY = 900_000, 910_000
 """Seeds that the limits do not know."""
 FAULTS = (
-    "cable_friction:middle=severe",
+    "gear_friction:middle=severe",
     "cable_snapped:ring",
     "spring_off:pinky=severe",
     "digit_jammed:middle",
