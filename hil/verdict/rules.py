@@ -264,6 +264,7 @@ def what(failures: Failures, channel: Channel) -> str:
         (high("holding/creep_percent") and high("staircase/tracking_rms"), "cuts_out"),
         (high("holding/creep_percent") or (low("alike/held_again") or high("alike/held_again")), "drift"),
         (high("response/standstill", "excursion/stale") and not short, "answers"),
+        (high("staircase/take_up") and high("staircase/spring_shape"), "slack"),
         (unloaded and (further or high("audit/followed")), "cable_off"),
         ((unloaded and low("excursion/stop_current")) or (loaded and high("excursion/stop_current")), "current_sensor"),
         (high("staircase/take_up") and low("staircase/spring"), "cable_off"),
@@ -273,7 +274,7 @@ def what(failures: Failures, channel: Channel) -> str:
         # Friction adds to the current of closing what it takes from that of opening: between them nothing changes.
         (not short and failures.excess("staircase/spring", channel) > rubs, "joint"),
         (rubs > 0 or low("audit/followed"), "friction"),
-        (high("staircase/take_up") and not (loaded or high("staircase/spring_shape")), "slack"),
+        (high("staircase/take_up") and not loaded, "slack"),
         (short and loaded, "spring_strong"),
         (short, "weak"),
         (loaded, "joint"),

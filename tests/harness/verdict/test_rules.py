@@ -92,6 +92,14 @@ HAND_RULES = {
     "other side": ({"audit__followed": all_of(2, FINGERS[:3])}, Component.BOARD, "other_side"),
 }
 CHANNEL_RULES = {
+    "joint stops early": (
+        {"staircase__take_up": 7.1, "staircase__spring_shape": 1.8, "staircase__load_jump": 9.1},
+        "slack",
+    ),
+    "joint stops early, and little pulls": (
+        {"audit__pull": -1.5, "staircase__take_up": 21.7, "staircase__spring_shape": 3.7},
+        "slack",
+    ),
     "no power": ({"audit__followed": -50, "audit__pull": -4, "excursion__closed_percent": -99}, "no_power"),
     "blocked": ({"audit__followed": -50, "presence__idle_current": 30}, "blocked"),
     "coarse": ({"staircase__resolution": 3, "staircase__overshoot_hand_percent": 9}, "coarse"),
