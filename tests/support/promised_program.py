@@ -76,6 +76,7 @@ class PromisedProgram(GuardedProgram):
         log = [(t - self.start_s, direction, data) for t, direction, data in self.link.log]
         times, found = signals(log, self.clock.now() - self.start_s)
         moving, gentle = self._phases(times)
+        moving &= times <= ended - self.start_s  # a killed program watches no more
         seen = moving & found["fresh"]
         late_s = self.late_s
         most = {
