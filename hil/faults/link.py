@@ -160,7 +160,7 @@ KINDS = (
         "of replies",
         (0.05, 0.2, 0.6),
         "replies come in two pieces",
-        cause="replies_lose_bytes",
+        cause="late",
         bounds=SHARE,
     ),
     Kind(
