@@ -65,6 +65,8 @@ def _verdict(validation: Validation, channel: Channel) -> ChannelVerdict:
         ):
             return ChannelVerdict("none", words, f"what failed comes from the {location.words}")
         return ChannelVerdict("fail", words)
+    if location is not None and channel in location.channels:
+        return ChannelVerdict("fail", f"its {len(passed)} checks passed, one of the whole hand failed for it")
     state: DigitState = "pass" if validation.end.finding is None else "partly"
     return ChannelVerdict(state, f"{WORDS[state]} ({len(passed)})")
 

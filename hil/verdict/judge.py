@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
+from hil.checks.alike.check import TIMED
 from hil.checks.shared.declaration import Effect, Metric
 from hil.checks.shared.experiment import Experiment, Measuring
 from hil.checks.shared.lateness import LATE_S, VERY_LATE_S, held_up, late_throughout, longest
@@ -95,10 +96,19 @@ class Judge:
         measured = ALIKE.measure({name: result.measured for name, result in results.items()})
         if not any(measured.values()):
             return None
-        return self._compared(ALIKE, list(results.values())[-1].recording, measured)
+        held_up_s = max((_longest(results[name].recording) for name in TIMED if name in results), default=0.0)
+        return self._compared(
+            ALIKE,
+            list(results.values())[-1].recording,
+            measured,
+            lambda _subject, metric: held_up_s if metric.timed and held_up_s > LATE_S else 0.0,
+        )
 
-    def _compared(self, measuring: Measuring, recording: Recording, measured: Measured) -> Result:
-        late = _lateness(measuring, recording) if isinstance(measuring, Experiment) else _never_late
+    def _compared(
+        self, measuring: Measuring, recording: Recording, measured: Measured, late: Late | None = None
+    ) -> Result:
+        if late is None:
+            late = _lateness(measuring, recording) if isinstance(measuring, Experiment) else _never_late
         return Result(recording, measured, *compare(measuring, measured, self.limits, late))
 
     def judged(self, run: Validation) -> Validation:
@@ -163,11 +173,20 @@ class Judge:
         return (*rule_for(found, end), ())
 
 
+Late = Callable[[str, Metric], float]
+"""How long this computer was held up when a subject's reading was taken, s."""
+
+
+def _longest(recording: Recording) -> float:
+    """Return the longest delay in a recording of an experiment, s."""
+    return longest(held_up(recording, EXPERIMENTS[recording.header.experiment].period_s), 0.0, math.inf)
+
+
 def _never_late(_subject: str, _metric: Metric) -> float:
     return 0.0
 
 
-def _lateness(measuring: Experiment, recording: Recording) -> Callable[[str, Metric], float]:
+def _lateness(measuring: Experiment, recording: Recording) -> Late:
     """Return a function that says how long this computer was held up when a subject's reading was taken."""
     stretches = held_up(recording, measuring.period_s)
     commands = recording.series.get("command", recording.series.get("command_codes"))

@@ -89,7 +89,7 @@ class PromisedProgram(GuardedProgram):
             "silence": (np.max(found["silence"], where=moving, initial=0.0), LIMITS.silent_s + 7 * late_s),
             "beyond": (longest_s(seen & (found["beyond"] > LIMITS.beyond)), LIMITS.stray_s + late_s),
             "short": (longest_s(seen & (found["short"] > LIMITS.short)), LIMITS.stray_s + late_s),
-            "gentle": (np.max(found["step"], where=gentle, initial=0.0), 1.05 * STEP_S / LIMITS.opening_s),
+            "gentle": (np.max(found["step"], where=gentle, initial=0.0), 1.1 * STEP_S / LIMITS.opening_s),
             "unasked": (self._unasked(log), 0),
             "ending": (max(self.clock.now() - SETTLES_S - ended, self._stopping_s()), ENDING_S),
         }

@@ -13,6 +13,8 @@ import numpy as np
 from aero.channels import CABLES, FINGERS, Channel
 from hil.checks.shared.experiment import Measured, finite
 
+TIMED = ("staircase", "excursion")
+"""Experiments that its times come from."""
 LEAST_A = 0.1
 """Current from which on two of one posture are compared, A."""
 
