@@ -104,6 +104,11 @@ def test_what_is_no_fault_of_a_finger_paints_none_red(recording, component):
     assert f"not judged: what failed comes from the {component.value}" in html
 
 
+def test_the_finger_that_a_check_of_the_hand_is_about_is_red(recording):
+    diagnosis = Diagnosis(Location(Component.CHANNEL, (Channel.RING,)), "x", ("a cause",))
+    assert Elements(page(recording, [GOOD, BAD], diagnosis=diagnosis)).channels["ring"] == ["channel", "fail"]
+
+
 def test_the_first_plot_has_the_failed_channel_beside_a_healthy_one_and_marks_the_moment(recording, spoiled_page):
     plot = Elements(spoiled_page).figures["first-plot"]
     bad, healthy = plot["columns"]
