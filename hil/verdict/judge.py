@@ -37,7 +37,8 @@ from model.units.naming import PLAUSIBLE, unit_named
 BAD_S = 0.05
 """Scheduling delay of this computer from which a stretch counts as busy, s."""
 BUSY_STRETCHES = 3
-"""Number of busy stretches from which a run has no verdict; a stretch is one channel or the hand in one experiment."""
+"""Number of busy stretches, or of experiments in which the program was late throughout, from which a run has no
+verdict; a stretch is one channel or the hand in one experiment."""
 
 
 class Judge:
@@ -209,10 +210,15 @@ def _lateness(measuring: Experiment, recording: Recording) -> Late:
 def _busy(run: Validation) -> Validation:
     """Return a run that ends for its computer where that was held up too often, and nothing else is wrong."""
     stretches = {(one.experiment, one.subject) for one in run.withheld if one.held_up_s > BAD_S}
-    if len(stretches) < BUSY_STRETCHES or not run.passed:
+    throughout = sorted(name for name, result in run.results.items() if late_throughout(result.recording))
+    if not run.passed or max(len(stretches), len(throughout)) < BUSY_STRETCHES:
         return run
-    reason = f"{len(stretches)} stretches were not judged: this computer was held up. Try again on a quiet machine."
-    return replace(run, end=RunEnd(EndKind.HOST_BUSY, ", ".join(sorted({name for name, _ in stretches})), reason))
+    if len(stretches) >= BUSY_STRETCHES:
+        names, what = sorted({name for name, _ in stretches}), f"{len(stretches)} stretches were not judged"
+    else:
+        names, what = throughout, f"no time in {len(throughout)} experiments can be judged"
+    reason = f"{what}: this computer was held up. Try again on a quiet machine."
+    return replace(run, end=RunEnd(EndKind.HOST_BUSY, ", ".join(names), reason))
 
 
 def without_withheld(measured: Measured, experiment: str, withheld: Sequence[Withheld]) -> Measured:

@@ -11,6 +11,7 @@ from hil import GroundTruth, open_target
 from hil.checks import EXPERIMENTS
 from hil.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
+from hil.targets.delays import Loop
 from hil.verdict.findings import failed
 from hil.verdict.judge import Judge
 from hil.verdict.run_end import FINISHED, EndKind
@@ -133,3 +134,14 @@ def test_a_late_computer_flags_no_healthy_hand(late_s):
     assert result.end.kind in {EndKind.FINISHED, EndKind.HOST_BUSY}
     assert failed(finding for finding in result.findings if finding != result.end.finding) == ()
     assert all(one.sentence for one in result.withheld)
+
+
+@pytest.mark.parametrize(("by_s", "kind"), [(0.0, EndKind.FINISHED), (0.008, EndKind.HOST_BUSY)])
+def test_a_run_of_which_no_time_can_be_judged_has_no_verdict(by_s, kind):
+    """As found beside four spinning processes: a slow servo was within limits, for no reading of it was out of them."""
+    with open_target() as target:
+        for _ in range(200):
+            target.delays.add(by_s, Loop.PROGRAM)
+        result = validate(target, ["presence", "audit", "response"])
+    assert result.end.kind is kind
+    assert not result.withheld
