@@ -11,7 +11,7 @@ from hil.checks import ALIKE, DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
 from hil.checks.alike.check import TIMED
 from hil.checks.shared.declaration import Effect, Metric
 from hil.checks.shared.experiment import Experiment, Measuring
-from hil.checks.shared.lateness import LATE_S, VERY_LATE_S, held_up, late_throughout, longest
+from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
 from hil.checks.shared.signals import find_steps, own_stretch
 from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
@@ -192,10 +192,10 @@ def _lateness(measuring: Experiment, recording: Recording) -> Late:
     stretches = held_up(recording, measuring.period_s)
     commands = recording.series.get("command", recording.series.get("command_codes"))
     steps = [] if commands is None else find_steps(commands.times, commands.values)
-    throughout = late_throughout(recording)
+    often = part_late(recording) > OFTEN
 
     def late(subject: str, metric: Metric) -> float:
-        if throughout and metric.timed:
+        if often and metric.timed:
             return longest(stretches, 0.0, math.inf) or LATE_S
         if not stretches:
             return 0.0
@@ -210,7 +210,7 @@ def _lateness(measuring: Experiment, recording: Recording) -> Late:
 def _busy(run: Validation) -> Validation:
     """Return a run that ends for its computer where that was held up too often, and nothing else is wrong."""
     stretches = {(one.experiment, one.subject) for one in run.withheld if one.held_up_s > BAD_S}
-    throughout = sorted(name for name, result in run.results.items() if late_throughout(result.recording))
+    throughout = sorted(name for name, result in run.results.items() if part_late(result.recording) > THROUGHOUT)
     if not run.passed or max(len(stretches), len(throughout)) < BUSY_STRETCHES:
         return run
     if len(stretches) >= BUSY_STRETCHES:

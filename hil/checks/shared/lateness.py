@@ -18,9 +18,9 @@ LATE_S = 0.015
 is a time does not stand."""
 VERY_LATE_S = 0.2
 """Time from which on no reading stands, s: a hand that is held for half a second may not have come to rest."""
-THROUGHOUT = 0.05
-"""Part of a recording in which the program was held up, from which on no time in it stands: beside four busy processes
-0.1 to 0.5, on an idle computer 0."""
+OFTEN, THROUGHOUT = 0.01, 0.05
+"""Parts of a recording in which the program was held up: from the first on a time that is out of limits does not stand,
+from the second on none does. Beside four busy processes 0.02 to 0.5, on an idle computer 0."""
 LEAST_SAMPLES = 10
 """Readings from which on a program has a rhythm."""
 FEW = 0.02
@@ -54,10 +54,10 @@ def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
     return tuple(sorted(found))
 
 
-def late_throughout(recording: Recording) -> bool:
-    """Return whether the program's loop was held up, by little each time, for a good part of a recording."""
+def part_late(recording: Recording) -> float:
+    """Return the part of a recording in which the program's loop was held up, by however little each time."""
     held_up_s = sum(delay.by_s for delay in recording.delays if delay.loop is Loop.PROGRAM)
-    return held_up_s > THROUGHOUT * recording.header.duration_s
+    return held_up_s / recording.header.duration_s if held_up_s else 0.0
 
 
 def _gaps(wire: Sequence[WireRecord]) -> tuple[list[Delay], list[Delay]]:
