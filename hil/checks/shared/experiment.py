@@ -147,6 +147,10 @@ def record(
     return recorder.finish()
 
 
+CATCHES_UP_S = 0.1
+"""Lateness that the next hold may make up for, s; a shorter hold would not bring the hand where it is read."""
+
+
 class Sampler:
     """Moves a target at the encoders' sample rate and records everything it reads."""
 
@@ -166,9 +170,12 @@ class Sampler:
     def hold(self, codes: ArrayLike, seconds: float, doing: str) -> None:
         """Command codes (7,) at every sample for `seconds`, reading before each command as a policy does.
 
-        A host that is late by whole samples leaves them out, so that what follows begins when it was planned.
+        A host that is late by whole samples leaves them out, so that what follows begins when it was planned. One that
+        begins late by more than `CATCHES_UP_S` holds for the whole time, and what follows is later.
         """
         target, recorder, clock = self._target, self.recorder, self._target.clock
+        if clock.now() - self._next > CATCHES_UP_S:
+            self.resume()
         goal = np.asarray(codes, np.uint16)
         left = round(seconds / SAMPLE_S)
         while left > 0:

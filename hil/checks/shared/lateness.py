@@ -18,7 +18,7 @@ LATE_S = 0.015
 is a time does not stand."""
 VERY_LATE_S = 0.2
 """Time from which on no reading stands, s: a hand that is held for half a second may not have come to rest."""
-OFTEN, THROUGHOUT = 0.01, 0.05
+OFTEN, THROUGHOUT = 0.01, 0.02
 """Parts of a recording in which the program was held up: from the first on a time that is out of limits does not stand,
 from the second on none does. Beside four busy processes 0.02 to 0.5, on an idle computer 0."""
 LEAST_SAMPLES = 10

@@ -83,3 +83,17 @@ def test_a_late_host_leaves_out_samples_and_keeps_to_the_plan():
     np.testing.assert_allclose(np.diff(starts), 0.6, atol=0.045)
     assert recording["codes"].times[-1] == pytest.approx(9.0, abs=0.06)
     assert len(recording["codes"].times) < 450
+
+
+def test_a_hold_after_a_stall_has_its_whole_time(monkeypatch):
+    """As found beside four spinning processes: after 1 s without a core the pinky was told to close for 0.1 s."""
+    with open_target() as target:
+        clock, read = target.clock, target.hand.read_codes
+        stalls = iter([0.0] * 100 + [1.0])
+        monkeypatch.setattr(
+            target.hand, "read_codes", lambda: (clock.sleep_until(clock.now() + next(stalls, 0.0)), read())[1]
+        )
+        recording = record(EXPERIMENTS["excursion"], target)
+    commands = recording["command_codes"]
+    closed = [commands.times[commands.values[:, channel] == 65535] for channel in range(4)]
+    assert all(np.ptp(times) > 0.8 for times in closed)
