@@ -15,6 +15,7 @@ from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
 from hil.recordings.recording import Recording
 from hil.report.page import BYTES_ALONE, render_report
+from hil.verdict.run_end import EndKind
 from hil.verdict.validation import judge_recordings
 
 NOT_JUDGED = {
@@ -49,6 +50,8 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
     if cut and judged.judged_passed:
         rest = "; the rest is within limits" if judged.judged else ""
         raise Ended(f"not judged, because incomplete: {', '.join(cut)}{rest}; {out}", Exit.USAGE)
+    if judged.end.kind is EndKind.HOST_BUSY:
+        raise Ended(f"{judged.end.reason} {out}", Exit.HOST_BUSY)
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(Exit.WITHIN_LIMITS if judged.passed else Exit.OUT_OF_LIMITS)
 

@@ -14,7 +14,9 @@ from hil.cli import main
 from hil.cli.diff import difference as diff
 from hil.cli.replay import compare_replies, replies, resend
 from hil.recordings.mcap_file import read_recording, write_recording
+from hil.recordings.recording import DELAYS, delay_series
 from hil.report.results import write_results
+from hil.targets.delays import Delay, Loop
 from hil.verdict.baseline import store
 from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings, validate
@@ -197,6 +199,20 @@ def test_everything_that_validate_wrote_is_judged_again_in_a_folder_that_is_made
     result = invoke("report", *sorted(results.glob("*.mcap")), "--out", out)
     assert result.exit_code == 0, result.output
     assert out.exists()
+
+
+def test_what_a_busy_computer_recorded_has_no_verdict_when_it_is_judged_again_either(results, tmp_path):
+    """Three recordings in which the program was held up for a tenth of the time."""
+    for name in NAMES:
+        recording = read_recording(results / f"{name}.mcap")
+        every = np.arange(0.1, recording.header.duration_s, 0.1)
+        late = delay_series([Delay(float(t), 0.01, Loop.PROGRAM) for t in every])
+        write_recording(
+            dataclasses.replace(recording, series={**recording.series, DELAYS: late}), tmp_path / f"{name}.mcap"
+        )
+    result = invoke("report", *sorted(tmp_path.glob("*.mcap")), "--out", tmp_path / "r.html")
+    assert result.exit_code == 7
+    assert "no time in 3 experiments can be judged: this computer was held up" in result.output
 
 
 def test_a_recording_of_record_is_not_judged_and_one_line_says_so(results, tmp_path):
