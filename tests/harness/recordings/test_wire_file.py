@@ -29,7 +29,7 @@ def exchanged(path, pieces, replies=1):
     for piece in pieces:
         clock.sleep_until(clock.now() + 0.01)
         file.add("to_hand", piece)
-        for _ in range(replies):
+        for _ in range(replies if piece[0] == Opcode.GET_POS else 0):
             file.add("from_hand", make_reply(Opcode.GET_POS, CODES))
     file.close()
     return read_recording(path)
