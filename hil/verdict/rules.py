@@ -42,7 +42,8 @@ SLOW = ("staircase/tracking_rms", "staircase/rise_hand_ms", "staircase/spring", 
 LESS_TORQUE = dict.fromkeys(STOPS_SHORT, -1) | dict.fromkeys(SLOW, 1)
 """Readings that too little torque moves, and to which side."""
 LOADS = ("audit/pull", "holding/holding_current", "staircase/friction", "staircase/late_steps")
-LOADED = LESS_TORQUE | dict.fromkeys(("audit/followed", "coupling/stop_abducted"), -1) | dict.fromkeys(LOADS, 1)
+SHORTER = ("audit/followed", "coupling/stop_abducted", "coupling/stop_without_abduction")
+LOADED = LESS_TORQUE | dict.fromkeys(SHORTER, -1) | dict.fromkeys(LOADS, 1)
 """The same, with what else it moves, on a few channels."""
 FRICTION = ("friction", "dry_friction", "friction_scatter")
 MOVED = "audit/others_moved"
@@ -121,8 +122,7 @@ def _first(*rules: tuple[bool, Component, str]) -> tuple[Location, str] | None:
 def of_the_bytes(failures: Failures, end: RunEnd) -> tuple[Location, str] | None:
     """What the driver sent, restarts, lost and altered bytes, and the errors that a silent board or link ends with."""
     lost = failures.hand("session/lost_replies") or failures.hand("presence/lost_replies")
-    stray, restarts = failures.hand("session/stray_bytes"), failures.hand("session/restarts")
-    late = failures.hand("presence/round_trip")
+    stray, restarts, late = map(failures.hand, ("session/stray_bytes", "session/restarts", "presence/round_trip"))
     broken = end.kind is EndKind.LINK or end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
     # One servo's readings do not make another's jump; motors without torque to spare creep.
     creeping = frozenset[Channel]() if failures.short_of_torque else failures.on("holding/creep_percent")
