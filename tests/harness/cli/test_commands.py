@@ -118,8 +118,8 @@ def test_ctrl_c_ends_the_program_while_modules_are_imported(tmp_path):
         env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
     )  # fmt: skip
     assert ran.returncode == 130, ran.stderr
-    # "Stopping…" comes from a thread, so it may be the last.
-    assert set(ran.stderr.splitlines()) == {"Error: interrupted", "Stopping…"}
+    # "Stopping…" comes from a thread, so it may be the last, or not come in time.
+    assert set(ran.stderr.splitlines()) - {"Stopping…"} == {"Error: interrupted"}
 
 
 def test_stopping_is_said_before_a_held_signal_is_delivered(tmp_path):
