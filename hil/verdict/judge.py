@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
-from hil.checks.alike.check import TIMED
+from hil.checks.alike.check import PACES
 from hil.checks.shared.declaration import Effect, Metric
 from hil.checks.shared.experiment import Experiment, Measuring
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
@@ -97,12 +97,13 @@ class Judge:
         measured = ALIKE.measure({name: result.measured for name, result in results.items()})
         if not any(measured.values()):
             return None
-        held_up_s = max((_longest(results[name].recording) for name in TIMED if name in results), default=0.0)
+        sources = {experiment for _, experiment, _ in PACES} & results.keys()
+        held_up_s = max((_for_times(results[name].recording) for name in sources), default=0.0)
         return self._compared(
             ALIKE,
             list(results.values())[-1].recording,
             measured,
-            lambda _subject, metric: held_up_s if metric.timed and held_up_s > LATE_S else 0.0,
+            lambda _subject, metric: held_up_s if metric.timed and held_up_s >= LATE_S else 0.0,
         )
 
     def _compared(
@@ -178,9 +179,10 @@ Late = Callable[[str, Metric], float]
 """How long this computer was held up when a subject's reading was taken, s."""
 
 
-def _longest(recording: Recording) -> float:
-    """Return the longest delay in a recording of an experiment, s."""
-    return longest(held_up(recording, EXPERIMENTS[recording.header.experiment].period_s), 0.0, math.inf)
+def _for_times(recording: Recording) -> float:
+    """Return how long this computer was held up for the times of a recording, s; `LATE_S` at least if often."""
+    stretches = held_up(recording, EXPERIMENTS[recording.header.experiment].period_s)
+    return max(longest(stretches, 0.0, math.inf), LATE_S if part_late(recording) > OFTEN else 0.0)
 
 
 def _never_late(_subject: str, _metric: Metric) -> float:
@@ -192,11 +194,11 @@ def _lateness(measuring: Experiment, recording: Recording) -> Late:
     stretches = held_up(recording, measuring.period_s)
     commands = recording.series.get("command", recording.series.get("command_codes"))
     steps = [] if commands is None else find_steps(commands.times, commands.values)
-    often = part_late(recording) > OFTEN
+    often_s = _for_times(recording) if part_late(recording) > OFTEN else 0.0
 
     def late(subject: str, metric: Metric) -> float:
-        if often and metric.timed:
-            return longest(stretches, 0.0, math.inf) or LATE_S
+        if often_s and metric.timed:
+            return often_s
         if not stretches:
             return 0.0
         which = metric.seconds or measuring.seconds

@@ -21,7 +21,7 @@ MANY = 3
 TO_ONE_SIDE = 0.55
 """Mean place of torque readings among healthy ones, from which on all channels lie to one side of them."""
 STANDS = 20.0
-"""Excess of the way that a channel followed, from which on it did not move at all."""
+"""Excess of the way that a channel followed, from which on it stands: -30 to -88 of dead motors, -6 of a stiff gear."""
 LABELS = {channel.label: channel for channel in Channel}
 STOPS = {
     SafetyReason.CURRENT: "blocked",

@@ -13,8 +13,8 @@ import numpy as np
 from aero.channels import CABLES, FINGERS, Channel
 from hil.checks.shared.experiment import Measured, finite
 
-TIMED = ("staircase", "excursion")
-"""Experiments that its times come from."""
+PACES = (("rise", "staircase", "rise_hand_ms"), ("opening", "excursion", "opening_ms"))
+"""Readings that compare times of the fingers, with the experiment and the metric that they come from."""
 LEAST_A = 0.1
 """Current from which on two of one posture are compared, A."""
 
@@ -33,7 +33,7 @@ def measure(numbers: Mapping[str, Measured]) -> Measured:
     for name, experiment, metric in (("temperature", "presence", "temperature"), ("warmed", "staircase", "warmed")):
         for channel, value, others in _beside(numbers.get(experiment, {}), metric, tuple(Channel)):
             found[channel.label][name] = value - others
-    for name, experiment, metric in (("rise", "staircase", "rise_hand_ms"), ("opening", "excursion", "opening_ms")):
+    for name, experiment, metric in PACES:
         for channel, value, others in _beside(numbers.get(experiment, {}), metric, FINGERS):
             if others > 0.0:
                 found[channel.label][name] = 100.0 * value / others

@@ -17,8 +17,8 @@ LIMIT_REQUESTS = (0x31, 0x32)
 def measure(recording: Recording) -> Measured:
     """Return what the bytes of a session say about link and board.
 
-    Lost replies (%), bytes that belong to no frame (per thousand exchanges), restarts of the board, and limits that it
-    was asked to keep and did not acknowledge (requests).
+    Lost replies (%), bytes that belong to no frame or to a reply too many (per thousand exchanges), restarts of the
+    board, and limits that it was asked to keep and did not acknowledge (requests).
     """
     made = exchanges(recording.wire)
     asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)

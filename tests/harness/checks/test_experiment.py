@@ -94,6 +94,6 @@ def test_a_hold_after_a_stall_has_its_whole_time(monkeypatch):
             target.hand, "read_codes", lambda: (clock.sleep_until(clock.now() + next(stalls, 0.0)), read())[1]
         )
         recording = record(EXPERIMENTS["excursion"], target)
-    commands = recording["command_codes"]
-    closed = [commands.times[commands.values[:, channel] == 65535] for channel in range(4)]
-    assert all(np.ptp(times) > 0.8 for times in closed)
+    steps = find_steps(recording["command_codes"].times, recording["command_codes"].values)
+    first = [next(step for step in steps if step.channel == channel) for channel in range(4)]
+    assert all(step.end - step.start > 0.85 for step in first)

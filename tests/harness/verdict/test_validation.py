@@ -145,3 +145,22 @@ def test_a_run_of_which_no_time_can_be_judged_has_no_verdict(by_s, kind):
         result = validate(target, ["presence", "audit", "response"])
     assert result.end.kind is kind
     assert not result.withheld
+
+
+def test_a_time_that_is_out_of_limits_is_not_judged_where_the_program_was_late_often():
+    """8 ms each time; neither is what the fingers' times say beside each other."""
+    found = {}
+    for by_s in (0.0, 0.008):
+        with open_target(faults=[parse_fault("slow_servo:ring=0.4")]) as target:
+            for _ in range(200):
+                target.delays.add(by_s, Loop.PROGRAM)
+            result = validate(target, ["presence", "excursion", "response"])
+        found[by_s] = (
+            {(one.experiment, one.check) for one in failed(result.findings)},
+            {(one.experiment, one.metric) for one in result.withheld},
+        )
+    times = {("response", "open_close_rate"), ("alike", "opening")}
+    assert times <= found[0.0][0]
+    assert not found[0.0][1]
+    assert times <= found[0.008][1]
+    assert not times & found[0.008][0]
