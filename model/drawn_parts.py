@@ -24,7 +24,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Part:
+class DrawnPart:
     """One shape, fixed to a body of the hand."""
 
     body: str
@@ -74,7 +74,7 @@ class PosedHand:
         for channel, start, count in zip(self._tendons, self._data.ten_wrapadr, self._data.ten_wrapnum, strict=True):
             yield channel, points[start : start + count]
 
-    def parts(self) -> Iterator[Part]:
+    def parts(self) -> Iterator[DrawnPart]:
         """Yield everything that is drawn, but for the cables."""
         model = self._model
         for geom in range(model.ngeom):
@@ -87,12 +87,12 @@ class PosedHand:
             radius, half_length, _ = half = model.geom_size[geom]
             kind = mujoco.mjtGeom(model.geom_type[geom])
             if kind == mujoco.mjtGeom.mjGEOM_BOX:
-                yield Part(body, "box", 2.0 * half, position, quaternion, rgba)
+                yield DrawnPart(body, "box", 2.0 * half, position, quaternion, rgba)
                 continue
             size = 2.0 * np.array([radius, radius, half_length])
-            yield Part(body, "cylinder", size, position, quaternion, rgba)
+            yield DrawnPart(body, "cylinder", size, position, quaternion, rgba)
             if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
                 along = np.empty(3)
                 mujoco.mju_rotVecQuat(along, np.array([0.0, 0.0, half_length]), quaternion)
                 for end in (position - along, position + along):
-                    yield Part(body, "ball", np.full(3, 2.0 * radius), end, quaternion, rgba)
+                    yield DrawnPart(body, "ball", np.full(3, 2.0 * radius), end, quaternion, rgba)

@@ -14,7 +14,7 @@ from aero.actuation.window import COUNTS_PER_TURN
 from aero.channels import Channel
 from hil.view.frame import Floats
 from model.appearance import CABLE_WIDTH
-from model.drawn_parts import Part, PosedHand
+from model.drawn_parts import DrawnPart, PosedHand
 from model.geometry import Side
 from model.geometry.winding import SPOOL_RADIUS
 
@@ -96,7 +96,7 @@ class DrawnHand:
             self._draw_part(f"/{root}/{part.body}/{number}", part, commanded=only_bones)
         return frames
 
-    def _draw_part(self, name: str, part: Part, *, commanded: bool) -> None:
+    def _draw_part(self, name: str, part: DrawnPart, *, commanded: bool) -> None:
         (red, green, blue, alpha), size = np.array(part.rgba), part.size
         look: dict[str, Any] = {
             "color": COMMANDED if commanded else np.array([red, green, blue]),

@@ -18,7 +18,7 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 from numpy.typing import ArrayLike
 
-from model.drawn_parts import Part, PosedHand, Vector
+from model.drawn_parts import DrawnPart, PosedHand, Vector
 
 ROOT = "world"
 """Frame that the frames of all bodies are in."""
@@ -52,7 +52,7 @@ def frames(hand: PosedHand, joints: ArrayLike, at: Timestamp) -> FrameTransforms
     return FrameTransforms(transforms=transforms)
 
 
-def _entity(body: str, parts: list[Part], at: Timestamp) -> SceneEntity:
+def _entity(body: str, parts: list[DrawnPart], at: Timestamp) -> SceneEntity:
     entity = SceneEntity(timestamp=at, frame_id=body, id=body, frame_locked=True)
     for part in parts:
         r, g, b, a = part.rgba
