@@ -1,8 +1,8 @@
-"""Take `baseline.json` anew: `tox -e bench` and `tox -e bench-compiled` in turn, three times each.
+"""Take `baseline.json` anew: `tox -e bench`, three times.
 
 `PYTHONPATH=docs python bench/take_baseline.py [-k ROW]` takes all rows, or some; it needs tox and the extra `figures`.
 A ratio is the median of its three runs. Its band is 15 % where the three lie within that of one another, else what they
-differ by. `history.json` gets an entry; the table and the picture of docs/speed.md are written anew.
+differ by. The table of docs/speed.md is written anew.
 """
 
 from __future__ import annotations
@@ -20,8 +20,6 @@ from typing import Any
 from figures import Rows, store
 
 HERE = Path(__file__).parent
-KINDS = {"pure": "bench", "compiled": "bench-compiled"}
-"""Wheel to the tox environment that measures it."""
 RUNS = 3
 BAND = 0.15
 STEP = 0.05
@@ -54,10 +52,10 @@ def band_of(ratios: list[float]) -> float:
     return BAND if apart <= BAND else round(STEP * math.ceil(apart / STEP), 2)
 
 
-def run(kind: str, path: Path, options: list[str], *, built: bool) -> dict[str, float]:
-    """Measure one wheel once; return row to ratio, whether or not it keeps to the baseline."""
+def run(path: Path, options: list[str], *, built: bool) -> dict[str, float]:
+    """Measure once; return row to ratio, whether or not it keeps to the baseline."""
     again = ["--skip-pkg-install"] if built else []
-    command = ["tox", "run", "-e", KINDS[kind], *again, "--", f"--benchmark-json={path}", *options]
+    command = ["tox", "run", "-e", "bench", *again, "--", f"--benchmark-json={path}", *options]
     subprocess.run(command, cwd=HERE.parent, check=False)
     rows = json.loads(path.read_text(encoding="utf-8"))["benchmarks"]
     return {row["extra_info"]["row"]: row["extra_info"]["ratio"] for row in rows}
@@ -65,39 +63,32 @@ def run(kind: str, path: Path, options: list[str], *, built: bool) -> dict[str, 
 
 def table(baseline: dict[str, Any]) -> Rows:
     """Return the table of docs/speed.md: processor time of the emulated hand over that of its physics alone."""
-    rows = [["what", "pure", "compiled", "aim", "command"]]
+    rows = [["what", "ratio", "aim", "command"]]
     for name, (words, test, aim) in ROWS.items():
-        taken = (baseline[kind].get(name) for kind in KINDS)
-        ratios = (f"{row['ratio']:.2f} ({row['band']:.0%})".replace("%", " %") if row else "not taken" for row in taken)
-        rows.append([words, *ratios, "" if aim is None else f"{aim:.1f}", f"`tox -e bench -- -k {test}`"])
+        row = baseline["ratios"].get(name)
+        ratio = f"{row['ratio']:.2f} ({row['band']:.0%})".replace("%", " %") if row else "not taken"
+        rows.append([words, ratio, "" if aim is None else f"{aim:.1f}", f"`tox -e bench -- -k {test}`"])
     return rows
 
 
 def main(options: list[str]) -> None:
     """Measure, and write what was measured beside what is kept of other rows."""
-    ratios: dict[str, Ratios] = {kind: {} for kind in KINDS}
+    ratios: dict[str, Ratios] = {}
     loads = []
     with TemporaryDirectory() as folder:
         for turn in range(RUNS):
-            for kind in KINDS:
-                for row, ratio in run(kind, Path(folder) / f"{kind}{turn}.json", options, built=turn > 0).items():
-                    ratios[kind].setdefault(row, []).append(ratio)
-                loads.append(os.getloadavg()[0])
+            for row, ratio in run(Path(folder) / f"{turn}.json", options, built=turn > 0).items():
+                ratios.setdefault(row, []).append(ratio)
+            loads.append(os.getloadavg()[0])
     load = f"{min(loads):.0f} to {max(loads):.0f} on {os.cpu_count()} cores"
     commit = subprocess.run(
         ["git", "describe", "--always", "--exclude=*"], cwd=HERE, capture_output=True, text=True, check=True
     ).stdout.strip()
     baseline = json.loads((HERE / "baseline.json").read_text(encoding="utf-8"))
-    for kind, rows in ratios.items():
-        for row, of_runs in rows.items():
-            baseline[kind][row] = {"ratio": round(median(of_runs), 2), "band": band_of(of_runs)}
+    for row, of_runs in ratios.items():
+        baseline["ratios"][row] = {"ratio": round(median(of_runs), 2), "band": band_of(of_runs)}
     baseline["origin"] = f"commit {commit}, load {load}"
-    history = json.loads((HERE / "history.json").read_text(encoding="utf-8"))
-    medians = {kind: {row: round(median(of_runs), 2) for row, of_runs in rows.items()} for kind, rows in ratios.items()}
-    history.append({"commit": commit, "load": load, "ratios": medians["pure"], "compiled": medians["compiled"]})
-    for name, content in (("baseline.json", baseline), ("history.json", history)):
-        (HERE / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    subprocess.run([sys.executable, HERE / "history.py"], check=True)
+    (HERE / "baseline.json").write_text(json.dumps(baseline, indent=2) + "\n", encoding="utf-8")
     store("speed.ratios", table(baseline), origin=f"{baseline['origin']}; in `bench/baseline.json`")
     subprocess.run([sys.executable, "-m", "figures"], cwd=HERE.parent, check=True)
 

@@ -23,7 +23,6 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 import hil
 from aero.protocol import FRAME_SIZE
-from firmware_emulator import kernel
 from hil.checks.staircase.check import Staircase, run_staircase
 from hil.recordings.recorder import Recorder
 from hil.report.results import write_results
@@ -32,9 +31,7 @@ from hil.verdict.validation import validate
 from model import RoutedHand
 
 HERE = Path(__file__).parent
-KIND = "pure" if kernel.__file__.endswith(".py") else "compiled"
-"""Wheel that is measured."""
-BASELINE = json.loads((HERE / "baseline.json").read_text())[KIND]
+BASELINE = json.loads((HERE / "baseline.json").read_text())["ratios"]
 SECONDS = 10
 """Hand time of idling and streaming, s."""
 
@@ -57,7 +54,7 @@ def compare(benchmark: BenchmarkFixture, name: str, bare: Callable[[], float], w
     ratio = median(wholes) / median(bares)
     benchmark.extra_info.update(row=name, bare_s=median(bares), whole_s=median(wholes), ratio=ratio)
     measured = f"{median(wholes):.3g} s over {median(bares):.3g} s is {ratio:.2f}"
-    print(f"\n{name}, {KIND}: {measured}, baseline {BASELINE.get(name)}")
+    print(f"\n{name}: {measured}, baseline {BASELINE.get(name)}")
     if name in BASELINE:
         assert ratio <= BASELINE[name]["ratio"] * (1.0 + BASELINE[name]["band"])
 
