@@ -90,7 +90,7 @@ def agreement() -> Rows:
 
 @cache
 def identified() -> Identification:
-    """Identify the map of the routed hand as `aero-hil identify` does."""
+    """Identify the map of the routed hand as `python -m train.identification.map_identification` does."""
     return identify(RoutedHand())
 
 

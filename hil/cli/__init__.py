@@ -45,8 +45,6 @@ COMMANDS: dict[str, Command] = {
     ),
     "proxy": Command("hil.cli.proxy:proxy", "Inject faults between a program and a port.", "emulate"),
     "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
-    "map": Command("hil.cli.map:map_command", "Convert a posture between representations."),
-    "identify": Command("train.cli.identify:identify_command", "Fit the actuation map to the simulated hand."),
     "servos": Command("hil.cli.servos:servos", "Check servos on a bus adapter, and set them up."),
     "centre": Command(
         "hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."

@@ -1,14 +1,10 @@
-import json
-
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
 from aero import ActuationMap, CommandWindow
 from aero.actuation.representations import REPRESENTATIONS, convert
-from hil.cli.map import map_command
 
 MAPS = [
     ActuationMap.for_firmware("0.2.0", state, hand=hand)
@@ -117,46 +113,3 @@ def test_saturation_is_reported_and_kept_to_the_channels_that_need_it():
 def test_what_cannot_be_converted_says_why(values, source, target, says):
     with pytest.raises(ValueError, match=says):
         convert(ActuationMap.for_firmware("0.2.0"), values, source, target)
-
-
-def run(arguments, text):
-    return CliRunner().invoke(map_command, arguments, input=text)
-
-
-@pytest.mark.parametrize("target", BOTH_WAYS)
-def test_the_command_reads_what_it_wrote(target):
-    posture = dict(zip(REPRESENTATIONS["compact"].labels, [30.0, 40.0, 50.0, 60.0, 45.0, 20.0, 25.0], strict=True))
-    options = ["--hand", "left", "--calibration", "mixed"]
-    there = run(["--from", "compact", "--to", target, *options], json.dumps(posture))
-    back = run(["--from", target, "--to", "compact", *options], there.stdout)
-    values = json.loads(back.stdout)["values"]
-    assert list(values) == list(posture)
-    # Lengths come back by the thumb's other fit, counts are an eleventh of a degree of shaft.
-    tolerance = {"lengths": 1.5, "codes": 0.05, "counts": 0.3}.get(target, 1e-6)
-    assert values == pytest.approx(posture, abs=tolerance)
-    assert "window 'mixed' of a left hand" in json.loads(there.stdout)["map"]
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("nonsense", "Expecting value"),
-        ('{"index": 1}', "expected the names index, middle"),
-        ('{"representation": "codes", "values": {}}', "has representation 'codes', expected 'compact'"),
-        ('["a", 0, 0, 0, 0, 0, 0]', "expected 7 numbers"),
-        ("[true, 0, 0, 0, 0, 0, 0]", "expected 7 numbers"),
-        ("[[0, 0, 0, 0, 0, 0, 0]]", "expected 7 numbers"),
-        ("3", "expected 7 numbers"),
-        ("[0, 0, 0, 0, 0, 0, 0]", "--saturate"),
-    ],
-)
-def test_bad_input_is_bad_usage(text, says):
-    result = run(["--from", "compact", "--to", "codes"], text)
-    assert result.exit_code == 2
-    assert says in result.output
-
-
-def test_the_command_saturates_when_told_and_says_so():
-    result = run(["--from", "compact", "--to", "codes", "--saturate"], "[0, 0, 0, 0, 0, 0, 0]")
-    assert json.loads(result.stdout)["saturated"] == ["thumb_abduction"]
-    assert json.loads(result.stdout)["values"]["thumb_cmc_flexion"] == round(113 / 4096 * 360 / 104.1245 * 65535)

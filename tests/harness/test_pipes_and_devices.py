@@ -3,10 +3,8 @@
 import os
 
 import pytest
-from click.testing import CliRunner
 from damaged_files import READERS, write_small_recording
 
-from hil.cli import main
 from hil.recordings.mcap_file import read_recording
 
 
@@ -16,13 +14,6 @@ def test_a_pipe_is_refused(reader, tmp_path):
     os.mkfifo(tmp_path / reader.name)
     with pytest.raises((reader.declared, OSError), match=str(tmp_path)):
         reader.read(tmp_path / reader.name)
-
-
-def test_a_posture_is_not_read_for_ever(tmp_path):
-    (tmp_path / "posture.json").symlink_to("/dev/zero")
-    result = CliRunner().invoke(main, ["map", "--from", "compact", "--to", "codes", str(tmp_path / "posture.json")])
-    assert result.exit_code == 2
-    assert "more than 1048576 characters" in result.output
 
 
 def test_a_link_to_a_file_is_read(tmp_path):

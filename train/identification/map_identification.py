@@ -5,9 +5,11 @@ The hand is swept as in the paper's run, and the coefficients are fitted to what
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,8 +18,11 @@ from numpy.typing import NDArray
 from aero.actuation import stages
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.channels import FINGERS, THUMB, Channel, Joint
+from aero.whole_file import write_whole
 from hil.checks.shared.side_by_side import SimulatedHand
 from hil.checks.staircase.reachable_range import calibrated_range
+from model import RoutedHand
+from model.geometry import Side
 
 Floats = NDArray[np.float64]
 
@@ -86,7 +91,7 @@ def identify(hand: JointedSimulator) -> Identification:
     identified = replace(
         paper,
         name="identified",
-        source="aero-hil identify on this project's routed hand; winding radii as in 'paper'",
+        source="train.identification.map_identification on this project's routed hand; winding radii as in 'paper'",
         finger_lengths=tuple(tuple(ends) for ends in intervals.tolist()),
         thumb_regression=tuple(tuple(row) for row in regression.coefficients.tolist()),
         thumb_gain=tuple(float(fit.coefficients[0, 0]) for fit in inverse),
@@ -228,7 +233,8 @@ def coefficient_toml(identification: Identification, side: str) -> str:
     finger = _inline(("mcp", "pip", "dip"), c.finger_winding)
     cmc, flexor = (_inline(("abduction", "cmc", "mcp", "ip"), row) for row in c.thumb_winding)
     return f"""\
-# Coefficients of the actuation map, written by `aero-hil identify`. SI units: m, rad, and what follows.
+# Coefficients of the actuation map. SI units: m, rad, and what follows.
+# Written by `python -m train.identification.map_identification`.
 name = "{c.name}"
 source = "{c.source}"
 
@@ -265,3 +271,21 @@ def _inline(names: Sequence[str], values: Sequence[float]) -> str:
 
 def _rows(matrix: Any) -> str:
     return "[\n" + "".join(f"  {[float(x) for x in row]},\n" for row in matrix) + "]"
+
+
+def main() -> None:
+    """Fit the map to a routed hand, print the fit beside the paper's, and leave `coefficients.toml` here.
+
+    The side is the only argument, right when none is given. `ActuationMap.for_firmware(..., coefficients=FILE)` takes
+    the file.
+    """
+    side: Side = "left" if sys.argv[1:] == ["left"] else "right"
+    result = identify(RoutedHand(side))
+    write_whole(Path("coefficients.toml"), coefficient_toml(result, side))
+    for entry, *cells in comparison(result):
+        print(f"{entry:26}", *(f"{cell:>11}" for cell in cells))
+    print(f"R² (CMC, MCP, IP): {', '.join(f'{value:.5f}' for value in result.regression.r_squared)}")
+
+
+if __name__ == "__main__":
+    main()

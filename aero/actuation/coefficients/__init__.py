@@ -1,7 +1,7 @@
 """The numbers of the actuation map: the mechanism's winding radii and what was identified on the simulator.
 
 Two files are shipped: `paper`, the published ones and the default, and `identified`, from this project's own model by
-`aero-hil identify`. A file of another hand or model loads the same way.
+`python -m train.identification.map_identification`. A file of another hand or model loads the same way.
 """
 
 from __future__ import annotations

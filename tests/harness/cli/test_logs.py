@@ -65,7 +65,7 @@ def test_a_log_file_on_a_full_disk_is_said_once_and_ends_nothing(tmp_path, capsy
     assert path.read_text().startswith("line 0\nline 1\n")
 
 
-@pytest.mark.parametrize("name", ["doctor", "map", "firmware", "faults"])
+@pytest.mark.parametrize("name", ["doctor", "firmware", "faults"])
 def test_every_command_has_the_options_once(name):
     command = main.get_command(None, name)
     command = main.get_command(None, name)

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from figures.actuation_map import RoutedLengths, scores
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,7 +9,7 @@ from aero.actuation import ActuationMap, load_coefficients
 from aero.actuation.coefficients import coefficients_from_toml
 from aero.channels import THUMB, Channel, Joint
 from model import RoutedHand
-from train.cli.identify import identify_command
+from train.identification import map_identification
 from train.identification.map_identification import (
     Capture,
     coefficient_toml,
@@ -95,13 +94,14 @@ def test_effective_radii_against_the_papers():
     assert np.abs(coupled).max() < 1e-9
 
 
-def test_the_command_leaves_coefficients(result, tmp_path, monkeypatch):
+def test_the_script_leaves_coefficients(result, tmp_path, monkeypatch, capsys):
     # Sweeping again would show nothing new.
-    monkeypatch.setattr("train.cli.identify.identify", lambda hand: result)
-    outcome = CliRunner().invoke(identify_command, ["--out", str(tmp_path / "new")])
-    assert outcome.exit_code == 0, outcome.output
-    assert "MCP by flexor cable" in outcome.output
-    assert load_coefficients(tmp_path / "new" / "coefficients.toml").name == "identified"
+    monkeypatch.setattr(map_identification, "identify", lambda hand: result)
+    monkeypatch.setattr("sys.argv", ["map_identification"])
+    monkeypatch.chdir(tmp_path)
+    map_identification.main()
+    assert "MCP by flexor cable" in capsys.readouterr().out
+    assert load_coefficients(tmp_path / "coefficients.toml").name == "identified"
 
 
 def capture_of(seed, n=60):
