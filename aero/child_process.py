@@ -9,6 +9,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from itertools import zip_longest
 from queue import Empty, SimpleQueue
 from typing import IO
 
@@ -59,9 +60,15 @@ class ChildProcess:
             command, stdin=pipe, stdout=pipe, stderr=pipe if own_errors else None, bufsize=0, start_new_session=True
         )
         readers = (self._read, self._read_errors) if own_errors else (self._read,)
-        self._readers = [threading.Thread(target=reader, daemon=True) for reader in readers]
-        for reader in self._readers:
-            reader.start()
+        self._readers: list[threading.Thread] = []
+        try:
+            for reader in readers:
+                thread = threading.Thread(target=reader, daemon=True)
+                thread.start()
+                self._readers.append(thread)
+        except BaseException:  # a child that nothing reads would wait for ever, and nobody refers to it
+            self.kill()
+            raise
 
     @property
     def pid(self) -> int:
@@ -72,6 +79,11 @@ class ChildProcess:
     def running(self) -> bool:
         """Whether it has not ended."""
         return self._process.poll() is None
+
+    @property
+    def returncode(self) -> int | None:
+        """Its exit status; None while it runs."""
+        return self._process.poll()
 
     @property
     def errors(self) -> str:
@@ -119,6 +131,12 @@ class ChildProcess:
         while left:
             left = left[self._process.stdin.write(left) :]
 
+    def dismiss(self, last_words: str) -> None:
+        """Say the last thing to it, and end its input; it continues without this program."""
+        with suppress(BrokenPipeError):
+            self.send(last_words)
+        self._close(self._process.stdin)
+
     def wait(self, timeout_s: float) -> bool:
         """Return whether it ends by itself within `timeout_s`."""
         with suppress(subprocess.TimeoutExpired):
@@ -139,9 +157,7 @@ class ChildProcess:
             if last_words is None:
                 self._process.terminate()
             else:
-                with suppress(BrokenPipeError):
-                    self.send(last_words)
-                self._close(self._process.stdin)
+                self.dismiss(last_words)
             in_time = self.wait(timeout_s)
         finally:
             self.kill()
@@ -155,9 +171,10 @@ class ChildProcess:
             self._process.kill()
         self.wait(KILL_S)
         self._close(self._process.stdin)
-        for reader, pipe in zip(self._readers, (self._process.stdout, self._process.stderr), strict=False):
-            reader.join(KILL_S)
-            if not reader.is_alive():  # a grandchild may hold the pipe's other end
+        for reader, pipe in zip_longest(self._readers, (self._process.stdout, self._process.stderr)):
+            if reader is not None:
+                reader.join(KILL_S)
+            if reader is None or not reader.is_alive():  # a grandchild may hold the pipe's other end
                 self._close(pipe)
 
     def disown(self) -> None:

@@ -10,10 +10,11 @@ import os
 import signal
 import sys
 
+from aero.child_process import READY
 from aero.clock import Deadline, WallClock
 from aero.driver import AeroHand
 from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
-from aero.safety.standby import ALL_WELL, READY
+from aero.safety.standby import ALL_WELL
 from aero.safety.thresholds import Thresholds
 
 PORT_FREE_S = 3.0
@@ -29,10 +30,10 @@ def main(port: str, settings: str) -> None:
     asked = json.loads(settings)
     thresholds = Thresholds(**asked["thresholds"])
     try:
-        os.write(sys.stdout.fileno(), READY + b"\n")
+        os.write(sys.stdout.fileno(), f"{READY}\n".encode())
     except BrokenPipeError:
         return  # the program was killed while it waited for this, before it moved anything
-    if sys.stdin.buffer.read() == ALL_WELL:
+    if sys.stdin.buffer.read() == ALL_WELL.encode():
         return
     try:
         with _opened(port) as hand:

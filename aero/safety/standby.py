@@ -12,22 +12,18 @@ from __future__ import annotations
 import json
 import logging
 import os
-import subprocess
 import sys
-import threading
 import weakref
-from contextlib import suppress
 from pathlib import Path
 
+from aero.child_process import ChildError, ChildProcess
 from aero.safety.interrupts import uninterrupted
 from aero.safety.stop import SafetyReason, SafetyStopError
 from aero.safety.thresholds import Thresholds
 
 _LOG = logging.getLogger(__name__)
-ALL_WELL = b"."
+ALL_WELL = "."
 """What the guarded program sends when it has opened the hand itself, and seen that it is open."""
-READY = b"ready"
-"""What the process says when it has everything that it needs."""
 START_S = 30.0
 """Time the process has to start, s; Python and NumPy take 0.3 s on an idle machine."""
 LEAVE_S = 30.0
@@ -49,7 +45,8 @@ class Standby:
             settable: whether the firmware takes speed and torque limits.
         """
         self._arguments = (port, json.dumps({"settable": settable, "thresholds": thresholds.as_dict()}))
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: ChildProcess | None = None
+        self._ready = False
         _ALL.add(self)
 
     def start(self) -> None:
@@ -60,44 +57,31 @@ class Standby:
         Raises:
             SafetyStopError: it is not ready; the message carries what it printed.
         """
-        if self._process is not None and self._process.poll() is None:
+        if self._ready and self._process is not None and self._process.running:
             return
         self._end()
-        # This program's own search path, so that a project that is not installed is found there too. In a session of
-        # its own, so that Ctrl-C and a closed terminal do not reach it.
+        # This program's own search path, so that a project that is not installed is found there too.
         code = _RUN.format(path=[str(Path(entry).absolute()) for entry in sys.path], arguments=self._arguments)
-        with uninterrupted():  # a process that nothing refers to could not be ended
-            self._process = process = subprocess.Popen(
-                [sys.executable, "-P", "-c", code],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                start_new_session=True,
-            )
-        late = threading.Timer(START_S, process.kill)
-        late.daemon = True  # an interrupted program does not wait for it
-        ready = False
         try:
-            late.start()
-            assert process.stdout is not None
-            ready = process.stdout.readline().strip() == READY
-        finally:
-            late.cancel()
-            if not ready:
-                self._end()
-        if not ready:
+            with uninterrupted():  # a process that nothing refers to could not be ended
+                self._process = ChildProcess([sys.executable, "-P", "-c", code], "the second process", own_errors=False)
+            self._process.wait_ready(START_S)
+            self._ready = True
+        except ChildError:
             raise SafetyStopError(
                 f"not moved. The second process, which opens the hand should this one be killed, did not start within "
                 f"{START_S:g} s; what it printed is above.",
                 SafetyReason.NO_STANDBY,
-            )
-        _LOG.info("process %d opens the hand should this one be killed", process.pid)
+            ) from None
+        finally:
+            if not self._ready:
+                self._end()
+        _LOG.info("process %d opens the hand should this one be killed", self._process.pid)
 
     def _end(self) -> None:
         """End a process that has not become ready, or has died."""
-        process, self._process = self._process, None
-        if process is not None:
+        if (process := self._taken()) is not None:
             process.kill()
-            process.communicate()
 
     def stand_down(self) -> None:
         """Let it go: the hand is open."""
@@ -106,22 +90,23 @@ class Standby:
     def take_over(self) -> None:
         """Let it try to open the hand, whose port is free now."""
         _LOG.warning("the second process is left to open the hand")
-        self._leave(b"")
+        self._leave("")
 
-    def _leave(self, message: bytes) -> None:
-        process, self._process = self._process, None
-        if process is not None:
-            with suppress(subprocess.TimeoutExpired):  # it continues without us
-                process.communicate(message, timeout=LEAVE_S)
+    def _leave(self, message: str) -> None:
+        if (process := self._taken()) is not None:
+            process.dismiss(message)
+            if process.wait(LEAVE_S):  # else it continues without us
+                process.kill()  # closes what is left of its pipes
 
     def disown(self) -> None:
         """Close this process's ends of the pipes, after a fork in the child."""
-        process, self._process = self._process, None
-        if process is not None:
-            for pipe in (process.stdin, process.stdout):
-                if pipe is not None:
-                    pipe.close()
-            process.returncode = 0  # the parent's to wait for
+        if (process := self._taken()) is not None:
+            process.disown()
+
+    def _taken(self) -> ChildProcess | None:
+        """Return the process, which is not this one's any more."""
+        process, self._process, self._ready = self._process, None, False
+        return process
 
 
 def _disown_all() -> None:

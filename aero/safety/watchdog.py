@@ -33,7 +33,8 @@ class Watchdog:
 
     def start(self) -> None:
         """Start it; nothing happens when it runs already."""
-        if self._thread is None:
+        # Asked whether it runs: what interrupted an earlier start may have left a thread that was made and never ran.
+        if self._thread is None or not self._thread.is_alive():
             self._thread = threading.Thread(target=self._run, name="aero watchdog", daemon=True)
             self._thread.start()
 

@@ -168,9 +168,9 @@ def stopping_announced() -> Iterator[None]:
     reading, writing = socket.socketpair()
     with reading, writing:
         writing.setblocking(False)
-        before = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
         thread = threading.Thread(target=_announce, args=(reading,), name="stopping", daemon=True)
-        thread.start()
+        thread.start()  # first: should it fail, no signal is left with a descriptor that nobody reads
+        before = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
         try:
             yield
         finally:

@@ -39,16 +39,20 @@ class Feed:
         self._page = ChildProcess(
             [sys.executable, "-P", "-m", "hil.view"], "the page", on_line=lambda _: self._alive.set(), own_errors=False
         )
-        with suppress(BrokenPipeError):
-            self._page.send(json.dumps(asdict(heading)) + "\n")
-        self.url = self._page.wait_ready(START_S)
-        """What to open in a browser."""
-        self._messages: SimpleQueue[Message] = SimpleQueue()
-        self._source: Source | None = None
-        self._ended = threading.Event()
-        self._time = 0.0
-        self._thread = threading.Thread(target=self._run, name="view", daemon=True)
-        self._thread.start()
+        try:
+            with suppress(BrokenPipeError):
+                self._page.send(json.dumps(asdict(heading)) + "\n")
+            self.url = self._page.wait_ready(START_S)
+            """What to open in a browser."""
+            self._messages: SimpleQueue[Message] = SimpleQueue()
+            self._source: Source | None = None
+            self._ended = threading.Event()
+            self._time = 0.0
+            self._thread = threading.Thread(target=self._run, name="view", daemon=True)
+            self._thread.start()
+        except BaseException:  # a page without its feed would stay
+            self._page.kill()
+            raise
 
     @property
     def pid(self) -> int:

@@ -31,10 +31,10 @@ class IdleWatch:
         self._hand = hand
         self._lock = lock
         self._ended = threading.Event()
-        # A daemon, so that a program that never disconnects can still end; the standby process opens its hand.
-        self._thread = threading.Thread(target=self._run, name="idle watch", daemon=True)
 
     def __enter__(self) -> Self:
+        # A daemon, so that a program that never disconnects can still end; the standby process opens its hand.
+        self._thread = threading.Thread(target=self._run, name="idle watch", daemon=True)
         self._thread.start()
         return self
 
