@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import Any
 
 from hil.recordings.errors import UnwritablePlaceError
+
+
+def json_text(content: Any) -> str:
+    """Return tables as JSON; a number that is none, as of what could not be measured, is null."""
+    return json.dumps(_jsonable(content), indent=1, allow_nan=False) + "\n"
+
+
+def _jsonable(content: Any) -> Any:
+    if isinstance(content, Mapping):
+        return {name: _jsonable(value) for name, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_jsonable(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
+
 
 LATEST = "latest"
 """Link to the newest of the folders that are named by their time."""

@@ -68,7 +68,7 @@ class FirstPlot:
 
 def excess(finding: Finding) -> float:
     """Return how far a finding is off, whatever its side; 0 when that is not known."""
-    return 0.0 if math.isnan(finding.excess) else abs(finding.excess)
+    return 0.0 if finding.excess is None else abs(finding.excess)
 
 
 def evidence(experiment: str, finding: Finding, result: Result) -> Evidence | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
+from hil.recordings.output import json_text
 from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report
 from hil.verdict.judged_run import Validation
@@ -23,9 +23,9 @@ def write_figures(validation: Validation, out: Path) -> None:
     Raises:
         OSError: the folder cannot be written.
     """
-    write_whole(out / "checks.json", json.dumps(checks_json(validation), indent=2) + "\n")
+    write_whole(out / "checks.json", json_text(checks_json(validation)))
     if (metrics := metrics_json(validation)) is not None:
-        write_whole(out / "metrics.json", json.dumps(metrics, indent=2) + "\n")
+        write_whole(out / "metrics.json", json_text(metrics))
 
 
 def write_results(validation: Validation, out: Path) -> None:
@@ -69,8 +69,9 @@ def metrics_json(validation: Validation) -> dict[str, object] | None:
 
 
 def _published(metric: Metric, value: float | None) -> float | None:
-    finite = _jsonable(value)
-    return int(finite) if finite is not None and metric.column is not None and metric.column.count else finite
+    if value is None or not math.isfinite(value):
+        return None
+    return int(value) if metric.column is not None and metric.column.count else value
 
 
 def checks_json(validation: Validation) -> dict[str, object]:
@@ -79,10 +80,7 @@ def checks_json(validation: Validation) -> dict[str, object]:
         "passed": validation.passed,
         "not_run": list(validation.left_out),
         "measured": {
-            name: {
-                subject: {metric: _jsonable(value) for metric, value in row.items()}
-                for subject, row in measured.items()
-            }
+            name: {subject: dict(row) for subject, row in measured.items()}
             for name, measured in validation.numbers.items()
         },
         "counts": dataclasses.asdict(validation.tally),
@@ -106,7 +104,3 @@ def diagnosis_json(validation: Validation) -> dict[str, object]:
         "unexplained": [finding.sentence for finding in found.unexplained],
         "step": None if found.step is None else dataclasses.asdict(found.step),
     }
-
-
-def _jsonable(value: float | None) -> float | None:
-    return None if isinstance(value, float) and not math.isfinite(value) else value

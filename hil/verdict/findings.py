@@ -31,8 +31,9 @@ class Finding:
     """What was checked, for people; the check's name with blanks when empty."""
     experiment: str = ""
     """The check's folder; empty for what is about the run."""
-    excess: float = 0.0
-    """How far it lies beyond healthy readings, see `Limit.excess`: beyond 1 it fails, negative is too low."""
+    excess: float | None = 0.0
+    """How far it lies beyond healthy readings, see `Limit.excess`: beyond 1 it fails, negative is too low. None when it
+    could not be measured: it did not pass, and says nothing about any part."""
 
     @property
     def name(self) -> str:
@@ -74,20 +75,26 @@ class Withheld:
 
 @dataclass(frozen=True)
 class Tally:
-    """How many checks of a run passed, failed, and were not judged: the one count that is shown anywhere."""
+    """How many checks of a run passed, failed, could not be measured, and were not judged: the one count shown."""
 
     passed: int
     failed: int
     withheld: int
+    unmeasured: int = 0
+    """Checks whose reading the hand did not let be measured: neither passed nor failed."""
 
     @property
     def words(self) -> str:
         """The count in one sentence without a full stop."""
-        judged = self.passed + self.failed
-        words = f"{self.failed} of {judged} checks failed" if self.failed else f"all {judged} checks passed"
-        return words + (f", {self.withheld} not judged" if self.withheld else "")
+        asked = self.passed + self.failed + self.unmeasured
+        if self.failed:
+            words = f"{self.failed} of {asked} checks failed"
+        else:
+            words = f"{self.passed} of {asked} checks passed" if self.unmeasured else f"all {asked} checks passed"
+        others = ((self.unmeasured, "not measurable"), (self.withheld, "not judged"))
+        return ", ".join((words, *(f"{count} {what}" for count, what in others if count)))
 
 
 def failed(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return those that did not pass."""
+    """Return those that did not pass, those that could not be measured among them."""
     return tuple(finding for finding in findings if not finding.passed)

@@ -13,7 +13,7 @@ from aero.actuation.window import SHIFT_CLOSING
 from aero.channels import Channel
 from aero.firmware import VERSION_GROUPS, Firmware, firmware_of
 from hil.checks import Measured
-from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits
+from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits, within_limits
 
 OF_THE_MAP = {
     ("excursion", "closed_angle"),
@@ -42,7 +42,7 @@ def limits_of_others(kind: str, named: str, *, guarded: bool) -> dict[str, tuple
     return {version: load_limits(kind, version, guarded=guarded) for version in others}
 
 
-def moved_windows(numbers: Mapping[str, Measured], off: Mapping[Key, float]) -> dict[Channel, float]:
+def moved_windows(numbers: Mapping[str, Measured], off: Mapping[Key, float | None]) -> dict[Channel, float]:
     """Return the channels whose window does not begin where homing leaves it, and by how many counts."""
     return {
         channel: numbers["window"][channel.label]["window_moved"]
@@ -60,7 +60,7 @@ def has_other_windows(moved: Mapping[Channel, float]) -> bool:
 
 
 def other_versions(
-    numbers: Mapping[str, Measured], off: Mapping[Key, float], named: str, others: Mapping[str, Sequence[Limit]]
+    numbers: Mapping[str, Measured], off: Mapping[Key, float | None], named: str, others: Mapping[str, Sequence[Limit]]
 ) -> tuple[str, ...]:
     """Return the versions, each the oldest of those that move alike, as which a run reads as a healthy hand.
 
@@ -85,7 +85,7 @@ def versions_alike(version: str) -> str:
 
 
 def _reads_as(
-    numbers: Mapping[str, Measured], off: Mapping[Key, float], named: str, version: str, limits: Sequence[Limit]
+    numbers: Mapping[str, Measured], off: Mapping[Key, float | None], named: str, version: str, limits: Sequence[Limit]
 ) -> bool:
     one, other = firmware_of(named), firmware_of(version)
     beyond = [key for key, excess in off.items() if out_of_limits(excess) and _compares(key, one, other)]
@@ -94,7 +94,7 @@ def _reads_as(
     if not all(subject in _changed(one, other) for _, _, subject in beyond):
         return False
     by_other = excesses(numbers, limits)
-    return not any(out_of_limits(excess) for key, excess in by_other.items() if _compares(key, one, other))
+    return all(within_limits(excess) for key, excess in by_other.items() if _compares(key, one, other))
 
 
 def _compares(key: Key, one: Firmware, other: Firmware) -> bool:

@@ -324,4 +324,5 @@ def _not_measured(name: str, reason: str) -> Finding:
         meaning=f"The hand did not move in a way that can be measured: {reason}.",
         remedy="Mend what the other checks found, then validate again.",
         experiment=name,
+        excess=None,
     )

@@ -80,7 +80,9 @@ class Validation:
     def tally(self) -> Tally:
         """The number of checks; how the run ended is none."""
         checks = [finding for finding in self.findings if finding != self.end.finding]
-        return Tally(len(checks) - len(failed(checks)), len(failed(checks)), len(self.withheld))
+        bad = failed(checks)
+        unmeasured = sum(finding.excess is None for finding in bad)
+        return Tally(len(checks) - len(bad), len(bad) - unmeasured, len(self.withheld), unmeasured)
 
     @property
     def withheld(self) -> tuple[Withheld, ...]:

@@ -24,8 +24,8 @@ from hil.recordings.errors import UnusableFileError
 from hil.verdict.findings import Finding, Withheld
 
 LIMITS = resources.files("hil") / "data" / "limits"
-UNMEASURED = 3.0
-"""Excess of a reading that is not there."""
+BEYOND_GIVEN = 3.0
+"""Excess of a reading beyond a bound that is given, or at the end of its scale: there are no margins to count."""
 NARROWEST = 0.05
 """Half the range of healthy readings is at least this part of the distance from them to the limit."""
 REQUIRED = ("experiment", "metric", "subjects", "source")
@@ -54,18 +54,18 @@ class Limit:
         alike = next((versions for versions in VERSION_GROUPS if firmware in versions), ())
         return (not self.firmware or not set(alike).isdisjoint(self.firmware)) and self.guarded in (None, guarded)
 
-    def excess(self, value: float) -> float:
+    def excess(self, value: float) -> float | None:
         """Return how far a reading lies beyond the healthy ones: 0 among them, 1 at the limit, negative below them.
 
-        A side without a limit has nothing to exceed: 0.
-        A reading that could not be measured, or is beyond a given bound, counts as `UNMEASURED`.
+        A side without a limit has nothing to exceed: 0. A reading beyond a given bound counts as `BEYOND_GIVEN`. One
+        that could not be measured (NaN) lies nowhere: None.
         """
+        # Counted as too high, it would accuse whatever part reads too high.
         if math.isnan(value):
-            return UNMEASURED
+            return None
         if self.healthy is None:
-            return (
-                0.0 if self.at_least <= value <= self.at_most else UNMEASURED if value > self.at_most else -UNMEASURED
-            )
+            above = BEYOND_GIVEN if value > self.at_most else 0.0
+            return -BEYOND_GIVEN if value < self.at_least else above
         low, high = self.healthy
         if value > high:
             return (value - high) / (self.at_most - high)
@@ -93,7 +93,7 @@ class Limit:
     def judge(self, metric: Metric, subject: str, value: float) -> Finding:
         """Compare one value of a metric with the bound.
 
-        A value that could not be measured (NaN) fails, and so does one at the end of its scale.
+        A value that could not be measured (NaN) does not pass, nor does one at the end of its scale.
         """
         at_the_end = value >= metric.end_of_scale
         measured = metric.text(value) + (", at the end of the window" if at_the_end else "")
@@ -109,7 +109,7 @@ class Limit:
             remedy=advice.remedy,
             words=metric.words,
             experiment=self.experiment,
-            excess=UNMEASURED if at_the_end else self.excess(value),
+            excess=BEYOND_GIVEN if at_the_end else self.excess(value),
         )
 
 
@@ -221,7 +221,7 @@ def compare(
 
     A number that was withheld, because the host was too late to tell, is not there and not judged. One that is out of
     limits, and was taken while this computer was held up, is not judged either. One that the hand did not let be
-    measured is NaN, and fails.
+    measured is NaN: it does not pass, and is on no side of its limits.
 
     Args:
         measuring: what measured it.
@@ -246,13 +246,21 @@ Key = tuple[str, str, str]
 """Experiment, metric and subject."""
 
 
-def out_of_limits(excess: float) -> bool:
-    """Return whether a reading with this excess (`Limit.excess`) is beyond its limit."""
-    return abs(excess) > 1.0
+def out_of_limits(excess: float | None) -> bool:
+    """Return whether a reading with this excess (`Limit.excess`) is known to be beyond its limit."""
+    return excess is not None and abs(excess) > 1.0
 
 
-def excesses(numbers: Mapping[str, Measured], limits: Iterable[Limit]) -> dict[Key, float]:
-    """Return the excess of every judged reading of a run (`Limit.excess`); what was not measured is left out."""
+def within_limits(excess: float | None) -> bool:
+    """Return whether a reading with this excess (`Limit.excess`) is known to be within its limit."""
+    return excess is not None and not out_of_limits(excess)
+
+
+def excesses(numbers: Mapping[str, Measured], limits: Iterable[Limit]) -> dict[Key, float | None]:
+    """Return the excess of every judged reading of a run, None of one that could not be measured (`Limit.excess`).
+
+    What is not there is left out.
+    """
     return {
         (limit.experiment, limit.metric, subject): limit.excess(value)
         for limit in limits

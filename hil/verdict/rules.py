@@ -52,9 +52,14 @@ MOVED = "audit/others_moved"
 class Failures:
     """The judged readings of a run; `failed` by check, `experiment/metric`, and subject."""
 
-    def __init__(self, excesses: Mapping[Key, float], sides: Mapping[Key, float]) -> None:
+    def __init__(self, excesses: Mapping[Key, float | None], sides: Mapping[Key, float]) -> None:
         """Take readings by their excess (`Limit.excess`) and by their place among healthy ones (`Limit.side`)."""
-        self.failed = {(f"{e}/{m}", on): excess for (e, m, on), excess in excesses.items() if out_of_limits(excess)}
+        # What could not be measured failed to no side, so it speaks for no cause.
+        self.failed = {
+            (f"{e}/{m}", on): excess
+            for (e, m, on), excess in excesses.items()
+            if excess is not None and out_of_limits(excess)
+        }
         self.sides = sides
 
     def on(self, check: str, sign: int = 0) -> frozenset[Channel]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,7 +20,7 @@ from hil.checks.shared.subjects import subject_words
 from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.report.matplotlib_svg import svg_of
 from hil.verdict.judge import Judge
-from hil.verdict.limits import Key, excesses, load_limits, out_of_limits
+from hil.verdict.limits import Key, excesses, load_limits, within_limits
 from hil.verdict.run_end import FINISHED
 from model.units.naming import unit_named
 from train.campaign.trial import Outcome
@@ -71,10 +72,10 @@ class Detection:
 
 def flagged(outcome: Outcome) -> bool:
     """Return whether the present limits flag the hand of a trial."""
-    return bool(outcome.stopped) or any(out_of_limits(excess) for excess in judged(outcome).values())
+    return bool(outcome.stopped) or not all(map(within_limits, judged(outcome).values()))
 
 
-def judged(outcome: Outcome) -> dict[Key, float]:
+def judged(outcome: Outcome) -> dict[Key, float | None]:
     """Return the excesses of a trial by the present limits of its hand."""
     trial = outcome.trial
     limits = load_limits(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded)
@@ -141,10 +142,10 @@ def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detectio
     furthest = 0.0
     for outcome in group:
         if not flagged(outcome):
-            furthest = max(furthest, *map(abs, judged(outcome).values()), 0.0)
+            furthest = max(furthest, *(abs(excess or 0.0) for excess in judged(outcome).values()), 0.0)
             continue
         found += 1
-        for check in {f"{key[0]}/{key[1]}" for key, excess in judged(outcome).items() if out_of_limits(excess)}:
+        for check in {f"{key[0]}/{key[1]}" for key, excess in judged(outcome).items() if not within_limits(excess)}:
             failed[check] += 1
         if outcome.stopped:
             failed[f"stopped: {outcome.ended or 'gate'}"] += 1
@@ -163,7 +164,7 @@ def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
     by_check: dict[str, int] = defaultdict(int)
     for outcome in healthy:
         for key, excess in judged(outcome).items():
-            if out_of_limits(excess):
+            if not within_limits(excess):
                 by_check["/".join(key)] += 1
     return Share(sum(map(flagged, healthy)), len(healthy)), dict(by_check)
 
@@ -212,9 +213,14 @@ def _strangest(healthy: Sequence[Outcome]) -> list[tuple[str, str, float]]:
     furthest = []
     for outcome in healthy:
         if found := judged(outcome):
-            key = max(found, key=lambda name: abs(found[name]))
-            furthest.append((outcome.trial.key, "/".join(key), abs(found[key])))
+            key = max(found, key=lambda name: _distance(found[name]))
+            furthest.append((outcome.trial.key, "/".join(key), _distance(found[key])))
     return sorted(furthest, key=lambda row: -row[2])[:LISTED]
+
+
+def _distance(excess: float | None) -> float:
+    """Return how far a reading is from healthy ones; infinite for one that a healthy hand would have given."""
+    return math.inf if excess is None else abs(excess)
 
 
 def _matrix(rows: Sequence[Detection]) -> Figure:

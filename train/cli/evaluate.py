@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from hil.cli.exits import usage_errors
 from hil.cli.options import SEED, NewFolder, Seconds
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
-from hil.recordings.output import prepared_folder
+from hil.recordings.output import json_text, prepared_folder
 from train.cli.evaluation_tables import print_figures, print_lost, print_strata
 from train.evaluation.cube_trial import CubeTrial
 from train.evaluation.mismatches import lost, mismatch_picture, over_mismatches
@@ -120,7 +119,7 @@ def evaluate(
     finally:  # what had ended is written, whatever the ending
         results |= {name: {row: figures(done) for row, done in rows.items()} for name, rows in made.items() if rows}
         report = {"policy": policy.name, "seed": seed, "results": results}
-        write_whole(out / "evaluation.json", json.dumps(report, indent=1))
+        write_whole(out / "evaluation.json", json_text(report))
         for title, rows in results.items():
             print_figures(console, title, rows)
         _show(console, made, out)

@@ -10,7 +10,7 @@ import numpy as np
 
 from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS
-from hil.verdict.limits import excesses
+from hil.verdict.limits import excesses, within_limits
 from model.units import DEFAULT_LIMITS, load_unit
 from model.units.naming import PLAUSIBLE
 from train.campaign.trial import Outcome
@@ -108,6 +108,6 @@ def held_out(outcomes: Sequence[Outcome], experiments: Collection[str]) -> tuple
         for hand in hands[part::FOLDS]:
             trial = hand.trial
             own = [limit for limit in limits if limit.holds_for(trial.firmware, guarded=trial.guarded)]
-            accused += any(abs(excess) > 1.0 for excess in excesses(hand.numbers, own).values())
+            accused += not all(within_limits(excess) for excess in excesses(hand.numbers, own).values())
             judged += 1
     return accused, judged

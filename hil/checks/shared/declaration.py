@@ -108,6 +108,13 @@ class Advice:
     remedy: str
 
 
+# The advice of both sides would name parts, of which a reading that is not there says nothing.
+MISSING = Advice(
+    "The hand did nothing from which this can be measured; that alone says nothing about any part.",
+    "Mend what the other checks found, then validate again.",
+)
+
+
 @dataclass(frozen=True)
 class Worse:
     """How much a number may grow over a hand's own baseline; the greater of both counts."""
@@ -193,10 +200,10 @@ class Metric:
         """What to do on either side."""
         return _either(self.low, self.high).remedy
 
-    def witness(self, excess: float) -> tuple[Effect, ...]:
-        """Return what a failed reading is a witness of; one that could not be measured is one of both sides."""
-        if math.isnan(excess):
-            return tuple(dict.fromkeys((*self.witness_low, *self.witness_high)))
+    def witness(self, excess: float | None) -> tuple[Effect, ...]:
+        """Return what a failed reading is a witness of: of nothing, where it could not be measured."""
+        if excess is None:
+            return ()
         return self.witness_low if excess < 0 else self.witness_high
 
     def text(self, value: float | None) -> str:
@@ -267,8 +274,7 @@ def _metric(
         return Advice(table.get(side, meaning), table.get(f"{side}_remedy", remedy))
 
     low, high = advice("too_low"), advice("too_high")
-    both = _either(low, high)
-    missing = Advice(table.get("missing", both.meaning), table.get("missing_remedy", both.remedy))
+    missing = Advice(table.get("missing", MISSING.meaning), table.get("missing_remedy", MISSING.remedy))
     paper = table.get("paper", {})
     by_group = paper if isinstance(paper, dict) else dict.fromkeys(subjects, paper)
     numbers = {subject: by_group[group] for group in by_group for subject in GROUPS[group] if subject in subjects}

@@ -1,7 +1,6 @@
 """Every reading may be withheld, not measurable, or gone with its whole subject: page, text and files say so."""
 
 import io
-import json
 import math
 import re
 from dataclasses import replace
@@ -10,6 +9,7 @@ import pytest
 from rich.console import Console
 
 from hil.checks import JUDGED
+from hil.recordings.output import json_text
 from hil.report.beside_paper import compared, table, text_rows
 from hil.report.page import render_report
 from hil.report.results import checks_json, metrics_json
@@ -44,7 +44,7 @@ def numbers(validation):
     files = [checks_json(validation), metrics_json(validation)]
     beside = compared(validation)
     tables = [text_rows(validation), () if beside is None else table(beside)]
-    return json.dumps(files, allow_nan=False) + repr(tables)
+    return json_text(files) + repr(tables)
 
 
 def shown(validation):

@@ -70,3 +70,10 @@ def test_a_reading_that_was_not_judged_is_evidence_of_nothing():
     measured = {"ring": {"rise_hand_ms": 90.0, "spring": 1.0}, "hand": {}}
     withheld = [Withheld("staircase", "rise_hand_ms", "ring", "rise"), Withheld("excursion", "spring", "ring", "load")]
     assert without_withheld(measured, "staircase", withheld) == {"ring": {"spring": 1.0}, "hand": {}}
+
+
+def test_a_check_that_could_not_be_measured_is_counted_as_neither_passed_nor_failed():
+    lost = replace(GOOD, passed=False, excess=None)
+    done = replace(run(), results={"audit": Result(recording(9.0), {}, (GOOD, lost))})
+    assert not done.passed
+    assert done.tally.words == "1 of 2 checks passed, 1 not measurable"

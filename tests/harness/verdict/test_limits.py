@@ -11,7 +11,17 @@ from hypothesis import strategies as st
 from aero.firmware import FIRMWARE
 from hil.checks import CHECKS, EXPERIMENTS, JUDGED
 from hil.verdict.findings import failed
-from hil.verdict.limits import SUBJECTS, Limit, compare, kinds, load_limits, parse_limit, without
+from hil.verdict.limits import (
+    SUBJECTS,
+    Limit,
+    compare,
+    kinds,
+    load_limits,
+    out_of_limits,
+    parse_limit,
+    within_limits,
+    without,
+)
 from train.limits.compute import FURTHEST
 
 TABLE = {
@@ -31,10 +41,14 @@ def test_a_value_passes_exactly_within_the_bound(low, width, value):
     assert limit.judge(TRACKING, "index", value).passed == (low <= value <= low + width)
 
 
-def test_a_value_that_could_not_be_measured_fails():
+def test_a_value_that_could_not_be_measured_is_neither_within_its_limits_nor_on_a_side_of_them():
     finding = parse_limit(TABLE).judge(TRACKING, "index", math.nan)
     assert not finding.passed
     assert finding.sentence == "Index finger: tracking error is not measurable, should be at most 0.9 mm"
+    assert finding.excess is None
+    assert finding.meaning == TRACKING.missing.meaning
+    assert not within_limits(finding.excess)
+    assert not out_of_limits(finding.excess)
 
 
 def test_each_subject_of_the_experiment_is_compared():
@@ -207,7 +221,7 @@ def test_a_reading_at_the_end_of_its_scale_fails_and_says_so():
     ],
 )
 def test_the_advice_is_that_of_the_side_on_which_a_reading_lies(experiment, metric, low, high):
-    """Of one that could not be measured neither side is known: both are told, or what its absence means."""
+    """Of one that could not be measured neither side is known, and neither is told."""
     subject = "hand" if experiment == "response" else "ring"
     declared = JUDGED[experiment].metric(metric, subject)
     limit = Limit(experiment, metric, (subject,), "test", at_least=1.0, at_most=3.0)
@@ -218,8 +232,7 @@ def test_the_advice_is_that_of_the_side_on_which_a_reading_lies(experiment, metr
     if experiment == "response":
         assert absent == "The hand did not come to the end of its strokes in time."
     else:
-        assert low in absent
-        assert high in absent
+        assert (low in absent, high in absent) == (False, False)
 
 
 def test_excess_counts_margins_between_healthy_readings_and_limit():
@@ -233,7 +246,7 @@ def test_excess_counts_margins_between_healthy_readings_and_limit():
 
 def test_beyond_a_given_bound_an_excess_is_three():
     given = bounded(at_least=1.0, at_most=2.0)
-    assert [given.excess(value) for value in (0.9, 1.0, 2.0, 2.1, math.nan)] == [-3.0, 0.0, 0.0, 3.0, 3.0]
+    assert [given.excess(value) for value in (0.9, 1.0, 2.0, 2.1, math.nan)] == [-3.0, 0.0, 0.0, 3.0, None]
 
 
 def test_limits_that_a_kind_has_of_its_own_take_the_place_of_the_others():

@@ -171,6 +171,11 @@ def test_a_channel_that_follows_by_nine_tenths_rubs_and_is_not_stuck():
     assert told(audit__followed=-4.4, audit__pull=4.8)[2] == "friction"
 
 
+@pytest.mark.parametrize("check", ["staircase__rise_hand_ms", "excursion__closed_percent", "audit__followed"])
+def test_readings_that_could_not_be_measured_accuse_nothing(check):
+    assert told(**{check: all_of(None)}) == (Component.UNKNOWN, (), "")
+
+
 def test_thumb_cables_are_exchanged_where_nothing_stops_the_base():
     closed = {"thumb_cmc_flexion": 40, "thumb_flexor": -30}
     assert told(excursion__closed_percent=closed)[2] == "exchanged"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import expon, uniform
 
 from hil.checks.shared.declaration import Check, parse_metric
-from hil.verdict.limits import UNMEASURED, Limit, parse_limit
+from hil.verdict.limits import Limit, parse_limit
 from train.cli.limits import limits_text
 from train.limits.compute import Healthy, computed_limits, upper_bound, widened
 
@@ -85,9 +85,9 @@ def test_a_place_is_finite_where_all_healthy_hands_read_the_same():
     assert limit.side(0.1) == pytest.approx(2.0)
 
 
-def test_a_reading_that_is_not_there_counts():
+def test_a_reading_that_could_not_be_measured_lies_nowhere():
     limit = Limit("staircase", "take_up", ("index",), "", at_most=4.0, healthy=(-1.0, 2.0))
-    assert limit.excess(math.nan) == UNMEASURED
+    assert limit.excess(math.nan) is None
     assert limit.side(math.nan) == 0.0
 
 
