@@ -33,11 +33,9 @@ COMMANDS: dict[str, Command] = {
     "view": Command("hil.cli.view:view", "Play a recording in a web page.", "view"),
     "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove.", "foxglove"),
     "replay": Command("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
-    "diff": Command("hil.cli.diff:diff", "Compare two recordings of one experiment."),
     "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures, to compare with later."),
     "campaign": Command("train.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
     "limits": Command("train.cli.limits:limits", "Compute limits from the healthy hands of a campaign.", "campaign"),
-    "endurance": Command("hil.cli.endurance:endurance", "Open and close the hand many times."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "emulate-bus": Command("hil.cli.emulate_bus:emulate_bus", "Serve any robot of bus servos on a port.", "emulate"),
     "faults": Command(
@@ -46,9 +44,6 @@ COMMANDS: dict[str, Command] = {
     "proxy": Command("hil.cli.proxy:proxy", "Inject faults between a program and a port.", "emulate"),
     "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
     "servos": Command("hil.cli.servos:servos", "Check servos on a bus adapter, and set them up."),
-    "centre": Command(
-        "hil.cli.centre:centre", "Centre a finger whose travel does not fit its window; firmware `main`."
-    ),
     "calibrate": Command("train.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
     "score": Command("train.cli.score:score_command", "Score a unit against recordings of a hand."),
     "record": Command("train.cli.record:record_command", "Excite a hand and record what calibration needs."),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
@@ -12,8 +12,10 @@ import click
 from aero.whole_file import write_whole
 from hil.cli.exits import Ended, Exit, usage_errors
 from hil.cli.reading import RECORDING, judging, read
+from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file
 from hil.recordings.recording import Recording
+from hil.report.beside_run import beside_text
 from hil.report.page import BYTES_ALONE, render_report
 from hil.verdict.run_end import EndKind
 from hil.verdict.validation import judge_recordings
@@ -28,13 +30,20 @@ NOT_JUDGED = {
 @click.command()
 @click.argument("recordings", type=RECORDING, nargs=-1, required=True)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("report.html"), show_default=True)
-def report(*, recordings: tuple[Path, ...], out: Path) -> None:
+@click.option(
+    "--beside", "others", type=RECORDING, multiple=True,
+    help="Recording of another run, which is compared and not judged; repeatable.",
+)  # fmt: skip
+def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...]) -> None:
     """Judge RECORDINGS again and write the report; exits as `validate` does.
+
+    Each recording --beside them is printed next to the one of the same experiment, channel by channel.
 
     A recording that was cut short is shown and not judged: the exit code is 2 then, unless something else is out of
     limits.
     """
     made = {path: _judgeable(path) for path in recordings}
+    _print_beside(made, others)
     # Only this may fail for what a file lacks; an error of the page is a defect.
     with judging(*recordings):
         judged = judge_recordings(list(made.values()))
@@ -54,6 +63,24 @@ def report(*, recordings: tuple[Path, ...], out: Path) -> None:
         raise Ended(f"{judged.end.reason} {out}", Exit.HOST_BUSY)
     click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(Exit.WITHIN_LIMITS if judged.passed else Exit.OUT_OF_LIMITS)
+
+
+def _print_beside(made: Mapping[Path, Recording], others: Sequence[Path]) -> None:
+    """Print each recording of another run next to the one of the same experiment.
+
+    Raises:
+        Ended: there is none of that experiment.
+    """
+    console = new_console()
+    by_experiment = {recording.header.experiment: (path, recording) for path, recording in made.items()}
+    for path in others:
+        other = _judgeable(path)
+        if other.header.experiment not in by_experiment:
+            raise Ended(f"{path} is of {other.header.experiment}, which is not among the recordings", Exit.USAGE)
+        first, recording = by_experiment[other.header.experiment]
+        with judging(first, path):
+            for part in beside_text(recording, other):
+                console.print(part)
 
 
 def _judgeable(path: Path) -> Recording:

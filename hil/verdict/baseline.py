@@ -105,6 +105,6 @@ def _judge(metric: Metric, worse: Worse, subject: str, values: tuple[float, floa
         expected=f"at most {allowed:.4g}",
         source=f"baseline {Path(recording).parent}",
         meaning=worse.meaning,
-        remedy=f"Compare the recordings of both: `aero-hil diff {recording}` with this run's.",
+        remedy=f"Compare the recordings of both: `aero-hil report` of this run's, `--beside {recording}`.",
         words=f"{metric.words} against the baseline",
     )

@@ -15,7 +15,6 @@ ITS_OWN_WAY = {
     "firmware_emulator/firmware/nvs.py": "may import nothing of ours",
     "firmware_emulator/native/build.py": "into a temporary folder",
     "firmware_emulator/native/sketch.py": "into a temporary folder",
-    "hil/cli/endurance.py": "adds to a log",
     "train/progress.py": "adds to a log",
 }
 

@@ -12,7 +12,6 @@ import pytest
 
 from aero import AeroHand
 from aero.protocol import MAX_CODE
-from hil.cli.endurance import read_cycles
 from hil.recordings.mcap_file import read_recording
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-terminals")]
@@ -21,7 +20,6 @@ COMMANDS = {
     "validate": ["validate", "--only", "audit", "--only", "holding", "--out", "results"],
     "record": ["record", "--excite", "steps", "--out", "recorded.mcap"],
     "run-policy": ["run-policy", "--seconds", "60", "--record", "policy.mcap"],
-    "endurance": ["endurance", "--cycles", "50", "--log", "cycles.jsonl"],
 }
 ENDINGS = {"SIGINT": {130, -signal.SIGINT}, "SIGTERM": {143}, "closed port": {3}}
 """What happens, and the exit codes of docs/commands.md for it. A shell makes 130 of a program that SIGINT has killed,
@@ -77,4 +75,3 @@ def test_a_command_that_is_broken_off_leaves_the_hand_open_and_what_it_had(name,
         assert said.splitlines()[-1].startswith(LAST_LINES[ending])
     for path in tmp_path.rglob("*.mcap"):
         read_recording(path)
-    read_cycles(tmp_path / "cycles.jsonl")

@@ -15,7 +15,6 @@ from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import ShownAction
 from firmware_emulator.firmware.nvs import Nvs
 from hil import open_target
-from hil.cli.endurance import read_cycles
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recorder import Recorder
@@ -56,11 +55,6 @@ def write_baseline(path: Path) -> None:
     path.write_text(json.dumps({"passed": True, "measured": measured, "findings": []}))
 
 
-def write_cycles(path: Path) -> None:
-    cycle = {name: [1.5] * 7 for name in ("closed_percent", "open_percent", "closing_current", "temperature")}
-    path.write_text(3 * (json.dumps(cycle) + "\n"))
-
-
 class Statistics:
     """Stands in for Brax's, under whose name it is written."""
 
@@ -99,7 +93,6 @@ READERS = (
     Reader("policy.npz", write_policy, load, PolicyFileError),
     Reader("unit.toml", copied("model/units/reference.toml"), lambda path: load_unit(str(path))),
     Reader("checks.json", write_baseline, lambda path: baseline.load(path.parent)),
-    Reader("cycles.jsonl", write_cycles, read_cycles),
     Reader("state.json", lambda path: path.write_text('{"ext0": 2048, "ext6": 17}'), Nvs),
     Reader("coefficients.toml", copied("aero/actuation/coefficients/paper.toml"), load_coefficients),
     Reader("checkpoint.pkl", write_checkpoint, lambda path: convert(path, Origin(PAPER_TRAINING)), CheckpointError),

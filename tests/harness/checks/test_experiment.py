@@ -28,6 +28,7 @@ def test_how_far_each_experiment_goes_is_known():
         "look": (0.5,) * 7,
         "repeatability": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
         "window": (*fingers, 0.35, 0.35, 0.35),
+        "endurance": (1.0,) * 7,
         "homing": (1.0,) * 7,
     }
 

@@ -11,10 +11,10 @@ from synthetic import replaced
 
 from hil import open_target
 from hil.cli import main
-from hil.cli.diff import difference as diff
 from hil.cli.replay import compare_replies, replies, resend
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recording import DELAYS, delay_series
+from hil.report.beside_run import difference as diff
 from hil.report.results import write_results
 from hil.targets.delays import Delay, Loop
 from hil.verdict.baseline import store
@@ -155,9 +155,13 @@ def test_a_difference_names_the_channel_that_differs(results, tmp_path):
     assert [channel.label for channel, row in found.items() if row.rms > 0] == ["pinky"]
     assert found[3].worst < 0
     write_recording(changed, tmp_path / "changed.mcap")
-    result = invoke("diff", results / "audit.mcap", tmp_path / "changed.mcap")
+    beside = ("--beside", tmp_path / "changed.mcap", "--out", tmp_path / "r.html")
+    result = invoke("report", results / "audit.mcap", *beside)
     assert result.exit_code == 0, result.output
     assert "pinky: followed" in result.output
+    result = invoke("report", results / "holding.mcap", *beside)
+    assert result.exit_code == 2
+    assert "changed.mcap is of audit, which is not among the recordings" in result.output
 
 
 def test_a_baseline_is_kept_and_not_overwritten(results, tmp_path):

@@ -49,13 +49,6 @@ OPTIONS = {
     "validate --out OUT": {
         "--only": "name", "--firmware": "name", "--hand": "name", "--unit": "unit", "--seed": "seed",
     },
-    "endurance --log OUT.jsonl": {"--cycles": "count"},
-    "map --to codes POSTURE": {"--from": "name"},
-    "map --from compact POSTURE": {"--to": "name"},
-    "map --from compact --to codes POSTURE": {
-        "--firmware": "name", "--calibration": "name", "--coefficients": "name", "--hand": "name",
-    },
-    "identify --out OUT": {"--hand": "name"},
     "calibrate RECORDING --out OUT.toml": {"--start": "unit", "--jobs": "count", "--firmware": "name"},
     "train --out OUT": {"--minutes": "number", "--steps": "count", "--seed": "seed", "--backend": "name"},
     "emulate": {"--seed": "seed", "--unit": "unit", "--firmware": "name", "--hand": "name", "--parent": "count"},
@@ -69,30 +62,27 @@ BEYOND = (
     ("run-policy --seconds", "604801"),
     ("run-policy --max-current", "50"),
     ("record --out OUT.mcap --scale", "1.01"),
-    ("endurance --log OUT.jsonl --cycles", "1"),
     ("doctor --hil", ""),
 )
 """Values outside an option's own bounds."""
 
 READERS = {
     "mcap": (
-        "report WRONG --out OUT.html", "diff RECORDING WRONG", "diff WRONG RECORDING", "replay WRONG", "view WRONG",
+        "report WRONG --out OUT.html", "report RECORDING --out OUT.html --beside WRONG", "replay WRONG", "view WRONG",
         "calibrate WRONG --out OUT.toml",
     ),
     "npz": ("run-policy WRONG", "calibrate --out OUT.toml WRONG", "evaluate --on simulation --out OUT WRONG"),
     "toml": (
         "validate --out OUT --unit WRONG", "emulate --unit WRONG", "run-policy --twin WRONG",
         "calibrate RECORDING --out OUT.toml --start WRONG",
-        "map --from compact --to codes POSTURE --coefficients WRONG",
     ),
-    "json": ("map --from compact --to codes WRONG", "emulate --state WRONG"),
-    "jsonl": ("endurance --cycles 2 --log WRONG",),
+    "json": ("emulate --state WRONG",),
     "pkl": ("convert-policy WRONG OUT.npz",),
     "elf": ("validate --out OUT --firmware-program WRONG", "firmware compare 0.2.0 WRONG"),
 }  # fmt: skip
 """Ending of a file to the command lines that read it."""
 STATES = ("text", "other", "truncated", "folder", "unreadable", "[z]", "missing", "dangling", "empty")
-MAY_BE_NEW = ("emulate --state WRONG", "endurance --cycles 2 --log WRONG")
+MAY_BE_NEW = ("emulate --state WRONG",)
 """Commands that make this file, or resume it: it may be missing, empty or cut."""
 FOLDER_READERS = ("validate --out OUT --baseline WRONG", "baseline WRONG OUT", "firmware build --out OUT WRONG")
 
@@ -102,7 +92,6 @@ FILE_WRITERS = (
     "record --channel index --excite steps --out WRONG",
     "replay RECORDING --out WRONG",
     "calibrate RECORDING --out WRONG",
-    "endurance --cycles 2 --log WRONG",
     "convert-policy CHECKPOINT WRONG",
     "firmware build FOLDER --out WRONG",
     "emulate --state WRONG",
@@ -112,7 +101,6 @@ FILE_WRITERS = (
 FOLDER_WRITERS = (
     "validate --only presence --out WRONG",
     "evaluate --on simulation --episodes 1 --seconds 0.1 --out WRONG",
-    "identify --out WRONG",
     "train --steps 1 --out WRONG",
     "calibrate RECORDING --out OUT.toml --plots WRONG",
     "baseline RESULTS WRONG",
@@ -124,7 +112,6 @@ PORT_USERS = (
     "validate --out OUT --hil WRONG",
     "record --out OUT.mcap --hil WRONG",
     "run-policy --hil WRONG",
-    "endurance --cycles 2 --log OUT.jsonl --hil WRONG",
     "replay RECORDING --hil WRONG",
     "servos --port WRONG scan",
     "emulate --bus-port WRONG",
@@ -208,8 +195,7 @@ def make_files(folder):
         "RECORDING": folder / "good.mcap",
         "POLICY": folder / "good.npz",
         "UNIT": folder / "good.toml",
-        "POSTURE": folder / "good.json",
-        "LOG": folder / "good.jsonl",
+        "STATE": folder / "good.json",
         "CHECKPOINT": folder / "good.pkl",
         "PROGRAM": folder / "good.elf",
     }
@@ -217,8 +203,7 @@ def make_files(folder):
         write_recording(validate(target, ["presence"]).results["presence"].recording, good["RECORDING"])
     save(policy(), good["POLICY"])
     good["UNIT"].write_text("[servos]\nstart_temperature_c = [30.0, 30.0, 30.0, 30.0, 30.0, 30.0, 30.0]\n")
-    good["POSTURE"].write_text("[30, 30, 30, 30, 45, 20, 10]")
-    good["LOG"].write_text('{"closed_percent": [1, 1, 1, 1, 1, 1, 1], "open_percent": [1, 1, 1, 1, 1, 1, 1]}')
+    good["STATE"].write_text('{"ext0": 2048}')
     good["CHECKPOINT"].write_bytes(pickle.dumps([{"params": [1.0] * 100}]))
     good["PROGRAM"].write_bytes(b"\x7fELF\x02\x01\x01" + bytes(200))
     for path in good.values():

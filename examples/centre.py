@@ -1,16 +1,16 @@
-"""`aero-hil centre`: the maker's procedure for a channel whose travel does not fit its window."""
+"""`python -m examples.centre CHANNEL...`: the maker's procedure for a channel whose travel does not fit its window."""
 
 from __future__ import annotations
 
 import click
 import numpy as np
 
+import hil
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from aero.safety.opening import move_slowly
-from hil.cli.exits import Ended, Exit
-from hil.cli.options import ChosenHand, target
 from hil.targets.target import Target
+from model.geometry import Side
 
 LABELS = tuple(channel.label for channel in Channel)
 WINDOW_S = 4.0
@@ -21,8 +21,10 @@ LOOK_S = 0.3
 
 @click.command("centre")
 @click.argument("channels", nargs=-1, required=True, type=click.Choice(LABELS))
-@target
-def centre(*, hand: ChosenHand, channels: tuple[str, ...]) -> None:
+@click.option("--hil", "place", default="emulated", show_default=True, help="Port of the hand, or `emulated`.")
+@click.option("--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True)
+@click.option("--firmware", default="main", show_default=True)
+def centre(*, place: str, side: Side, firmware: str, channels: tuple[str, ...]) -> None:
     """Centre CHANNELS of a hand that runs firmware `main`, one after the other: CALIBRATE_MID, then TRIM.
 
     For a finger whose cable is longer, shorter or wound otherwise than most, so that its travel does not fit the
@@ -30,12 +32,11 @@ def centre(*, hand: ChosenHand, channels: tuple[str, ...]) -> None:
     counts. Then you trim the open end. The hand is guarded, slow and weak meanwhile. The next homing replaces it all:
     with this firmware, that is the next time the supply is switched on.
     """
-    with hand.open(guarded=True) as opened:
+    with hil.open_target(place, firmware=firmware, hand=side, guarded=True) as opened:
         if not opened.hand.knows_calibrate_mid():
-            raise Ended(
+            raise click.UsageError(
                 f"{opened.name}: this board does not know CALIBRATE_MID, so it runs 0.2.0 or earlier; flash the main "
-                "branch of July 2026 or later, and give --firmware main",
-                Exit.USAGE,
+                "branch of July 2026 or later"
             )
         opened.begin()
         for label in channels:
@@ -95,3 +96,7 @@ def _go(opened: Target, channel: Channel, code: int) -> None:
 
 def _share(opened: Target, channel: Channel) -> float:
     return float(opened.hand.read_codes()[channel]) / MAX_CODE
+
+
+if __name__ == "__main__":
+    centre()

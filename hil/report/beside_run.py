@@ -1,23 +1,21 @@
-"""`aero-hil diff`: two recordings of one experiment, channel by channel: two hands, or a hand and its emulated twin."""
+"""Two runs side by side, channel by channel: two hands, or a hand and its emulated twin; neither is judged."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
-import click
 import numpy as np
 from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
+from rich.text import Text
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import finite
 from hil.checks.shared.signals import at_times
-from hil.cli.reading import RECORDING, judging, read
-from hil.cli.terminal import console as new_console
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.recording import Recording
 
@@ -68,24 +66,22 @@ def _signed_extreme(values: NDArray[np.float64]) -> float:
     return float(values[int(np.argmax(np.abs(values)))])
 
 
-@click.command()
-@click.argument("first", type=RECORDING)
-@click.argument("second", type=RECORDING)
-def diff(*, first: Path, second: Path) -> None:
-    """Compare two recordings of one experiment, channel by channel."""
-    one, other = read(first), read(second)
-    with judging(first, second):
-        found = difference(one, other)
-    console = new_console()
-    console.print(f"first:  {_describe(one)}\nsecond: {_describe(other)}")
+def beside_text(first: Recording, second: Recording) -> Iterator[Text | Table]:
+    """Yield what a person reads about two recordings of one experiment.
+
+    Raises:
+        UnusableFileError: they are of different experiments.
+    """
+    found = difference(first, second)
+    yield Text(f"first:  {_describe(first)}\nsecond: {_describe(second)}")
     shown = Table("Channel", "rms", "mean", "worst", box=SIMPLE_HEAD, title="Encoders, second less first, % of window")
     for channel, row in found.items():
         shown.add_row(channel.label, f"{row.rms:.3f}", f"{row.mean:+.3f}", f"{row.worst:+.2f}")
-    console.print(shown)
+    yield shown
     for channel, row in found.items():
         changes = [f"{name} {_number(a)} to {_number(b)}" for name, (a, b) in row.metrics.items() if a != b]
         if changes:
-            console.print(f"{channel.label}: {', '.join(changes)}")
+            yield Text(f"{channel.label}: {', '.join(changes)}")
 
 
 def _describe(recording: Recording) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.cli.diff import difference as diff
+from hil.report.beside_run import difference as diff
 from tests.support.synthetic import LABELS, held, replaced
 
 
