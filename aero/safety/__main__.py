@@ -9,16 +9,18 @@ import json
 import os
 import signal
 import sys
+from collections.abc import Callable
 
 from aero.child_process import READY
-from aero.clock import Deadline, WallClock
+from aero.clock import Clock, Deadline, WallClock
 from aero.driver import AeroHand
 from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
 from aero.safety.standby import ALL_WELL
 from aero.safety.thresholds import Thresholds
+from aero.usb_port import UsbPort
 
-PORT_FREE_S = 3.0
-"""How long a port may stay locked after its program has died, s."""
+LONGEST_S = 25.0
+"""Time in which the port may go and come back again and again, s: it may, like one whose writes fail, never be well."""
 RETRY_S = 0.1
 
 
@@ -28,34 +30,53 @@ def main(port: str, settings: str) -> None:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     asked = json.loads(settings)
-    thresholds = Thresholds(**asked["thresholds"])
+    usb = UsbPort.of(port)
     try:
         os.write(sys.stdout.fileno(), f"{READY}\n".encode())
     except BrokenPipeError:
         return  # the program was killed while it waited for this, before it moved anything
     if sys.stdin.buffer.read() == ALL_WELL.encode():
         return
-    try:
-        with _opened(port) as hand:
-            doubt = open_and_relax(hand, WallClock(), thresholds, settable=asked["settable"])
-    except ConnectionError as error:
-        doubt = Doubt(str(error))
+    doubt = open_what_was_left(
+        lambda: AeroHand.open_unguarded(usb.now()),
+        WallClock(),
+        Thresholds(**asked["thresholds"]),
+        settable=asked["settable"],
+    )
     if doubt:
         sys.exit(
             f"{port}: the program that moved the hand has ended without opening it. {SWITCH_OFF}, because {doubt.text}"
         )
 
 
-def _opened(port: str) -> AeroHand:
-    clock = WallClock()
-    deadline = Deadline.after(clock, PORT_FREE_S)
+def open_what_was_left(
+    connect: Callable[[], AeroHand], clock: Clock, thresholds: Thresholds, *, settable: bool
+) -> Doubt | None:
+    """Open the hand of a program that has ended; return why it may not be open, or None.
+
+    Its port may still be locked, and may go and come back meanwhile, as when the board loses power for a moment: it is
+    waited for as long as for a hand that does not open, `Thresholds.opening_patience_s`, each time.
+
+    Args:
+        connect: opens the port; it raises `ConnectionError` while that cannot be.
+        clock: of the hand.
+        thresholds: how slowly, how weakly and how patiently.
+        settable: whether the firmware takes speed and torque limits.
+    """
+    whole = Deadline.after(clock, LONGEST_S)
+    back = Deadline.after(clock, thresholds.opening_patience_s)
     while True:
+        connected = False
         try:
-            return AeroHand.open_unguarded(port)
-        except ConnectionError:
-            if deadline.expired:
-                raise
-            clock.sleep_until(clock.now() + RETRY_S)
+            with connect() as hand:
+                connected = True
+                return open_and_relax(hand, clock, thresholds, settable=settable)
+        except ConnectionError as error:
+            if connected:
+                back = Deadline.after(clock, thresholds.opening_patience_s)
+            if back.expired or whole.expired:
+                return Doubt(str(error))
+        clock.sleep_until(clock.now() + RETRY_S)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,8 @@ from aero.errors import AeroError
 from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import SafetyStopError, Thresholds, unwinding
-from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
+from aero.safety.__main__ import open_what_was_left
+from aero.safety.opening import SWITCH_OFF
 from aero.safety.stop import Phase
 from hil.faults import Schedule, parse_fault
 from hil.faults.assembly import HandAssembly
@@ -265,13 +266,9 @@ class GuardedProgram:
             self._arrive((b"\x11\x00" + b"\xff" * 14)[:cut])
         link = FailingLink(self.electronics)
         link.log = self.link.log
-        second = AeroHand(link, self.clock)
-        second._link._transport.unplugged = self.link.unplugged
-        try:
-            settable = firmware_of(self.firmware).settings is not None
-            doubt = open_and_relax(second, self.clock, self._thresholds, settable=settable)
-        except ConnectionError as error:
-            doubt = Doubt(str(error))
+        link.unplugged = self.link.unplugged
+        settable = firmware_of(self.firmware).settings is not None
+        doubt = open_what_was_left(lambda: AeroHand(link, self.clock), self.clock, self._thresholds, settable=settable)
         self.said = f"{SWITCH_OFF}, because {doubt.text}" if doubt else ""
 
     def _demand_open(self):

@@ -1,0 +1,112 @@
+"""The second process opens what a killed program left, though the port goes and comes back, under another name too."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from guarded_hands import FailingLink
+from serial.tools import list_ports
+
+from aero import AeroHand
+from aero.protocol import MAX_CODE
+from aero.safety import Thresholds
+from aero.safety.__main__ import LONGEST_S, open_what_was_left
+from aero.usb_port import UsbPort
+from hil.targets.emulated_hand import build_emulated
+from model.units import load_unit
+
+FIST = [0xE000] * 4 + [0] * 3
+
+
+class Left:
+    """An emulated hand that a killed program left as a fist, at full torque, and its port."""
+
+    def __init__(self):
+        self.electronics, _plant = build_emulated(load_unit("reference"), firmware="0.2.0", hand="right", seed=3)
+        self.clock, self.present = self.electronics.clock, True
+        AeroHand(FailingLink(self.electronics), self.clock).command_codes(FIST)
+        self.clock.sleep_until(self.clock.now() + 1.0)
+        self.began = self.clock.now()
+        self.links = []
+
+    def connect(self):
+        """Open the port, as the second process does."""
+        if not self.present:
+            raise ConnectionError("there is no such port")
+        self.links.append(FailingLink(self.electronics))
+        return AeroHand(self.links[-1], self.clock)
+
+    def lose_power(self, after_s, for_s):
+        """Take board and port away for a while."""
+        self.electronics.kernel.call_at(self.began + after_s, self.unplug)
+        self.electronics.kernel.call_at(self.began + after_s + for_s, self.plug)
+
+    def unplug(self):
+        self.present = False
+        for link in self.links:
+            link.unplugged = True
+
+    def plug(self):
+        self.present = True
+        self.electronics.reset("power_on")
+
+    def open(self):
+        return open_what_was_left(self.connect, self.clock, Thresholds(), settable=True)
+
+    def assert_open_and_weak(self):
+        self.clock.sleep_until(self.clock.now() + 0.5)
+        codes = AeroHand(FailingLink(self.electronics), self.clock).read_codes()
+        assert np.max(codes) < Thresholds().arrival * MAX_CODE
+        assert [servo.memory.get("goal_torque") for servo in self.electronics.servos] == [Thresholds().limp_torque] * 7
+
+
+@pytest.mark.parametrize("after_s", np.arange(0.0, 4.0, 0.5))
+@pytest.mark.parametrize("for_s", [0.4, 8.0])
+def test_a_moment_without_power_while_the_hand_is_opened_leaves_it_open_and_weak(after_s, for_s):
+    left = Left()
+    left.lose_power(after_s, for_s)
+    assert left.open() is None
+    left.assert_open_and_weak()
+
+
+def test_a_port_that_never_comes_back_is_given_up():
+    left = Left()
+    left.lose_power(1.0, 1000.0)
+    assert "there is no such port" in left.open().text
+    waited_s = left.clock.now() - left.began - 1.0
+    assert Thresholds().opening_patience_s <= waited_s < Thresholds().opening_patience_s + 0.5
+
+
+def test_a_port_that_is_never_well_is_given_up():
+    left = Left()
+    connect = left.connect
+
+    def broken():
+        hand = connect()
+        left.links[-1].unplugged = True
+        return hand
+
+    left.connect = broken
+    assert "has it been unplugged" in left.open().text
+    assert left.clock.now() - left.began < LONGEST_S + 1.0
+
+
+def port(device, serial_number, vid=0x303A):
+    return SimpleNamespace(device=device, vid=vid, pid=0x1001, serial_number=serial_number)
+
+
+def test_a_device_is_found_by_its_serial_number_whatever_its_port_is_called_by_now(monkeypatch):
+    here = [port("/dev/ttyX0", "A"), port("/dev/ttyX1", "B"), port("/dev/ttyX2", None)]
+    monkeypatch.setattr(list_ports, "comports", lambda: list(here))
+    usb, unnumbered, url = UsbPort.of("/dev/ttyX0"), UsbPort.of("/dev/ttyX2"), UsbPort.of("socket://bench:4000")
+    assert usb.now() == "/dev/ttyX0"
+    here[:] = [port("/dev/ttyX0", "B")]
+    with pytest.raises(ConnectionError, match="serial number A is gone"):
+        usb.now()
+    here[:] = [port("/dev/ttyX0", "B"), port("/dev/ttyX3", "A", vid=0x10C4)]
+    with pytest.raises(ConnectionError, match="gone"):
+        usb.now()
+    here.append(port("/dev/ttyX4", "A"))
+    assert usb.now() == "/dev/ttyX4"
+    assert unnumbered.now() == "/dev/ttyX2"
+    assert url.now() == "socket://bench:4000"
