@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.policy.correction import typical_correction
 from aero.policy.settings import PolicySettings, checked_count, checked_number
 from aero.policy.task import CHANNELS, ShownAction
 
@@ -87,9 +88,9 @@ class RunSettings:
     """Time under the policy, s."""
     settings: PolicySettings | None = None
     """Nominal grasp, scales and rate; None for those of the policy's training."""
-    correction: tuple[float, ...] = (0.0,) * CHANNELS
+    correction: tuple[float, ...] = field(default_factory=typical_correction)
     """By how much longer each channel of this hand must be commanded than the map says, (7,), m, abduction rad;
-    taken off again from what it measures."""
+    taken off again from what it measures. The typical one when left out."""
     limits: RunLimits = field(default_factory=RunLimits)
     """When to stop."""
     approach_s: float = 1.5

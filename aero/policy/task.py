@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from aero.actuation.arrays import Array, namespace
+from aero.actuation.map import ActuationMap
 from aero.channels import OBSERVATION_ORDER, Channel
 
 CHANNELS = len(Channel)
@@ -70,6 +71,13 @@ def observe(lengths: Array, shown_action: Array) -> Array:
     """
     in_observation_order = lengths[..., np.array(OBSERVATION_ORDER)]
     return namespace(lengths).concatenate([in_observation_order, shown_action], axis=-1)
+
+
+def furthest_codes(actuation_map: ActuationMap, nominal: Array, scale: Array, correction: Array) -> Array:
+    """Return the code that each channel is sent to at most, (7,), by actions in -1..1."""
+    ends = np.array([nominal + side * scale + correction for side in (-1, 1)])
+    angles = actuation_map.angles_from_travel(actuation_map.travel_from_lengths(ends))
+    return actuation_map.saturating_codes(angles).codes.max(axis=0)
 
 
 def targets(action: Array, nominal: Array, scale: Array) -> Array:

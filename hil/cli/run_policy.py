@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,13 +13,16 @@ from PIL import Image
 from rich.console import Console
 from rich.table import Table
 
+from aero.channels import CABLES, Channel
 from aero.policy.file import Policy
 from aero.policy.running import Ending, RunSettings
 from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
-from aero.policy.task import ShownAction
+from aero.policy.task import ShownAction, furthest_codes
+from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from aero.whole_file import whole
+from hil.cli.before_moving import before_moving
 from hil.cli.exits import Exit, usage_errors
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.terminal import ProgressBar
@@ -33,8 +37,7 @@ from model.cube_plant import CubePlant, CubeWatch
 from model.geometry import Side
 from model.pictures import check_drawing, frames
 from model.scene import CUBE
-from model.units.cable_correction import correction
-from model.units.naming import unit_named
+from model.units.cable_correction import NONE, TYPICAL, named_correction
 
 FRAMES_PER_S = 10.0
 """Of a film: half the control periods, which is enough to follow and half the file."""
@@ -59,8 +62,9 @@ MOST_A = 4.5
 )  # fmt: skip
 @click.option("--wait", type=Seconds(least=0.0), default=1.5, show_default=True, help="Seconds for placing the object.")
 @click.option(
-    "--twin", metavar="UNIT",
-    help="Unit of this hand, from `aero-hil calibrate` or shipped: its cables are corrected for.",
+    "--correction", "correction_name", metavar="WHOSE",
+    help="Whose correction of the cables: `typical` of healthy hands, `none`, or a unit, such as a file of "
+    "`aero-hil calibrate`. The hand's own in hands.toml, or `typical`, when left out.",
 )  # fmt: skip
 @click.option(
     "--max-current", type=Finite(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
@@ -81,7 +85,7 @@ def run_policy(
     preset: str | None,
     late: bool,
     wait: float,
-    twin: str | None,
+    correction_name: str | None,
     max_current: float,
     film: Path | None,
     empty: bool,
@@ -108,21 +112,26 @@ def run_policy(
             one_period_late=late,
             shown_action=ShownAction.LAST if late else None,
         )
-        twin = hand.twin if twin is None else twin
-        if twin is not None:
-            found = correction(unit_named(twin), settings.settings or policy.settings)
-            settings = replace(settings, correction=tuple(found.tolist()))
+        whose = correction_name if correction_name is not None else hand.twin or TYPICAL
+        found = named_correction(whose, settings.settings or policy.settings)
+        settings = replace(settings, correction=tuple(found.tolist()))
         if record is not None:
             prepared_file(record)
         if film is not None:
             _check_film(film, holds_cube=holds_cube)
         thresholds = Thresholds(current_a=max_current)
     _say_settings(console, policy, settings)
+    console.print(_correction_line(whose, settings.correction))
     if hand.target == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
     with viewing(view, hand) as observer:
         with hand.open(guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
             observer.follow(source_of(opened))
+            grasp = settings.settings or policy.settings
+            reach = furthest_codes(opened.map, *map(np.array, (grasp.nominal, grasp.scale, settings.correction)))
+            moving_s = 0.0 if dry_run else wait + seconds + 2 * settings.approach_s
+            furthest = np.zeros(len(Channel)) if dry_run else reach / MAX_CODE
+            console.print(before_moving(opened, furthest.tolist(), moving_s))
             recorder = Recorder(opened, "policy", record)
             name = opened.describe()
             truth = opened.find(GroundTruth)
@@ -141,6 +150,7 @@ def run_policy(
                             lambda done, doing: bar.update(task, completed=done, description=f"{name}: {doing}"),
                         ),
                         cube=cube,
+                        correction=whose,
                     )
                 except BaseException:
                     if recorder.begun:
@@ -151,7 +161,7 @@ def run_policy(
             recorder.finish(ended=result.run.ending is Ending.TIME)
         ended = result.run.ending
         observer.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
-        _print(console, result, cube, record)
+        _print(console, result, cube, record, max_current)
     if film is not None and cube is not None and cube.postures:
         _write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)
         console.print(f"film in {film}")
@@ -183,18 +193,28 @@ def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> No
             console.print(f"{name}: trained {trained}, used {used}")
 
 
-def _print(console: Console, result: PolicyRun, cube: CubeWatch | None, record: Path | None) -> None:
+def _correction_line(whose: str, correction: Sequence[float]) -> str:
+    """Return which correction is used, whose it is and how much it is."""
+    millimetres = ", ".join(f"{channel.label} {1e3 * correction[channel]:+.1f}" for channel in CABLES)
+    meaning = {TYPICAL: "the mean of healthy hands", NONE: "the hand is taken as the map describes it"}
+    return f"Correction of the cables: {whose} ({meaning.get(whose, 'that of this unit')}), mm: {millimetres}."
+
+
+def _print(
+    console: Console, result: PolicyRun, cube: CubeWatch | None, record: Path | None, max_current: float
+) -> None:
     run = result.run
     late_ms = 1e3 * np.percentile(result.lateness_s or (0.0,), (50, 99, 100))
     table = Table(show_header=False)
     rows = {
         "ended because": run.ending.value,
+        "guard": "stopped the hand" if run.ending is Ending.STOPPED else f"nothing beyond {max_current:g} A",
         "control periods": str(run.steps),
         "lateness, ms": "median {:.2f}, 99 % {:.2f}, most {:.2f}".format(*late_ms),
         "periods without a reading": str(run.missing),
         "periods outside the command window": str(run.saturated),
         "periods held back by the speed limit": str(run.limited),
-        "peak current, A": f"{run.peak_current_a:.2f}",
+        "peak current, A": f"{run.peak_current_a:.2f} of {max_current:g}",
         "peak temperature, °C": f"{run.peak_temperature_c:.0f}",
     }
     if cube is not None:

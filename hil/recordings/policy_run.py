@@ -37,6 +37,7 @@ def record_policy(
     *,
     progress: Progress = silent,
     cube: CubeWatch | None = None,
+    correction: str = "",
 ) -> PolicyRun:
     """Run `policy` on `target`.
 
@@ -47,6 +48,7 @@ def record_policy(
         settings: how.
         progress: called after every control period.
         cube: put into the hand when the policy begins, and watched.
+        correction: whose the correction of the settings is; written into the recording.
 
     Raises:
         AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
@@ -61,6 +63,7 @@ def record_policy(
 
     parameters: dict[str, float | str] = {
         "policy": policy.name,
+        "correction": correction,
         "shown_action": (settings.shown_action or policy.shown_action).value,
         "seconds_s": settings.seconds,
         "dry": float(settings.dry),

@@ -139,7 +139,7 @@ def corrected() -> dict[str, str]:
     errors: dict[bool, list[float]] = {True: [], False: []}
     for seed, known in product(SEEDS, errors):
         unit = f"plausible:{seed}"
-        angles = AngleMap.of_unit(codec, unit if known else "")
+        angles = AngleMap.corrected(codec, unit if known else "none")
         with hil.open_target("emulated", unit=unit, seed=seed) as target:
             plant = target.get(hil.GroundTruth).plant
             for posture in postures:
@@ -149,7 +149,7 @@ def corrected() -> dict[str, str]:
                 stands = [joints[list(of_cable)].mean() for of_cable in JOINTS_OF]
                 errors[known].append(float(np.abs(stands - posture).mean()))
     return {
-        "command": "`--robot.calibration`",
+        "command": "`--robot.correction=mine.toml`",
         "asked": f"{POSTURES} postures of {len(SEEDS)} drawn hands, plausible:{SEEDS[0]} to {SEEDS[-1]}",
         "found": f"joints {np.mean(errors[True]):.1f}° from the action, {np.mean(errors[False]):.1f}° without it",
     }

@@ -115,8 +115,8 @@ def test_a_unit_file_of_the_hand_brings_its_joints_nearer_to_the_action(virtual,
     """Measured on other drawn hands, plausible:81000 to 81003: 6.7 degrees without it and 3.5 with it."""
     fingers = [f"{name}.pos" for name in ("index", "middle", "ring", "pinky")]
 
-    def error(calibration):
-        robot = virtual(unit=f"plausible:{seed}", calibration=calibration)
+    def error(correction):
+        robot = virtual(unit=f"plausible:{seed}", correction=correction)
         robot.connect()
         robot.send_action(GRASP)
         wait(robot, 1.5)
@@ -124,7 +124,7 @@ def test_a_unit_file_of_the_hand_brings_its_joints_nearer_to_the_action(virtual,
         robot.disconnect()
         return np.abs(joints - [GRASP[name] for name in fingers]).mean()
 
-    assert error(f"plausible:{seed}") < 0.8 * error("")
+    assert error(f"plausible:{seed}") < 0.8 * error("none")
 
 
 def test_without_a_hand_lerobots_own_errors_are_raised(virtual):

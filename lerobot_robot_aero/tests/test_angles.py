@@ -38,13 +38,13 @@ def test_slack_is_taken_up_before_a_finger_moves():
 
 def test_a_hand_as_the_map_describes_it_has_no_slack():
     codec = ActuationMap.for_firmware("0.2.0")
-    assert AngleMap.of_unit(codec, "") == AngleMap(codec)
-    np.testing.assert_allclose(AngleMap.of_unit(codec, "ideal").slack, 0.0, atol=1e-6)
+    assert AngleMap.corrected(codec, "none") == AngleMap(codec)
+    np.testing.assert_allclose(AngleMap.corrected(codec, "ideal").slack, 0.0, atol=1e-6)
 
 
 def test_an_unknown_unit_is_named():
     with pytest.raises(ValueError, match="nobody"):
-        AngleMap.of_unit(ActuationMap(), "nobody")
+        AngleMap.corrected(ActuationMap(), "nobody")
 
 
 @given(maps, arrays(np.float64, 7, elements=st.floats(-400, 400)))

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel, Joint
+from aero.policy.correction import NO_CORRECTION, typical_correction
 from aero.policy.settings import PolicySettings
 from firmware_emulator.plant import Drive
 from model.built import build_built
 from model.compiled_hand import SHAFTS, CompiledHand
 from model.parameters import BuiltHandParameters
 from model.units import Unit, load_unit
+from model.units.naming import unit_named
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +35,27 @@ APPROACH_S, REST_S = 0.6, 0.3
 STEPS = 30
 HELD = Drive(stiffness=20.0, damping=0.1, limit=0.5)
 """How its shafts are held: five times as stiff as by a servo, so that friction leaves them where they were sent."""
+
+
+TYPICAL, NONE = "typical", "none"
+"""Names of the two corrections that are no hand's own."""
+
+
+def named_correction(name: str, settings: PolicySettings) -> Floats:
+    """Return the correction with this name, (7,), m, abduction rad: `typical`, `none`, or a unit's own.
+
+    Args:
+        name: one of the two, or a unit as `model.units.naming.unit_named` takes it.
+        settings: whose nominal grasp a unit's correction is measured at.
+
+    Raises:
+        ValueError: there is no such unit.
+    """
+    if name == TYPICAL:
+        return np.array(typical_correction())
+    if name == NONE:
+        return np.array(NO_CORRECTION)
+    return correction(unit_named(name), settings)
 
 
 def correction(unit: Unit, settings: PolicySettings) -> Floats:

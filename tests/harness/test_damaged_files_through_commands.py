@@ -152,7 +152,10 @@ def units(good, folder, count):
     content = (good / "unit.toml").read_bytes()
     for seed in range(count):
         (folder / "u.toml").write_bytes(damaged(content, seed))
-        text = ("validate --dry-run --unit FILE", "run-policy --dry-run --seconds 0.1 --wait 0 --empty --twin FILE")
+        text = (
+            "validate --dry-run --unit FILE",
+            "run-policy --dry-run --seconds 0.1 --wait 0 --empty --correction FILE",
+        )
         code, said = run(text[seed % 10 == 0].replace("FILE", str(folder / "u.toml")).split())
         assert code in {0, 2, 3, 4}, said
         seen["refused" if code == 2 else "used"] += 1

@@ -37,9 +37,10 @@ def test_the_shipped_policy_turns_nothing_for_five_seconds(target, hand):
     assert (steps <= fastest(codec, PERIOD_S) + 1).all()
     assert np.ptp(codes, axis=0).max() > 0.05 * 65535
 
-    again = frames_again(policy, codec, recording["codes"].values)
+    again = frames_again(policy, codec, recording["codes"].values, settings.correction)
     sent = [record.data for record in recording.wire if record.direction == "to_hand" and record.data[:1] == b"\x11"]
-    grasp = next(i for i, row in enumerate(codes) if (row == np.round(asked(codec, policy.settings.nominal))).all())
+    nominal = np.round(asked(codec, np.add(policy.settings.nominal, settings.correction)))
+    grasp = next(i for i, row in enumerate(codes) if (row == nominal).all())
     assert sent[grasp + 1 : grasp + 1 + PERIODS] == again
 
     held_up_s = max((delay.by_s for delay in recording.delays), default=0.0)

@@ -39,7 +39,7 @@ def fastest(codec, period_s):
     return SHAFT_RAD_S * period_s * 65535 / (window[:, 1] - window[:, 0])
 
 
-def frames_again(policy, codec, codes, correction=0.0):
+def frames_again(policy, codec, codes, correction):
     """Return the frames that `policy` sends for readings `codes` (n, 7), one after another from its nominal grasp.
 
     Args:

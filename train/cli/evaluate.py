@@ -51,8 +51,8 @@ WIDTH = 120
     help="Hands: how many, right and left in turn, each with a cube of its own.",
 )  # fmt: skip
 @click.option(
-    "--correction", "correct", type=click.Choice(CORRECTIONS), default="exact", show_default=True,
-    help="Hands: how well their cables are known; `wrong` is by 0.5 mm each (standard deviation).",
+    "--correction", "correct", type=click.Choice(CORRECTIONS), default=CORRECTIONS[0], show_default=True,
+    help="Hands: which correction of the cables; `wrong` is the exact one, off by 0.5 mm each (standard deviation).",
 )  # fmt: skip
 @click.option(
     "--twins", type=click.Path(exists=True, file_okay=False, path_type=Path),

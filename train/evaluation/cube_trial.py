@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.actuation import ActuationMap
+from aero.driver import AeroHand
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
@@ -55,6 +56,8 @@ class Surroundings:
     """What happens in the middle of it."""
     assumed_firmware: str | None = None
     """Firmware whose command window the host takes for the board's; None for the right one."""
+    guarded: bool = True
+    """Whether our guard watches the hand; the official programs have none."""
     step_rad: float = 0.0
     """Angle of a shaft to whose multiples the host rounds what it reads and writes; 0 for none."""
 
@@ -142,22 +145,27 @@ def run_trial(
 
     codec = ActuationMap.for_firmware(surroundings.assumed_firmware or firmware, hand=side)
     link = InProcessLink(electronics)
-    guarded = GuardedHand(
-        link,
-        electronics.clock,
-        spans_counts=codec.window.spans_counts(),
-        usual=firmware_of(firmware).settings,
-        thresholds=thresholds or Thresholds(),
+    opened = (
+        GuardedHand(
+            link,
+            electronics.clock,
+            spans_counts=codec.window.spans_counts(),
+            usual=firmware_of(firmware).settings,
+            thresholds=thresholds or Thresholds(),
+        )
+        if surroundings.guarded
+        else AeroHand(link, electronics.clock)
     )
-    with guarded as hand:
-        hand.begin()
-        if policy.settings.torque_limit is not None:
-            hand.limit_torques(policy.settings.torque_limit)
+    with opened as hand:
+        if isinstance(hand, GuardedHand):
+            hand.begin()
+            if policy.settings.torque_limit is not None:
+                hand.limit_torques(policy.settings.torque_limit)
         step = surroundings.step_rad
         run = run_policy(
             policy,
             CoarseHand(hand, step_codes(codec.window_rad, step)) if step else hand,
-            hand.clock,
+            electronics.clock,
             codec,
             settings=settings,
             script=script,

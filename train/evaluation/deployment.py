@@ -12,10 +12,10 @@ from aero.policy.running import RunSettings
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
 from model.scene import CUBE, Cube
-from model.units.cable_correction import correction
+from model.units.cable_correction import correction, named_correction
 from model.units.naming import PLAUSIBLE, unit_named
 from train.evaluation.cube_trial import Surroundings
-from train.evaluation.trials import Case
+from train.evaluation.trials import EXACT, Case
 
 OWN = "own"
 """Stands for what the policy was trained with."""
@@ -39,8 +39,10 @@ class Deployment:
     """Whether each command is written a period late."""
     shown_action: str
     """A value of `ShownAction`, or `OWN`."""
-    corrected: bool
-    """Whether the hand's cables are corrected for, from its own unit."""
+    correction: str
+    """Correction of the cables: `typical`, `none`, or `EXACT` for the hand's own."""
+    guarded: bool
+    """Whether our guard watches the hand."""
     reference: str = ""
     """What a physical hand did in it, with the policy's name."""
     measured_rad_s: float | None = None
@@ -65,10 +67,12 @@ class Deployment:
         for k in range(trials):
             unit = unit_named(f"{PLAUSIBLE}{seed + k}" if self.unit == ANY_HAND else self.unit)
             settings = self.run_settings(seconds)
-            if self.corrected:
-                row = correction(unit, settings.settings or policy.settings)
-                settings = replace(settings, correction=tuple(row.tolist()))
-            found.append(Case(self.name, unit, self.firmware, seed + k, settings, Surroundings(cube)))
+            grasp = settings.settings or policy.settings
+            exact = self.correction == EXACT
+            row = correction(unit, grasp) if exact else named_correction(self.correction, grasp)
+            settings = replace(settings, correction=tuple(row.tolist()))
+            surroundings = Surroundings(cube, guarded=self.guarded)
+            found.append(Case(self.name, unit, self.firmware, seed + k, settings, surroundings))
         return found
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.firmware import DEFAULT_FIRMWARE
+from aero.policy.correction import NO_CORRECTION
 from aero.policy.running import RunSettings
 from aero.whole_file import whole
 from model.parameters import BuiltHandParameters
@@ -92,7 +93,7 @@ def over_mismatches(trials: int, *, seconds: float, seed: int) -> list[Case]:
 
 def _case(base: Unit, one: Mismatch, seconds: float, seed: int) -> Case:
     unit = replace(base, hand=replace(base.hand, **one.hand), servos=replace(base.servos, **one.servos))
-    settings = RunSettings(seconds=seconds, **one.settings)
+    settings = RunSettings(seconds=seconds, correction=NO_CORRECTION, **one.settings)
     return Case(one.name, unit, DEFAULT_FIRMWARE, seed, settings, Surroundings(**one.surroundings))
 
 

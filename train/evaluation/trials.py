@@ -18,7 +18,8 @@ from aero.policy.running import Ending, RunSettings
 from model.cubes import any_cube
 from model.geometry import Side
 from model.units import Unit, load_unit
-from model.units.cable_correction import correction
+from model.units.cable_correction import NONE as UNCORRECTED
+from model.units.cable_correction import TYPICAL, correction, named_correction
 from model.units.plausible import plausible_unit
 from train.evaluation.cube_trial import AS_MEASURED, NONE, CubeTrial, Disturbance, Surroundings, run_trial
 from train.evaluation.trial_set import share_interval, trial_set_of
@@ -35,7 +36,8 @@ DISTURBANCES = {
     "jolt": Disturbance(jolt_m_s2=10.0),
 }
 """What happens to a hand that someone carries or bumps into."""
-CORRECTIONS = ("exact", "none", "wrong")
+EXACT, WRONG = "exact", "wrong"
+CORRECTIONS = (TYPICAL, EXACT, UNCORRECTED, WRONG)
 WRONG_M = 0.0005
 """Standard deviation of the correction of a cable that is wrong, m."""
 HELD_AFTER_S = (15.0, 50.0, 200.0)
@@ -62,7 +64,7 @@ def over_hands(
     seconds: float,
     seed: int,
     disturbance: Disturbance = NONE,
-    correct: str = "exact",
+    correct: str = TYPICAL,
     twins: Path | None = None,
 ) -> list[Case]:
     """Return a trial of any cube on each of `hands` fresh hands, right and left in turn.
@@ -73,8 +75,8 @@ def over_hands(
         seconds: length of a trial.
         seed: of the first hand; each has the next one, which decides its cube, too.
         disturbance: what happens in the middle.
-        correct: how the cables are corrected for, one of `CORRECTIONS`: as the hand is, not at all, or each with an
-            error of `WRONG_M`.
+        correct: how the cables are corrected for, one of `CORRECTIONS`: as healthy hands need it on average, as this
+            one does, not at all, or each with an error of `WRONG_M`.
         twins: folder of unit files that were fitted to recordings of these hands (`aero-hil calibrate`), named
             `SEED.toml`; they replace `correct`, and hands without one are left out.
 
@@ -88,9 +90,13 @@ def over_hands(
         twin = None if twins is None else twins / f"{number}.toml"
         if twin is not None and not twin.exists():
             continue
-        known = unit if twin is None else load_unit(str(twin))
-        row = np.zeros(len(Channel)) if correct == "none" and twin is None else correction(known, policy.settings)
-        if correct == "wrong" and twin is None:
+        if twin is not None:
+            row = correction(load_unit(str(twin)), policy.settings)
+        elif correct in (TYPICAL, UNCORRECTED):
+            row = named_correction(correct, policy.settings)
+        else:
+            row = correction(unit, policy.settings)
+        if correct == WRONG and twin is None:
             error = np.random.default_rng((number, WRONG_STREAM)).standard_normal(len(Channel))
             row = row + WRONG_M * error * np.isin(np.arange(len(Channel)), CABLES)
         settings = RunSettings(seconds=seconds, correction=tuple(row.tolist()))

@@ -44,7 +44,7 @@ class AeroHandRobot(Robot):
         self.config = config
         self.cameras = make_cameras_from_configs(config.cameras)
         codec = ActuationMap.for_firmware(config.firmware, hand=config.side)
-        self._angles = AngleMap.of_unit(codec, config.calibration)
+        self._angles = AngleMap.corrected(codec, config.correction)
         self._lock = threading.Lock()
         self._open = ExitStack()
         self._target: Target | None = None

@@ -76,7 +76,7 @@ class AeroTwin(Teleoperator):
             return
         with ExitStack() as stack:
             target = stack.enter_context(opened(self.config, guarded=False))
-            angles = AngleMap.of_unit(target.map, self.config.calibration)
+            angles = AngleMap.corrected(target.map, self.config.correction)
             if self.config.limp:
                 target.hand.command_torques([0] * len(Channel))
             self._open = stack.pop_all()

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.policy.settings import PAPER_DEPLOYMENT
-from model.units.cable_correction import correction
-from model.units.naming import unit_named
+from model.units.cable_correction import named_correction
 
 POSITIONS = tuple(f"{channel.label}.pos" for channel in Channel)
 """Names of the seven angles, command order."""
@@ -35,18 +34,16 @@ class AngleMap:
     """Travel that each cable takes up before the joints stand where the map has them, (7,), m, abduction rad."""
 
     @classmethod
-    def of_unit(cls, codec: ActuationMap, unit: str) -> Self:
-        """Return the map of one hand, of which `aero-hil calibrate` has made a unit file; `unit` may be empty.
+    def corrected(cls, codec: ActuationMap, whose: str) -> Self:
+        """Return the map with a correction of the cables: `typical`, `none`, or a unit's own.
 
-        The slack is that of the paper's nominal grasp, as `aero-hil run-policy --twin` takes it.
+        The slack is that of the paper's nominal grasp, as `aero-hil run-policy --correction` takes it.
 
         Raises:
             ValueError: there is no such unit.
         """
-        if not unit:
-            return cls(codec)
         nominal = np.array(PAPER_DEPLOYMENT.nominal)
-        longer = nominal + correction(unit_named(unit), PAPER_DEPLOYMENT)
+        longer = nominal + named_correction(whose, PAPER_DEPLOYMENT)
         return cls(codec, tuple((codec.travel_from_lengths(longer) - codec.travel_from_lengths(nominal)).tolist()))
 
     def codes(self, degrees: ArrayLike) -> NDArray[np.uint16]:

@@ -12,6 +12,7 @@ from lerobot.robots import RobotConfig
 from lerobot.teleoperators import TeleoperatorConfig
 
 from aero.firmware import DEFAULT_FIRMWARE
+from model.units.cable_correction import TYPICAL
 
 EMULATED = "emulated"
 """Port of a hand without hardware."""
@@ -33,8 +34,8 @@ class ChosenHandConfig:
     """Of an emulated hand's noise."""
     fault: str = ""
     """Of an emulated hand: faults as `aero-hil faults` lists them, with blanks between."""
-    calibration: str = ""
-    """Unit of this hand, a file of `aero-hil calibrate` or as `unit`: its cables are corrected for. None when empty."""
+    correction: str = TYPICAL
+    """Whose correction of the cables: `typical` of healthy hands, `none`, or a unit, a file of `aero-hil calibrate`."""
 
 
 @RobotConfig.register_subclass("aero_hand")

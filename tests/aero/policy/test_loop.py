@@ -9,6 +9,7 @@ from policies import policy, seeds
 
 from aero.actuation import ActuationMap
 from aero.errors import LinkTimeoutError
+from aero.policy.correction import NO_CORRECTION
 from aero.policy.loop import actions_on, run_policy
 from aero.policy.running import Ending, RunLimits, RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, PolicySettings
@@ -16,7 +17,7 @@ from aero.policy.task import ShownAction, observe, targets
 from aero.safety import SafetyStopError
 
 MAP = ActuationMap()
-SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
+SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2, correction=NO_CORRECTION)
 STEPS = 20
 
 

@@ -41,7 +41,7 @@ OPTIONS = {
     },
     "run-policy": {
         "--seconds": "number", "--wait": "number", "--max-current": "number",
-        "--settings": "name", "--twin": "unit", "--seed": "seed",
+        "--settings": "name", "--correction": "unit", "--seed": "seed",
     },
     "record --out OUT.mcap": {
         "--scale": "number", "--excite": "name", "--channel": "name", "--unit": "unit", "--seed": "seed",
@@ -73,7 +73,7 @@ READERS = {
     ),
     "npz": ("run-policy WRONG", "calibrate --out OUT.toml WRONG", "evaluate --on simulation --out OUT WRONG"),
     "toml": (
-        "validate --out OUT --unit WRONG", "emulate --unit WRONG", "run-policy --twin WRONG",
+        "validate --out OUT --unit WRONG", "emulate --unit WRONG", "run-policy --correction WRONG",
         "calibrate RECORDING --out OUT.toml --start WRONG",
     ),
     "json": ("emulate --state WRONG",),
@@ -168,8 +168,13 @@ def refused(names, tmp_path, monkeypatch):
 @pytest.mark.parametrize(("line", "value"), wrong_options())
 def test_a_wrong_value_of_an_option(refused, line, value):
     option = line.split()[-1]
-    of_a_file = {"--unit": "unit", "--twin": "unit", "--start": "unit", "--coefficients": "coefficients"}
-    refused(f"{line} WRONG", value, of_a_file.get(option, option))
+    of_a_file = {
+        "--unit": "unit",
+        "run-policy --correction": "unit",
+        "--start": "unit",
+        "--coefficients": "coefficients",
+    }
+    refused(f"{line} WRONG", value, of_a_file.get(line, of_a_file.get(option, option)))
 
 
 @pytest.mark.parametrize(("line", "name"), list(wrong_files()))

@@ -139,10 +139,10 @@ def test_any_policy_on_any_hand(case):
     assert (np.abs(actions) < 1.0).all()
     assert ((low <= goals) & (goals <= high)).all()
 
-    again = frames_again(policy, codec, recording["codes"].values)
+    again = frames_again(policy, codec, recording["codes"].values, SHORT.correction)
     assert again == [frame(row) for row in recording["command_codes"].values], "every byte follows from what was read"
     sent, _ = positions_sent(recording.wire)
-    grasp = np.round(asked(codec, policy.settings.nominal))
+    grasp = np.round(asked(codec, np.add(policy.settings.nominal, SHORT.correction)))
     begins = int(np.flatnonzero((sent == grasp).all(axis=1))[0])
     acted = sent[begins : begins + 1 + run.steps]
     np.testing.assert_array_equal(acted[1:], recording["command_codes"].values)
@@ -151,9 +151,9 @@ def test_any_policy_on_any_hand(case):
     assert (turns - turns[0] >= PERIOD_S * np.arange(len(turns)) - 0.02).all(), "never ahead of its rate"
 
     half = 0.5001 * np.abs(codec.lengths_from_codes(np.full(7, 1)) - codec.lengths_from_codes(np.zeros(7, int)))
-    angles = codec.angles_from_travel(codec.travel_from_lengths(goals))
+    angles = codec.angles_from_travel(codec.travel_from_lengths(goals + SHORT.correction))
     codes, saturated = codec.saturating_codes(angles)
     # The thumb's cables pay for a thumb that is not abducted as far as it was told: 2.5 mm/rad.
     held_back = saturated | (saturated[:, [Channel.THUMB_ABDUCTION]] & np.isin(Channel, THUMB_CABLES))
-    back = np.abs(codec.lengths_from_codes(codes) - goals)
+    back = np.abs(codec.lengths_from_codes(codes) - SHORT.correction - goals)
     assert (held_back | (back <= ROUND_TRIP + 2 * half)).all()

@@ -23,7 +23,7 @@ CHANGES = {
     "settings": "own",
     "one_period_late": False,
     "shown_action": "before_last",
-    "corrected": True,
+    "correction": "exact",
 }
 
 
@@ -66,7 +66,7 @@ def test_every_deployment_can_be_run(name):
     first, second = deployment.cases(policy(), 2, seconds=1.0, seed=5)
     assert (first.unit == second.unit) is (deployment.unit != ANY_HAND)
     assert (first.seed, second.seed) == (5, 6)
-    assert any(first.settings.correction) is deployment.corrected
+    assert any(first.settings.correction) is (deployment.correction != "none")
 
 
 def test_the_node_shows_the_last_action_to_every_policy():
@@ -100,17 +100,17 @@ def test_a_unit_that_is_not_there_is_bad_usage():
 
 
 DEPLOYED = {
-    "ros2-node": ("paper", "pre", "deployment", True, "last", False),
-    "ros2-node-0.2.0": ("plausible", "0.2.0", "deployment", True, "last", False),
-    "run-policy": ("plausible", "0.2.0", "own", False, "own", False),
-    "run-policy-twin": ("plausible", "0.2.0", "own", False, "own", True),
+    "ros2-node": ("paper", "pre", "deployment", True, "last", "none", False),
+    "ros2-node-0.2.0": ("plausible", "0.2.0", "deployment", True, "last", "none", False),
+    "run-policy": ("plausible", "0.2.0", "own", False, "own", "typical", True),
+    "run-policy-twin": ("plausible", "0.2.0", "own", False, "own", "exact", True),
 }
-"""Unit, firmware, settings, a period late, shown action, corrected. The first is the paper's section "Zero-shot
-deployment" on its hand, run as the official node `rl_z_rotation_deploy` does, a period late."""
+"""Unit, firmware, settings, a period late, shown action, correction, guarded. The first is the paper's section
+"Zero-shot deployment" on its hand, run as the official node `rl_z_rotation_deploy` does, a period late."""
 
 
 def test_deployments_are_those_that_are_described():
-    found = {name: tuple(asdict(row).values())[2:8] for name, row in load_deployments().items()}
+    found = {name: tuple(asdict(row).values())[2:9] for name, row in load_deployments().items()}
     assert found == DEPLOYED
     settings = load_deployments()["ros2-node"].run_settings(15.0)
     assert settings.settings == PAPER_DEPLOYMENT

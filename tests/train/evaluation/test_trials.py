@@ -7,6 +7,7 @@ import pytest
 from policies import holding
 
 from aero.channels import Channel
+from aero.policy.correction import typical_correction
 from aero.policy.running import Ending, RunSettings
 from model.cubes import TAILS
 from model.scene import CUBE
@@ -72,7 +73,7 @@ def test_the_picture_is_drawn(trials, tmp_path):
 
 
 def test_any_cube_goes_to_another_corrected_hand_each_right_and_left_in_turn():
-    made = over_hands(holding(), 4, seconds=15.0, seed=5)
+    made = over_hands(holding(), 4, seconds=15.0, seed=5, correct="exact")
     assert [case.surroundings.side for case in made] == ["right", "left"] * 2
     assert {case.name for case in made} == {ANY_CUBE}
     assert len({case.unit.name for case in made}) == len({case.surroundings.cube for case in made}) == 4
@@ -92,8 +93,9 @@ def corrections(**how):
     return {case.seed: np.array(case.settings.correction) for case in made}
 
 
-def test_a_correction_is_exact_or_none_or_half_a_millimetre_wrong():
-    exact, none, wrong = (corrections(correct=how) for how in CORRECTIONS)
+def test_a_correction_is_typical_or_exact_or_none_or_half_a_millimetre_wrong():
+    typical, exact, none, wrong = (corrections(correct=how) for how in CORRECTIONS)
+    assert {tuple(row) for row in [*typical.values(), *corrections().values()]} == {typical_correction()}
     assert list(exact) == list(none) == list(wrong) == [5, 6]
     for seed in (5, 6):
         off = wrong[seed] - exact[seed]
