@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_emulator.plant import SHAFTS, Drive
+from firmware_emulator.plant import SHAFTS, Drive, ShaftState
 
 
 @dataclass(frozen=True)
@@ -118,6 +118,10 @@ class Bench:
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
         """Change only the goal angle (rad) of one shaft's drive."""
         self._setpoints[shaft] = setpoint
+
+    def state(self) -> ShaftState:
+        """Return angles, speeds and efforts of the shafts at once."""
+        return ShaftState(self.angles().tolist(), self.speeds().tolist(), self.efforts().tolist())
 
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (7,) float, rad."""

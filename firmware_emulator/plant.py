@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,17 @@ class Drive:
     """Whether the winding is driven; when not, there is no back-EMF either and the shaft turns freely."""
 
 
+class ShaftState(NamedTuple):
+    """Shafts at one instant, in command order; nobody writes to it."""
+
+    angles: list[float]
+    """rad."""
+    speeds: list[float]
+    """rad/s."""
+    efforts: list[float]
+    """N m."""
+
+
 class Plant(Protocol):
     """Shafts in time. Everything is deterministic; nothing reads a wall clock."""
 
@@ -63,6 +74,10 @@ class Plant(Protocol):
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
         """Change only the goal angle (rad) of one shaft's present drive; the cheap call a motion profile makes."""
+        ...
+
+    def state(self) -> ShaftState:
+        """Return angles, speeds and efforts of the shafts at once."""
         ...
 
     def angles(self) -> NDArray[np.float64]:

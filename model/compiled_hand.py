@@ -66,10 +66,12 @@ class CompiledHand:
         self._shaft_joints = np.array([shaft.id for shaft in shafts])
         self._cables = np.array([model.tendon(cable_name(channel)).id for channel in CABLES])
         first = model.sensor(sensors[0].name).adr[0]
-        self._tensions = slice(first, first + len(sensors))
-        self._spools = self.shaft_dofs[cables]
-        self._friction = model.dof_frictionloss
-        self._spool_friction = model.dof_frictionloss[self._spools].copy()
+        self.tension_sensors = slice(first, first + len(sensors))
+        """Where the tensions of the cables, (6,), lie among MuJoCo's sensors."""
+        spools = self.shaft_dofs[cables]
+        assert np.all(np.diff(spools) == 1), "the spools follow one another in the order of `CABLES`"
+        self._friction = model.dof_frictionloss[spools[0] : spools[-1] + 1]
+        self._spool_friction = self._friction.copy()
         self._sheath_radius = SPOOL_RADIUS * np.array(parameters.cable_friction)[cables]
         # MuJoCo's own memory, looked up once; each look-up makes an array.
         self._gain, self._bias = model.actuator_gainprm, model.actuator_biasprm
@@ -109,11 +111,11 @@ class CompiledHand:
             tensions: of the cables, (6,), N, in the order of `CABLES`.
             factors: on the friction of each sheath, (6,).
         """
-        self._friction[self._spools] = self._spool_friction + self._sheath_radius * tensions * factors
+        np.add(self._spool_friction, self._sheath_radius * tensions * factors, out=self._friction)
 
     def tensions(self, data: mujoco.MjData) -> Floats:
         """Return the tensions of the cables, (6,), N, as last solved for, in the order of `CABLES`."""
-        tensions: Floats = data.sensordata[self._tensions].copy()
+        tensions: Floats = data.sensordata[self.tension_sensors].copy()
         return tensions
 
     def loose(self, data: mujoco.MjData) -> Floats:

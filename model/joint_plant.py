@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.regular_file import LFS_POINTER, MIB
-from firmware_emulator.plant import Drive
+from firmware_emulator.plant import Drive, ShaftState
 
 UNBOUNDED = 1e6
 """What stands for no bound on a torque, N m."""
@@ -167,6 +167,10 @@ class JointPlant:
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
         """Change only the goal angle (rad) of one shaft's present drive."""
         self._setpoints[shaft] = self.data.ctrl[shaft] = setpoint
+
+    def state(self) -> ShaftState:
+        """Return angles, speeds and efforts of the shafts at once."""
+        return ShaftState(self.angles().tolist(), self.speeds().tolist(), self.efforts().tolist())
 
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (n,) float, rad."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES
-from firmware_emulator.plant import Drive
+from firmware_emulator.plant import Drive, ShaftState
 from model.built import build_built
 from model.compiled_hand import SHAFTS, UNPOWERED, CompiledHand
 from model.geometry import Side
@@ -63,16 +63,16 @@ class BuiltHandPlant:
         # MuJoCo's own memory, looked up once; each look-up makes an array.
         self._warnings, self._setpoints = self._data.warning.number, self._data.ctrl
         self._positions, self._velocities = self._data.qpos, self._data.qvel
+        self._tensions = self._data.sensordata[self.compiled.tension_sensors]
         joints, shafts = self.compiled.at_rest()
         # In this order: the shaft of abduction is its joint.
         self._positions[self.compiled.shaft_qpos] = shafts
         self._positions[self.compiled.joint_qpos] = joints
         self._time = 0.0
-        # Rows: setpoint, stiffness, damping, torque, limit.
-        self._drives = np.zeros((5, SHAFTS))
         self._asked = [UNPOWERED] * SHAFTS
-        self._drive_rows = tuple(self._drives)
-        self._current_limits = [0.0] * SHAFTS
+        self._goals = [0.0] * SHAFTS
+        self._state: ShaftState | None = None
+        """Of the shafts, from one read of MuJoCo's memory; None since something changed."""
         self._friction_factors = np.ones(len(CABLES))
         self._turning = [0.0] * len(CABLES)
         # One for each, so that a cable rubs alike whatever the others do.
@@ -95,7 +95,7 @@ class BuiltHandPlant:
         model, data, step = self._model, self._data, self.parameters.timestep
         # Between two calls, 10 ms apart at most while the board reads its servos, friction and supply are held.
         if self.compiled.has_sheaths:
-            self.compiled.rub(self.compiled.tensions(data), self._sheaths())
+            self.compiled.rub(self._tensions, self._sheaths())
         if self.parameters.supply_sag:
             self._sag()
         full = int(span / step + TIME_RESOLUTION)
@@ -110,8 +110,9 @@ class BuiltHandPlant:
             # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
             raise ArithmeticError(
                 f"the built hand's physics failed between {self._time} and {t} s under the drives (setpoint, "
-                f"stiffness, damping, torque, limit; a column a shaft) {self._drives.tolist()}"
+                f"stiffness, damping, torque, limit; a row a shaft) {self._asked}"
             )
+        self._state = None
         self._time = data.time = t
 
     def drive(self, shaft: int, drive: Drive) -> None:
@@ -127,10 +128,9 @@ class BuiltHandPlant:
             raise ValueError(f"a drive is finite with stiffness, damping and limit not negative, not {drive}")
         if not drive.current_limit >= 0.0:
             raise ValueError(f"a current limit is not negative, not {drive.current_limit}")
-        self._drives[:, shaft] = values
         self._asked[shaft] = drive
-        self._current_limits[shaft] = drive.current_limit
-        self._setpoints[shaft] = drive.setpoint
+        self._goals[shaft] = self._setpoints[shaft] = drive.setpoint
+        self._state = None
         self.compiled.drive(shaft, drive)
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
@@ -143,7 +143,8 @@ class BuiltHandPlant:
         self._check(shaft)
         if not isfinite(setpoint):
             raise ValueError(f"a setpoint is a finite angle in rad, not {setpoint}")
-        self._drives[0, shaft] = self._setpoints[shaft] = setpoint
+        self._goals[shaft] = self._setpoints[shaft] = setpoint
+        self._state = None
 
     def become(self, parameters: BuiltHandParameters) -> None:
         """Replace the parameters and keep the state: something broke, slipped or was mended.
@@ -163,23 +164,30 @@ class BuiltHandPlant:
         for shaft, drive in enumerate(self._asked):
             self.compiled.drive(shaft, drive)
 
+    def state(self) -> ShaftState:
+        """Return angles, speeds and efforts of the shafts; one state is read once, however often it is asked for."""
+        if self._state is None:
+            angles = self._positions.take(self.compiled.shaft_qpos).tolist()
+            speeds = self._velocities.take(self.compiled.shaft_dofs).tolist()
+            # Seven numbers are handled as numbers, at a third of what arrays of them take.
+            efforts = [
+                min(max(d.torque + d.stiffness * (goal - angle) - d.damping * speed, -d.limit), d.limit)
+                for d, goal, angle, speed in zip(self._asked, self._goals, angles, speeds, strict=True)
+            ]
+            self._state = ShaftState(angles, speeds, efforts)
+        return self._state
+
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (7,) float, rad, positive closes."""
-        angles: NDArray[np.float64] = self._positions.take(self.compiled.shaft_qpos)
-        return angles
+        return np.array(self.state().angles)
 
     def speeds(self) -> NDArray[np.float64]:
         """Return shaft speeds, (7,) float, rad/s."""
-        speeds: NDArray[np.float64] = self._velocities.take(self.compiled.shaft_dofs)
-        return speeds
+        return np.array(self.state().speeds)
 
     def efforts(self) -> NDArray[np.float64]:
         """Return the clipped efforts of the drives at the present state, (7,) float, N m, before back-EMF."""
-        setpoint, stiffness, damping, torque, limit = self._drive_rows
-        effort = torque + stiffness * (setpoint - self.angles()) - damping * self.speeds()
-        # `np.clip` does the same at three times the cost.
-        efforts: NDArray[np.float64] = np.minimum(np.maximum(effort, -limit), limit)
-        return efforts
+        return np.array(self.state().efforts)
 
     def joint_angles(self) -> NDArray[np.float64]:
         """Return the true joint angles, (16,) float, rad, in the order of `Joint`."""
@@ -214,15 +222,16 @@ class BuiltHandPlant:
         """Describe what is simulated; a plant with more around the hand adds it here."""
         return build_built(hand, self.parameters)
 
-    # Six cables and seven shafts are handled as numbers, at a third of what arrays of them take.
     def _sheaths(self) -> NDArray[np.float64]:
         """Return the factors on the friction of the sheaths, (6,); a cable that turns round settles in another way."""
         spread = self.parameters.cable_friction_spread
         if spread:
-            speeds, turning = self.speeds().tolist(), self._turning
+            speeds, turning = self.state().speeds, self._turning
             for cable, shaft in enumerate(CABLE_SHAFTS):
                 speed = speeds[shaft]
-                direction = 1.0 if speed > TURNING else -1.0 if speed < -TURNING else turning[cable]
+                if -TURNING <= speed <= TURNING:
+                    continue
+                direction = 1.0 if speed > 0.0 else -1.0
                 if direction != turning[cable]:
                     turning[cable] = direction
                     self._friction_factors[cable] = max(0.0, 1.0 + spread * self._random[cable].standard_normal())
@@ -232,9 +241,9 @@ class BuiltHandPlant:
         """Lower the supply by what the motors draw, where that changes it noticeably."""
         hand, unit, drawn = self.compiled, self.parameters, 0.0
         present, back_emf = hand.supply, unit.back_emf
-        shafts = zip(self.efforts().tolist(), self.speeds().tolist(), self._current_limits, strict=True)
-        for nominal, speed, most in shafts:
-            effort = present * nominal
+        _, speeds, efforts = self.state()
+        for drive, speed, nominal in zip(self._asked, speeds, efforts, strict=True):
+            effort, most = present * nominal, drive.current_limit
             winding = min(max(effort - back_emf * speed, -most), most)
             # A bridge draws the winding's current for as much of the time as its duty; a motor that brakes gives none
             # back.

@@ -54,7 +54,7 @@ class Shafts:
         if refresh != self._sampled:
             plant, t = self._plant, refresh * self._refresh
             plant.advance_to(t)
-            self._sample = Sample(t, plant.angles().tolist(), plant.speeds().tolist(), plant.efforts().tolist())
+            self._sample = Sample(t, *plant.state())
             self._sampled = refresh
         self._looked = now
         return self._sample

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_emulator.plant import Drive, Plant
+from firmware_emulator.plant import Drive, Plant, ShaftState
 
 Floats = NDArray[np.float64]
 
@@ -50,6 +50,10 @@ class ShaftFault:
             return
         self.asked = replace(self.asked, setpoint=setpoint)
         self.renew()
+
+    def state(self) -> ShaftState:
+        """Return angles, speeds and efforts of the shafts at once."""
+        return ShaftState(self.angles().tolist(), self.speeds().tolist(), self.efforts().tolist())
 
     def angles(self) -> Floats:
         """Return shaft angles, (7,), rad."""

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import ideal_zeros
+from firmware_emulator.plant import ShaftState
 from firmware_emulator.servo.parameters import HLS3606M
 from tests.firmware_emulator.conftest import AT_STOPS, CLOSED_DEG, frame, stopped_bench
 
@@ -38,6 +39,9 @@ class Still:
         return self._zeros
 
     speeds = efforts = angles
+
+    def state(self):
+        return ShaftState(*3 * (self._zeros.tolist(),))
 
 
 def home(host, timeout=200.0):

@@ -112,6 +112,34 @@ def test_effort_is_the_clipped_law(plant):
     assert plant.speeds()[2] > 0
 
 
+CHANGES = st.one_of(
+    st.tuples(st.just("drive"), st.integers(0, 6), st.floats(-1.0, 1.0)),
+    st.tuples(st.just("goal"), st.integers(0, 6), st.floats(-1.0, 1.0)),
+    st.tuples(st.just("advance"), st.just(0), st.floats(0.0, 0.02)),
+)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(CHANGES, max_size=12))
+def test_the_state_is_the_present_one_whatever_was_asked_before(changes):
+    asked, alone = BuiltHandPlant(), BuiltHandPlant()
+    for plant in (asked, alone):
+        for shaft in range(7):
+            plant.drive(shaft, towards(0.5))
+    asked.state()
+    for what, shaft, value in changes:
+        for plant in (asked, alone):
+            if what == "drive":
+                plant.drive(shaft, towards(value))
+            elif what == "goal":
+                plant.set_setpoint(shaft, value)
+            else:
+                plant.advance_to(plant.time + value)
+        asked.state()
+    assert asked.state() == alone.state()
+    assert asked.state().angles == alone.angles().tolist()
+
+
 def test_setting_only_the_goal_is_the_same_as_driving_anew():
     one, other = BuiltHandPlant(), BuiltHandPlant()
     one.drive(4, towards(0.0))
