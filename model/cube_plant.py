@@ -72,20 +72,6 @@ class CubePlant(BuiltHandPlant):
             mujoco.mj_geomDistance(model, self._data, cube, geom, by_m, None) < by_m for geom in solid if geom != cube
         )
 
-    def shove_cube(self, by_m_s: ArrayLike) -> None:
-        """Change the velocity of the cube at once by (3,), m/s, world frame."""
-        self._data.qvel[self._cube_dof : self._cube_dof + 3] += by_m_s
-
-    def lean(self, gravity_m_s2: ArrayLike) -> None:
-        """Let gravity be (3,), m/s², world frame; a hand that is accelerated feels the opposite of it added."""
-        self._model.opt.gravity[:] = gravity_m_s2
-
-    @property
-    def gravity_m_s2(self) -> NDArray[np.float64]:
-        """Gravity, (3,), m/s², world frame."""
-        gravity: NDArray[np.float64] = self._model.opt.gravity.copy()
-        return gravity
-
     def posture(self) -> NDArray[np.float64]:
         """Return joint angles, rad, and the cube's position, m, and orientation, w x y z: (23,)."""
         cube = self._data.qpos[self._cube_qpos : self._cube_qpos + 7]

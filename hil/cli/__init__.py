@@ -49,7 +49,6 @@ COMMANDS: dict[str, Command] = {
     "record": Command("train.cli.record:record_command", "Excite a hand and record what calibration needs."),
     "train": Command("train.cli.train:train", "Train a policy."),
     "evaluate": Command("train.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
-    "predict": Command("train.cli.predict:predict", "Predict how a policy does on a physical hand."),
     "run-policy": Command("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
     "convert-policy": Command("train.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
 }

@@ -2,9 +2,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from model.cube_plant import CubePlant
+from model.cube_plant import GAP_M, CubePlant
 from model.plant import BuiltHandPlant
 from model.scene import CUBE_START, Cube
+from model.units import load_unit
 
 
 def test_a_cube_out_of_reach_does_not_touch_the_hand():
@@ -93,3 +94,14 @@ def test_a_cube_has_its_size_mass_and_friction(cube):
 def test_a_cube_that_cannot_be_is_refused(wrong):
     with pytest.raises(ValueError, match="must be positive"):
         Cube(**wrong)
+
+
+def test_a_cube_is_clear_of_the_hand_only_where_nothing_is_near():
+    plant = CubePlant(load_unit("reference").hand)
+    plant.place_cube((0.08, 0.0, 0.05))
+    plant.advance_to(0.002)
+    assert plant.cube_clear(GAP_M)
+    assert not plant.cube_clear(1.0)
+    plant.advance_to(0.15)
+    assert plant.cube_touched()  # it has dropped onto the open hand
+    assert not plant.cube_clear(GAP_M)

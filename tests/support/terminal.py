@@ -20,8 +20,7 @@ SHORTER = {
     r"aero-hil validate --unit \S+\.toml$": "--only presence --only audit",
     r"aero-hil record\b(?!.*--dry-run)": "--excite steps --channel index --scale 0.4",
     r"aero-hil run-policy\b.* --hil ": "--seconds 3 --wait 0",
-    r"aero-hil predict\b": "--trials 1 --seconds 2",
-    r"aero-hil evaluate\b": "--units 1 --trials 1 --seconds 2",
+    r"aero-hil evaluate\b": "--units 1 --episodes 2 --seconds 2",
 }
 """Command to the options that make it short here."""
 

@@ -2,33 +2,35 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import click
 import numpy as np
-from rich.console import Console
+from click.core import ParameterSource
 
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
-from hil.cli.options import SEED, NewFolder, Seconds
+from hil.cli.options import SEED, Finite, NewFolder, Seconds
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
-from hil.recordings.output import json_text, prepared_folder
-from train.cli.evaluation_tables import print_figures, print_lost, print_strata
+from hil.recordings.output import prepared_folder
+from model.scene import CUBE, Cube
+from train.cli.evaluation_tables import print_figures
 from train.evaluation.cube_trial import CubeTrial
-from train.evaluation.mismatches import lost, mismatch_picture, over_mismatches
-from train.evaluation.simulation import measure
-from train.evaluation.strata import strata, strata_picture
-from train.evaluation.trials import ANY_CUBE, CORRECTIONS, DISTURBANCES, figures, over_hands, run_trials
+from train.evaluation.deployment import load_deployments
+from train.evaluation.simulation import beside_a_deployment, measure
+from train.evaluation.trials import CORRECTIONS, figures, over_hands, run_trials
 
-ON = ("simulation", "hands", "mismatches")
+ON = ("simulation", "hands")
 FRESH_SEEDS = 2**31
 """A seed that is not given is drawn below it."""
 MOST = 1_000_000
-"""Episodes, trials or hands that one may ask for."""
+"""Episodes or hands that one may ask for."""
 WIDTH = 120
 """Columns where no terminal says how many there are."""
 
@@ -36,9 +38,12 @@ WIDTH = 120
 @click.command()
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @click.option(
-    "--on", "backends", type=click.Choice(ON), multiple=True, default=("simulation", "hands"), show_default=True,
-    help="`simulation` in this process, `hands`: any cube on fresh emulated hands through every byte, `mismatches`: "
-    "one difference between simulator and hand at a time. Repeatable.",
+    "--on", "backends", type=click.Choice(ON), multiple=True, default=ON, show_default=True,
+    help="`simulation` in this process, `hands`: any cube on fresh emulated hands through every byte. Repeatable.",
+)  # fmt: skip
+@click.option(
+    "--as", "deployment_name", type=click.Choice(list(load_deployments())),
+    help="Predict a physical hand that is run in this way, beside plain MuJoCo; docs/training.md has the table.",
 )  # fmt: skip
 @click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of a trial.")
 @click.option("--seed", type=SEED, help="Seed of everything that is drawn; a fresh one, which is printed, by default.")
@@ -48,7 +53,7 @@ WIDTH = 120
 )  # fmt: skip
 @click.option(
     "--units", type=click.IntRange(1, MOST), default=20, show_default=True,
-    help="Hands: how many, right and left in turn, each with a cube of its own.",
+    help="Hands: how many, right and left in turn, each with a cube of its own; with --as, trials.",
 )  # fmt: skip
 @click.option(
     "--correction", "correct", type=click.Choice(CORRECTIONS), default=CORRECTIONS[0], show_default=True,
@@ -59,28 +64,28 @@ WIDTH = 120
     help="Hands: folder of unit files that `aero-hil calibrate` fitted to these hands, named SEED.toml.",
 )  # fmt: skip
 @click.option(
-    "--disturbance", type=click.Choice(list(DISTURBANCES)), default="none", show_default=True,
-    help="Hands: gravity 20 degrees off, the cube shoved by 0.2 m/s, the hand jolted by 10 m/s² for 0.1 s.",
+    "--cube", "cube_size", type=(Finite(20.0, 100.0), Finite(1.0, 1000.0), Finite(0.05, 2.0)), metavar="MM G FRICTION",
+    default=(1e3 * CUBE.side_m, 1e3 * CUBE.mass_kg, CUBE.friction), show_default=True,
+    help="With --as: side, mass and friction of the cube; a friction below 0.2 leaves the hand's own.",
 )  # fmt: skip
-@click.option(
-    "--trials", type=click.IntRange(1, MOST), default=10, show_default=True, help="Mismatches: trials of each."
-)
 @click.option(
     "--out", type=NewFolder(), default=Path("evaluation"), show_default=True,
-    help="Folder for evaluation.json and the pictures.",
+    help="Folder for evaluation.json and the picture.",
 )  # fmt: skip
+@click.pass_context
 def evaluate(
+    context: click.Context,
     *,
     policy_name: str,
     backends: tuple[str, ...],
+    deployment_name: str | None,
     seconds: float,
     seed: int | None,
     episodes: int,
     units: int,
     correct: str,
     twins: Path | None,
-    disturbance: str,
-    trials: int,
+    cube_size: tuple[float, float, float],
     out: Path,
 ) -> None:
     """Measure POLICY, the shipped one (`steady`, the default) or a file: does it keep the cube, how fast does it turn?
@@ -89,19 +94,23 @@ def evaluate(
     """
     console = new_console(width=None if sys.stdout.isatty() else WIDTH)
     seed = int(np.random.default_rng().integers(FRESH_SEEDS)) if seed is None else seed
+    decided = ("cube_size",) if deployment_name is None else ("correct", "twins")
+    if given := [name for name in decided if context.get_parameter_source(name) is not ParameterSource.DEFAULT]:
+        options = ", ".join(option.opts[0] for option in context.command.params if option.name in given)
+        raise click.UsageError(f"{options} cannot be used {'without' if deployment_name is None else 'with'} --as")
+    deployment = load_deployments()[deployment_name] if deployment_name else None
+    cube = Cube(1e-3 * cube_size[0], 1e-3 * cube_size[1], cube_size[2])
     with usage_errors():
         policy = find_policy(policy_name)
         prepared_folder(out)
-        cases = {
-            "hands": over_hands(
-                policy, units, seconds=seconds, seed=seed, disturbance=DISTURBANCES[disturbance],
-                correct=correct, twins=twins,
-            ) if "hands" in backends else [],
-            "mismatches": over_mismatches(trials, seconds=seconds, seed=seed) if "mismatches" in backends else [],
-        }  # fmt: skip
+        cases = []
+        if "hands" in backends and deployment:
+            cases = deployment.cases(policy, units, seconds=seconds, seed=seed, cube=cube)
+        elif "hands" in backends:
+            cases = over_hands(policy, units, seconds=seconds, seed=seed, correct=correct, twins=twins)
     console.print(f"seed {seed}")
     results: dict[str, dict[str, dict[str, float]]] = {}
-    made: dict[str, dict[str, list[CubeTrial]]] = {name: {} for name in cases}
+    made: dict[str, list[CubeTrial]] = {}
     try:
         with unwinding(), ProgressBar(console=console, transient=True) as bar:
             task = bar.add_task("evaluating", total=1.0)
@@ -109,28 +118,24 @@ def evaluate(
             def show(done: float, doing: str) -> None:
                 bar.update(task, completed=done, description=doing)
 
-            if "simulation" in backends:
+            if "simulation" in backends and deployment:
+                settings = deployment.run_settings(seconds).settings or policy.settings
+                rows = beside_a_deployment(policy, settings, episodes, seconds=seconds, seed=seed, cube=cube)
+                results["simulation"] = {name: one.summary() for name, one in rows.items()}
+            elif "simulation" in backends:
                 results["simulation"] = measure(
                     policy, episodes, seconds=seconds, seed=seed, picture=out / "delay.png", progress=show
                 )
-            for name, listed in cases.items():
-                if listed:
-                    run_trials(policy, listed, made[name], show)
+            if cases:
+                run_trials(policy, cases, made, show)
     finally:  # what had ended is written, whatever the ending
-        results |= {name: {row: figures(done) for row, done in rows.items()} for name, rows in made.items() if rows}
+        if made:
+            results["hands"] = {row: figures(done) for row, done in made.items()}
         report = {"policy": policy.name, "seed": seed, "results": results}
-        write_whole(out / "evaluation.json", json_text(report))
-        for title, rows in results.items():
-            print_figures(console, title, rows)
-        _show(console, made, out)
-
-
-def _show(console: Console, made: dict[str, dict[str, list[CubeTrial]]], out: Path) -> None:
-    """Print and draw what divides or compares the trials."""
-    if hands := made["hands"].get(ANY_CUBE):
-        print_strata(console, strata(hands))
-        strata_picture(hands, out / "strata.png")
-    if made["mismatches"]:
-        rows = lost(made["mismatches"])
-        print_lost(console, rows)
-        mismatch_picture(rows, out / "mismatches.png")
+        if deployment:
+            report |= {"deployment": asdict(deployment), "cube": asdict(cube)}
+        write_whole(out / "evaluation.json", json.dumps(report, indent=1))
+        for title, rows_of in results.items():
+            print_figures(console, title, rows_of)
+        if deployment and deployment.measured_rad_s is not None:
+            console.print(f"{deployment.name}: a physical hand turned the cube by {deployment.measured_rad_s:g} rad/s")

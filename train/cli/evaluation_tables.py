@@ -1,15 +1,13 @@
-"""Tables of `aero-hil evaluate` and `predict`: on a narrow terminal in several parts, and never with a number cut."""
+"""Tables of `aero-hil evaluate`: on a narrow terminal in several parts, and never with a number cut."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import isnan, nan
 
 from rich.console import Console
 
 from hil.cli.terminal import print_columns
-from train.evaluation.mismatches import Lost
-from train.evaluation.trial_set import Interval, TrialSet
 
 FIGURES = {
     "survival": ("keeps", "{:.0%}"),
@@ -40,42 +38,6 @@ def print_figures(console: Console, title: str, rows: Mapping[str, Mapping[str, 
     heads = [head for head, _ in shown.values()]
     cells = {name: [_cell(row, key, form) for key, (_, form) in shown.items()] for name, row in rows.items()}
     print_columns(console, title, heads, cells)
-
-
-def print_strata(console: Console, rows: Sequence[TrialSet]) -> None:
-    """Print what the trials of each stratum came to."""
-    cells = {
-        row.name: [
-            str(row.trials),
-            share(row.kept_share, row.kept_interval),
-            f"{row.rate_rad_s:.2f}",
-            share(row.turning, row.turning_interval),
-        ]
-        for row in rows
-        if row.trials
-    }
-    title = "Any cube by what it is like; intervals of 95 %"
-    print_columns(console, title, ("trials", "keeps", "rad/s", "> 0.1 rad/s"), cells)
-
-
-def print_lost(console: Console, rows: Sequence[Lost]) -> None:
-    """Print what each mismatch costs."""
-    cells = {
-        row.name: [
-            str(row.trials),
-            f"{row.kept:.0%}",
-            f"{row.rate_rad_s:.2f}",
-            "" if isnan(row.interval[0]) else f"{row.lost_rad_s:.2f} ({row.interval[0]:.2f} to {row.interval[1]:.2f})",
-        ]
-        for row in rows
-    }
-    title = "What each mismatch costs, trial by trial against none; intervals of 95 %"
-    print_columns(console, title, ("trials", "keeps", "rad/s", "rad/s lost"), cells)
-
-
-def share(value: float, interval: Interval) -> str:
-    """Return a share with its interval."""
-    return f"{value:.0%} ({interval[0]:.0%}-{interval[1]:.0%})"
 
 
 def _cell(row: Mapping[str, float], key: str, form: str) -> str:

@@ -6,15 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.driver import AeroHand
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
-from aero.policy.running import Ending, PolicyHand, Run, RunSettings, Step
-from aero.protocol import MAX_CODE
+from aero.policy.running import Ending, Run, RunSettings, Step
 from aero.safety import GuardedHand, Thresholds
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
@@ -25,24 +24,6 @@ from model.units import Unit
 
 Floats = NDArray[np.float64]
 
-SHOVED_AT_S, JOLT_S = 5.0, 0.1
-"""When a shove or a jolt comes, s under the policy, and how long a jolt lasts, s."""
-
-
-@dataclass(frozen=True)
-class Disturbance:
-    """How strong each is; the direction, horizontal, is drawn with the trial."""
-
-    tilt_rad: float = 0.0
-    """Angle of gravity to the axis that the policy was trained with, all the time."""
-    shove_m_s: float = 0.0
-    """Change of the cube's velocity."""
-    jolt_m_s2: float = 0.0
-    """Acceleration of the hand."""
-
-
-NONE = Disturbance()
-
 
 @dataclass(frozen=True)
 class Surroundings:
@@ -52,18 +33,12 @@ class Surroundings:
     """What is turned."""
     side: Side = "right"
     """Which hand; the policy is the same, since lengths and codes are alike on both."""
-    disturbance: Disturbance = NONE
-    """What happens in the middle of it."""
-    assumed_firmware: str | None = None
-    """Firmware whose command window the host takes for the board's; None for the right one."""
     guarded: bool = True
     """Whether our guard watches the hand; the official programs have none."""
-    step_rad: float = 0.0
-    """Angle of a shaft to whose multiples the host rounds what it reads and writes; 0 for none."""
 
 
 AS_MEASURED = Surroundings()
-"""The paper's cube in a right hand, and nothing happens."""
+"""The paper's cube in a right hand."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +106,6 @@ def run_trial(
     plant = CubePlant(unit.hand, side, surroundings.cube)
     electronics = EmulatedHand(plant, hand=side, firmware=firmware, servos=unit.servos, seed=seed)
     watch = CubeWatch(plant, seed)
-    disturber = Disturber(plant, surroundings.disturbance, seed)
     targets: list[np.ndarray] = []
     currents: list[np.ndarray] = []
 
@@ -140,10 +114,9 @@ def run_trial(
         if not watch.lost:
             targets.append(step.target)
         watch.sample()
-        disturber.act(watch.alive_s)
         on_step(step)
 
-    codec = ActuationMap.for_firmware(surroundings.assumed_firmware or firmware, hand=side)
+    codec = ActuationMap.for_firmware(firmware, hand=side)
     link = InProcessLink(electronics)
     opened = (
         GuardedHand(
@@ -161,10 +134,9 @@ def run_trial(
             hand.begin()
             if policy.settings.torque_limit is not None:
                 hand.limit_torques(policy.settings.torque_limit)
-        step = surroundings.step_rad
         run = run_policy(
             policy,
-            CoarseHand(hand, step_codes(codec.window_rad, step)) if step else hand,
+            hand,
             electronics.clock,
             codec,
             settings=settings,
@@ -188,61 +160,3 @@ def run_trial(
         travel_per_s=tuple(travel.tolist()),
         mean_currents_a=tuple(np.nanmean(currents, axis=0).tolist() if currents else [0.0] * 7),
     )
-
-
-class Disturber:
-    """Brings a disturbance to a plant."""
-
-    def __init__(self, plant: CubePlant, disturbance: Disturbance, seed: int) -> None:
-        """Tilt gravity at once; the direction is drawn from `seed`."""
-        self._plant, self._disturbance = plant, disturbance
-        angle = np.random.default_rng((seed, 1)).uniform(0.0, 2.0 * np.pi)
-        self._direction: Floats = np.array([np.cos(angle), np.sin(angle), 0.0])
-        self._before: float | None = None
-        down = plant.gravity_m_s2
-        strength = float(np.linalg.norm(down))
-        self._gravity = np.cos(disturbance.tilt_rad) * down + np.sin(disturbance.tilt_rad) * strength * self._direction
-        plant.lean(self._gravity)
-
-    def act(self, t: float) -> None:
-        """Do what comes at time `t`, s under the policy; called after every control period."""
-        before, self._before = self._before if self._before is not None else t, t
-        if before < SHOVED_AT_S <= t:
-            self._plant.shove_cube(self._disturbance.shove_m_s * self._direction)
-        jolted = SHOVED_AT_S <= t < SHOVED_AT_S + JOLT_S
-        self._plant.lean(self._gravity - (self._disturbance.jolt_m_s2 * self._direction if jolted else 0.0))
-
-
-@dataclass(frozen=True)
-class CoarseHand:
-    """Passes everything on; positions only in multiples of `step_codes`."""
-
-    hand: PolicyHand
-    step_codes: Floats
-    """Codes that a step of each channel has, (7,)."""
-
-    def read_codes(self) -> NDArray[np.uint16]:
-        """Read positions, (7,), command order."""
-        return self._rounded(self.hand.read_codes())
-
-    def command_codes(self, codes: ArrayLike) -> None:
-        """Send every channel to a position, (7,), command order."""
-        self.hand.command_codes(self._rounded(codes))
-
-    def read_currents(self) -> Floats:
-        """Read motor currents, (7,), A, command order."""
-        return self.hand.read_currents()
-
-    def read_temperatures(self) -> Floats:
-        """Read servo temperatures, (7,), °C, command order."""
-        return self.hand.read_temperatures()
-
-    def _rounded(self, codes: ArrayLike) -> NDArray[np.uint16]:
-        steps = np.round(np.asarray(codes, dtype=float) / self.step_codes)
-        return np.clip(np.round(steps * self.step_codes), 0, MAX_CODE).astype(np.uint16)
-
-
-def step_codes(window_rad: Floats, step_rad: float) -> Floats:
-    """Return how many codes a step of the shafts has, (7,), for windows (7, 2)."""
-    steps: Floats = MAX_CODE * step_rad / np.abs(np.diff(window_rad, axis=1)[:, 0])
-    return steps

@@ -102,11 +102,6 @@ def share_interval(count: int, of: int) -> Interval:
     return (float(found.low), float(found.high))
 
 
-def mean_interval(values: Floats) -> Interval:
-    """Return the bootstrapped interval of a mean; NaN with fewer than `LEAST` values."""
-    return _bootstrapped((values,), np.mean, values)
-
-
 def _rate(rotation: Floats, alive: Floats, axis: int = -1) -> Any:
     return rotation.sum(axis) / np.maximum(alive.sum(axis), np.finfo(float).tiny)
 

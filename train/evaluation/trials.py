@@ -21,7 +21,7 @@ from model.units import Unit, load_unit
 from model.units.cable_correction import NONE as UNCORRECTED
 from model.units.cable_correction import TYPICAL, correction, named_correction
 from model.units.plausible import plausible_unit
-from train.evaluation.cube_trial import AS_MEASURED, NONE, CubeTrial, Disturbance, Surroundings, run_trial
+from train.evaluation.cube_trial import AS_MEASURED, CubeTrial, Surroundings, run_trial
 from train.evaluation.trial_set import share_interval, trial_set_of
 from train.workers import leave_interrupts_to_the_parent
 
@@ -29,13 +29,6 @@ ANY_CUBE = "any cube on any hand"
 CUBE_STREAM, WRONG_STREAM = 2, 3
 """Streams of a trial's seed that its cube and the error of its correction are drawn from."""
 SIDES: tuple[Side, ...] = ("right", "left")
-DISTURBANCES = {
-    "none": NONE,
-    "tilt": Disturbance(tilt_rad=np.radians(20.0)),
-    "shove": Disturbance(shove_m_s=0.2),
-    "jolt": Disturbance(jolt_m_s2=10.0),
-}
-"""What happens to a hand that someone carries or bumps into."""
 EXACT, WRONG = "exact", "wrong"
 CORRECTIONS = (TYPICAL, EXACT, UNCORRECTED, WRONG)
 WRONG_M = 0.0005
@@ -63,7 +56,6 @@ def over_hands(
     *,
     seconds: float,
     seed: int,
-    disturbance: Disturbance = NONE,
     correct: str = TYPICAL,
     twins: Path | None = None,
 ) -> list[Case]:
@@ -74,7 +66,6 @@ def over_hands(
         hands: how many.
         seconds: length of a trial.
         seed: of the first hand; each has the next one, which decides its cube, too.
-        disturbance: what happens in the middle.
         correct: how the cables are corrected for, one of `CORRECTIONS`: as healthy hands need it on average, as this
             one does, not at all, or each with an error of `WRONG_M`.
         twins: folder of unit files that were fitted to recordings of these hands (`aero-hil calibrate`), named
@@ -100,7 +91,7 @@ def over_hands(
             error = np.random.default_rng((number, WRONG_STREAM)).standard_normal(len(Channel))
             row = row + WRONG_M * error * np.isin(np.arange(len(Channel)), CABLES)
         settings = RunSettings(seconds=seconds, correction=tuple(row.tolist()))
-        surroundings = Surroundings(cube, SIDES[k % len(SIDES)], disturbance)
+        surroundings = Surroundings(cube, SIDES[k % len(SIDES)])
         made.append(Case(ANY_CUBE, unit, DEFAULT_FIRMWARE, number, settings, surroundings))
     if not made:
         raise ValueError(f"{twins} has no {seed}.toml, nor the unit file of another hand of this evaluation")

@@ -36,8 +36,8 @@ VALUES = {
 """Kind of option to its wrong values."""
 OPTIONS = {
     "evaluate --on simulation --out OUT": {
-        "--episodes": "count", "--trials": "count", "--units": "count", "--seconds": "number", "--seed": "seed",
-        "--on": "name", "--correction": "unit", "--disturbance": "unit",
+        "--episodes": "count", "--units": "count", "--seconds": "number", "--seed": "seed",
+        "--on": "name", "--correction": "unit", "--as": "name",
     },
     "run-policy": {
         "--seconds": "number", "--wait": "number", "--max-current": "number",

@@ -1,4 +1,4 @@
-"""Tables of `evaluate`, `predict` and `score` on terminals of any width, and what `evaluate` leaves."""
+"""Tables of `evaluate` and `score` on terminals of any width, and what `evaluate` leaves."""
 
 import io
 import json
@@ -12,16 +12,12 @@ from rich.console import Console
 from aero.policy.file import save
 from hil.cli import main
 from hil.cli.terminal import print_columns
-from train.cli.evaluation_tables import FIGURES, print_figures, print_lost, print_strata
+from train.cli.evaluation_tables import FIGURES, print_figures
 from train.cli.score import score_tables
-from train.evaluation.mismatches import Lost
-from train.evaluation.trial_set import trial_set
 from train.identification.replay_score import CAUSES, Errors, ReplayScore
 
 ROW = dict.fromkeys(FIGURES, 0.875) | {"rate_rad_s_low": 0.51, "rate_rad_s_high": 0.97, "survival_low": 0.81}
 ROW |= {"survival_high": 0.93}
-SETS = [trial_set(name, [True] * 30, [15.0] * 30, range(30)) for name in ("all", "mass, g, 110 to 140", "left hand")]
-LOST = [Lost("dead time of the servos", 12, 1.0, 1.8601, -0.1234, (-0.2601, 0.0912))]
 ERRORS = Errors(np.full(7, 12.3456), np.array([0.0, 0.4999, *[np.nan] * 5]), np.full(7, 10.04))
 SCORE = ReplayScore(
     (("run_10_hardware01_u_trace_replay", ERRORS),), ERRORS, ERRORS, dict.fromkeys(CAUSES, (0.361, 1.0))
@@ -29,8 +25,6 @@ SCORE = ReplayScore(
 TABLES = {
     "score": (lambda console: [console.print(table) for table in score_tables(SCORE)]),
     "figures": (lambda console: print_figures(console, "hands", {"any cube on any hand": ROW, "lag 25 ms": ROW})),
-    "strata": (lambda console: print_strata(console, SETS)),
-    "lost": (lambda console: print_lost(console, LOST)),
     "long name": (lambda console: print_columns(console, "", ["rad/s"], {"name " * 30: ["0.123 to 0.456"]})),
 }
 
@@ -54,15 +48,34 @@ def test_a_narrow_table_has_more_parts_and_every_number_whole(table, width):
     assert set(words(printed(table, 400))) - set(words(narrow)) == set()
 
 
-@pytest.mark.slow
-def test_evaluate_leaves_figures_and_pictures_for_each_place(tmp_path):
-    save(policy(), tmp_path / "policy.npz")
-    line = f"evaluate {tmp_path / 'policy.npz'} --on simulation --on hands --on mismatches --episodes 2 --units 2"
-    arguments = [*line.split(), "--trials", "1", "--seconds", "0.5", "--out", str(tmp_path / "out")]
-    result = CliRunner().invoke(main, arguments, catch_exceptions=False)
+def evaluated(folder, line):
+    """Return what `evaluate` of a small policy leaves and prints."""
+    save(policy(), folder / "policy.npz")
+    arguments = [str(folder / "policy.npz"), *line.split(), "--seconds", "0.5", "--out", str(folder / "out")]
+    result = CliRunner().invoke(main, ["evaluate", *arguments], catch_exceptions=False)
     assert result.exit_code == 0, result.output
-    results = json.loads((tmp_path / "out" / "evaluation.json").read_text())["results"]
-    assert set(results) == {"simulation", "hands", "mismatches"}
-    assert results["hands"]["any cube on any hand"]["episodes"] == 2.0
-    pictures = {path.name for path in (tmp_path / "out").glob("*.png")}
-    assert pictures == {"delay.png", "strata.png", "mismatches.png"}
+    return json.loads((folder / "out" / "evaluation.json").read_text()), result.output
+
+
+@pytest.mark.slow
+def test_evaluate_leaves_figures_and_the_picture(tmp_path):
+    report, _ = evaluated(tmp_path, "--episodes 2 --units 2")
+    assert set(report["results"]) == {"simulation", "hands"}
+    assert report["results"]["hands"]["any cube on any hand"]["episodes"] == 2.0
+    assert [path.name for path in (tmp_path / "out").glob("*.png")] == ["delay.png"]
+
+
+def test_a_deployment_is_run_and_printed_beside_what_a_hand_did(tmp_path):
+    report, said = evaluated(tmp_path, "--as ros2-node --episodes 2 --units 1 --cube 60 117 0.4")
+    assert set(report["results"]["hands"]) == {"ros2-node"}
+    assert len(report["results"]["simulation"]) == 2
+    assert report["deployment"]["firmware"] == "pre"
+    assert report["cube"]["side_m"] == 0.06
+    assert "a physical hand turned the cube by 0.114 rad/s" in said
+
+
+@pytest.mark.parametrize("line", ["--as ros2-node --correction none", "--cube 60 117 0.4"])
+def test_options_of_the_other_way_to_evaluate_are_refused(line):
+    result = CliRunner().invoke(main, ["evaluate", *line.split()])
+    assert result.exit_code == 2
+    assert "--as" in result.output

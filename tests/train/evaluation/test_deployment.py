@@ -1,17 +1,13 @@
 """Deployments as data, and what a set of trials says about one."""
 
-import json
 from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from policies import policy
 
-from aero.policy.file import save
 from aero.policy.settings import PAPER_DEPLOYMENT
 from aero.policy.task import ShownAction
-from hil.cli import main
 from train.evaluation.cube_trial import run_trial
 from train.evaluation.deployment import ANY_HAND, load_deployments
 from train.evaluation.simulation import beside_a_deployment
@@ -75,28 +71,9 @@ def test_the_node_shows_the_last_action_to_every_policy():
     assert case.settings.one_period_late
 
 
-def test_the_command_prints_data_with_everything_that_it_depends_on(tmp_path):
-    save(policy(), tmp_path / "policy.npz")
-    arguments = ["predict", str(tmp_path / "policy.npz"), "--trials", "1", "--seconds", "0.5", "--unit", "reference"]
-    result = CliRunner().invoke(main, [*arguments, "--json"], catch_exceptions=False)
-    assert result.exit_code == 0
-    said = json.loads(result.stdout)
-    assert said["deployment"]["name"] == "ros2-node"
-    assert said["deployment"]["unit"] == "reference"
-    assert [row["trials"] for row in said["predictions"]] == [1, 1, 1]
-    assert [row["name"] for row in said["predictions"]][-1] == "ros2-node"
-    assert said["predictions"][-1]["rate_interval"] is None
-
-
 def test_episodes_beside_a_deployment_differ_in_both_rows():
     for episodes in beside_a_deployment(policy(3), PAPER_DEPLOYMENT, 3, seconds=1.0, seed=0).values():
         assert len(set(episodes.rotation_rad)) == 3
-
-
-def test_a_unit_that_is_not_there_is_bad_usage():
-    result = CliRunner().invoke(main, ["predict", "--unit", "golden"])
-    assert result.exit_code == 2
-    assert "golden" in result.output
 
 
 DEPLOYED = {

@@ -1,4 +1,4 @@
-"""Which trials are made, and what they came to: all of them, by what the cube is like, and as figures."""
+"""Which trials are made, and what they came to: all of them, and as figures."""
 
 from dataclasses import replace
 
@@ -9,13 +9,10 @@ from policies import holding
 from aero.channels import Channel
 from aero.policy.correction import typical_correction
 from aero.policy.running import Ending, RunSettings
-from model.cubes import TAILS
-from model.scene import CUBE
 from model.units import load_unit
-from train.evaluation.cube_trial import Surroundings, run_trial
-from train.evaluation.strata import DIVISIONS, strata, strata_picture
+from train.evaluation.cube_trial import run_trial
 from train.evaluation.trial_set import trial_set
-from train.evaluation.trials import ANY_CUBE, CORRECTIONS, DISTURBANCES, figures, over_hands
+from train.evaluation.trials import ANY_CUBE, CORRECTIONS, figures, over_hands
 
 SHORT = RunSettings(seconds=0.2, approach_s=0.2, wait_s=0.1)
 
@@ -23,53 +20,6 @@ SHORT = RunSettings(seconds=0.2, approach_s=0.2, wait_s=0.1)
 @pytest.fixture(scope="module")
 def one():
     return run_trial(holding(), load_unit("ideal"), settings=SHORT)
-
-
-def trial(one, *, kept, rate, side="right", **cube):
-    surroundings = Surroundings(replace(CUBE, **cube), side)
-    return replace(one, kept=kept, alive_s=1.0, rotation_rad=rate, surroundings=surroundings)
-
-
-@pytest.fixture
-def trials(one):
-    """Sticky cubes are lost, heavy ones do not turn, and all others turn at 1 rad/s."""
-    return [
-        *[trial(one, kept=False, rate=1.0, friction=0.9)] * 3,
-        *[trial(one, kept=True, rate=0.05, mass_kg=0.12, side="left")] * 2,
-        *[trial(one, kept=True, rate=1.0)] * 5,
-    ]
-
-
-def test_each_stratum_tells_its_own_trials(trials):
-    found = {row.name: row for row in strata(trials)}
-    assert (found["all"].trials, found["all"].kept, found["all"].turning) == (10, 7, 0.8)
-    sticky, heavy = found["friction 0.8 to 1"], found["mass, g, 110 to 140"]
-    assert (sticky.trials, sticky.kept, sticky.turning) == (3, 0, 1.0)
-    assert (heavy.trials, heavy.kept, heavy.turning, heavy.rate_rad_s) == (2, 2, 0.0, pytest.approx(0.05))
-    assert found["side, mm, 45 to 49"].trials == 0
-    assert (found["left hand"].trials, found["right hand"].trials) == (2, 8)
-    for row in found.values():
-        low, high = row.kept_interval
-        assert 0.0 <= low <= high <= 1.0
-        assert not row.trials or low <= row.kept_share <= high
-
-
-def test_every_trial_is_in_one_stratum_of_each_division(trials):
-    rows = strata(trials)
-    for division in DIVISIONS:
-        assert sum(row.trials for row in rows if row.name.startswith(division.name)) == len(trials)
-
-
-def test_the_upper_strata_are_the_tails_that_training_draws_from():
-    scales = {"friction": 1.0, "mass": 1e3, "side": 1e3}
-    for division in DIVISIONS:
-        (name,) = [name for name in TAILS if division.name.startswith(name)]
-        assert division.edges[-2:] == pytest.approx([scales[name] * end for end in TAILS[name]])
-
-
-def test_the_picture_is_drawn(trials, tmp_path):
-    strata_picture(trials, tmp_path / "strata.png")
-    assert (tmp_path / "strata.png").stat().st_size > 10_000
 
 
 def test_any_cube_goes_to_another_corrected_hand_each_right_and_left_in_turn():
@@ -80,12 +30,6 @@ def test_any_cube_goes_to_another_corrected_hand_each_right_and_left_in_turn():
     assert all(any(case.settings.correction) for case in made)
     again = over_hands(holding(), 3, seconds=15.0, seed=6)
     assert [case.surroundings.cube for case in again] == [case.surroundings.cube for case in made[1:]]
-
-
-def test_each_disturbance_comes_to_the_same_hands_and_cubes():
-    rows = [over_hands(holding(), 2, seconds=15.0, seed=5, disturbance=one) for one in DISTURBANCES.values()]
-    assert len({(case.unit.name, case.surroundings.cube, case.seed) for row in rows for case in row}) == 2
-    assert len({case.surroundings.disturbance for row in rows for case in row}) == len(DISTURBANCES)
 
 
 def corrections(**how):
