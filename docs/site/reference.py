@@ -14,7 +14,7 @@ import hil
 from aero.firmware import DEFAULT_FIRMWARE
 from hil.checks import JUDGED
 from hil.checks.shared.declaration import Metric
-from hil.cli import COMMANDS
+from hil.cli.command_table import commands as commands_of_all
 from hil.verdict.limits import Limit, load_limits
 
 KIND, FIRMWARE = "aero_hand_open", DEFAULT_FIRMWARE
@@ -25,7 +25,7 @@ def commands() -> Iterator[str]:
     """Give the page of the commands: each with its options, from click."""
     yield "# Commands and options\n"
     yield "As `aero-hil COMMAND --help` prints them. [Exit codes and files](../commands.md) says how commands end.\n"
-    for name, row in COMMANDS.items():
+    for name, row in commands_of_all().items():
         module, attribute = row.place.split(":")
         yield f"::: mkdocs-click\n    :module: {module}\n    :command: {attribute}\n    :prog_name: aero-hil {name}"
         yield "    :depth: 1\n    :style: plain\n"

@@ -20,6 +20,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from hil.cli.command_table import is_ours
 from hil.recordings.errors import FULL_DISK, CannotBeWrittenError, UnwritablePlaceError
 
 _LOG = logging.getLogger(__name__)
@@ -48,8 +49,6 @@ class Exit(IntEnum):
     """A mistake of this program."""
 
 
-OURS = ("aero", "firmware_emulator", "model", "hil", "train")
-"""Our packages: where one of these cannot be imported, it is a defect and no missing extra."""
 INTERRUPTED = 130
 """What a shell makes of SIGINT."""
 TERMINATED = (129, 143)
@@ -115,7 +114,7 @@ def ending(error: BaseException) -> tuple[int, str]:
         named = os.environ.get("MUJOCO_GL", "")
         said = f"MUJOCO_GL={named}: MuJoCo cannot load this OpenGL here ({type(error).__name__}: {error})"
         return Exit.USAGE, f"{said}; unset it, or set it to `egl` where there is no display"
-    if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] not in OURS:
+    if isinstance(error, ModuleNotFoundError) and not is_ours(error.name):
         said = f"{error.name} is not installed; an extra brings it, from a checkout: pip install -e '.[hil]'"
         return Exit.USAGE, f"{said}. `aero-hil doctor` lists the extras"
     if isinstance(error, KeyboardInterrupt):

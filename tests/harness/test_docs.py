@@ -7,7 +7,8 @@ import click
 import pytest
 
 from hil.checks import EXPERIMENTS
-from hil.cli import COMMANDS, main
+from hil.cli import main
+from hil.cli.command_table import commands
 from hil.cli.exits import Exit
 from hil.verdict.limits import load_limits
 
@@ -33,7 +34,7 @@ def test_every_check_that_is_named_exists():
 
 @on_each_page
 def test_every_command_and_every_file_that_is_named_exists(page):
-    assert set(re.findall(r"`aero-hil ([a-z][\w-]*)", TEXTS[page])) <= COMMANDS.keys()
+    assert set(re.findall(r"`aero-hil ([a-z][\w-]*)", TEXTS[page])) <= commands().keys()
     for name in re.findall(r"`((?:\w+/)+\w+\.(?:py|toml|npz|csv|png))`", TEXTS[page]):
         assert (ROOT / name).exists(), name
     folder = page.parent

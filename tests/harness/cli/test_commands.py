@@ -9,7 +9,9 @@ import pytest
 from click.testing import CliRunner
 from only_extras import hiding_others
 
-from hil.cli import COMMANDS, main
+from hil.cli import main
+from hil.cli.command_table import commands
+from train.cli import COMMANDS as train_commands
 
 WITHOUT = "import sys; sys.modules.update(dict.fromkeys({lacking!r})); from hil.cli import main; main({arguments!r})"
 """Runs the command line in a process in which some packages cannot be imported."""
@@ -25,18 +27,33 @@ def run(lacking, *arguments):
 def test_help_lists_every_command_whatever_is_installed(lacking):
     listed = run(lacking, "--help")
     assert listed.returncode == 0, listed.stderr
-    assert [name for name in COMMANDS if f"\n  {name} " in listed.stdout] == list(COMMANDS)
+    assert [name for name in commands() if f"\n  {name} " in listed.stdout] == list(commands())
 
 
-def test_help_of_every_command_is_shown_without_its_extra(tmp_path):
-    program = "from hil.cli import COMMANDS, main\nfor name in COMMANDS: main([name, '--help'], prog_name='aero-hil')"
-    helped = subprocess.run(
-        [sys.executable, "-c", program], env=os.environ | hiding_others(tmp_path / "base", "aero-hil"),
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert helped.returncode == 0, helped.stderr
-    assert [name for name in COMMANDS if f"Usage: aero-hil {name} " in helped.stdout] == list(COMMANDS)
-    assert "needs the extra `view`" in helped.stdout
+def test_help_of_a_command_without_its_extra_is_one_line_that_names_it(tmp_path):
+    """With nothing but what every installation has, each command says what it is for and which extra it needs."""
+    program = "from hil.cli import main; main(['{name}', '--help'], prog_name='aero-hil')"
+    lines = {}
+    for name in ("campaign", "view", "doctor"):
+        helped = subprocess.run(
+            [sys.executable, "-c", program.format(name=name)], capture_output=True, text=True, check=False,
+            env=os.environ | hiding_others(tmp_path / name, "aero-hil"),
+        )  # fmt: skip
+        assert helped.returncode == 0, helped.stderr
+        assert helped.stderr == ""
+        lines[name] = helped.stdout.splitlines()
+    assert lines["doctor"][0].startswith("Usage: aero-hil doctor ")
+    for name in ("campaign", "view"):
+        (line,) = lines[name]
+        assert line.startswith(
+            f"{commands()[name].summary} `aero-hil {name}` needs the extra `{commands()[name].extra}`"
+        )
+
+
+def test_the_commands_of_training_come_through_an_entry_point(monkeypatch):
+    monkeypatch.setattr("hil.cli.command_table.entry_points", lambda group: [])
+    assert set(commands.__wrapped__()) == {name for name, row in commands().items() if row.place.startswith("hil.")}
+    assert set(train_commands) == set(commands()) - set(commands.__wrapped__())
 
 
 def test_a_misspelt_command_is_answered_with_the_nearest():

@@ -8,7 +8,8 @@ import pytest
 from click.testing import CliRunner
 from full_disk import available, full_disk
 
-from hil.cli import COMMANDS, main
+from hil.cli import main
+from hil.cli.command_table import commands
 from hil.cli.logs import LogFile
 
 LINE = "asked again"
@@ -69,5 +70,5 @@ def test_a_log_file_on_a_full_disk_is_said_once_and_ends_nothing(tmp_path, capsy
 def test_every_command_has_the_options_once(name):
     command = main.get_command(None, name)
     command = main.get_command(None, name)
-    assert name in COMMANDS
+    assert name in commands()
     assert [option.name for option in command.params].count("log_file") == 1
