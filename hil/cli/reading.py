@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from hil.cli.exits import Ended, Exit, usage_errors
-from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
+from hil.recordings.errors import CannotBeMeasuredError, NotOneHandError, UnusableFileError
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording
 
@@ -34,5 +34,7 @@ def judging(*paths: Path) -> Iterator[None]:
     """
     try:
         yield
+    except NotOneHandError as error:
+        raise Ended(str(error), Exit.USAGE) from error
     except (CannotBeMeasuredError, UnusableFileError) as error:
         raise Ended(f"{', '.join(map(str, paths))}: {error}", Exit.USAGE) from error

@@ -18,7 +18,7 @@ from hil.recordings.recording import Recording
 from hil.report.beside_run import beside_text
 from hil.report.page import BYTES_ALONE, render_report
 from hil.verdict.run_end import EndKind
-from hil.verdict.validation import judge_recordings
+from hil.verdict.validation import judge_recordings, require_one_run
 
 NOT_JUDGED = {
     "excitation": "was made by `aero-hil record` and is not judged; `aero-hil calibrate` reads it",
@@ -46,6 +46,7 @@ def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...])
     _print_beside(made, others)
     # Only this may fail for what a file lacks; an error of the page is a defect.
     with judging(*recordings):
+        require_one_run({str(path): recording for path, recording in made.items()})
         judged = judge_recordings(list(made.values()))
     if not judged.results and not judged.end.cut and judged.whole_run is None:
         raise Ended("no experiment began; there is nothing to report on", Exit.USAGE)
@@ -55,6 +56,8 @@ def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...])
     write_whole(out, page)
     if not judged.results and not judged.end.cut:
         click.echo(BYTES_ALONE)
+    if judged.withheld and not judged.findings:
+        raise Ended(f"nothing is judged: {judged.withheld[0].reason}; {out}", Exit.USAGE)
     cut = [str(path) for path, recording in made.items() if not recording.header.finished]
     if cut and judged.judged_passed:
         rest = "; the rest is within limits" if judged.judged else ""

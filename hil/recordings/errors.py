@@ -23,6 +23,10 @@ class CannotBeMeasuredError(ValueError):
     """A recording lacks what a measurement needs; the message says what."""
 
 
+class NotOneHandError(ValueError):
+    """Recordings that cannot be judged as one run; the message names two of them and says why."""
+
+
 class UnusableFileError(ValueError):
     """A file that cannot be used as a recording; the message names it and says why."""
 

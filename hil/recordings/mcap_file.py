@@ -10,26 +10,31 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import os
 import struct
+from array import array
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+from lz4.frame import LZ4FrameDecompressor
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import Writer
 from numpy.typing import NDArray
-from zstandard import ZstdError
+from zstandard import ZstdDecompressor, ZstdError
 
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file, whole
 from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
+from hil.recordings.series_layout import conformed
 from hil.targets.wire_log import Direction, WireRecord
 
 METADATA = "aero-hil"
@@ -53,6 +58,8 @@ BUFFER_BYTES = 4096
 """Of compressed data that may wait in this program."""
 LARGEST_RECORD = 64 * 2**20
 """Bytes of a record beyond which a file is damaged; ours have a few kB."""
+LEAST_ROOM, MOST_TIMES = 2**23, 25
+"""Bytes that any file may unpack to, and times its own size that a larger one may: ours unpack to 2 to 5 times."""
 DAMAGED = (
     McapError,
     ZstdError,
@@ -248,25 +255,48 @@ def read_recording(path: Path) -> Recording:
 def _records(stream: BinaryIO) -> Iterator[McapRecord]:
     """Return the records in the order of the file, up to its end or its cut."""
     try:
+        left = max(LEAST_ROOM, MOST_TIMES * os.fstat(stream.fileno()).st_size)
         for record in StreamReader(
             stream, record_size_limit=LARGEST_RECORD, emit_chunks=True, validate_crcs=True
         ).records:
             if not isinstance(record, Chunk):
                 yield record
                 continue
-            if record.uncompressed_size > LARGEST_RECORD:
-                raise McapError(f"a chunk unpacks to {record.uncompressed_size} bytes; {LARGEST_RECORD} are the most")
-            yield from breakup_chunk(record, validate_crc=True)
+            # Each chunk may be in bounds, and all of them together fill the memory.
+            left -= record.uncompressed_size
+            if left < 0:
+                raise McapError("its chunks unpack to more than any recording of its size holds")
+            yield from breakup_chunk(replace(record, compression="", data=_unpacked(record)), validate_crc=True)
     except (EndOfFile, struct.error):
         if stream.read(1):
             raise  # damaged, and not cut by the end of the program that wrote it
+
+
+def _unpacked(chunk: Chunk) -> bytes:
+    """Return the records of a chunk; no more is unpacked than it says.
+
+    Raises:
+        McapError: it unpacks to another size, or is packed in a way that is not known.
+    """
+    most = chunk.uncompressed_size + 1
+    if chunk.compression == "zstd":
+        data = ZstdDecompressor().stream_reader(chunk.data).read(most)
+    elif chunk.compression == "lz4":
+        data = LZ4FrameDecompressor().decompress(chunk.data, max_length=most)
+    elif not chunk.compression:
+        data = chunk.data
+    else:
+        raise McapError(f"a chunk is packed as {chunk.compression!r}")
+    if len(data) != chunk.uncompressed_size:
+        raise McapError(f"a chunk says that it unpacks to {chunk.uncompressed_size} bytes, and does not")
+    return data
 
 
 def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
     header: Header | None = None
     topics: dict[int, str] = {}
     schemas: dict[int, dict[str, Any]] = {}
-    series: dict[str, tuple[dict[str, Any], list[dict[str, Any]]]] = {}
+    series: dict[str, _Table] = {}
     wire: list[WireRecord] = []
     events: list[Event] = []
     for record in records:
@@ -277,7 +307,7 @@ def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
         elif isinstance(record, Channel) and record.message_encoding == "json":
             # Channels of other programs, as of a camera whose file was merged into this one, are passed over.
             if record.schema_id in schemas:
-                series.setdefault(record.topic, (schemas[record.schema_id], []))
+                series.setdefault(record.topic, _Table(schemas[record.schema_id]))
                 topics[record.id] = record.topic
             elif record.topic in (*WIRE_TOPICS, "/events"):
                 topics[record.id] = record.topic
@@ -288,10 +318,13 @@ def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
             elif topic == "/events":
                 events.append(Event(body["t"], SEVERITIES[body["level"]], body["message"]))
             else:
-                series[topic][1].append(body)
+                series[topic].add(body)
     if header is None:
         raise UnusableFileError(f"{path} has no header of aero-hil; it was recorded by something else, or cut at once")
-    found = {topic[1:]: _read_series(schema, rows) for topic, (schema, rows) in series.items()}
+    try:
+        found = {topic[1:]: conformed(topic[1:], table.series()) for topic, table in series.items()}
+    except UnusableFileError as error:
+        raise UnusableFileError(f"{path}: {error}") from error
     wire.sort(key=lambda record: record.t)  # stable: bytes of one instant keep their order
     return Recording(header, found, tuple(wire), tuple(events))
 
@@ -309,7 +342,20 @@ def _header(record: Metadata, path: Path) -> Header:
     return Header(**content)
 
 
-def _read_series(schema: dict[str, Any], rows: list[dict[str, Any]]) -> Series:
-    units = {name: spec["unit"] for name, spec in schema["properties"].items() if name != "t"}
-    values = np.array([[row[name] for name in units] for row in rows], float).reshape(len(rows), len(units))
-    return Series(tuple(units), tuple(units.values()), np.array([row["t"] for row in rows], float), values)
+class _Table:
+    """The samples of a series while they are read, in the columns of its schema."""
+
+    def __init__(self, schema: Mapping[str, Any]) -> None:
+        self._units = {name: spec["unit"] for name, spec in schema["properties"].items() if name != "t"}
+        # Numbers, not the tables of each line, which take twenty times the memory.
+        self._times, self._values = array("d"), array("d")
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Take one sample."""
+        self._times.append(row["t"])
+        self._values.extend(row[name] for name in self._units)
+
+    def series(self) -> Series:
+        """Return all samples."""
+        values = np.array(self._values).reshape(len(self._times), len(self._units))
+        return Series(tuple(self._units), tuple(self._units.values()), np.array(self._times), values)

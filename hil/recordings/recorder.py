@@ -18,22 +18,12 @@ from hil.recordings.errors import CannotBeWrittenError, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
 from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
+from hil.recordings.series_layout import LABELS, SERIES_UNITS
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
 Progress = Callable[[float, str], None]
 """Called with the finished part (0..1) and what is being done."""
-
-LABELS = tuple(channel.label for channel in Channel)
-LENGTH_UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
-SERIES_UNITS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("command", "model", "hand", "goal", "travel"), LENGTH_UNITS),
-    **dict.fromkeys(("codes", "command_codes"), ("u16",) * len(Channel)),
-    "currents": ("A",) * len(Channel),
-    "action": ("1",) * len(Channel),
-    "temperatures": ("degC",) * len(Channel),
-}
-"""Every series an experiment may leave, with the units of its seven columns."""
 
 LOGGERS = ("aero", "hil")
 """Packages whose log lines are recorded."""

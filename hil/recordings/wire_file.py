@@ -20,8 +20,8 @@ from aero.protocol import FILLER, FRAME_SIZE, Opcode, parse_reply, signed_values
 from hil.recordings.errors import CannotBeWrittenError, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
-from hil.recordings.recorder import LABELS, SERIES_UNITS
 from hil.recordings.recording import DELAYS, Header, Recording, Series, delay_series
+from hil.recordings.series_layout import LABELS, SERIES_UNITS
 from hil.targets.delays import DelayLog
 from hil.targets.wire_log import Direction, WireRecord
 from model.geometry import Side

@@ -19,7 +19,7 @@ from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import display_unit
 from hil.checks.shared.subjects import FINGERS
 from hil.checks.staircase.reachable_range import calibrated_range
-from hil.recordings.recorder import LENGTH_UNITS
+from hil.recordings.series_layout import LENGTH_UNITS
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
 from model import RoutedHand

@@ -14,6 +14,7 @@ from hil.checks.shared.experiment import reading
 from hil.recordings.output import json_text
 from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report
+from hil.verdict import baseline
 from hil.verdict.judged_run import Validation
 
 
@@ -76,7 +77,9 @@ def _published(metric: Metric, value: float | None) -> float | None:
 
 def checks_json(validation: Validation) -> dict[str, object]:
     """Return the content of `checks.json`: what every experiment measured, and every finding."""
+    header = validation.header
     return {
+        "hand": {} if header is None else baseline.described(header),
         "passed": validation.passed,
         "not_run": list(validation.left_out),
         "measured": {

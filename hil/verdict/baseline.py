@@ -7,31 +7,83 @@ import math
 import os
 import shutil
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from aero.regular_file import read_text
 from hil.checks import JUDGED, Measured
-from hil.checks.shared.declaration import Metric, Worse
-from hil.recordings.errors import writing
+from hil.checks.shared.declaration import Metric
+from hil.recordings.errors import UnusableFileError, writing
+from hil.recordings.recording import Header
 from hil.verdict.findings import Finding
 
 LARGEST_BYTES = 16 * 2**20
 """Of the figures of a run, which have some ten thousand."""
-FIELDS = {"passed", "not_run", "counts", "measured", "findings", "diagnosis", "withheld"}
+FIELDS = {"hand", "passed", "not_run", "counts", "measured", "findings", "diagnosis", "withheld"}
 FORMER_FIELDS = {"sight", "explanations", "sha256"}
 """Of `checks.json`, now and in earlier versions."""
 
 
-def store(results: Path, baseline: Path) -> None:
+SAME = ("hand", "firmware", "unit", "hand_id")
+"""Fields of a header in which a baseline and a run are of one hand; what is empty is not known."""
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A hand's own earlier figures."""
+
+    where: str
+    hand: Mapping[str, str]
+    """Which hand, with which commit: see `described`."""
+    measured: Mapping[str, Measured]
+
+    def require_same(self, now: Mapping[str, str]) -> None:
+        """See that a hand, by the fields of `SAME`, is the baseline's.
+
+        Raises:
+            UnusableFileError: it is of another; the message says in what.
+        """
+        for name in SAME:
+            then = self.hand[name]
+            if then and now[name] and then != now[name]:
+                what = name.replace("_", " ")
+                raise UnusableFileError(
+                    f"the baseline {self.where} is of another hand: {what} {then}, this is {now[name]}"
+                )
+
+    @property
+    def source(self) -> str:
+        """What a comparison with it says of where the expectation comes from."""
+        return f"baseline {self.where}, commit {self.hand.get('commit') or 'not known'}"
+
+
+def described(header: Header) -> dict[str, str]:
+    """Return which hand a header is of, and the commit that measured it."""
+    return {name: str(getattr(header, name)) for name in (*SAME, "commit")}
+
+
+def store(results: Path, baseline: Path, *, even_so: bool = False) -> None:
     """Copy the figures and recordings of a run of `aero-hil validate` into a folder.
+
+    Args:
+        results: folder of the run.
+        baseline: folder to make.
+        even_so: store a run that did not pass as well.
 
     Raises:
         FileNotFoundError: `results` holds no `checks.json`.
         FileExistsError: the folder exists already; a baseline is not overwritten.
+        UnusableFileError: it is no run, does not say which hand it is of, or did not pass.
         CannotBeWrittenError: the folder cannot be written; none is left.
     """
     if not (results / "checks.json").is_file():
         raise FileNotFoundError(f"{results} holds no checks.json; give the folder that `aero-hil validate --out` wrote")
+    load(results)
+    if not _checks(results).get("passed") and not even_so:
+        raise UnusableFileError(
+            f"the run in {results} did not pass: a hand like it would pass later; --even-so stores it as it is"
+        )
     if baseline.exists():
         raise FileExistsError(f"{baseline} exists already; remove it or choose another name")
     draft = baseline.with_name(f".{os.getpid()}.{baseline.name}")
@@ -46,26 +98,36 @@ def store(results: Path, baseline: Path) -> None:
         raise
 
 
-def load(baseline: Path) -> Mapping[str, Measured]:
-    """Return what a baseline measured, by experiment.
+def load(baseline: Path) -> Baseline:
+    """Return a hand's earlier figures.
 
     Raises:
-        ValueError: the folder is no baseline, or is damaged.
+        UnusableFileError: the folder is no baseline, is damaged, or does not say which hand it is of.
     """
-    path = baseline / "checks.json"
     try:
-        checks = json.loads(read_text(path, LARGEST_BYTES))
+        checks = _checks(baseline)
         if unknown := sorted(checks.keys() - FIELDS - FORMER_FIELDS):
             raise ValueError(f"unknown {', '.join(unknown)}")
-        return {
+        measured = {
             experiment: {
                 subject: {metric: value for metric, value in row.items() if _is_figure(metric, value)}
                 for subject, row in rows.items()
             }
             for experiment, rows in checks["measured"].items()
         }
+        hand = checks.get("hand", {})
+        if not all(isinstance(hand[name], str) for name in SAME):
+            raise TypeError("its hand is not described in words")
+    except KeyError as error:
+        raise UnusableFileError(f"{baseline} is no baseline that says which hand it is of: no {error}") from error
     except (OSError, LookupError, TypeError, AttributeError, ValueError, RecursionError) as error:
-        raise ValueError(f"{baseline} is no baseline of `aero-hil baseline`: {error}") from error
+        raise UnusableFileError(f"{baseline} is no baseline of `aero-hil baseline`: {error}") from error
+    return Baseline(str(baseline), hand, measured)
+
+
+def _checks(folder: Path) -> Mapping[str, Any]:
+    checks: Mapping[str, Any] = json.loads(read_text(folder / "checks.json", LARGEST_BYTES))
+    return checks
 
 
 def _is_figure(metric: str, value: object) -> bool:
@@ -77,34 +139,37 @@ def _is_figure(metric: str, value: object) -> bool:
     return isinstance(value, (int, float))
 
 
-def regressions(before: Mapping[str, Measured], now: Mapping[str, Measured], where: str) -> tuple[Finding, ...]:
-    """Compare with a baseline whatever both measured; `where` names the baseline in the findings.
+def regressions(before: Baseline, now: Mapping[str, Measured]) -> tuple[Finding, ...]:
+    """Compare with a baseline whatever both measured.
 
     What the emulated hand repeats over seeds is far below what a metric may grow by; that leaves room for a day's
     temperature on a real one.
     """
     return tuple(
-        _judge(metric, metric.worse, subject, (then, float(now[name][subject][metric.name])), f"{where}/{name}.mcap")
+        _judge(metric, subject, (then, float(now[name][subject][metric.name])), name, before)
         for name, measuring in JUDGED.items()
         for metric in measuring.metrics
         for subject in metric.subjects
         if metric.worse is not None
         and metric.name in now.get(name, {}).get(subject, {})
-        and (then := before.get(name, {}).get(subject, {}).get(metric.name)) is not None
+        and (then := before.measured.get(name, {}).get(subject, {}).get(metric.name)) is not None
     )
 
 
-def _judge(metric: Metric, worse: Worse, subject: str, values: tuple[float, float], recording: str) -> Finding:
-    then, value = values
+def _judge(metric: Metric, subject: str, values: tuple[float, float], name: str, before: Baseline) -> Finding:
+    (then, value), worse = values, metric.worse
+    assert worse is not None
     allowed = abs(then) + max(worse.by, worse.share * abs(then))
+    known = math.isfinite(value)
     return Finding(
         check=f"{metric.name} against the baseline",
         subject=subject,
         passed=abs(value) <= allowed,
-        measured=f"{value:.4g} {metric.unit}, was {then:.4g}",
+        measured=f"{f'{value:.4g} {metric.unit}' if known else 'not measurable'}, was {then:.4g}",
         expected=f"at most {allowed:.4g}",
-        source=f"baseline {Path(recording).parent}",
-        meaning=worse.meaning,
-        remedy=f"Compare the recordings of both: `aero-hil report` of this run's, `--beside {recording}`.",
+        source=before.source,
+        meaning=worse.meaning if known else metric.missing.meaning,
+        remedy=f"Compare the recordings: `aero-hil report` of this run's, `--beside {before.where}/{name}.mcap`.",
         words=f"{metric.words} against the baseline",
+        excess=0.0 if known else None,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import Enum
 
 from hil.checks.shared.subjects import subject_words
 
@@ -47,24 +48,38 @@ class Finding:
         return f"{where[0].upper()}{where[1:]}: {self.name} is {self.measured}, should be {self.expected}"
 
 
+class Why(Enum):
+    """Why a reading was not judged; the values are for people, inside a sentence."""
+
+    HELD_UP = "this computer was held up"
+    LATE_THROUGHOUT = "this computer was late throughout"
+    LATE_SAMPLES = "too many readings came late"
+    """On virtual time, where no computer is late: the link's replies were."""
+    NO_BYTES = "the recording holds no bytes of the link"
+    NO_LIMIT = "there is no limit for it"
+
+
+class MissingReadingError(Exception):
+    """A check did not return a reading that it declares, and nothing excuses it: a defect of the check."""
+
+
 @dataclass(frozen=True)
 class Withheld:
-    """A reading that was not judged, because this computer was too late to take it."""
+    """A reading that was not judged, and why."""
 
     experiment: str
     metric: str
     subject: str
     words: str
     """Name of the metric for people."""
+    why: Why
     held_up_s: float = 0.0
-    """How long this computer was held up meanwhile, s; 0 when it was late throughout, by little each time."""
+    """How long this computer was held up meanwhile, s; 0 for any cause but `Why.HELD_UP`."""
 
     @property
     def reason(self) -> str:
         """Why, inside a sentence."""
-        if not self.held_up_s:
-            return "this computer was late throughout"
-        return f"this computer was held up for {1e3 * self.held_up_s:.0f} ms"
+        return self.why.value + (f" for {1e3 * self.held_up_s:.0f} ms" if self.why is Why.HELD_UP else "")
 
     @property
     def sentence(self) -> str:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
 from hil.checks.alike.check import PACES
 from hil.checks.shared.declaration import Effect, Metric
-from hil.checks.shared.experiment import Experiment, Measuring
+from hil.checks.shared.experiment import Experiment, Measuring, reading
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
 from hil.checks.shared.signals import find_steps, own_stretch
 from hil.checks.shared.subjects import CHANNELS
@@ -18,7 +20,7 @@ from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
 from hil.verdict.diagnosis import Component, Diagnosis, Indication, Location, NextStep, Row, command_again, filled, rows
-from hil.verdict.findings import Finding, Withheld, failed
+from hil.verdict.findings import Finding, Why, Withheld, failed
 from hil.verdict.firmware_version import (
     has_other_windows,
     limits_of_others,
@@ -39,6 +41,12 @@ BAD_S = 0.05
 BUSY_STRETCHES = 3
 """Number of busy stretches, or of experiments in which the program was late throughout, from which a run has no
 verdict; a stretch is one channel or the hand in one experiment."""
+
+
+ON_VIRTUAL_TIME = "emulated"
+"""Target of a hand in this process, whose clock waits for this program."""
+IN_STEP_S = 0.002
+"""Time beyond the planned one by which the next reading comes at most when nothing is late, s."""
 
 
 class Judge:
@@ -77,7 +85,8 @@ class Judge:
 
     def link(self, session: Recording) -> Result:
         """Judge what the bytes of a whole session say about the link."""
-        return self._compared(WHOLE_RUN, session, WHOLE_RUN.measure(session))
+        judged = self._compared(WHOLE_RUN, session, WHOLE_RUN.measure(session))
+        return judged if session.wire else _without_bytes(judged)
 
     def driver(self, run: Validation) -> Result | None:
         """Judge what the bytes of all experiments and between them say about driver and map, None where none began.
@@ -89,8 +98,9 @@ class Judge:
         if not recordings:
             return None
         between = [] if run.whole_run is None else [run.whole_run.recording]
-        measured = [DRIVER.measure(recording) for recording in (*recordings, *between)]
-        return self._compared(DRIVER, recordings[-1], _worst(measured))
+        every = (*recordings, *between)
+        judged = self._compared(DRIVER, recordings[-1], _worst([DRIVER.measure(recording) for recording in every]))
+        return judged if all(recording.wire for recording in every) else _without_bytes(judged)
 
     def alike(self, results: Mapping[str, Result]) -> Result | None:
         """Judge the channels of one hand beside each other, None where nothing was measured that compares them."""
@@ -109,9 +119,22 @@ class Judge:
     def _compared(
         self, measuring: Measuring, recording: Recording, measured: Measured, late: Late | None = None
     ) -> Result:
+        late_samples = None
         if late is None:
             late = _lateness(measuring, recording) if isinstance(measuring, Experiment) else _never_late
-        return Result(recording, measured, *compare(measuring, measured, self.limits, late))
+            late_samples = _late_samples(measuring, recording) if isinstance(measuring, Experiment) else None
+        findings, withheld = compare(measuring, measured, self.limits, late, late_samples)
+        return Result(recording, measured, findings, (*withheld, *self._without_limit(measuring, measured)))
+
+    def _without_limit(self, measuring: Measuring, measured: Measured) -> Iterator[Withheld]:
+        """Yield the readings that are to be judged and for which no limit of this hand is known."""
+        own = [limit for limit in self.limits if limit.experiment == measuring.name]
+        known = {(limit.metric, subject) for limit in own for subject in limit.subjects}
+        for metric in measuring.metrics:
+            meant = any(not check.firmware or self._firmware in check.firmware for check in metric.checks)
+            for subject in metric.subjects if meant else ():
+                if (metric.name, subject) not in known and reading(measured, subject, metric.name) is not None:
+                    yield Withheld(measuring.name, metric.name, subject, metric.words, Why.NO_LIMIT)
 
     def judged(self, run: Validation) -> Validation:
         """Return a run whose experiments and session are judged, with what concerns it as a whole."""
@@ -183,6 +206,25 @@ def _for_times(recording: Recording) -> float:
     """Return how long this computer was held up for the times of a recording, s; `LATE_S` at least if often."""
     stretches = held_up(recording, EXPERIMENTS[recording.header.experiment].period_s)
     return max(longest(stretches, 0.0, math.inf), LATE_S if part_late(recording) > OFTEN else 0.0)
+
+
+def _late_samples(measuring: Experiment, recording: Recording) -> Why | None:
+    """Return why samples of a recording may have come late; None where each came when it was due."""
+    if recording.header.target != ON_VIRTUAL_TIME or recording.delays:
+        return Why.LATE_THROUGHOUT
+    # On virtual time nothing is late but what the link, or a plan of delays, made late.
+    late = np.diff(recording["codes"].times) > measuring.period_s + IN_STEP_S
+    return Why.LATE_SAMPLES if late.any() else None
+
+
+def _without_bytes(judged: Result) -> Result:
+    """Return what the bytes say where some recording holds none: what failed stands, what passed is not known."""
+    unknown = [
+        Withheld(one.experiment, one.check, one.subject, one.name, Why.NO_BYTES)
+        for one in judged.findings
+        if one.passed
+    ]
+    return replace(judged, findings=failed(judged.findings), withheld=(*judged.withheld, *unknown))
 
 
 def _never_late(_subject: str, _metric: Metric) -> float:

@@ -21,7 +21,7 @@ from hil.checks.shared.declaration import Check, Metric
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.subjects import SUBJECTS
 from hil.recordings.errors import UnusableFileError
-from hil.verdict.findings import Finding, Withheld
+from hil.verdict.findings import Finding, MissingReadingError, Why, Withheld
 
 LIMITS = resources.files("hil") / "data" / "limits"
 BEYOND_GIVEN = 3.0
@@ -215,19 +215,27 @@ def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, .
 
 
 def compare(
-    measuring: Measuring, measured: Measured, limits: tuple[Limit, ...], late: Callable[[str, Metric], float]
+    measuring: Measuring,
+    measured: Measured,
+    limits: tuple[Limit, ...],
+    late: Callable[[str, Metric], float],
+    late_samples: Why | None = None,
 ) -> tuple[tuple[Finding, ...], tuple[Withheld, ...]]:
     """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
 
-    A number that was withheld, because the host was too late to tell, is not there and not judged. One that is out of
-    limits, and was taken while this computer was held up, is not judged either. One that the hand did not let be
-    measured is NaN: it does not pass, and is on no side of its limits.
+    A number that is not there, because its samples came late, is not judged. One that is out of limits, and was taken
+    while this computer was held up, is not judged either. One that the hand did not let be measured is NaN: it does not
+    pass, and is on no side of its limits.
 
     Args:
         measuring: what measured it.
         measured: its readings.
         limits: of the hand.
         late: how long this computer was held up when a subject's reading was taken, s; 0 when it was not too long.
+        late_samples: why samples of this recording may have come late; None where none can have.
+
+    Raises:
+        MissingReadingError: a reading is not there, and nothing excuses that.
     """
     found, withheld = list[Finding](), list[Withheld]()
     for limit in limits:
@@ -237,8 +245,14 @@ def compare(
             finding = None if value is None else limit.judge(metric, subject, value)
             if finding is not None and (finding.passed or not seconds):
                 found.append(finding)
-            elif finding is not None or not metric.optional:
-                withheld.append(Withheld(limit.experiment, limit.metric, subject, metric.words, seconds))
+            elif finding is None and metric.optional:
+                continue
+            elif seconds:
+                withheld.append(Withheld(limit.experiment, limit.metric, subject, metric.words, Why.HELD_UP, seconds))
+            elif late_samples is not None and metric.samples_in_time:
+                withheld.append(Withheld(limit.experiment, limit.metric, subject, metric.words, late_samples))
+            else:
+                raise MissingReadingError(f"{limit.experiment} did not measure {limit.metric} of {subject}")
     return tuple(found), tuple(withheld)
 
 

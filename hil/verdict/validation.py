@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 from aero.channels import Channel
@@ -15,6 +16,7 @@ from aero.protocol import Opcode
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.experiment import map_of
+from hil.recordings.errors import NotOneHandError
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -58,10 +60,13 @@ def validate(
 
     Raises:
         OSError: a recording cannot be begun.
-        ValueError: the baseline is none.
+        UnusableFileError: the baseline is none, or of another hand.
     """
     start = time.perf_counter()
-    judge, before = Judge.of_target(target), load(baseline) if baseline else {}
+    judge, before = Judge.of_target(target), None if baseline is None else load(baseline)
+    if before is not None:
+        identity = {"hand": target.side, "firmware": target.firmware, "unit": target.unit, "hand_id": target.hand_id}
+        before.require_same(identity)
     left_out = tuple(name for name in names if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops)
     chosen = [name for name in names if name not in left_out]
     results: dict[str, Result] = {}
@@ -69,7 +74,7 @@ def validate(
 
     def so_far(end: RunEnd = FINISHED) -> Validation:
         measured = {name: result.measured for name, result in results.items()}
-        worse = regressions(before, measured, str(baseline))
+        worse = () if before is None else regressions(before, measured)
         return Validation(dict(results), end, time.perf_counter() - start, worse, left_out=left_out)
 
     def recorder(name: str) -> Recorder:
@@ -149,15 +154,41 @@ def _own_limits(target: Target) -> Iterator[Callable[[], None]]:
                     (hand.set_speed if opcode is Opcode.SET_SPE else hand.set_torque)(channel, value)
 
 
+ONE_HAND = ("hand", "firmware", "window", "unit", "hand_id", "limits", "faults")
+"""Fields of a header that recordings of one hand agree in; what is empty is not known."""
+
+
+def require_one_run(named: Mapping[str, Recording]) -> None:
+    """See that recordings, by the name of their file, are of one hand, and no two of one experiment.
+
+    Raises:
+        NotOneHandError: two are not; the message names them.
+    """
+    seen: dict[str, str] = {}
+    # A silent choice between two recordings would make a verdict by their order.
+    for name, recording in named.items():
+        header = recording.header
+        if (other := seen.setdefault(header.experiment, name)) != name:
+            raise NotOneHandError(f"{other} and {name} are both of {header.experiment}: make a report of each")
+    for (one, first), (other, second) in combinations(named.items(), 2):
+        for field in ONE_HAND:
+            ours, theirs = getattr(first.header, field), getattr(second.header, field)
+            if ours != theirs and ((ours and theirs) or field == "faults"):
+                said = f"{field.replace('_', ' ')} {ours or 'none'}, the other {theirs or 'none'}"
+                raise NotOneHandError(f"{one} and {other} are not of one hand: one has {said}; make a report of each")
+
+
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
-    """Measure and judge recordings made earlier, by the limits of the hand in their headers.
+    """Measure and judge recordings of one hand made earlier, by the limits of the hand in their headers.
 
     The recording of a whole session, which `validate` writes too, tells about the link.
 
     Raises:
-        ValueError: a recording is of no experiment of `EXPERIMENTS`, or its unit or its limits are unknown.
+        ValueError: a recording is of no experiment of `EXPERIMENTS`, or its unit or its limits are unknown, or two are
+            not of one run (`require_one_run`).
     """
     start = time.perf_counter()
+    require_one_run({f"recording {place}": recording for place, recording in enumerate(recordings, start=1)})
     results: dict[str, Result] = {}
     session: Result | None = None
     judges = [Judge.of_recording(recording.header) for recording in recordings]

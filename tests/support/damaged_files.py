@@ -52,7 +52,8 @@ def write_policy(path: Path) -> None:
 
 def write_baseline(path: Path) -> None:
     measured = {"presence": {"index": {"idle_current": 0.1, "lost_replies": None}}, "holding": {"ring": {"x": 1.5}}}
-    path.write_text(json.dumps({"passed": True, "measured": measured, "findings": []}))
+    hand = {"hand": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": "", "commit": ""}
+    path.write_text(json.dumps({"hand": hand, "passed": True, "measured": measured, "findings": []}))
 
 
 class Statistics:

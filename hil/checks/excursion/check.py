@@ -17,8 +17,9 @@ from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed, require
 from hil.checks.shared.signals import CommandStep, closing_current, display_unit, find_steps
-from hil.recordings.recorder import LENGTH_UNITS, Progress, Recorder
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
+from hil.recordings.series_layout import LENGTH_UNITS
 from hil.targets.target import Target
 from model import RoutedHand
 from model.geometry import Side

@@ -11,8 +11,9 @@ from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import LOOSE_GRASP, Measured, Sampler, last_before, map_of
 from hil.checks.shared.signals import display_unit, find_steps
-from hil.recordings.recorder import LENGTH_UNITS, Progress, Recorder
+from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
+from hil.recordings.series_layout import LENGTH_UNITS
 from hil.targets.target import Target
 
 CLOSURES = 10

@@ -24,6 +24,7 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `seconds` | `last closing` where only the last one counts |
 | `timed` | true of a number that is a time, or in motion: it is not judged where the computer was held up |
 | `optional` | true of a number that is left out where it has no meaning |
+| `samples_in_time` | true of a number that is left out where too few of its samples came in time |
 | `worst_at` | metric with the instant of its worst sample |
 
 "The logs": one physical right hand with firmware 0.2.0, public logs of June-July 2026 (TTdragoAlex/
@@ -186,6 +187,8 @@ class Metric:
     """Whether it does not stand where the computer was held up for a sample."""
     optional: bool = False
     """Whether it is left out where it has no meaning, as without a load."""
+    samples_in_time: bool = False
+    """Whether it is left out where too few of its samples came in time."""
     witness_low: tuple[Effect, ...] = ()
     """What a reading that is too low is a witness of."""
     witness_high: tuple[Effect, ...] = ()
@@ -228,7 +231,7 @@ def number(value: float) -> str:
 
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
 TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
-SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional", "timed"}
+SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional", "timed", "samples_in_time"}
 KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", "witness", *BOUND, *TEXTS, *SEEN}
 
 

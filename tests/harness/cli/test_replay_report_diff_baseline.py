@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from click.testing import CliRunner
 from synthetic import replaced
 
 from hil import open_target
+from hil.checks import EXPERIMENTS
 from hil.cli import main
 from hil.cli.replay import compare_replies, replies, resend
 from hil.recordings.mcap_file import read_recording, write_recording
@@ -18,7 +20,8 @@ from hil.report.beside_run import difference as diff
 from hil.report.results import write_results
 from hil.targets.delays import Delay, Loop
 from hil.verdict.baseline import store
-from hil.verdict.findings import failed
+from hil.verdict.findings import MissingReadingError, Why, failed
+from hil.verdict.judge import Judge
 from hil.verdict.validation import judge_recordings, validate
 
 NAMES = ("presence", "audit", "holding")
@@ -178,6 +181,60 @@ def test_the_same_hand_has_not_become_worse(results, tmp_path):
         result = validate(target, NAMES, baseline=tmp_path / "mine")
     assert len(result.regressions) == 7 + 7
     assert failed(result.regressions) == ()
+
+
+def test_a_baseline_of_another_hand_is_refused_before_anything_moves(results, tmp_path):
+    store(results, tmp_path / "mine")
+    line = "validate --unit plausible:7 --hand left --only audit"
+    result = invoke(*line.split(), "--baseline", tmp_path / "mine", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "of another hand: hand right, this is left" in result.output
+    assert not (tmp_path / "out" / "audit.mcap").exists()
+
+
+def test_two_recordings_of_one_experiment_or_of_two_hands_are_refused_by_name(results, tmp_path):
+    audit = read_recording(results / "audit.mcap")
+    holding = read_recording(results / "holding.mcap")
+    write_recording(audit, tmp_path / "again.mcap")
+    other = dataclasses.replace(holding.header, hand="left", unit="plausible:7")
+    write_recording(dataclasses.replace(holding, header=other), tmp_path / "left.mcap")
+    for second, said in (("again.mcap", "are both of audit"), ("left.mcap", "are not of one hand")):
+        for pair in permutations((results / "audit.mcap", tmp_path / second)):
+            result = invoke("report", *pair, "--out", tmp_path / "r.html")
+            assert result.exit_code == 2
+            assert result.output.count("\n") == 1
+            assert f"{pair[0]} and {pair[1]} {said}" in result.output
+    assert not (tmp_path / "r.html").exists()
+
+
+def test_without_bytes_the_link_and_the_driver_are_not_judged(results, tmp_path):
+    for name, exit_code, said in (("audit", 0, "within limits"), ("session", 2, "nothing is judged")):
+        recording = read_recording(results / f"{name}.mcap")
+        judged = judge_recordings([dataclasses.replace(recording, wire=())])
+        assert {one.why for one in judged.withheld} == {Why.NO_BYTES}
+        assert not {"driver", "session"} & {finding.experiment for finding in judged.findings}
+        write_recording(dataclasses.replace(recording, wire=()), tmp_path / f"{name}.mcap")
+        result = invoke("report", tmp_path / f"{name}.mcap", "--out", tmp_path / "r.html")
+        assert result.exit_code == exit_code
+        assert said in result.output
+
+
+def test_a_reading_that_a_check_no_longer_returns_is_a_defect(results, monkeypatch):
+    def forgetful(recording):
+        return {on: row if on != "ring" else {} for on, row in EXPERIMENTS["holding"].measure(recording).items()}
+
+    holding = dataclasses.replace(EXPERIMENTS["holding"], measure=forgetful)
+    recording = read_recording(results / "holding.mcap")
+    with pytest.raises(MissingReadingError, match="holding did not measure"):
+        Judge.of_recording(recording.header).experiment(holding, recording)
+
+
+def test_a_reading_without_a_limit_says_so(results):
+    recording = read_recording(results / "holding.mcap")
+    judge = Judge.of_recording(recording.header)
+    judge.limits = tuple(limit for limit in judge.limits if limit.metric != "holding_current")
+    judged = judge.experiment(EXPERIMENTS["holding"], recording)
+    assert {(one.metric, one.why) for one in judged.withheld} == {("holding_current", Why.NO_LIMIT)}
 
 
 def test_a_dry_run_moves_nothing(monkeypatch, tmp_path):

@@ -226,7 +226,10 @@ def make_files(folder):
     (folder / "loop").symlink_to(folder / "loop")
     (folder / "file").write_text("kept")
     (folder / "results").mkdir()
-    (folder / "results" / "checks.json").write_text('{"measured": {}}')
+    (folder / "results" / "checks.json").write_text(
+        '{"hand": {"hand": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": ""}, "passed": true, '
+        '"measured": {}}'
+    )
     return {name: str(path) for name, path in good.items()} | {
         "IN": str(folder),
         "FOLDER": str(folder / "folder"),

@@ -9,11 +9,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from mcap.exceptions import McapError
 from mcap.reader import make_reader
+from mcap.records import Chunk
 from mcap.writer import CompressionType, Writer
+from zstandard import ZstdCompressor
 
 from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
-from hil.recordings.mcap_file import TOGETHER, RecordingFile, read_recording, write_recording
+from hil.recordings.mcap_file import (
+    MOST_TIMES,
+    TOGETHER,
+    RecordingFile,
+    _unpacked,
+    read_recording,
+    write_recording,
+)
 from hil.recordings.recording import Event, Header, Recording, Series
 from hil.targets.wire_log import WireRecord
 
@@ -38,7 +48,7 @@ def in_time(strategy):
     return st.lists(strategy, max_size=5).map(lambda items: tuple(sorted(items, key=lambda item: item.t)))
 
 
-@given(st.dictionaries(st.sampled_from(["command", "hand", "model"]), series()), in_time(wire), in_time(events))
+@given(st.dictionaries(st.sampled_from(["pose", "camera", "delays"]), series()), in_time(wire), in_time(events))
 def test_what_is_written_is_read(tmp_path_factory, series, wire, events):
     path = tmp_path_factory.mktemp("mcap") / "run.mcap"
     recording = Recording(HEADER, series, wire, events)
@@ -48,7 +58,7 @@ def test_what_is_written_is_read(tmp_path_factory, series, wire, events):
 
 @pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.ZSTD, CompressionType.LZ4])
 def test_channels_of_other_programs_in_a_merged_file_are_passed_over(tmp_path, compression):
-    series = {"command": Series.of(["index"], ["m"], [0.5, 0.6], [[0.09], [0.08]])}
+    series = {"pose": Series.of(["index"], ["m"], [0.5, 0.6], [[0.09], [0.08]])}
     recording = Recording(HEADER, series, events=(Event(0.25, "warning", "warm"),))
     write_recording(recording, tmp_path / "run.mcap")
     merge(tmp_path / "run.mcap", tmp_path / "merged.mcap", compression)
@@ -70,7 +80,7 @@ def merge(source, target, compression):
         reader, channels = make_reader(stream), {}
         for schema, channel, message in reader.iter_messages():
             for other in others:
-                writer.add_message(other, message.log_time, b"\0" * 1_000_000, message.log_time)
+                writer.add_message(other, message.log_time, b"\0" * 200_000, message.log_time)
             if channel.topic not in channels:
                 known = writer.register_schema(schema.name, schema.encoding, schema.data)
                 channels[channel.topic] = writer.register_channel(channel.topic, channel.message_encoding, known)
@@ -219,3 +229,24 @@ def test_a_wrong_name_lists_the_right_ones():
         command.column("thumb")
     with pytest.raises(CannotBeMeasuredError, match="no series 'hand'; it has command"):
         Recording(HEADER, {"command": command})["hand"]
+
+
+@pytest.mark.parametrize("chunks", [1, 40])
+def test_a_small_file_that_unpacks_to_much_is_refused(tmp_path, chunks):
+    """Each of its chunks is in bounds; a file of 240 kB used to fill over a gigabyte."""
+    nothing = bytes(MOST_TIMES * 2**20 // chunks)
+    wire = tuple(WireRecord(0.1 * place, "from_hand", nothing) for place in range(chunks))
+    path = tmp_path / "run.mcap"
+    write_recording(Recording(HEADER, {}, wire), path)
+    assert path.stat().st_size < 2**18
+    with pytest.raises(UnusableFileError, match="unpack to more than any recording of its size holds"):
+        read_recording(path)
+
+
+def test_a_chunk_that_unpacks_to_more_than_it_says_is_refused():
+    data = ZstdCompressor().compress(bytes(1000))
+    good = Chunk("zstd", data, 0, 0, 0, 1000)
+    assert _unpacked(good) == bytes(1000)
+    for size in (10, 999, 1001):
+        with pytest.raises(McapError, match=f"unpacks to {size} bytes, and does not"):
+            _unpacked(replace(good, uncompressed_size=size))

@@ -19,7 +19,7 @@ from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import table
 from hil.report.page import render_report
 from hil.verdict.diagnosis import NOTHING, Component, Diagnosis, Indication, Location, NextStep
-from hil.verdict.findings import Finding, Withheld
+from hil.verdict.findings import Finding, Why, Withheld
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
@@ -170,7 +170,7 @@ def test_nothing_is_loaded_from_anywhere(spoiled_page):
 
 
 def test_what_was_not_judged_is_grey_with_its_reason_in_one_line(recording):
-    late = [Withheld("staircase", "rise_hand_ms", c.label, "rise time", 0.08) for c in Channel]
+    late = [Withheld("staircase", "rise_hand_ms", c.label, "rise time", Why.HELD_UP, 0.08) for c in Channel]
     html = page(recording, [GOOD], withheld=tuple(late))
     assert "1 kind of reading not judged: this computer was held up for 80 ms" in html
     assert "rise time (staircase): index finger, middle finger" in html

@@ -4,7 +4,10 @@ import json
 
 import pytest
 
-from hil.verdict.baseline import LARGEST_BYTES, load, regressions, store
+from hil.recordings.errors import UnusableFileError
+from hil.verdict.baseline import LARGEST_BYTES, Baseline, load, regressions, store
+
+HAND = {"hand": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": "", "commit": "abc"}
 
 BEFORE = {
     "staircase": {
@@ -14,6 +17,10 @@ BEFORE = {
     "presence": {"index": {"idle_current": 0.1}, "ring": {"idle_current": 1.0}},
     "holding": {"index": {"holding_current": 1.0}, "ring": {"holding_current": 0.5}},
 }
+
+
+def baseline(measured):
+    return Baseline("mine", HAND, measured)
 
 
 @pytest.mark.parametrize(
@@ -36,7 +43,7 @@ BEFORE = {
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_figure_may_grow_by_its_tolerance_and_no_more(experiment, subject, metric, most, sign):
     for value, passed in ((most - 0.005, True), (most + 0.005, False), (0.0, True)):
-        (finding,) = regressions(BEFORE, {experiment: {subject: {metric: sign * value}}}, "mine")
+        (finding,) = regressions(baseline(BEFORE), {experiment: {subject: {metric: sign * value}}})
         assert finding.passed is passed
         assert finding.subject == subject
         assert finding.check == f"{metric} against the baseline"
@@ -47,19 +54,19 @@ def test_a_figure_may_grow_by_its_tolerance_and_no_more(experiment, subject, met
 def test_a_negative_figure_of_the_baseline_counts_by_its_size():
     before = {"holding": {"ring": {"holding_current": -1.0}}}
     for value, passed in ((1.29, True), (1.31, False)):
-        (finding,) = regressions(before, {"holding": {"ring": {"holding_current": value}}}, "mine")
+        (finding,) = regressions(baseline(before), {"holding": {"ring": {"holding_current": value}}})
         assert finding.passed is passed
 
 
 def test_only_what_both_measured_is_compared():
     now = {"holding": {"pinky": {"holding_current": 9.0}, "index": {"warming": 99.0}}, "audit": {"ring": {"pull": 9.0}}}
-    assert regressions(BEFORE, now, "mine") == ()
-    assert regressions({}, BEFORE, "mine") == ()
+    assert regressions(baseline(BEFORE), now) == ()
+    assert regressions(baseline({}), BEFORE) == ()
 
 
 def results(folder, measured):
     folder.mkdir()
-    (folder / "checks.json").write_text(json.dumps({"measured": measured}))
+    (folder / "checks.json").write_text(json.dumps({"hand": HAND, "passed": True, "measured": measured}))
     return folder
 
 
@@ -69,7 +76,7 @@ def test_figures_and_recordings_are_kept_and_read(tmp_path):
     (found / "report.html").write_text("page")
     store(found, tmp_path / "new" / "mine")
     assert sorted(path.name for path in (tmp_path / "new" / "mine").iterdir()) == ["checks.json", "holding.mcap"]
-    assert load(tmp_path / "new" / "mine") == {"holding": {"index": {"warming": 2}}}
+    assert load(tmp_path / "new" / "mine").measured == {"holding": {"index": {"warming": 2}}}
     with pytest.raises(FileExistsError, match="exists already"):
         store(found, tmp_path / "new" / "mine")
     with pytest.raises(FileNotFoundError, match=r"no checks\.json"):
@@ -93,9 +100,9 @@ def test_no_file_and_one_of_more_than_16_mib_are_no_baseline(tmp_path):
     with pytest.raises(ValueError, match="no baseline"):
         load(tmp_path)
     assert LARGEST_BYTES == 16 * 1024 * 1024
-    good = '{"measured": {}}'
+    good = json.dumps({"hand": HAND, "measured": {}})
     (tmp_path / "checks.json").write_text(good + " " * (LARGEST_BYTES - len(good)))
-    assert load(tmp_path) == {}
+    assert load(tmp_path).measured == {}
     with (tmp_path / "checks.json").open("a") as stream:
         stream.write(" ")
     with pytest.raises(ValueError, match="16777216 are the most"):
@@ -105,7 +112,38 @@ def test_no_file_and_one_of_more_than_16_mib_are_no_baseline(tmp_path):
 @pytest.mark.parametrize("text", ["1e999", "-1e999", "NaN", "Infinity"])
 def test_a_figure_that_is_not_finite_is_refused(tmp_path, text):
     """It would pass whatever comes."""
-    figures = json.dumps({"measured": {"presence": {"index": {"idle_current": "VALUE"}}}})
+    figures = json.dumps({"hand": HAND, "measured": {"presence": {"index": {"idle_current": "VALUE"}}}})
     (tmp_path / "checks.json").write_text(figures.replace('"VALUE"', text))
     with pytest.raises(ValueError, match="no baseline of `aero-hil baseline`: idle_current is"):
+        load(tmp_path)
+
+
+def test_a_figure_that_can_no_longer_be_measured_is_not_worse_and_does_not_pass():
+    (finding,) = regressions(baseline(BEFORE), {"holding": {"ring": {"holding_current": float("nan")}}})
+    assert not finding.passed
+    assert finding.excess is None
+    assert finding.measured == "not measurable, was 0.5"
+
+
+@pytest.mark.parametrize(("field", "other"), [("hand", "left"), ("firmware", "0.1.5"), ("unit", "plausible:7")])
+def test_a_baseline_of_another_hand_is_refused(field, other):
+    baseline({}).require_same(HAND)
+    baseline({}).require_same({**HAND, "hand_id": "bench"})  # of which the baseline says nothing
+    with pytest.raises(UnusableFileError, match=f"is of another hand: {field} {HAND[field]}, this is {other}"):
+        baseline({}).require_same({**HAND, field: other})
+
+
+def test_a_run_that_did_not_pass_is_stored_when_that_is_asked_for(tmp_path):
+    found = results(tmp_path / "run", {})
+    text = (found / "checks.json").read_text()
+    (found / "checks.json").write_text(text.replace("true", "false"))
+    with pytest.raises(UnusableFileError, match="did not pass"):
+        store(found, tmp_path / "mine")
+    store(found, tmp_path / "mine", even_so=True)
+    assert load(tmp_path / "mine").hand == HAND
+
+
+def test_a_baseline_that_does_not_say_whose_it_is_is_refused(tmp_path):
+    (tmp_path / "checks.json").write_text('{"measured": {}}')
+    with pytest.raises(UnusableFileError, match="which hand"):
         load(tmp_path)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from aero.firmware import FIRMWARE
 from hil.checks import CHECKS, EXPERIMENTS, JUDGED
-from hil.verdict.findings import failed
+from hil.verdict.findings import MissingReadingError, Why, failed
 from hil.verdict.limits import (
     SUBJECTS,
     Limit,
@@ -60,12 +60,22 @@ def test_each_subject_of_the_experiment_is_compared():
     assert [finding.subject for finding in failed(findings)] == ["ring"]
 
 
-def test_a_number_that_was_withheld_is_not_judged_and_one_that_is_not_measurable_fails():
-    measured = {"index": {}, "ring": {"tracking_rms": math.nan}}
-    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (parse_limit(TABLE),), lambda *_: 0.0)
-    late = "Index finger: tracking error was not judged: this computer was late throughout"
+RISE = parse_limit({**TABLE, "metric": "rise_hand_ms", "at_most": 90.0})
+
+
+def test_a_number_whose_samples_came_late_is_not_judged_and_one_that_is_not_measurable_does_not_pass():
+    measured = {"index": {}, "ring": {"rise_hand_ms": math.nan}}
+    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (RISE,), lambda *_: 0.0, Why.LATE_THROUGHOUT)
+    late = "Index finger: rise time was not judged: this computer was late throughout"
     assert [one.sentence for one in withheld] == [late]
     assert [(finding.subject, finding.passed) for finding in findings] == [("ring", False)]
+
+
+@pytest.mark.parametrize(("limit", "why"), [(RISE, None), (parse_limit(TABLE), Why.LATE_THROUGHOUT)])
+def test_a_reading_that_nothing_excuses_is_a_defect(limit, why):
+    """Where nothing was late, or for one that a late computer takes as well."""
+    with pytest.raises(MissingReadingError, match=r"staircase did not measure .* of index"):
+        compare(EXPERIMENTS["staircase"], {"ring": {}}, (limit,), lambda *_: 0.0, why)
 
 
 def test_a_reading_out_of_limits_is_not_judged_where_the_computer_was_held_up():

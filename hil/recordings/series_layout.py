@@ -1,0 +1,47 @@
+"""Columns and units of the series that every recording may hold, and a file's own brought to them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aero.channels import Channel
+from hil.recordings.errors import UnusableFileError
+from hil.recordings.recording import Series
+
+LABELS = tuple(channel.label for channel in Channel)
+LENGTH_UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
+SERIES_UNITS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("command", "model", "hand", "goal", "travel"), LENGTH_UNITS),
+    **dict.fromkeys(("codes", "command_codes"), ("u16",) * len(Channel)),
+    "currents": ("A",) * len(Channel),
+    "action": ("1",) * len(Channel),
+    "temperatures": ("degC",) * len(Channel),
+}
+"""Every series an experiment may leave, with the units of its seven columns."""
+FACTORS = {("mA", "A"): 1e-3, ("mm", "m"): 1e-3, ("mrad", "rad"): 1e-3, ("deg", "rad"): math.pi / 180.0}
+"""Unit in a file and unit of ours to what the first is in the second."""
+
+
+def conformed(name: str, series: Series) -> Series:
+    """Return a series of a file in the order and the units of ours; one that is not ours as it is.
+
+    Raises:
+        UnusableFileError: other columns, or a unit that is no other word for ours; the message names it.
+    """
+    if name not in SERIES_UNITS:
+        return series
+    if sorted(series.columns) != sorted(LABELS):
+        raise UnusableFileError(f"series {name} has the columns {', '.join(series.columns)}, not {', '.join(LABELS)}")
+    # Whoever wrote the file may have named them in another order: what counts is the name.
+    order = [series.columns.index(label) for label in LABELS]
+    given = tuple(series.units[place] for place in order)
+    if order == list(range(len(LABELS))) and given == SERIES_UNITS[name]:
+        return series
+    factors = []
+    for label, unit, ours in zip(LABELS, given, SERIES_UNITS[name], strict=True):
+        if unit != ours and (unit, ours) not in FACTORS:
+            raise UnusableFileError(f"series {name} gives {label} in {unit!r}, which cannot be read as {ours!r}")
+        factors.append(1.0 if unit == ours else FACTORS[unit, ours])
+    return Series.of(LABELS, SERIES_UNITS[name], series.times, series.values[:, order] * np.array(factors))
