@@ -11,7 +11,7 @@ from only_extras import hiding_others
 
 from hil.cli import main
 from hil.cli.command_table import commands
-from train.cli import COMMANDS as train_commands
+from train.cli import COMMANDS
 
 WITHOUT = "import sys; sys.modules.update(dict.fromkeys({lacking!r})); from hil.cli import main; main({arguments!r})"
 """Runs the command line in a process in which some packages cannot be imported."""
@@ -53,7 +53,7 @@ def test_help_of_a_command_without_its_extra_is_one_line_that_names_it(tmp_path)
 def test_the_commands_of_training_come_through_an_entry_point(monkeypatch):
     monkeypatch.setattr("hil.cli.command_table.entry_points", lambda group: [])
     assert set(commands.__wrapped__()) == {name for name, row in commands().items() if row.place.startswith("hil.")}
-    assert set(train_commands) == set(commands()) - set(commands.__wrapped__())
+    assert set(COMMANDS) == set(commands()) - set(commands.__wrapped__())
 
 
 def test_a_misspelt_command_is_answered_with_the_nearest():
