@@ -1,4 +1,4 @@
-"""The pytest plugin of aero-hil: options, marks, and the fixtures `aero_target`, `aero_hand`, `bus_target`.
+"""The pytest plugin of aero-hil: options, marks, and the fixtures `aero_target` and `aero_hand`.
 
 It is there in every project whose environment has aero-hil, so it leaves alone whatever does not use its fixtures: an
 option that the project has too is the project's, marks count only on tests with our fixtures, and no package of ours is
@@ -11,7 +11,6 @@ from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from enum import StrEnum
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -20,8 +19,6 @@ from aero_hil import hidden
 
 if TYPE_CHECKING:
     from aero.hand import Hand
-    from hil.robots.bus_driver import Factory
-    from hil.robots.robot_bus import RobotBus
     from hil.targets.hands_file import NamedHand
     from hil.targets.target import Target
 
@@ -54,8 +51,6 @@ OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "hil-homing": {"action": "store_true", "help": "also run tests that home a hand in real time"},
     "hil-long": {"action": "store_true", "help": "also run tests that take long in real time"},
     "hil-seed": {"type": _seed, "default": 0, "help": "seed of the emulated hand's noise (default 0)"},
-    "bus-driver": {"metavar": "FACTORY", "help": "driver of the servo bus to test: my_package.my_module:factory"},
-    "bus-robot": {"metavar": "PATH", "help": "robot behind the fixture bus_target, a TOML file"},
 }
 """Each is `--NAME`, unless the project has that option itself, and always `--aero-NAME`."""
 
@@ -65,7 +60,6 @@ MARKERS = (
     "homes: drives the hand into its stops; on a hand in real time only with --hil-homing",
     "takes_long: takes more than a few seconds of hand time; in real time only with --hil-long",
     "needs_ground_truth: compares with what an emulated hand really does, hil.GroundTruth",
-    "robot(path): the robot behind the fixture `bus_target`, a TOML file, relative to the test's",
     "fault(text, ...): gets an emulated hand of its own with these faults, NAME[:CHANNEL][=SEVERITY][@SECONDS]",
 )
 
@@ -78,8 +72,6 @@ _FAILED = pytest.StashKey[str]()
 """Name of the test that showed that no hand is there."""
 _LEFT_OUT = "hil_left_out"
 """Property of a test that was skipped here, with a `Skip`."""
-_BUS_DRIVER = "hil_bus_driver"
-"""Property of a test of a bus driver."""
 
 
 class Skip(StrEnum):
@@ -130,8 +122,6 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(f"--hil={name}: one program at a time can use a hand; run without -n, or with -n 1")
     if name not in IN_SOFTWARE:
         _named_hand(config)
-    if option.aero_bus_driver is not None:
-        _driver_factory(option.aero_bus_driver)
     if option.aero_hil_firmware is not None or option.aero_hil_unit is not None:
         _opener(config)
 
@@ -203,8 +193,6 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip what this hand cannot or must not do, with the reason, and record which hand it is."""
-    if _uses(item, "bus_driver_factory"):
-        item.user_properties.append((_BUS_DRIVER, True))
     if not _uses(item, "aero_target"):
         return
     stash, name = item.config.stash, item.config.option.aero_hil
@@ -232,7 +220,6 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say what of the suite was left out, why, and which flag runs it."""
-    _bus_driver_table(terminalreporter)
     left_out: dict[str, list[str]] = {}
     for report in terminalreporter.stats.get("skipped", []):
         # A module that is skipped while it is collected has a report without properties.
@@ -269,32 +256,6 @@ def aero_hand(aero_target: Target) -> Hand:
         if all(abs(hand.read_speeds()) < REST_RAD_S):
             return hand
     pytest.fail(f"the hand does not come to rest within {REST_TRIES * REST_WAIT_S:g} s of opening")
-
-
-@pytest.fixture(scope="session")
-def bus_driver_factory(request: pytest.FixtureRequest) -> Factory:
-    """Makes the driver of `--bus-driver`; see `hil.robots.bus_driver`."""
-    name = request.config.option.aero_bus_driver
-    if name is None:
-        pytest.skip("tests a driver of the servo bus; run with --bus-driver=my_package.my_module:factory")
-    return _driver_factory(name)
-
-
-@pytest.fixture
-def bus_target(request: pytest.FixtureRequest) -> RobotBus:
-    """A robot of bus servos on virtual time, one for each test; which one says the mark `robot` or `--bus-robot`."""
-    mark, option = request.node.get_closest_marker("robot"), request.config.option
-    if mark is not None:
-        path = request.node.path.parent / mark.args[0]
-    elif option.aero_bus_robot is not None:
-        path = Path(option.aero_bus_robot)
-    else:
-        pytest.fail("bus_target needs a robot: mark the test with `robot(PATH)`, or run with --bus-robot=PATH")
-    try:
-        robot: RobotBus = _ours("hil.robots.robot_bus").RobotBus.of_file(path, seed=request.config.option.aero_hil_seed)
-    except Exception as error:
-        pytest.fail(f"bus_target: {_one_line(error)}", pytrace=False)
-    return robot
 
 
 def _ours(name: str) -> Any:
@@ -428,25 +389,3 @@ def _opener(config: pytest.Config, texts: Sequence[str] = ()) -> AbstractContext
     except ValueError as error:
         raise pytest.UsageError(str(error)) from error
     return target
-
-
-def _driver_factory(name: str) -> Factory:
-    try:
-        factory: Factory = _ours("hil.robots.bus_driver").driver_factory(name)
-    except ValueError as error:
-        raise pytest.UsageError(str(error)) from error
-    return factory
-
-
-def _bus_driver_table(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say what a driver of the servo bus got right, one line a test."""
-    name = terminalreporter.config.option.aero_bus_driver
-    if name is None:
-        return
-    terminalreporter.section(f"aero-hil: bus driver {name}")
-    words = {"passed": "right", "failed": "WRONG", "error": "WRONG", "skipped": "not offered"}
-    for outcome, word in words.items():
-        for report in terminalreporter.stats.get(outcome, []):
-            if any(name == _BUS_DRIVER for name, _ in getattr(report, "user_properties", ())):
-                test = report.nodeid.rpartition("::")[2].removeprefix("test_").replace("_", " ")
-                terminalreporter.line(f"{word:12}{test}")

@@ -13,9 +13,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("aero", "firmware_emulator", "model", "hil", "train")
-LEROBOT = "lerobot_robot_aero"
-"""A distribution of its own, on top of `aero` and `hil`."""
-LEAVES = {LEROBOT, "examples", "tests"}
+LEROBOT, ROBOTS = "lerobot_robot_aero", "feetech_robots"
+"""Distributions of their own, on top of `aero` and `hil`, and for the second `firmware_emulator`."""
+LEAVES = {LEROBOT, ROBOTS, "examples", "tests"}
 """What nothing of ours may import."""
 
 MAY_IMPORT = {
@@ -29,7 +29,7 @@ EMULATOR_FOR_MODEL = {"firmware_emulator.plant", "firmware_emulator.servo.parame
 """What `model` may know of the electronics: the interface behind the servos, and one servo's constants."""
 HIL_LAYERS = (
     {"faults"},
-    {"targets", "robots"},
+    {"targets"},
     {"recordings"},
     {"checks"},
     {"verdict"},
@@ -85,6 +85,13 @@ def test_lerobot_hand_imports_no_training_and_no_emulator() -> None:
     assert not found & {"firmware_emulator", "train", "examples", "tests"}
 
 
+def test_robots_of_servos_know_the_emulator_and_not_the_hand() -> None:
+    files = sorted((ROOT / ROBOTS / "src").rglob("*.py"))
+    found = {name for path in files for name in imported(path)}
+    assert "firmware_emulator" in {name.partition(".")[0] for name in found}  # what is searched is there
+    assert not {name.partition(".")[0] for name in found} & {"model", "train", "examples", "tests"}
+
+
 def test_the_model_knows_no_more_of_the_electronics_than_their_plant_and_their_servo() -> None:
     offenders = {
         (module_name(path), name)
@@ -133,9 +140,9 @@ def test_one_public_class_name_has_one_meaning() -> None:
     """Driver and emulator each state `Opcode`; the examples stand alone and have names of their own."""
     twice = {"Opcode"}
     homes: dict[str, list[str]] = {}
-    for package in (*PACKAGES, LEROBOT):
+    for package in (*PACKAGES, LEROBOT, ROBOTS):
         for path in sources(package):
-            if "tests" in path.parts:
+            if {"tests", "examples"} & set(path.relative_to(ROOT).parts):
                 continue
             for node in ast.walk(ast.parse(path.read_text())):
                 if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):

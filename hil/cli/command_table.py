@@ -34,13 +34,11 @@ OWN: dict[str, Command] = {
     "replay": Command("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
     "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures, to compare with later."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
-    "emulate-bus": Command("hil.cli.emulate_bus:emulate_bus", "Serve any robot of bus servos on a port.", "emulate"),
     "faults": Command(
         "hil.cli.faults:faults", "List the faults that can be injected into a hand or a link.", "emulate"
     ),
     "proxy": Command("hil.cli.proxy:proxy", "Inject faults between a program and a port.", "emulate"),
     "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
-    "servos": Command("hil.cli.servos:servos", "Check servos on a bus adapter, and set them up."),
     "run-policy": Command("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
 }
 

@@ -96,7 +96,6 @@ CODES = (
     ("builtins.ConnectionError", Exit.NO_HAND),
     ("firmware_emulator.native.program.FirmwareProgramError", Exit.FIRMWARE),
     ("hil.targets.target.MissingCapabilityError", Exit.USAGE),
-    ("model.joint_plant.PhysicsFailedError", Exit.USAGE),
     ("hil.faults.schedule.FaultNeverFiredError", Exit.USAGE),
     ("hil.recordings.errors.CannotBeMeasuredError", Exit.USAGE),
     ("hil.recordings.errors.UnusableFileError", Exit.USAGE),

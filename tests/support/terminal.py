@@ -10,11 +10,10 @@ from pages import LIMIT_S, ROOT, environment, missing
 
 from aero import AeroHand
 
-SERVERS = re.compile(r"aero-hil (emulate|emulate-bus|view|proxy)\b")
+SERVERS = re.compile(r"aero-hil (emulate|view|proxy)\b")
 """They run until Ctrl-C."""
 INSTALLATION = re.compile(r"(python3? -m venv|\. ~|pip install|python -m pip|git submodule|mkdir|cd )")
-PORTS = ("/dev/ttyACM0", "/dev/ttyACM1", "/dev/ttyUSB0")
-ARM = ROOT / "examples/arm/arm.toml"
+PORTS = ("/dev/ttyACM0", "/dev/ttyACM1")
 SHORTER = {
     r"aero-hil validate\b.* --hil (?!.*--dry-run)(?!.*--only)": "--only presence --only audit",
     r"aero-hil validate --unit \S+\.toml$": "--only presence --only audit",
@@ -42,15 +41,12 @@ class Terminal:
         self.ports, self.serving = {}, stack.enter_context(ExitStack())
 
     def port(self, name):
-        """Serve a homed hand, or a robot on the adapter, once for each name."""
+        """Serve a homed hand, once for each name."""
         if name not in self.ports:
             link = self.ports[name] = str(self.folder / name.replace("/dev/", ""))
-            if name == "/dev/ttyUSB0":
-                self.stack.enter_context(self.served(f"aero-hil emulate-bus {ARM} --link {link}"))
-            else:
-                self.stack.enter_context(self.served(f"aero-hil emulate --link {link} --seed 5"))
-                with AeroHand.open_unguarded(link) as hand:
-                    hand.home()
+            self.stack.enter_context(self.served(f"aero-hil emulate --link {link} --seed 5"))
+            with AeroHand.open_unguarded(link) as hand:
+                hand.home()
         return self.ports[name]
 
     def type(self, command, shown=(), *, codes=frozenset({0})):

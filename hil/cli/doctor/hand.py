@@ -14,7 +14,7 @@ from aero.actuation.fingerprint import fits_span
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.protocol import MAX_CODE
-from hil.robots.finding import Examined, Subject, Verdict
+from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.targets.boot_text import identify
 
 HAND_USB = (0x303A, 0x1001)

@@ -21,8 +21,8 @@ from packaging.utils import canonicalize_name
 from aero.clock import Clock, WallClock
 from aero.safety import Thresholds
 from aero.safety.lookout import WORTH_SAYING_S
+from hil.cli.doctor.finding import Examined, Verdict
 from hil.recordings.provenance import source_commit
-from hil.robots.finding import Examined, Verdict
 
 PROJECT = "aero-hil"
 PATIENCE_S = 30.0

@@ -51,9 +51,9 @@ def test_help_of_a_command_without_its_extra_is_one_line_that_names_it(tmp_path)
 
 
 def test_the_commands_of_training_come_through_an_entry_point(monkeypatch):
+    assert COMMANDS.keys() < commands().keys()
     monkeypatch.setattr("hil.cli.command_table.entry_points", lambda group: [])
-    assert set(commands.__wrapped__()) == {name for name, row in commands().items() if row.place.startswith("hil.")}
-    assert set(COMMANDS) == set(commands()) - set(commands.__wrapped__())
+    assert not COMMANDS.keys() & commands.__wrapped__().keys()
 
 
 def test_a_misspelt_command_is_answered_with_the_nearest():

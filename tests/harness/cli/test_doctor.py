@@ -12,6 +12,7 @@ import pytest
 
 from aero.firmware import FIRMWARE
 from hil.cli.doctor import exit_code
+from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.cli.doctor.hand import (
     HAND_USB,
     SPANS,
@@ -27,7 +28,6 @@ from hil.cli.doctor.hand import (
 )
 from hil.cli.doctor.machine import Attempt, check_drawing, check_jitter, install_command, needs
 from hil.cli.exits import Exit, ending
-from hil.robots.finding import Examined, Subject, Verdict
 from hil.targets.pty_process import serve_in_process
 
 HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())

@@ -113,7 +113,6 @@ PORT_USERS = (
     "record --out OUT.mcap --hil WRONG",
     "run-policy --hil WRONG",
     "replay RECORDING --hil WRONG",
-    "servos --port WRONG scan",
     "emulate --bus-port WRONG",
 )
 PORTS = ("/dev/ttyNoSuchHand", "FILE", "FOLDER", "/dev/null", "socket://127.0.0.1:1", "none://x", "[/z]", "")

@@ -1,0 +1,92 @@
+"""`aero-hil emulate-bus`: any robot of bus servos on a pseudo-terminal, in real time."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+import click
+
+from aero.safety.interrupts import noted
+from feetech_robots.bus_pty import BusServer
+from feetech_robots.joint_plant import PhysicsFailedError
+from feetech_robots.robot_bus import RobotBus, obey
+from hil.cli.exits import Ended, Exit, usage_errors
+from hil.cli.options import SEED
+
+
+@click.command()
+@click.argument("robot", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
+@click.option("--port", help="Serve the servos on this serial port instead, to a physical master.")
+@click.option("--echo", is_flag=True, help="The terminal echoes what it sends, as some adapters do.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of the noise of currents.")
+@click.option(
+    "--orders",
+    is_flag=True,
+    help="Take orders from standard input and answer each: hold, silence, heat, peek ...",
+)
+def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool, seed: int, orders: bool) -> None:
+    """Serve the servos of ROBOT, a TOML file, until it is interrupted.
+
+    Prints one line `ready PATH` when a client may open PATH.
+    """
+    if port is not None and (link is not None or echo):
+        raise click.UsageError("--port takes neither --link nor --echo: they are of the terminal that it replaces")
+    with noted(signal.SIGINT, signal.SIGTERM) as stopped:
+        with usage_errors():
+            built = RobotBus.of_file(robot, seed=seed)
+            server = BusServer(built.chain, link=link, port=port, echo=echo)
+        with server:
+            if orders and sys.stdin is not None:
+                server.also(StandardInput(), Orders(built).take)
+            click.echo(f"ready {server.name}")
+            try:
+                server.run(stop=lambda: bool(stopped))
+            except PhysicsFailedError as error:
+                raise Ended(str(error), Exit.USAGE) from error
+
+
+class StandardInput:
+    """What is typed, or written by the program that started this one; its end is no order."""
+
+    name = "standard input"
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait on."""
+        return sys.stdin.fileno()
+
+    def read(self) -> bytes:
+        """Return what is there.
+
+        Raises:
+            EOFError: it has ended.
+        """
+        if data := os.read(self.fileno(), 4096):
+            return data
+        raise EOFError
+
+    def write(self, data: bytes) -> None:
+        """Write nothing: this side only listens."""
+
+    def close(self) -> None:
+        """Leave it open; it is not ours."""
+
+
+class Orders:
+    """Carries out lines of text; what is no order is said on standard error."""
+
+    def __init__(self, robot: RobotBus) -> None:
+        self._robot = robot
+        self._begun = b""
+
+    def take(self, data: bytes) -> None:
+        """Take what arrived, whole lines or parts of them."""
+        *lines, self._begun = (self._begun + data).split(b"\n")
+        for line in filter(None, lines):
+            try:
+                click.echo(obey(self._robot, line.decode(errors="replace")))
+            except ValueError as error:
+                click.echo(f"refused: {error}")
