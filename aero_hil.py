@@ -43,3 +43,7 @@ def main() -> None:
     from hil.cli import main as commands  # noqa: PLC0415 - only now it is known to be ours
 
     commands()
+
+
+if __name__ == "__main__":
+    main()

@@ -7,15 +7,23 @@ imported before a test needs it. Where another module has the name of a package 
 
 from __future__ import annotations
 
+import sys
+import threading
+import time
+from argparse import SUPPRESS
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from importlib import import_module
+from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from _pytest.scope import Scope
 
-from aero_hil import hidden
+from aero_hil import PACKAGES, hidden
 
 if TYPE_CHECKING:
     from aero.hand import Hand
@@ -37,6 +45,8 @@ def _seed(text: str) -> int:
     return int(text)
 
 
+GROUP = "aero-hil"
+"""Our options in the help of pytest."""
 OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "hil": {
         "metavar": "TARGET",
@@ -64,8 +74,12 @@ MARKERS = (
 )
 
 _TARGET = pytest.StashKey["Target"]()
-_TAKEN = pytest.StashKey[list[str]]()
-"""Names of our options that the project has too."""
+_FAULTS = pytest.StashKey[tuple[str, ...]]()
+"""Texts of the faults that a test's hand is opened with."""
+_OWN = pytest.StashKey[list[tuple[str, Any]]]()
+"""Properties of the hand with faults that was opened last, until its test's report has them."""
+_SLEPT = pytest.StashKey[list[float]]()
+"""What a test and its fixtures slept, s, while the time of its hand stood."""
 _NO_HAND = pytest.StashKey[str]()
 """Why the hand could not be opened, in a worker of pytest-xdist."""
 _FAILED = pytest.StashKey[str]()
@@ -85,6 +99,10 @@ class Skip(StrEnum):
     NO_GROUND_TRUTH = "no_ground_truth"
 
 
+SLEPT = (
+    "this test slept {seconds:g} s of real time, in which the emulated hand's time stood still: it moved nothing; use "
+    "`aero_target.clock.sleep_until(aero_target.clock.now() + SECONDS)`, which waits on any hand"
+)
 REASONS = {
     Skip.NOT_PRESENT: "this hand failed {failed}; mend that first, or choose another hand with --hil",
     Skip.NOT_EMULATED: "its faults are for an emulated hand; run with --hil=emulated, or see `aero-hil proxy`",
@@ -95,21 +113,43 @@ REASONS = {
 }
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_load_initial_conftests(
-    early_config: pytest.Config, parser: pytest.Parser
-) -> Generator[None, object, object]:
-    """Add the options after those of the project's conftest files, whose names count."""
-    result = yield
-    theirs = {name for group in (*parser._groups, parser._anonymous) for one in group.options for name in one.names()}
-    early_config.stash[_TAKEN] = []
-    group = parser.getgroup("aero-hil", "Aero Hand Open")
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
+    """Add the options, the short names only where the project's conftest files are known."""
+    group = parser.getgroup(GROUP, "Aero Hand Open")
     for name, settings in OPTIONS.items():
-        short, full = f"--{name}", f"--aero-{name}"
-        if short in theirs:
-            early_config.stash[_TAKEN].append(short)
-        group.addoption(full, *({short} - theirs), dest=full.lstrip("-").replace("-", "_"), **settings)
+        group.addoption(f"--aero-{name}", dest=_dest(name), **{**settings, "help": SUPPRESS})
+    # Named in a conftest's `pytest_plugins`, this file comes after the conftest's own options and after the hook below.
+    if any(
+        Path(getattr(plugin, "__file__", None) or "").name == "conftest.py" for plugin in pluginmanager.get_plugins()
+    ):
+        _add_short_names(parser)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_load_initial_conftests(parser: pytest.Parser) -> Generator[None, object, object]:
+    """Add the short names after the options of the project's conftest files, whose names count."""
+    result = yield
+    _add_short_names(parser)
     return result
+
+
+def _add_short_names(parser: pytest.Parser) -> None:
+    """Add each short name that the project has not."""
+    group = parser.getgroup(GROUP)
+    theirs = _theirs(parser)
+    for name, settings in OPTIONS.items():
+        if f"--{name}" not in theirs:
+            group.addoption(f"--{name}", dest=_dest(name), **settings)
+
+
+def _theirs(parser: pytest.Parser) -> set[str]:
+    """Return the names of the options that are not ours."""
+    groups = [group for group in (*parser._groups, parser._anonymous) if group.name != GROUP]
+    return {name for group in groups for option in group.options for name in option.names()}
+
+
+def _dest(name: str) -> str:
+    return f"aero_{name.replace('-', '_')}"
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -130,36 +170,66 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
     """Say in one line what of aero-hil this project has hidden."""
     if line := hidden():
         return [f"aero-hil stands aside: {line}"]
-    if taken := config.stash.get(_TAKEN, None):
+    theirs = _theirs(config._parser)
+    if taken := [f"--{name}" for name in OPTIONS if f"--{name}" in theirs]:
         ours = ", ".join(f"--aero-{name.lstrip('-')}" for name in taken)
         return [f"aero-hil: {', '.join(taken)} is this project's own; aero-hil's is {ours}"]
     return []
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Give a test with faults its own hand: `aero_target`, else one for the session, is then one for the test."""
-    texts = _fault_texts(metafunc.definition)
-    if texts and _uses(metafunc.definition, "aero_target"):
-        # Older than pytest 8.4 shows an ID.
-        ids = [getattr(pytest, "HIDDEN_PARAM", "faults")]
-        metafunc.parametrize("aero_target", [texts], indirect=True, scope="function", ids=ids)
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, object, object]:
+    """Put presence tests first and those that home last, whose zero stays; other projects' tests keep their places.
 
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put presence tests first and those that home last, whose zero stays; other projects' tests keep their places."""
+    A test with faults gets its own hand. This comes after every other hook, so that a mark counts from wherever pytest
+    takes marks: of functions, classes, modules, parameters, and of collection hooks.
+    """
+    result = yield
+    for item in items:
+        _give_faults(item)
     places = [place for place, item in enumerate(items) if _uses(item, "aero_target")]
     ours = [items[place] for place in places]
-    for item in ours:
-        if texts := _fault_texts(item):
-            try:
-                _faults(texts)
-            except ValueError as error:
-                raise pytest.UsageError(f"{item.nodeid}: {error}") from error
     ours.sort(
         key=lambda item: (item.get_closest_marker("presence") is None, item.get_closest_marker("homes") is not None)
     )
     for place, item in zip(places, ours, strict=True):
         items[place] = item
+    return result
+
+
+@dataclass(frozen=True)
+class _Parameters:
+    """What pytest reads of the parameters of a test, `item.callspec`; its own class is private."""
+
+    params: Mapping[str, object] = field(default_factory=dict)
+    indices: Mapping[str, int] = field(default_factory=dict)
+    _arg2scope: Mapping[str, object] = field(default_factory=dict)
+    id: str = ""
+
+
+def _give_faults(item: pytest.Item) -> None:
+    """Make the faults of a test's marks the parameter of its `aero_target`, which is then one for this test.
+
+    Raises:
+        UsageError: a test that uses our fixture is marked with what is no fault.
+    """
+    texts = _fault_texts(item)
+    if not texts or not isinstance(item, pytest.Function):
+        return
+    if _uses(item, "aero_target"):
+        try:
+            _faults(texts)
+        except ValueError as error:
+            raise pytest.UsageError(f"{item.nodeid}: {error}") from error
+    elif "aero_target" in item.fixturenames:
+        return  # the project's own
+    item.stash[_FAULTS] = texts
+    given: Any = getattr(item, "callspec", None) or _Parameters()
+    added: Mapping[str, Mapping[str, object]] = {
+        "params": {"aero_target": texts}, "indices": {"aero_target": 0}, "_arg2scope": {"aero_target": Scope.Function},
+    }  # fmt: skip
+    replaced: Any = replace(given, **{name: {**getattr(given, name), **more} for name, more in added.items()})
+    item.callspec = replaced
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> str | list[str]:
@@ -191,7 +261,15 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         config.stash[_NO_HAND] = str(error)
 
 
-def pytest_runtest_setup(item: pytest.Item) -> None:
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Generator[None, object, object]:
+    """Prepare a test; what its fixtures sleep counts as its own."""
+    _prepare(item)
+    with _real_sleeps(item):
+        return (yield)
+
+
+def _prepare(item: pytest.Item) -> None:
     """Skip what this hand cannot or must not do, with the reason, and record which hand it is."""
     if not _uses(item, "aero_target"):
         return
@@ -202,16 +280,91 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     if skip := _skip(item):
         item.user_properties.append((_LEFT_OUT, str(skip.value)))
         pytest.skip(REASONS[skip].format(failed=stash.get(_FAILED, ""), target=name))
-    target = stash[_TARGET]
-    for name, value in _properties(target).items():
-        item.user_properties.append((f"hil_{name}", value))
-    if texts := _fault_texts(item):
-        item.user_properties.append(("hil_faults", " ".join(map(str, _faults(texts)))))
+    if _FAULTS not in item.stash:
+        item.user_properties += _properties(stash[_TARGET])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
+    """Fail a test that marks a fault when its hand is there already, or that sleeps while the hand's time stands."""
+    error: BaseException | None = None
+    result: object = None
+    with _real_sleeps(item):
+        try:
+            result = yield
+        except BaseException as raised:
+            error = raised
+    words = _why_it_shows_nothing(item)
+    if error is not None:
+        if words:
+            error.add_note(words)
+        raise error
+    if words:
+        pytest.fail(words, pytrace=False)
+    return result
+
+
+def _why_it_shows_nothing(item: pytest.Item) -> str:
+    """Return why the ending of a test says nothing about its hand; empty where it does."""
+    if not _asked_for(item):
+        return ""
+    if late := [text for text in _fault_texts(item) if text not in item.stash.get(_FAULTS, ())]:
+        return f"the mark fault({', '.join(late)}) came when the hand was open already: the hand has none of it"
+    if slept := sum(item.stash.get(_SLEPT, ())):
+        return SLEPT.format(seconds=slept)
+    return ""
+
+
+@contextmanager
+def _real_sleeps(item: pytest.Item) -> Iterator[None]:
+    """Note how long the project's code sleeps, s, while a test has a hand on virtual time, whose time stands then."""
+    if item.config.option.aero_hil != "emulated" or not isinstance(item, pytest.Function):
+        yield
+        return
+    sleep, tester = time.sleep, threading.current_thread()
+    slept = item.stash.setdefault(_SLEPT, [])
+
+    def noted(seconds: float) -> None:
+        sleep(seconds)
+        # A thread of the project, a library, or our own code in real time may wait for what it likes.
+        if threading.current_thread() is tester and _of_the_project(sys._getframe(1), item.config.rootpath):
+            slept.append(seconds)
+
+    functions = [one.func for of_name in item._fixtureinfo.name2fixturedefs.values() for one in of_name]
+    # `from time import sleep` gives it a second name, in the files of the test and of its fixtures.
+    scopes = {id(scope): scope for scope in (vars(item.module), *(getattr(f, "__globals__", {}) for f in functions))}
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(time, "sleep", noted)
+        for scope in scopes.values():
+            for name in [name for name, value in scope.items() if value is sleep]:
+                patched.setitem(scope, name, noted)
+        yield
+
+
+def _of_the_project(frame: FrameType, root: Path) -> bool:
+    """Return whether a line of the project under test is running, and none of a library or of ours."""
+    path = Path(frame.f_code.co_filename)
+    package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
+    return path.is_relative_to(root) and "site-packages" not in path.parts and package not in PACKAGES
+
+
+def _asked_for(item: pytest.Item) -> bool:
+    """Return whether a test has got our hand, by its arguments or while it ran."""
+    if _uses(item, "aero_target"):
+        return True
+    # A fixture that was asked for while the test ran is in no list of its arguments.
+    active = getattr(getattr(item, "_request", None), "_fixture_defs", {})
+    return "aero_target" in active and active["aero_target"].func.__module__ == __name__
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Remember a presence test that failed."""
+    """Record the hand of its own that a test with faults has got, and remember a presence test that failed."""
+    # Not by the fixture: its `request` is the session's in some versions of pytest.
+    if _OWN in item.config.stash:
+        properties = item.config.stash[_OWN]
+        item.user_properties += properties
+        del item.config.stash[_OWN]
     report = yield
     if report.failed and item.get_closest_marker("presence") and _uses(item, "aero_target"):
         item.config.stash[_FAILED] = item.name
@@ -242,7 +395,14 @@ def aero_target(request: pytest.FixtureRequest) -> Iterator[Target]:
         # A test that asks for it while it runs was not seen before.
         yield request.config.stash.get(_TARGET, None) or _open(request.config)
         return
-    with _opener(request.config, texts) as target:
+    if request.config.option.aero_hil not in IN_SOFTWARE:
+        pytest.skip(REASONS[Skip.NOT_EMULATED])
+    try:
+        opening = _opener(request.config, texts)
+    except ValueError as error:
+        pytest.fail(f"aero_target: {error}", pytrace=False)
+    with opening as target:
+        request.config.stash[_OWN] = _properties(target)
         yield target
 
 
@@ -328,9 +488,9 @@ def _faults(texts: Sequence[str]) -> tuple[object, ...]:
     return tuple(map(_ours("hil.faults.catalogue").parse_fault, texts))
 
 
-def _properties(target: Target) -> dict[str, str]:
-    """Return what a JUnit report should say about the hand under test."""
-    return {
+def _properties(target: Target) -> list[tuple[str, Any]]:
+    """Return what a JUnit report should say about the hand that a test has."""
+    known = {
         "target": target.name,
         "hand": target.side,
         "firmware": target.firmware,
@@ -340,6 +500,9 @@ def _properties(target: Target) -> dict[str, str]:
         "seed": str(target.seed),
         "commit": _ours("hil.recordings.provenance").source_commit(),
     }
+    if target.faults:
+        known["faults"] = " ".join(map(str, target.faults))
+    return [(f"hil_{name}", value) for name, value in known.items()]
 
 
 def _open(config: pytest.Config) -> Target:

@@ -67,7 +67,11 @@ class LazyGroup(click.Group):
         """Run the command line and end the program, with the exit code that its ending asks for."""
         _name_drawing_library()
         log_nowhere()
-        run(lambda: super(LazyGroup, self).main(*arguments, **{**settings, "standalone_mode": False}))
+        run(
+            lambda: super(LazyGroup, self).main(
+                *arguments, **{"prog_name": "aero-hil", **settings, "standalone_mode": False}
+            )
+        )
 
 
 GLFW_LIBRARY = "PYGLFW_LIBRARY"

@@ -155,6 +155,133 @@ def test_a_test_with_faults_has_a_hand_of_its_own(pytester):
     pytester.runpytest().assert_outcomes(passed=2)
 
 
+MARKED = """
+import pytest
+
+RING = pytest.mark.fault("motor_dead:ring")
+
+def has_it(target):
+    assert [str(fault) for fault in target.faults] == ["motor_dead:ring=1.0"]
+"""
+MARKED_PLACES = {
+    "parameter": """
+@pytest.mark.parametrize("number", [pytest.param(1, marks=RING), 2])
+def test_one(aero_target, number):
+    assert (number == 1) == bool(aero_target.faults)
+""",
+    "class": """
+@RING
+class TestIt:
+    def test_one(self, aero_target):
+        has_it(aero_target)
+""",
+    "module": """
+pytestmark = RING
+def test_one(aero_target):
+    has_it(aero_target)
+""",
+    "collection hook": """
+def test_hooked(aero_target):
+    has_it(aero_target)
+""",
+    "asked for at run time": """
+@RING
+def test_one(request):
+    has_it(request.getfixturevalue("aero_target"))
+""",
+    "asked for by a fixture": """
+@pytest.fixture
+def closed(request):
+    return request.getfixturevalue("aero_target")
+
+@RING
+def test_one(closed):
+    has_it(closed)
+""",
+}
+HOOK = """
+import pytest
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if "hooked" in item.name:
+            item.add_marker(pytest.mark.fault("motor_dead:ring"))
+"""
+
+
+@pytest.mark.parametrize("place", MARKED_PLACES)
+def test_a_mark_counts_from_wherever_pytest_takes_marks(pytester, place):
+    pytester.makeconftest(HOOK)
+    pytester.makepyfile(MARKED + MARKED_PLACES[place])
+    result = pytester.runpytest("--junitxml=report.xml")
+    result.assert_outcomes(passed=2 if place == "parameter" else 1)
+    report = (pytester.path / "report.xml").read_text()
+    assert report.count('name="hil_faults" value="motor_dead:ring=1.0"') == 1
+
+
+def test_a_mark_that_comes_when_the_hand_is_open_fails_the_test(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        def test_one(aero_target, request):
+            request.node.add_marker(pytest.mark.fault("motor_dead:ring"))
+        """
+    )
+    result = pytester.runpytest("--junitxml=report.xml")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*motor_dead:ring*came when the hand was open already*"])
+    assert "hil_faults" not in (pytester.path / "report.xml").read_text()
+
+
+def test_a_sleep_in_which_an_emulated_hand_stands_still_fails_the_test(pytester):
+    pytester.makepyfile(
+        """
+        import threading, time
+        from time import sleep
+
+        import pytest
+
+        @pytest.fixture
+        def rested(aero_hand):
+            sleep(0.01)
+            return aero_hand
+
+        def test_by_the_module(aero_hand):
+            time.sleep(0.01)
+
+        def test_by_its_name(aero_hand):
+            sleep(0.01)
+
+        def test_in_a_fixture(rested):
+            pass
+
+        def test_asked_for(request):
+            request.getfixturevalue("aero_hand")
+            sleep(0.01)
+
+        def test_that_fails(aero_hand):
+            time.sleep(0.01)
+            assert not aero_hand
+
+        def test_by_the_clock(aero_target, aero_hand):
+            aero_target.clock.sleep_until(aero_target.clock.now() + 2.0)
+
+        def test_in_a_thread_of_its_own(aero_hand):
+            thread = threading.Thread(target=sleep, args=(0.01,))
+            thread.start()
+            thread.join()
+
+        def test_without_a_hand():
+            time.sleep(0.01)
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(passed=3, failed=5)
+    assert result.stdout.str().count("use `aero_target.clock.sleep_until") == 5
+
+
 def test_a_fault_that_never_fired_fails_its_test(pytester):
     pytester.makepyfile(WITH_FAULTS.replace('"motor_dead:ring"', '"motor_dead:ring", "boot_text@60"'))
     result = pytester.runpytest()
@@ -297,7 +424,7 @@ def test_a_project_that_never_uses_us_runs_as_without_us(rig, pytester, beside):
         if "PYTEST_NEIGHBOURS" not in os.environ:
             pytest.skip("needs PYTEST_NEIGHBOURS, a folder with pytest-randomly, pytest-timeout and pytest-asyncio")
         environment = {"PYTHONPATH": os.environ["PYTEST_NEIGHBOURS"]}
-    without, with_us = (rig(*arguments, *more, **environment) for more in (["-p", "no:aero_hil"], []))
+    without, with_us = (rig(*arguments, *more, **environment) for more in (["-p", "no:aero_hil_pytest"], []))
     extra = [line for line in with_us if line not in without]
     assert [line for line in without if line not in with_us] == []
     assert len(extra) == 1
@@ -307,6 +434,20 @@ def test_a_project_that_never_uses_us_runs_as_without_us(rig, pytester, beside):
 def test_a_folder_that_is_no_package_goes_on_being_importable(rig, pytester):
     (pytester.path / "hil/__init__.py").unlink()
     assert "7 passed" in rig()[-1]
+
+
+@pytest.mark.parametrize("how", ["entry point", "-p", "conftest", "conftest alone"])
+def test_the_plugin_is_the_same_however_it_is_named(pytester, monkeypatch, how):
+    """Twice is once, and its options are there also where pytest loads nothing by itself."""
+    pytester.makepyfile(ONE_TEST.format("emulated"))
+    if "conftest" in how:
+        pytester.makeconftest("pytest_plugins = ['aero_hil_pytest']")
+    if how == "conftest alone":
+        monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    named = ["-p", "aero_hil_pytest"] if how == "-p" else []
+    result = pytester.runpytest_subprocess("--hil=emulated", "--aero-hil-seed=3", *named)
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines(["*unit reference, seed 3"])
 
 
 def test_an_option_that_the_project_has_is_the_projects_and_ours_has_another_name(pytester):

@@ -158,3 +158,13 @@ def test_stopping_is_said_before_a_held_signal_is_delivered(tmp_path):
         _, said = ran.communicate("\n", timeout=60)
     assert said.strip() == "Error: interrupted"
     assert ran.returncode == 130
+
+
+@pytest.mark.parametrize("module", ["aero_hil", "hil.cli"])
+def test_python_m_runs_the_commands(module):
+    """It once ended with 0 and did nothing: `validate --fault motor_dead:ring` said nothing and passed."""
+    done = subprocess.run(
+        [sys.executable, "-m", module, "no-such-command"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "Usage: aero-hil " in done.stderr
