@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from aero.npz import read_npz
+from aero.policy.interface import Acting, Interface, PolicyFileError, cube_interface
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PolicySettings
 from aero.policy.task import ACTION_LAYOUT, OBSERVATION_LAYOUT, ShownAction
@@ -34,17 +35,13 @@ FREE = ("name", "shown_action", "settings", "physics_rate_hz", "trained_lag_s", 
 Span = tuple[float, float]
 
 
-class PolicyFileError(ValueError):
-    """A policy file that this project cannot run as it was meant."""
-
-
 @dataclass(frozen=True)
 class Policy:
     """A network and what it was trained with."""
 
     name: str
     """What a person calls it."""
-    network: Network
+    network: Acting
     """The function from observation to action."""
     settings: PolicySettings
     """Rate, nominal grasp, scales and noise of its training."""
@@ -58,10 +55,23 @@ class Policy:
     """Range of the pure delay it was trained with, s."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     """Where it comes from: JSON values such as seed, steps, commit, versions, source file and its digest."""
+    declared: Interface | None = None
+    """What it observes and does, of a policy that people bring; None for one of the cube task."""
+
+    @property
+    def interface(self) -> Interface:
+        """What it observes and does."""
+        return self.declared or cube_interface(self.settings, self.shown_action)
 
 
 def save(policy: Policy, path: Path) -> None:
-    """Write `policy` to `path`; the same policy gives the same bytes."""
+    """Write `policy` to `path`; the same policy gives the same bytes.
+
+    Raises:
+        TypeError: it has no network of this project.
+    """
+    if not isinstance(policy.network, Network):
+        raise TypeError(f"{policy.name} is no network of this project")
     header = FIXED | {
         "name": policy.name,
         "shown_action": policy.shown_action.value,

@@ -17,8 +17,9 @@ from aero.actuation.map import ActuationMap
 from aero.clock import Clock
 from aero.errors import AeroError
 from aero.policy.file import Policy
+from aero.policy.interface import History, Interface, cube_interface
 from aero.policy.running import Ending, Floats, PolicyHand, Run, RunSettings, Step, slewed
-from aero.policy.task import CHANNELS, ActionMemory, observe, targets
+from aero.policy.task import CHANNELS
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 
@@ -75,14 +76,36 @@ def run_policy(
     return session.summary(ending)
 
 
-def actions_on(policy: Policy, lengths: Floats) -> Floats:
-    """Return the actions of `policy` (steps, 7) when it reads `lengths` (steps, 7) one after another."""
-    memory, actions = ActionMemory.empty(np.zeros(CHANNELS)), []
-    for row in lengths:
-        action = policy.network.act(observe(row, memory.shown(policy.shown_action))).astype(np.float64)
-        memory = memory.after(action)
+def actions_on(policy: Policy, lengths: Floats, currents: Floats | None = None) -> Floats:
+    """Return the actions of `policy` (steps, 7) when it reads `lengths` (steps, 7) one after another.
+
+    Args:
+        policy: what acts.
+        lengths: as it reads them, m, abduction rad.
+        currents: (steps, 7) after each action, A; of interest to a policy that observes them.
+    """
+    interface = policy.interface
+    history, actions = History(interface, ActuationMap()), []
+    for k, row in enumerate(lengths):
+        action = interface.action.bounded(policy.network.act(history.observe(row)).astype(np.float64))
+        history.acted(action)
+        if currents is not None:
+            history.drew(currents[k])
         actions.append(action)
     return np.array(actions)
+
+
+def interface_of(policy: Policy, settings: RunSettings) -> Interface:
+    """Return what `policy` observes and does when it is run with `settings`.
+
+    Raises:
+        ValueError: nominal grasp or shown action of the cube task for a policy that declares its own.
+    """
+    if settings.settings is None and settings.shown_action is None:
+        return policy.interface
+    if policy.declared is not None:
+        raise ValueError(f"{policy.name} declares what it observes and does: it has no other settings and no lateness")
+    return cube_interface(settings.settings or policy.settings, settings.shown_action or policy.shown_action)
 
 
 _NOTHING_YET = Run(Ending.TIME, "", 0, 0, 0, 0, 0.0, 0.0, np.nan)
@@ -104,7 +127,7 @@ class _Session:
         self._policy, self._hand, self._clock, self._map = policy, hand, clock, actuation_map
         self._settings, self._script = settings, script
         self._task = settings.settings or policy.settings
-        self._shown = settings.shown_action or policy.shown_action
+        self._interface = interface_of(policy, settings)
         self._correction = np.array(settings.correction)
         window = actuation_map.window_rad
         codes_per_rad = MAX_CODE / (window[:, 1] - window[:, 0])
@@ -132,7 +155,7 @@ class _Session:
     def loop(self, on_step: Callable[[Step], None]) -> Ending:
         """Let the policy act until the time is over or something ends it."""
         limits, period_s = self._settings.limits, self._task.period_s
-        memory = ActionMemory.empty(np.zeros(CHANNELS))
+        history = History(self._interface, self._map)
         missing, due = 0, self._clock.now()
         pending = self.command
         for period in range(self._periods()):
@@ -151,14 +174,16 @@ class _Session:
                 continue
             missing = 0
             lengths = self._map.lengths_from_codes(codes) - self._correction
-            observation = observe(lengths, memory.shown(self._shown))
+            observation = history.observe(lengths)
             action = self._act(period, observation)
-            memory = memory.after(action)
+            history.acted(action)
             target, asked, saturated = self._asked(action)
             asked, pending = (pending, asked) if self._settings.one_period_late else (asked, asked)
             command = slewed(self.command, asked, self._most)
             self._write(command)
-            # The policy's memory keeps `action`; a callback that writes into its step must not change it.
+            currents_a = self._currents(period)
+            history.drew(currents_a)
+            # The history keeps `action`; a callback that writes into its step must not change it.
             step = Step(
                 t=t,
                 late_s=t - due,
@@ -170,7 +195,7 @@ class _Session:
                 command=np.round(command).astype(np.uint16),
                 saturated=saturated,
                 limited=command != asked,
-                currents_a=self._currents(period),
+                currents_a=currents_a.copy(),
             )
             self._count(step)
             on_step(step)
@@ -191,10 +216,10 @@ class _Session:
         if self._script is not None:
             row: Floats = self._script[period]
             return row
-        return self._policy.network.act(observation).astype(np.float64)
+        return self._interface.action.bounded(self._policy.network.act(observation).astype(np.float64))
 
     def _asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-        target = targets(action, np.array(self._task.nominal), np.array(self._task.scale))
+        target = self._interface.action.target(action, self._map)
         angles = self._map.angles_from_travel(self._map.travel_from_lengths(target + self._correction))
         codes, saturated = self._map.saturating_codes(angles)
         return target, codes.astype(np.float64), saturated

@@ -89,6 +89,7 @@ def usage_errors() -> Iterator[None]:
 
 
 CODES = (
+    ("aero.policy.interface.PolicyFileError", Exit.USAGE),
     ("aero.safety.LinkLostError", Exit.NO_HAND),
     ("aero.safety.SafetyStopError", Exit.STOPPED),
     ("hil.targets.target.NoHandError", Exit.NO_HAND),

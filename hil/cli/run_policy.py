@@ -3,46 +3,42 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 import numpy as np
-from PIL import Image
 from rich.console import Console
 from rich.table import Table
 
 from aero.channels import CABLES, Channel
 from aero.policy.file import Policy
-from aero.policy.running import Ending, RunSettings
+from aero.policy.held import held_at_the_end
+from aero.policy.loop import interface_of
+from aero.policy.running import Ending, Run, RunSettings
 from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction, furthest_codes
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
-from aero.whole_file import whole
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import Exit, usage_errors
+from hil.cli.film import check_film, write_film
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
-from hil.cli.viewing import telling, viewing, with_view
+from hil.cli.viewing import Observer, telling, viewing, with_view
 from hil.recordings.output import prepared_file
 from hil.recordings.policy_run import PolicyRun, record_policy
 from hil.recordings.recorder import Recorder
-from hil.targets.target import GroundTruth
+from hil.targets.target import GroundTruth, Target
 from hil.view.sources import source_of
 from model.cube_plant import CubePlant, CubeWatch
-from model.geometry import Side
-from model.pictures import check_drawing, frames
 from model.scene import CUBE
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 
-FRAMES_PER_S = 10.0
-"""Of a film: half the control periods, which is enough to follow and half the file."""
-COLOURS = 64
-"""Colours of the palette that all its frames share, so that what does not move does not flicker."""
 MOST_A = 4.5
 """What a motor draws at the boards' usual torque limit, A (700 units of 6.5 mA); a guard beyond it never acts."""
 
@@ -94,7 +90,8 @@ def run_policy(
 ) -> None:
     """Run POLICY on a hand: slowly to its grasp, a wait for the object, the policy, slowly back.
 
-    POLICY is the shipped one, `steady` (the default), or a file.
+    POLICY is the shipped one, `steady` (the default), a policy file, an ONNX file, or package.module:factory in Python.
+    A TOML file beside the last two says what they observe and what their actions mean; docs/your_policy.md.
 
     Every hand is guarded, an emulated one too, and ends open. An emulated hand in this process gets the paper's cube.
 
@@ -112,13 +109,14 @@ def run_policy(
             one_period_late=late,
             shown_action=ShownAction.LAST if late else None,
         )
+        interface_of(policy, settings)  # refuses settings that it cannot be run with
         whose = correction_name if correction_name is not None else hand.twin or TYPICAL
         found = named_correction(whose, settings.settings or policy.settings)
         settings = replace(settings, correction=tuple(found.tolist()))
         if record is not None:
             prepared_file(record)
         if film is not None:
-            _check_film(film, holds_cube=holds_cube)
+            check_film(film, holds_cube=holds_cube)
         thresholds = Thresholds(current_a=max_current)
     _say_settings(console, policy, settings)
     console.print(_correction_line(whose, settings.correction))
@@ -127,64 +125,31 @@ def run_policy(
     with viewing(view, hand) as observer:
         with hand.open(guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
             observer.follow(source_of(opened))
-            grasp = settings.settings or policy.settings
-            reach = furthest_codes(opened.map, *map(np.array, (grasp.nominal, grasp.scale, settings.correction)))
-            moving_s = 0.0 if dry_run else wait + seconds + 2 * settings.approach_s
-            furthest = np.zeros(len(Channel)) if dry_run else reach / MAX_CODE
-            console.print(before_moving(opened, furthest.tolist(), moving_s))
-            recorder = Recorder(opened, "policy", record)
-            name = opened.describe()
+            console.print(_before_moving(opened, policy, settings))
             truth = opened.find(GroundTruth)
             plant = None if truth is None else truth.plant
             cube = CubeWatch(plant, hand.seed) if isinstance(plant, CubePlant) else None
-            with ProgressBar(console=console, transient=True) as bar:
-                task = bar.add_task(name, total=1.0)
-                try:
-                    result = record_policy(
-                        opened,
-                        recorder,
-                        policy,
-                        settings,
-                        progress=telling(
-                            observer,
-                            lambda done, doing: bar.update(task, completed=done, description=f"{name}: {doing}"),
-                        ),
-                        cube=cube,
-                        correction=whose,
-                    )
-                except BaseException:
-                    if recorder.begun:
-                        recorder.finish(ended=False)
-                        if record:
-                            click.echo(f"recorded until then in {record}", err=True)
-                    raise
-            recorder.finish(ended=result.run.ending is Ending.TIME)
+            result = _recorded(opened, record, observer, console, Running(policy, settings, whose, cube))
         ended = result.run.ending
         observer.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
-        _print(console, result, cube, record, max_current)
+        ours = policy.name == DEFAULT and not dry_run  # measured with this policy alone
+        held = held_at_the_end(result.currents_a, policy.settings.period_s) if ours else None
+        _print(
+            console,
+            result.run,
+            {
+                "lateness, ms": _lateness(result),
+                "peak current, A": f"{result.run.peak_current_a:.2f} of {max_current:g}",
+                **({} if held is None else {"by the thumb's currents": held.value}),
+                **({} if cube is None else _of_cube(cube)),
+            },
+        )
+        if record:
+            console.print(f"recorded in {record}")
     if film is not None and cube is not None and cube.postures:
-        _write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)
+        write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)
         console.print(f"film in {film}")
     sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
-
-
-def _check_film(path: Path, *, holds_cube: bool) -> None:
-    if not holds_cube:
-        raise ValueError("--film draws an emulated hand and its cube; use it with `--hil emulated`")
-    if path.suffix != ".gif":
-        raise ValueError(f"--film writes a GIF; name the file .gif, not {path.name}")
-    prepared_file(path)
-    check_drawing("--film")
-
-
-def _write_film(watch: CubeWatch, side: Side, path: Path, period_s: float) -> None:
-    """Draw the postures that were recorded, `period_s` apart, in the time they took, to a GIF file."""
-    every = max(1, round(1.0 / (FRAMES_PER_S * period_s)))
-    drawn = [Image.fromarray(picture) for picture in frames(np.array(watch.postures)[::every], side)]
-    palette = drawn[len(drawn) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
-    first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn)
-    with whole(path) as draft:
-        first.save(draft, save_all=True, append_images=others, duration=round(1e3 * every * period_s), loop=0)
 
 
 def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> None:
@@ -200,30 +165,75 @@ def _correction_line(whose: str, correction: Sequence[float]) -> str:
     return f"Correction of the cables: {whose} ({meaning.get(whose, 'that of this unit')}), mm: {millimetres}."
 
 
-def _print(
-    console: Console, result: PolicyRun, cube: CubeWatch | None, record: Path | None, max_current: float
-) -> None:
-    run = result.run
+def _before_moving(opened: Target, policy: Policy, settings: RunSettings) -> str:
+    """Return what will move, for how long, and what stops it."""
+    if settings.dry:
+        return before_moving(opened, (0.0,) * len(Channel), 0.0)
+    grasp = settings.settings or policy.settings
+    reach = furthest_codes(opened.map, *map(np.array, (grasp.nominal, grasp.scale, settings.correction)))
+    moving_s = settings.wait_s + settings.seconds + 2 * settings.approach_s
+    return before_moving(opened, (reach / MAX_CODE).tolist(), moving_s)
+
+
+class Running(NamedTuple):
+    """What runs, and how."""
+
+    policy: Policy
+    settings: RunSettings
+    correction: str
+    cube: CubeWatch | None
+
+
+def _recorded(opened: Target, path: Path | None, observer: Observer, console: Console, running: Running) -> PolicyRun:
+    """Run the policy and record it to `path`, if not None, whatever ends it."""
+    recorder, name = Recorder(opened, "policy", path), opened.describe()
+    with ProgressBar(console=console, transient=True) as bar:
+        task = bar.add_task(name, total=1.0)
+
+        def show(done: float, doing: str) -> None:
+            bar.update(task, completed=done, description=f"{name}: {doing}")
+
+        try:
+            result = record_policy(
+                opened, recorder, running.policy, running.settings,
+                progress=telling(observer, show), cube=running.cube, correction=running.correction,
+            )  # fmt: skip
+        except BaseException:
+            if recorder.begun:
+                recorder.finish(ended=False)
+                if path:
+                    click.echo(f"recorded until then in {path}", err=True)
+            raise
+    recorder.finish(ended=result.run.ending is Ending.TIME)
+    return result
+
+
+def _lateness(result: PolicyRun) -> str:
     late_ms = 1e3 * np.percentile(result.lateness_s or (0.0,), (50, 99, 100))
-    table = Table(show_header=False)
+    return "median {:.2f}, 99 % {:.2f}, most {:.2f}".format(*late_ms)
+
+
+def _of_cube(cube: CubeWatch) -> dict[str, str]:
+    return {
+        "cube turned": f"{cube.rotation_rad:.2f} rad in {cube.alive_s:.1f} s, {cube.rate_rad_s:.2f} rad/s",
+        "cube at the end": "lost" if cube.lost else "in the hand",
+    }
+
+
+def _print(console: Console, run: Run, further: Mapping[str, str]) -> None:
     rows = {
         "ended because": run.ending.value,
-        "guard": "stopped the hand" if run.ending is Ending.STOPPED else f"nothing beyond {max_current:g} A",
+        "guard": "stopped the hand" if run.ending is Ending.STOPPED else "saw nothing",
         "control periods": str(run.steps),
-        "lateness, ms": "median {:.2f}, 99 % {:.2f}, most {:.2f}".format(*late_ms),
         "periods without a reading": str(run.missing),
         "periods outside the command window": str(run.saturated),
         "periods held back by the speed limit": str(run.limited),
-        "peak current, A": f"{run.peak_current_a:.2f} of {max_current:g}",
         "peak temperature, °C": f"{run.peak_temperature_c:.0f}",
+        **further,
     }
-    if cube is not None:
-        rows["cube turned"] = f"{cube.rotation_rad:.2f} rad in {cube.alive_s:.1f} s, {cube.rate_rad_s:.2f} rad/s"
-        rows["cube at the end"] = "lost" if cube.lost else "in the hand"
+    table = Table(show_header=False)
     for name, text in rows.items():
         table.add_row(name, text)
     console.print(table)
     if run.reason:
         console.print(run.reason)
-    if record:
-        console.print(f"recorded in {record}")

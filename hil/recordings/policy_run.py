@@ -27,6 +27,8 @@ class PolicyRun(NamedTuple):
     """What the loop saw."""
     lateness_s: tuple[float, ...]
     """How much later than its turn each control period began, s."""
+    currents_a: NDArray[np.float64]
+    """Motor currents of each period, (periods, 7), A, command order; NaN where a reading is missing."""
 
 
 def record_policy(
@@ -58,7 +60,8 @@ def record_policy(
         target.begin()
         if target.guard is not None and policy.settings.torque_limit is not None:
             target.guard.limit_torques(policy.settings.torque_limit)
-    lateness = []
+    lateness: list[float] = []
+    currents: list[NDArray[np.float64]] = []
     period_s = (settings.settings or policy.settings).period_s
 
     parameters: dict[str, float | str] = {
@@ -87,6 +90,7 @@ def record_policy(
         if cube is not None:
             cube.sample()
         lateness.append(step.late_s)
+        currents.append(step.currents_a)
         progress(min(1.0, len(lateness) * period_s / settings.seconds), policy.name)
 
     def begin() -> None:
@@ -108,4 +112,4 @@ def record_policy(
     )
     text = f"{run.ending.value}: {run.reason}" if run.reason else run.ending.value
     recorder.note(text, "info" if run.ending is Ending.TIME else "error")
-    return PolicyRun(run, tuple(lateness))
+    return PolicyRun(run, tuple(lateness), np.array(currents).reshape(-1, len(Channel)))

@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
+from aero.policy.shipped import DEFAULT
+
 SETTLE_S, SETTLE_TRIES = 0.4, 8
 STILL_RAD_S = 0.1
+
+
+def pytest_addoption(parser):
+    """Let any policy take the part of the shipped one."""
+    parser.addoption("--policy", default=DEFAULT, help="What tests/hil/test_policy.py runs: as `aero-hil run-policy`.")
 
 
 @pytest.fixture

@@ -10,7 +10,8 @@ import numpy as np
 from policies import network
 
 from aero.actuation.coefficients import load_coefficients
-from aero.policy.file import Policy, PolicyFileError, load, save
+from aero.policy.file import Policy, load, save
+from aero.policy.interface import PolicyFileError
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import ShownAction
 from firmware_emulator.firmware.nvs import Nvs

@@ -39,7 +39,7 @@ def fastest(codec, period_s):
     return SHAFT_RAD_S * period_s * 65535 / (window[:, 1] - window[:, 0])
 
 
-def frames_again(policy, codec, codes, correction):
+def frames_again(policy, codec, codes, correction, currents=None):
     """Return the frames that `policy` sends for readings `codes` (n, 7), one after another from its nominal grasp.
 
     Args:
@@ -47,12 +47,14 @@ def frames_again(policy, codec, codes, correction):
         codec: the hand's actuation map.
         codes: as the hand reported them, command order.
         correction: (7,) m, abduction rad, as in `RunSettings`.
+        currents: (n, 7) A, for a policy that observes them.
     """
     settings = policy.settings
-    nominal, scale = np.array(settings.nominal), np.array(settings.scale)
+    nominal = np.array(settings.nominal)
     most, command, frames = fastest(codec, settings.period_s), asked(codec, nominal + correction), []
     lengths = np.array([codec.lengths_from_codes(row.astype(np.uint16)) for row in codes]) - correction
-    for action in actions_on(policy, lengths):
-        command = command + np.clip(asked(codec, nominal + scale * action + correction) - command, -most, most)
+    for action in actions_on(policy, lengths, currents):
+        target = policy.interface.action.target(action, codec)
+        command = command + np.clip(asked(codec, target + correction) - command, -most, most)
         frames.append(frame(np.round(command)))
     return frames

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from aero.policy.file import Policy
+from aero.policy.loop import interface_of
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
 from aero.whole_file import write_whole
@@ -24,7 +27,7 @@ from train.cli.evaluation_tables import print_figures
 from train.evaluation.cube_trial import CubeTrial
 from train.evaluation.deployment import load_deployments
 from train.evaluation.simulation import beside_a_deployment, measure
-from train.evaluation.trials import CORRECTIONS, figures, over_hands, run_trials
+from train.evaluation.trials import CORRECTIONS, Case, figures, over_hands, run_trials
 
 ON = ("simulation", "hands")
 FRESH_SEEDS = 2**31
@@ -108,6 +111,7 @@ def evaluate(
             cases = deployment.cases(policy, units, seconds=seconds, seed=seed, cube=cube)
         elif "hands" in backends:
             cases = over_hands(policy, units, seconds=seconds, seed=seed, correct=correct, twins=twins)
+        _check_fit(policy, backends, cases)
     console.print(f"seed {seed}")
     results: dict[str, dict[str, dict[str, float]]] = {}
     made: dict[str, list[CubeTrial]] = {}
@@ -139,3 +143,15 @@ def evaluate(
             print_figures(console, title, rows_of)
         if deployment and deployment.measured_rad_s is not None:
             console.print(f"{deployment.name}: a physical hand turned the cube by {deployment.measured_rad_s:g} rad/s")
+
+
+def _check_fit(policy: Policy, backends: Sequence[str], cases: Sequence[Case]) -> None:
+    """Refuse what a policy that people bring cannot be run with.
+
+    Raises:
+        ValueError: the simulator, or settings of the cube task.
+    """
+    if policy.declared is not None and "simulation" in backends:
+        raise ValueError(f"{policy.name} runs through the bytes alone: use --on hands")
+    for case in cases[:1]:
+        interface_of(policy, case.settings)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from importlib.resources import as_file, files
 from pathlib import Path
 
-from aero.policy.file import Policy, PolicyFileError, load
+from aero.policy.file import Policy, load
+from aero.policy.interface import PolicyFileError
+from aero.policy.own import is_own, load_own
 
 DEFAULT = "steady"
 """What `aero-hil train steady` made: for any cube on a hand that is corrected for."""
@@ -18,7 +20,10 @@ def shipped_policies() -> tuple[str, ...]:
 
 
 def find_policy(name: str) -> Policy:
-    """Return a shipped policy by its name, or the policy in a file by its path.
+    """Return a shipped policy by its name, the policy in a file by its path, or what a Python factory makes.
+
+    Args:
+        name: `steady`, a policy file, `FILE.onnx` or `package.module:factory`.
 
     Raises:
         PolicyFileError: neither a shipped name nor a policy file that can be run.
@@ -26,9 +31,12 @@ def find_policy(name: str) -> Policy:
     if name in shipped_policies():
         with as_file(files(__name__) / f"{name}{_SUFFIX}") as path:
             return load(path)
+    if is_own(name):
+        return load_own(name)
     path = Path(name)
     if not path.is_file():
         raise PolicyFileError(
-            f"there is no policy {name!r}; shipped is {', '.join(shipped_policies())}, or give a policy file"
+            f"there is no policy {name!r}; shipped is {', '.join(shipped_policies())}, or give a policy file, "
+            "an ONNX file or package.module:factory"
         )
     return load(path)

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from policies import network, policy, seeds
 
-from aero.policy.file import PolicyFileError, load, save
+from aero.policy.file import load, save
+from aero.policy.interface import PolicyFileError
 from aero.policy.task import ShownAction
 
 

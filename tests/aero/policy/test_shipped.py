@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from policies import finite_observations
 
-from aero.policy.file import PolicyFileError, load
+from aero.policy.file import load
+from aero.policy.interface import PolicyFileError
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.shipped import DEFAULT, find_policy, shipped_policies
 from aero.policy.task import targets

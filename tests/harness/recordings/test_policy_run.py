@@ -6,18 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from own_policies import write_factory, write_onnx
 from policies import holding, policy
 from recorded import policy_of
 
 from aero.policy.file import save
 from aero.policy.loop import actions_on
 from aero.policy.running import Ending, RunSettings
+from aero.policy.shipped import find_policy
 from hil import GroundTruth
 from hil.cli import main
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
 from hil.targets.opening import open_target
+from model.cube_plant import CubeWatch
+from model.scene import CUBE
 
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
 
@@ -93,3 +97,26 @@ def test_a_recorded_policy_limits_a_guarded_hand_as_it_was_trained():
         limits = [servo.memory.get("goal_torque") for servo in target.get(GroundTruth).electronics.servos]
     assert recording.header.parameters["torque_limit"] == 0.5
     assert limits == [500] * 7
+
+
+def test_the_same_policy_as_onnx_and_as_python_through_the_bytes(tmp_path, monkeypatch):
+    """Actions to 1e-6, and the cube turned as far."""
+    monkeypatch.chdir(tmp_path)
+    names = ["steady", write_onnx(tmp_path), write_factory(tmp_path, "policy_through_the_bytes")]
+    runs = []
+    for name in names:
+        with open_target("emulated", seed=3, cube=CUBE, guarded=True) as target:
+            recorder, cube = Recorder(target, "policy"), CubeWatch(target.get(GroundTruth).plant, 3)
+            record_policy(target, recorder, find_policy(name), RunSettings(seconds=3.0), cube=cube)
+            runs.append((recorder.finish()["action"].values, cube.rotation_rad))
+    for actions, turned in runs[1:]:
+        np.testing.assert_allclose(actions, runs[0][0], atol=1e-6)
+        assert turned == pytest.approx(runs[0][1], abs=1e-3)
+    assert runs[0][1] > 0.5
+
+
+@pytest.mark.parametrize(("name", "said"), [("nowhere.onnx", "no policy"), ("nowhere:make", "cannot be imported")])
+def test_run_policy_refuses_a_policy_that_is_not_there_in_one_line(name, said):
+    result = CliRunner().invoke(main, ["run-policy", name])
+    assert result.exit_code == 2
+    assert said in result.output.splitlines()[-1]
