@@ -8,7 +8,7 @@ from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP, named
 
 from figures import Rows
 from hil.faults import CATALOGUE, parse_fault
-from train.campaign.summary import NOT_FIRED, Share, false_alarms, flagged, has_row, right_cause, right_place, told
+from train.campaign.summary import NOT_FIRED, Share, false_alarms, flagged, right_part, told
 from train.campaign.trial import Outcome
 
 HEADER = ["", "figure", "95 %"]
@@ -17,24 +17,20 @@ WHOLE_HAND = "supply_low"
 
 
 def verdict(outcomes: Sequence[Outcome]) -> Rows:
-    """What is found of the faults, and whether location and causes are right; each mistake of the driver."""
+    """What is found of the faults, and whether the part at fault is suspected; each mistake of the driver."""
     faulty = [one for one in outcomes if len(one.trial.faults) == 1 and one.ended != NOT_FIRED]
     faults = {one.trial.key: parse_fault(one.trial.faults[0]) for one in faulty}
-    found = [(faults[one.trial.key], *told(one)) for one in faulty if flagged(one)]
-    known = [right_cause(fault, row) for fault, _, row in found if has_row(fault)]
-    strange = [right_cause(fault, row) for fault, _, row in found if not has_row(fault)]
+    found = [right_part(faults[one.trial.key], told(one)) for one in faulty if flagged(one)]
     alarms, _ = false_alarms(outcomes)
     rows = [
         HEADER,
         _row("healthy hands flagged", alarms),
         _row("faults found", Share(len(found), len(faulty))),
-        _row("location right, of those found", _share(right_place(fault, place) for fault, place, _ in found)),
-        _row("cause in the group, where a group has it", _share(known)),
-        _row("told that nothing known explains it, where no group has it", _share(strange)),
+        _row("part at fault suspected first, of those found", _share(found)),
     ]
     for severity in sorted({fault.severity for fault in faults.values() if fault.name == WHOLE_HAND}):
         hands = [one for one in faulty if faults[one.trial.key] == CATALOGUE[WHOLE_HAND].fault(severity)]
-        at_supply = [flagged(one) and right_place(faults[one.trial.key], told(one)[0]) for one in hands]
+        at_supply = [flagged(one) and right_part(faults[one.trial.key], told(one)) for one in hands]
         rows.append(_row(f"supply lower by {severity:g}: found there", _share(at_supply)))
     mistakes = [(one, GENTLE) for one in MISTAKES.values()] + [(one, MAPPED) for one in MISTAKES_OF_THE_MAP.values()]
     named = _share(named_driver(one, experiments) for one, experiments in mistakes)

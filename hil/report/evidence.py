@@ -117,7 +117,7 @@ def _last_seconds(validation: Validation, cut: Recording) -> FirstPlot:
 
 def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Evidence]) -> FirstPlot:
     suspect = _suspect(validation)
-    speaking = [indication.finding for indication in validation.diagnosis.evidence]
+    speaking = validation.diagnosis.evidence
 
     def rank(finding: Finding) -> tuple[bool, bool, bool]:
         # Of a driver the bytes speak, and how the hand moved shows it.
@@ -181,9 +181,9 @@ def _title(channels: Sequence[Channel], rest: str) -> str:
 
 def _suspect(validation: Validation) -> Channel:
     """Return the channel that a run speaks of: that of its diagnosis, else the one with most failed checks."""
-    location, error = validation.diagnosis.location, validation.end.error
-    if location and location.channels:
-        return location.channels[0]
+    channels, error = validation.diagnosis.channels, validation.end.error
+    if channels:
+        return channels[0]
     if isinstance(error, SafetyStopError) and error.channel is not None:
         return error.channel
     counts = [sum(f.subject == channel.label for f in failed(validation.findings)) for channel in Channel]

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from aero.channels import Channel
-from hil.verdict.diagnosis import Component
 from hil.verdict.judged_run import Validation
 
 DigitState = Literal["pass", "fail", "partly", "none"]
@@ -18,8 +17,6 @@ WORDS: dict[DigitState, str] = {
 }
 MARKS: dict[DigitState, str] = {"pass": "\u2713", "fail": "\u2717", "partly": "\u25d0", "none": "\u2013"}
 """Beside each name, so that no verdict is shown by colour alone."""
-BLAMED = {None, Component.CHANNEL, Component.CHANNELS, Component.HAND, Component.UNKNOWN}
-"""Components, or none, with which a failed check of a channel is about that channel."""
 DIGITS: dict[Channel, tuple[tuple[float, float], ...]] = {
     Channel.INDEX: ((21.6, -138.6), (23.8, -179.5), (25.0, -200.2), (26.1, -222.9)),
     Channel.MIDDLE: ((-1.5, -138.8), (-1.5, -179.7), (-1.5, -200.4), (-1.5, -223.1)),
@@ -53,19 +50,17 @@ def verdicts(validation: Validation) -> dict[Channel, ChannelVerdict]:
 
 
 def _verdict(validation: Validation, channel: Channel) -> ChannelVerdict:
-    location = validation.diagnosis.location
+    diagnosis = validation.diagnosis
     passed = [finding.passed for finding in validation.findings if finding.subject == channel.label]
     if not passed:
         return ChannelVerdict("none", WORDS["none"], "no check of the channel was run")
     if not all(passed):
         words = f"{passed.count(False)} of {len(passed)} checks failed"
-        elsewhere = location is not None and location.channels and channel not in location.channels
-        if location is not None and (
-            location.component not in BLAMED or (elsewhere and not _unexplained(validation, channel))
-        ):
-            return ChannelVerdict("none", words, f"what failed comes from the {location.words}")
+        # What the evidence does not account for stays the channel's own.
+        if diagnosis.suspects and channel not in diagnosis.channels and not _unexplained(validation, channel):
+            return ChannelVerdict("none", words, f"what failed there speaks for: {diagnosis.place}")
         return ChannelVerdict("fail", words)
-    if location is not None and channel in location.channels:
+    if channel in diagnosis.channels:
         return ChannelVerdict("fail", f"its {len(passed)} checks passed, one of the whole hand failed for it")
     state: DigitState = "pass" if validation.end.finding is None else "partly"
     return ChannelVerdict(state, f"{WORDS[state]} ({len(passed)})")

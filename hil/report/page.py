@@ -25,7 +25,6 @@ from hil.report.beside_paper import compared, like_with_like, notes, table, text
 from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_seen
 from hil.report.finger_map import DIGITS, MARKS, verdicts
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
-from hil.verdict.diagnosis import Component
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import EndKind
@@ -106,14 +105,14 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     shown = {item.finding: item for item in _shown(validation, seen)}
     diagnosis = validation.diagnosis
     # How the run ended stands beside the verdict.
-    said = [i.finding for i in diagnosis.evidence if i.finding != validation.end.finding]
+    said = [finding for finding in diagnosis.evidence if finding != validation.end.finding]
     speaking = sorted(said, key=excess, reverse=True)
     return _template().render(
         header=header,
         validation=validation,
         verdict=(verdict := verdict_of(validation)),
         heading=HEADINGS[verdict],
-        place=place_of(validation),
+        place=diagnosis.place,
         tally=validation.tally,
         digits=DIGITS,
         channels=(states := verdicts(validation)),
@@ -177,12 +176,6 @@ def verdict_of(validation: Validation) -> str:
     if validation.end.cut:
         return "aborted"
     return "pass" if validation.passed else "fail"
-
-
-def place_of(validation: Validation) -> str:
-    """Return where something is wrong, for the heading; empty where nothing tells."""
-    location = validation.diagnosis.location
-    return "" if location is None or location.component is Component.UNKNOWN else location.words
 
 
 def _recordings(validation: Validation) -> dict[str, Recording]:

@@ -94,16 +94,23 @@ def checks_json(validation: Validation) -> dict[str, object]:
 
 
 def diagnosis_json(validation: Validation) -> dict[str, object]:
-    """Return where something is wrong, which causes the evidence leaves, and what to do; all empty for a good run."""
+    """Return what is suspected and how likely, the evidence, and the next step; all empty for a good run."""
     found = validation.diagnosis
     return {
-        "where": None if found.location is None else found.location.words,
-        "channels": [] if found.location is None else [channel.label for channel in found.location.channels],
-        "causes": list(found.causes),
-        "evidence": [
-            {"finding": indication.finding.sentence, "effects": [effect.value for effect in indication.effects]}
-            for indication in found.evidence
+        "suspects": [
+            {
+                "part": suspect.part.name.lower(),
+                "channel": _label(suspect.channel),
+                "likely": weight,
+            }
+            for suspect, weight in found.suspects.items()
         ],
+        "clues": list(found.clues),
+        "evidence": [finding.sentence for finding in found.evidence],
         "unexplained": [finding.sentence for finding in found.unexplained],
         "step": None if found.step is None else dataclasses.asdict(found.step),
     }
+
+
+def _label(channel: Channel | None) -> str | None:
+    return None if channel is None else channel.label

@@ -11,7 +11,7 @@ from rich.text import Text
 from hil.checks import JUDGED
 from hil.report.beside_paper import Cell, compared, like_with_like, table
 from hil.report.evidence import excess, first_seen
-from hil.report.page import HEADINGS, MOST_FINDINGS, place_of, verdict_of, withheld_lines
+from hil.report.page import HEADINGS, MOST_FINDINGS, verdict_of, withheld_lines
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 
@@ -51,7 +51,7 @@ def run_text(validation: Validation, report: str, width: int) -> Iterator[Text |
 
 
 def _heading(validation: Validation) -> str:
-    heading, place = HEADINGS[verdict_of(validation)][2:].lower(), place_of(validation)
+    heading, place = HEADINGS[verdict_of(validation)][2:].lower(), validation.diagnosis.place
     return f"{heading}: {place}" if place else heading
 
 
@@ -66,10 +66,10 @@ def _lines(validation: Validation) -> Iterator[tuple[str, str]]:
     if diagnosis.sentence:
         yield "what", diagnosis.sentence
     if diagnosis.step:
-        yield "test" if len(diagnosis.causes) > 1 else "do this", diagnosis.step.do
+        yield "do this", diagnosis.step.do
         if diagnosis.step.command:
             yield "", diagnosis.step.command
-    speaking = sorted((i.finding for i in diagnosis.evidence if i.finding != end), key=excess, reverse=True)
+    speaking = sorted((finding for finding in diagnosis.evidence if finding != end), key=excess, reverse=True)
     others = [finding for finding in failed(validation.findings) if finding not in (*speaking, end)]
     yield from _findings("evidence", speaking, remedy=not diagnosis.step)
     yield from _findings("other" if speaking else "failed", others, remedy=True)

@@ -14,6 +14,7 @@ from aero.channels import Channel
 from aero.firmware import VERSION_GROUPS, Firmware, firmware_of
 from hil.checks import Measured
 from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits, within_limits
+from hil.verdict.parts import listed
 
 OF_THE_MAP = {
     ("excursion", "closed_angle"),
@@ -59,10 +60,10 @@ def has_other_windows(moved: Mapping[Channel, float]) -> bool:
     )
 
 
-def other_versions(
+def reads_as(
     numbers: Mapping[str, Measured], off: Mapping[Key, float | None], named: str, others: Mapping[str, Sequence[Limit]]
-) -> tuple[str, ...]:
-    """Return the versions, each the oldest of those that move alike, as which a run reads as a healthy hand.
+) -> str:
+    """Return how another version, or a board that was not homed, explains a run, for people; empty where none does.
 
     Args:
         numbers: what was measured, by experiment.
@@ -70,6 +71,21 @@ def other_versions(
         named: version that was named.
         others: limits by version, see `limits_of_others`.
     """
+    moved = moved_windows(numbers, off)
+    if len(moved) == 1:
+        return "one window was trimmed"
+    if versions := other_versions(numbers, off, named, others):
+        unhomed = ", or with a board that was not homed" if may_be_unhomed(named, versions) else ""
+        return (
+            f"it reads as firmware {listed(map(versions_alike, versions))}, or as a board{unhomed} with moved windows"
+        )
+    return "the windows are those of another firmware" if has_other_windows(moved) else ""
+
+
+def other_versions(
+    numbers: Mapping[str, Measured], off: Mapping[Key, float | None], named: str, others: Mapping[str, Sequence[Limit]]
+) -> tuple[str, ...]:
+    """Return the versions, each the oldest of those that move alike, as which a run reads as a healthy hand."""
     return tuple(version for version, limits in others.items() if _reads_as(numbers, off, named, version, limits))
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from aero.channels import Channel
-from hil.checks import ALIKE, DRIVER, EXPERIMENTS, JUDGED, WHOLE_RUN, Measured
+from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
 from hil.checks.alike.check import PACES
-from hil.checks.shared.declaration import Effect, Metric
+from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import Experiment, Measuring, reading
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
 from hil.checks.shared.signals import find_steps, own_stretch
@@ -19,20 +20,16 @@ from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
-from hil.verdict.diagnosis import Component, Diagnosis, Indication, Location, NextStep, Row, command_again, filled, rows
+from hil.verdict.case import DiagnosisCase
+from hil.verdict.diagnosis import Diagnosis, NextStep, command_again
+from hil.verdict.failures import Failures
 from hil.verdict.findings import Finding, Why, Withheld, failed
-from hil.verdict.firmware_version import (
-    has_other_windows,
-    limits_of_others,
-    may_be_unhomed,
-    moved_windows,
-    other_versions,
-    versions_alike,
-)
+from hil.verdict.firmware_version import limits_of_others, reads_as
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.limits import Limit, compare, excesses, load_limits
-from hil.verdict.rules import Failures, rule_for
+from hil.verdict.limits import Key, Limit, compare, excesses, load_limits
+from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
+from hil.verdict.suspects import Clue, RunSigns, clues, suspected
 from model.units import DEFAULT_LIMITS, shipped_units
 from model.units.naming import PLAUSIBLE, unit_named
 
@@ -142,60 +139,39 @@ class Judge:
         return run if run.passed else replace(run, diagnosis=self.diagnosis(run))
 
     def diagnosis(self, run: Validation) -> Diagnosis:
-        """Return where the failures of a run come from, and what they leave.
+        """Return what the failures of a run leave suspected.
 
         Nothing is known where a person or the guard's refusal ended it.
         """
         failures = failed(run.findings)
         if run.end.kind in SAYS_NOTHING or run.end.kind is EndKind.NOT_PERMITTED:
             return Diagnosis(unexplained=failures, step=_again(run))
-        numbers = {name: without_withheld(measured, name, run.withheld) for name, measured in run.numbers.items()}
         readings = tuple(f for name, result in run.judged.items() if not _asks(name) for f in failed(result.findings))
         if answers := failed(run.answers):
             if not readings:
                 return _answered(run, answers)
         elif not readings and run.end.error is None:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
-        location, name, changed = self.rule(numbers, run.end)
-        if location.component is Component.UNKNOWN and run.end.finding is not None:
+        numbers = {name: without_withheld(measured, name, run.withheld) for name, measured in run.numbers.items()}
+        signs = self.signs(numbers, run.end)
+        found = clues(signs)
+        case = DiagnosisCase(signs.failures, suspected(signs, found))
+        if not case.suspects:
             # What ended the run says itself what happened.
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
-        row = rows().get(name, Row())
-        if changed:
-            row = replace(row, causes=changed)
-        spoken, rest = _sorted(run, location, row)
-        return Diagnosis(
-            location,
-            name,
-            row.causes,
-            spoken,
-            rest,
-            _step(run, location, row, failed(run.findings)),
-        )
+        return _told(run, case, found)
 
-    def rule(self, numbers: Mapping[str, Measured], end: RunEnd) -> tuple[Location, str, tuple[str, ...]]:
-        """Return location and row of a run that failed, and its causes where the row's are to be put more exactly.
+    def signs(self, numbers: Mapping[str, Measured], end: RunEnd) -> RunSigns:
+        """Return what the rules read of a run.
 
         Args:
             numbers: what was measured and is to be judged, by experiment, and of `session`, `driver` and `alike`.
             end: how the run ended.
         """
         numbers = {name: measured for name, measured in numbers.items() if not _asks(name)}
-        off = excesses(numbers, self.limits)
-        found = Failures(off, _sides(numbers, self.limits))
-        board = Location(Component.BOARD)
-        if not found.of_driver(orderly=True):
-            moved = moved_windows(numbers, off)
-            if has_other_windows(moved):
-                return board, "windows", ()
-            if len(moved) == 1:
-                return Location(Component.CHANNEL, tuple(moved)), "trim", ()
-            others = limits_of_others(self._kind, self._firmware, guarded=self._guarded)
-            if read_as := other_versions(numbers, off, self._firmware, others):
-                first = f"firmware {' or '.join(map(versions_alike, read_as))} on the board"
-                unhomed = may_be_unhomed(self._firmware, read_as)
-                return board, "windows", (first, rows()["windows"].causes[1]) if unhomed else (first,)
-        return (*rule_for(found, end), ())
+        failures = Failures.of(numbers, self.limits)
+        others = limits_of_others(self._kind, self._firmware, guarded=self._guarded)
+        return RunSigns(failures, end, reads_as(numbers, excesses(numbers, self.limits), self._firmware, others))
 
 
 Late = Callable[[str, Metric], float]
@@ -278,45 +254,31 @@ def _asks(name: str) -> bool:
     return name in EXPERIMENTS and EXPERIMENTS[name].asks
 
 
-def _sides(numbers: Mapping[str, Measured], limits: Sequence[Limit]) -> dict[tuple[str, str, str], float]:
-    return {
-        (limit.experiment, limit.metric, subject): limit.side(measured[limit.metric])
-        for limit in limits
-        for subject in limit.subjects
-        if limit.metric in (measured := numbers.get(limit.experiment, {}).get(subject, {}))
-    }
+def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue]) -> Diagnosis:
+    """Return what is said of a case: its leading suspects, with the clues and findings that speak for them."""
+    bare = Diagnosis(case.suspects)
+    speaking = [clue for clue in found if not clue.weights.keys().isdisjoint(bare.leading)]
+    accounted = frozenset[Key]().union(*(clue.accounts_for for clue in speaking))
+
+    def speaks(finding: Finding) -> bool:
+        return (finding.experiment, finding.check, finding.subject) in accounted or finding == run.end.finding
+
+    off, proposal = failed(run.findings), case.next_step
+    return replace(
+        bare,
+        clues=tuple(dict.fromkeys(clue.seen for clue in speaking)),
+        evidence=tuple(finding for finding in off if speaks(finding)),
+        unexplained=tuple(finding for finding in off if not speaks(finding)),
+        step=NextStep(off[0].remedy) if proposal is None else NextStep(proposal.text, _diagnose(run)),
+    )
 
 
-def _sorted(run: Validation, location: Location, row: Row) -> tuple[tuple[Indication, ...], tuple[Finding, ...]]:
-    """Return the failed findings that speak for a row at a place, and the others."""
-    own = {channel.label for channel in location.channels} | {"hand"}
-    spoken, rest = list[Indication](), list[Finding]()
-    for finding in failed(run.findings):
-        effects = tuple(effect for effect in _effects(finding) if effect in row.effects)
-        here = not location.channels or finding.subject in own or finding.check == "others_moved"
-        about_the_end = finding == run.end.finding
-        if row.causes and ((effects and here) or about_the_end):
-            spoken.append(Indication(finding, effects))
-        else:
-            rest.append(finding)
-    return tuple(spoken), tuple(rest)
-
-
-def _effects(finding: Finding) -> tuple[Effect, ...]:
-    measuring = JUDGED.get(finding.experiment)
-    # A run that could not be measured has a finding of its own, named as the experiment.
-    if measuring is None or finding.check == finding.experiment:
-        return ()
-    return measuring.metric(finding.check, finding.subject).witness(finding.excess)
-
-
-def _step(run: Validation, location: Location | None, row: Row, failures: Sequence[Finding]) -> NextStep | None:
+def _diagnose(run: Validation) -> str:
+    """Return the command that takes a failed run up; of a hand that is gone with its program there is none."""
     header = run.header
-    if header is None or not failures:
-        return None
-    if row.test:
-        return NextStep(filled(row.test, location, header), filled(row.command, location, header))
-    return NextStep(failures[0].remedy)
+    if header is None or header.target == "emulated":
+        return ""
+    return f"aero-hil diagnose --hil {shlex.quote(header.target)}"
 
 
 def _again(run: Validation) -> NextStep | None:
@@ -329,9 +291,9 @@ def _again(run: Validation) -> NextStep | None:
 def _answered(run: Validation, answers: Sequence[Finding]) -> Diagnosis:
     """Return what a person's answers say, where no reading failed."""
     seen = tuple(channel for channel in Channel if any(finding.subject == channel.label for finding in answers))
-    component = (Component.HAND, Component.CHANNEL, Component.CHANNELS)[min(len(seen), 2)]
+    suspects = {Suspect(Part.DIGIT, channel): 1.0 / len(seen) for channel in seen}
     step = NextStep(answers[0].remedy, command_again(run.header) if run.header else "")
-    return Diagnosis(Location(component, seen), "answers", unexplained=tuple(answers), step=step)
+    return Diagnosis(suspects, ("it looks other than it should",), evidence=tuple(answers), step=step)
 
 
 def _worst(measured: Sequence[Measured]) -> Measured:

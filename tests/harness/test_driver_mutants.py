@@ -5,8 +5,8 @@ from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP
 
 from hil.faults import parse_fault
 from hil.targets.opening import open_target
-from hil.verdict.diagnosis import Component, Location
 from hil.verdict.findings import failed
+from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import EndKind
 from hil.verdict.validation import validate
 from model.units.conditions import Conditions
@@ -48,7 +48,7 @@ def test_a_mistake_for_which_the_guard_stops_is_the_drivers(name, monkeypatch):
     with open_target(unit="reference", guarded=True) as target:
         done = validate(target, GENTLE)
     assert done.end.kind is EndKind.STOPPED
-    assert done.diagnosis.location == Location(Component.DRIVER)
+    assert done.diagnosis.leading == (Suspect(Part.DRIVER),)
 
 
 def test_a_good_driver_whose_hand_the_guard_stops_is_not_blamed():

@@ -10,7 +10,7 @@ from aero import protocol
 from aero.actuation import ActuationMap, load_coefficients
 from aero.driver import AeroHand
 from hil.targets.opening import open_target
-from hil.verdict.diagnosis import Component
+from hil.verdict.parts import Part, Suspect
 from hil.verdict.validation import validate
 
 GENTLE = ("presence", "audit")
@@ -169,4 +169,4 @@ def named_driver(mistake: Callable[[pytest.MonkeyPatch], None], experiments: Seq
         mistake(monkeypatch)
         with open_target(unit="plausible:331007", seed=331007) as target:
             done = validate(target, experiments)
-    return done.diagnosis.location is not None and done.diagnosis.location.component is Component.DRIVER
+    return done.diagnosis.leading == (Suspect(Part.DRIVER),)

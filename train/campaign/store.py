@@ -20,7 +20,7 @@ NAME = "campaign.duckdb"
 _TABLES = """
 CREATE TABLE IF NOT EXISTS trials (
     key VARCHAR PRIMARY KEY, trial JSON, failed VARCHAR[], stopped VARCHAR, ended VARCHAR,
-    wall_s DOUBLE, processor_s DOUBLE, hand_s DOUBLE, commit VARCHAR, place VARCHAR, diagnosis VARCHAR
+    wall_s DOUBLE, processor_s DOUBLE, hand_s DOUBLE, commit VARCHAR, suspects VARCHAR
 );
 CREATE TABLE IF NOT EXISTS numbers (
     key VARCHAR, experiment VARCHAR, subject VARCHAR, metric VARCHAR, value DOUBLE
@@ -28,7 +28,7 @@ CREATE TABLE IF NOT EXISTS numbers (
 CREATE TABLE IF NOT EXISTS commands (command VARCHAR PRIMARY KEY);
 """
 
-_COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit, place, diagnosis"
+_COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit, suspects"
 
 
 class StoreError(ValueError):
@@ -71,8 +71,7 @@ class Store:
             outcome.processor_s,
             outcome.hand_s,
             outcome.commit,
-            outcome.place,
-            outcome.row,
+            " ".join(outcome.suspects),
         )
         try:
             self._connection.begin()
@@ -126,7 +125,7 @@ class Store:
         for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():
             numbers.setdefault(key, {}).setdefault(experiment, {}).setdefault(subject, {})[metric] = value
         rows = self._connection.execute(f"SELECT {_COLUMNS} FROM trials ORDER BY rowid").fetchall()
-        for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit, place, row in rows:
+        for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit, suspects in rows:
             yield Outcome(
                 trial=Trial.of(json.loads(trial)),
                 numbers=numbers.get(key, {}),
@@ -137,8 +136,7 @@ class Store:
                 processor_s=processor_s,
                 hand_s=hand_s,
                 commit=commit,
-                place=place,
-                row=row,
+                suspects=tuple(suspects.split()),
             )
 
 

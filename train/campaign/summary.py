@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -16,14 +16,15 @@ from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
 from hil.checks import ALIKE, Measured
-from hil.checks.shared.subjects import subject_words
 from hil.faults import CATALOGUE, Fault, parse_fault
 from hil.report.matplotlib_svg import svg_of
+from hil.verdict.diagnosis import Diagnosis
 from hil.verdict.judge import Judge
 from hil.verdict.limits import Key, excesses, load_limits, within_limits
 from hil.verdict.run_end import FINISHED
+from hil.verdict.suspects import clues, suspected
 from model.units.naming import unit_named
-from train.campaign.trial import Outcome
+from train.campaign.trial import Outcome, written
 
 CONFIDENCE = 0.95
 NOT_FIRED = "FaultNeverFiredError"
@@ -63,9 +64,7 @@ class Detection:
     checks: tuple[tuple[str, int], ...]
     """`experiment/metric` and in how many hands it failed, the most first."""
     located: int
-    """Hands, of those found, whose diagnosis names the right place."""
-    explained: int
-    """Hands, of those found, whose causes hold the right one, or that are told as explained by nothing known."""
+    """Hands, of those found, that suspect the part at fault first."""
     furthest: float
     """Of the hands that were not found, the largest part of the way from healthy readings to a limit, 0 to 1."""
 
@@ -87,39 +86,31 @@ def _numbers(outcome: Outcome) -> Mapping[str, Measured]:
     return {**outcome.numbers, ALIKE.name: ALIKE.measure(outcome.numbers)}
 
 
-def told(outcome: Outcome) -> tuple[str, str]:
-    """Return location, `Location.words`, and row of `diagnoses.toml` of a flagged hand, judged anew.
+def told(outcome: Outcome) -> tuple[str, ...]:
+    """Return the leading suspects of a flagged hand, as `Outcome.suspects` has them, judged anew.
 
     A run that an error ended has those that it was given then: its error is not stored.
     """
     trial = outcome.trial
     if outcome.ended:
-        return outcome.place, outcome.row
+        return outcome.suspects
     judge = Judge(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded)
-    location, row, _ = judge.rule(_numbers(outcome), FINISHED)
-    return location.words, row
+    signs = judge.signs(_numbers(outcome), FINISHED)
+    return tuple(map(written, Diagnosis(suspected(signs, clues(signs))).leading))
 
 
 @cache
-def _expected() -> Mapping[str, Mapping[str, Sequence[str]]]:
+def _expected() -> Mapping[str, Sequence[str]]:
     text = resources.files("train.campaign").joinpath("expected.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+    found: Mapping[str, Sequence[str]] = tomllib.loads(text)["part"]
+    return found
 
 
-def right_place(fault: Fault, place: str) -> bool:
-    """Return whether a diagnosis that names a place, `Location.words`, is right about a fault."""
-    places = _expected()["place"].get(CATALOGUE[fault.name].cause, ())
-    return place in places or (fault.channel is not None and subject_words(fault.channel.label) in place)
-
-
-def has_row(fault: Fault) -> bool:
-    """Return whether a row of `diagnoses.toml` has causes of this kind."""
-    return CATALOGUE[fault.name].cause in _expected()["row"]
-
-
-def right_cause(fault: Fault, row: str) -> bool:
-    """Return whether a row of `diagnoses.toml` holds the cause of a fault; none, where no row does."""
-    return row in _expected()["row"].get(CATALOGUE[fault.name].cause, ("",))
+def right_part(fault: Fault, suspects: Collection[str]) -> bool:
+    """Return whether the part at fault is among suspects; of a channel its servo or its digit, which no run splits."""
+    if fault.channel is not None and any(suspect.endswith(f"/{fault.channel.label}") for suspect in suspects):
+        return True
+    return not set(suspects).isdisjoint(_expected().get(CATALOGUE[fault.name].cause, ()))
 
 
 def detections(outcomes: Iterable[Outcome]) -> tuple[Detection, ...]:
@@ -138,7 +129,7 @@ def detections(outcomes: Iterable[Outcome]) -> tuple[Detection, ...]:
 
 def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detection:
     failed: dict[str, int] = defaultdict(int)
-    found = located = explained = 0
+    found = located = 0
     furthest = 0.0
     for outcome in group:
         if not flagged(outcome):
@@ -150,12 +141,10 @@ def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detectio
         if outcome.stopped:
             failed[f"stopped: {outcome.ended or 'gate'}"] += 1
         fault = parse_fault(outcome.trial.faults[0])
-        place, cause = told(outcome)
-        located += right_place(fault, place)
-        explained += right_cause(fault, cause)
+        located += right_part(fault, told(outcome))
     ranked = tuple(sorted(failed.items(), key=lambda item: (-item[1], item[0])))
     unit = CATALOGUE[name].unit
-    return Detection(name, severity, unit, Share(found, len(group)), ranked, located, explained, furthest)
+    return Detection(name, severity, unit, Share(found, len(group)), ranked, located, furthest)
 
 
 def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
@@ -190,8 +179,8 @@ def render_campaign(outcomes: Sequence[Outcome]) -> str:
     facts = f"{hand / 3600:.1f} hours of hand time in {wall / 3600:.2f} hours of work."
     if found:
         facts += (
-            f" Of {sum(row.found.of for row in rows)} faulty hands {found} were found: the right place of "
-            f"{sum(row.located for row in rows)} was told, and the right cause of {sum(row.explained for row in rows)}."
+            f" Of {sum(row.found.of for row in rows)} faulty hands {found} were found; of "
+            f"{sum(row.located for row in rows)} the part at fault is suspected first."
         )
     environment = Environment(
         loader=PackageLoader("train.campaign"), autoescape=True, undefined=StrictUndefined, trim_blocks=True

@@ -20,6 +20,7 @@ from hil.recordings.provenance import source_commit
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
+from hil.verdict.parts import Suspect
 from hil.verdict.run_end import FINISHED, EndKind
 from hil.verdict.validation import validate
 from model.geometry import Side
@@ -105,10 +106,8 @@ class Outcome:
     """Hand time of the recordings, s."""
     commit: str = ""
     """Of this project's source."""
-    place: str = ""
-    """Where the diagnosis locates what is wrong; empty when nothing is."""
-    row: str = ""
-    """Row of `diagnoses.toml`; empty when nothing known explains it."""
+    suspects: tuple[str, ...] = ()
+    """Leading suspects of the diagnosis, `PART` or `PART/channel`; none when nothing is wrong."""
 
 
 def perform(trial: Trial) -> Outcome:
@@ -155,9 +154,13 @@ def perform(trial: Trial) -> Outcome:
         time.process_time() - processor,
         done.hand_seconds,
         source_commit(),
-        "" if done.diagnosis.location is None else done.diagnosis.location.words,
-        done.diagnosis.name,
+        tuple(map(written, done.diagnosis.leading)),
     )
+
+
+def written(suspect: Suspect) -> str:
+    """Return a suspect as an outcome has it: `PART` or `PART/channel`."""
+    return suspect.part.name if suspect.channel is None else f"{suspect.part.name}/{suspect.channel.label}"
 
 
 SIDES: tuple[Side, ...] = get_args(Side)

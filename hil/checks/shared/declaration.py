@@ -20,7 +20,6 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `worse` | `by` how much, or which `share`, it may grow over a hand's baseline, and the `meaning` of growth |
 | `column`, `paper`, `differs` | its column in the table beside the paper, the paper's number, why ours may differ |
 | `published` | a figure of the paper's text, and the metric of the simulator that corresponds (`model`) |
-| `witness` | `low` and `high`: the effects (`Effect`) that a reading beyond that side is a witness of |
 | `seconds` | `last closing` where only the last one counts |
 | `timed` | true of a number that is a time, or in motion: it is not judged where the computer was held up |
 | `optional` | true of a number that is left out where it has no meaning |
@@ -37,37 +36,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
-from enum import Enum
 from typing import Any, Literal
 
 from aero.channels import Channel
 from hil.checks.shared.subjects import GROUPS
 
 LimitSide = Literal["above", "below", "both"]
-
-
-class Effect(Enum):
-    """What something wrong does to a hand; the values are the words of `checks.toml`."""
-
-    SLACK = "slack"
-    """The cable pulls late, or not at all."""
-    TORQUE = "torque"
-    """Too little torque."""
-    FRICTION = "friction"
-    BLOCKED = "blocked"
-    SPRING = "spring"
-    """A return spring pulls too little or too much."""
-    SENSOR = "sensor"
-    HEAT = "heat"
-    INTERMITTENT = "intermittent"
-    LATE = "late"
-    BYTES = "bytes"
-    """Bytes are lost, added or altered."""
-    RESTART = "restart"
-    SETTINGS = "settings"
-    """Another firmware version, or other settings."""
-    EXCHANGED = "exchanged"
-    DRIVER = "driver"
 
 
 @dataclass(frozen=True)
@@ -189,9 +163,6 @@ class Metric:
     """Whether it is left out where it has no meaning, as without a load."""
     samples_in_time: bool = False
     """Whether it is left out where too few of its samples came in time."""
-    witness_low: tuple[Effect, ...] = ()
-    """What a reading that is too low is a witness of."""
-    witness_high: tuple[Effect, ...] = ()
 
     @property
     def meaning(self) -> str:
@@ -202,12 +173,6 @@ class Metric:
     def remedy(self) -> str:
         """What to do on either side."""
         return _either(self.low, self.high).remedy
-
-    def witness(self, excess: float | None) -> tuple[Effect, ...]:
-        """Return what a failed reading is a witness of: of nothing, where it could not be measured."""
-        if excess is None:
-            return ()
-        return self.witness_low if excess < 0 else self.witness_high
 
     def text(self, value: float | None) -> str:
         """Return a value as people read it, with its unit; None was withheld."""
@@ -232,7 +197,7 @@ def number(value: float) -> str:
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
 TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
 SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional", "timed", "samples_in_time"}
-KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", "witness", *BOUND, *TEXTS, *SEEN}
+KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
@@ -306,8 +271,6 @@ def _metric(
         column=Column(**table["column"]) if "column" in table else None,
         paper=numbers,
         published=tuple(figure for figure in figures if figure.subject in subjects),
-        witness_low=tuple(map(Effect, table.get("witness", {}).get("low", ()))),
-        witness_high=tuple(map(Effect, table.get("witness", {}).get("high", ()))),
         **{key: table[key] for key in SEEN & table.keys()},
     )
 

@@ -56,7 +56,7 @@ def test_exchanged_fingers_are_found_and_named(fault, tmp_path):
         ("ring", "another_moved"): "the middle finger",
     }
     diagnosis = result.diagnosis
-    assert diagnosis.location.words == "middle finger and ring finger"
+    assert diagnosis.place == "middle finger or ring finger"
     assert "exchange" in diagnosis.step.do
     recording = read_recording(tmp_path / "look.mcap")
     assert recording.header.parameters["moved_middle"] == "ring"

@@ -18,9 +18,10 @@ from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.beside_paper import table
 from hil.report.page import render_report
-from hil.verdict.diagnosis import NOTHING, Component, Diagnosis, Indication, Location, NextStep
+from hil.verdict.diagnosis import NOTHING, Diagnosis, NextStep
 from hil.verdict.findings import Finding, Why, Withheld
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
 GOOD = Finding(
@@ -75,14 +76,14 @@ class Elements(HTMLParser):
 
 
 def test_the_verdict_comes_first_then_the_plot_the_evidence_other_findings_and_the_rest(recording):
-    location = Location(Component.CHANNEL, (Channel.INDEX,))
-    causes, step = ("a loose cable", "a torn one"), NextStep("Pull at it.")
-    diagnosis = Diagnosis(location, "slack", causes, (Indication(BAD, ()),), (OTHER,), step)
+    suspects = {Suspect(Part.SERVO, Channel.INDEX): 0.5, Suspect(Part.DIGIT, Channel.INDEX): 0.5}
+    diagnosis = Diagnosis(suspects, ("the index is off",), (BAD,), (OTHER,), NextStep("Pull at it."))
     html = page(recording, [GOOD, BAD, OTHER], diagnosis=diagnosis)
     body = html[html.index("<body>") :]
     order = [
-        "Out of limits: index finger", "A loose cable or a torn one.", "2 of 3 checks failed.", 'id="first-plot"',
-        "<b>Test.</b> Pull at it.", "<b>Index finger: tracking rms is 1.2 mm", 'id="findings"', "friction is 2 A",
+        "Out of limits: index finger", "The index is off. Suspected: servo of the index",
+        "2 of 3 checks failed.", 'id="first-plot"',
+        "<b>Do this.</b> Pull at it.", "<b>Index finger: tracking rms is 1.2 mm", 'id="findings"', "friction is 2 A",
         'id="appendix"', "<table",
     ]  # fmt: skip
     places = [body.index(text) for text in order]
@@ -96,16 +97,16 @@ def test_every_channel_is_in_the_picture_with_its_verdict(spoiled_page):
     assert Elements(spoiled_page).channels == wanted
 
 
-@pytest.mark.parametrize("component", [Component.DRIVER, Component.LINK, Component.SUPPLY, Component.HOST])
-def test_what_is_no_fault_of_a_finger_paints_none_red(recording, component):
-    diagnosis = Diagnosis(Location(component), "x", ("a cause",), (Indication(BAD, ()),))
+@pytest.mark.parametrize("part", [Part.DRIVER, Part.USB, Part.SUPPLY, Part.COMPUTER])
+def test_what_is_no_fault_of_a_finger_paints_none_red(recording, part):
+    diagnosis = Diagnosis({Suspect(part): 1.0}, ("a clue",), (BAD,))
     html = page(recording, [GOOD, BAD], diagnosis=diagnosis)
     assert Elements(html).channels["index"] == ["channel", "none"]
-    assert f"not judged: what failed comes from the {component.value}" in html
+    assert f"not judged: what failed there speaks for: {part.value}" in html
 
 
 def test_the_finger_that_a_check_of_the_hand_is_about_is_red(recording):
-    diagnosis = Diagnosis(Location(Component.CHANNEL, (Channel.RING,)), "x", ("a cause",))
+    diagnosis = Diagnosis({Suspect(Part.DIGIT, Channel.RING): 1.0}, ("a clue",))
     assert Elements(page(recording, [GOOD, BAD], diagnosis=diagnosis)).channels["ring"] == ["channel", "fail"]
 
 

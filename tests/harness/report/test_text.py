@@ -11,8 +11,9 @@ from aero.channels import Channel
 from hil.checks import EXPERIMENTS
 from hil.report.beside_paper import compared, table
 from hil.report.text import run_text
-from hil.verdict.diagnosis import Component, Diagnosis, Indication, Location, NextStep
+from hil.verdict.diagnosis import Diagnosis, NextStep
 from hil.verdict.findings import failed
+from hil.verdict.parts import Part, Suspect
 
 
 def printed(run, width):
@@ -35,8 +36,8 @@ def broken(validated):
     run = replace(validated, results={**validated.results, "staircase": replace(result, findings=tuple(bad))})
     spoken, other = failed(run.findings)
     diagnosis = Diagnosis(
-        Location(Component.CHANNEL, (Channel.RING,)), "slack", ("a loose cable", "a torn one"),
-        (Indication(spoken, ()),), (other,), NextStep("Pull at the cable.", "aero-hil validate"),
+        {Suspect(Part.DIGIT, Channel.RING): 1.0}, ("the ring is off",),
+        (spoken,), (other,), NextStep("Pull at the cable.", "aero-hil validate"),
     )  # fmt: skip
     return replace(run, diagnosis=diagnosis)
 
@@ -57,7 +58,8 @@ def test_every_number_beside_the_paper_is_there_in_full(validated, width):
 def test_a_failed_run_says_verdict_and_place_then_evidence_test_and_other_findings(broken, width):
     said = " ".join(printed(broken, width).split())
     order = (
-        "Out of limits: ring finger", "A loose cable or a torn one.", "test Pull at the cable.", "aero-hil validate",
+        "Out of limits: ring finger", "The ring is off. Suspected: digit",
+        "do this Pull at the cable.", "aero-hil validate",
         "evidence Ring finger", "other Ring finger", "presence", "out of limits: ring finger; 2 of ",
     )  # fmt: skip
     places = [said.index(text) for text in order]

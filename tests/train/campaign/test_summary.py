@@ -16,9 +16,8 @@ from train.campaign.summary import (
     detections,
     false_alarms,
     flagged,
-    has_row,
     render_campaign,
-    right_cause,
+    right_part,
     told,
 )
 from train.campaign.trial import Trial, faulty_hands, healthy_hands, shipped_hands
@@ -66,28 +65,27 @@ def test_a_fault_is_found_where_a_check_fails_and_what_is_said_of_it_is_compared
     (row,) = detections([faulty(4.0), faulty(0.2)])
     assert (row.name, row.found.count, row.found.of) == ("cable_snapped", 1, 2)
     assert row.checks == (("staircase/tracking_rms", 1),)
-    assert (row.located, row.explained) == (1, 0)
+    assert row.located == 1
     (row,) = detections([faulty(4.0, on="ring")])
-    assert (row.located, row.explained) == (0, 0)
+    assert row.located == 0
 
 
 def test_where_and_why_are_judged_by_the_present_rules():
     """A stored campaign is judged anew, whatever was said of its hands when they ran."""
-    assert told(faulty(4.0, place="ring finger", row="friction")) == ("index finger", "")
+    assert set(told(faulty(4.0, suspects=("DIGIT/ring",)))) == {"SERVO/index", "DIGIT/index"}
 
 
 def test_a_run_that_an_error_ended_keeps_what_was_said_of_it():
-    ended = faulty(0.2, stopped="it stopped", ended="SafetyStopError", place="index finger", row="cable_off")
+    ended = faulty(0.2, stopped="it stopped", ended="SafetyStopError", suspects=("DIGIT/index",))
     (row,) = detections([ended])
-    assert (row.located, row.explained) == (1, 1)
+    assert row.located == 1
 
 
-def test_a_cause_that_no_row_has_is_right_where_none_is_told(monkeypatch):
-    fault = parse_fault("cable_snapped:index")
-    monkeypatch.setattr("train.campaign.summary._expected", lambda: {"place": {}, "row": {}})
-    assert not has_row(fault)
-    assert right_cause(fault, "")
-    assert not right_cause(fault, "cable_off")
+def test_the_part_at_fault_is_right_and_so_is_a_channels_servo_for_its_digit():
+    assert right_part(parse_fault("supply_low"), ("SUPPLY", "USB"))
+    assert not right_part(parse_fault("supply_low"), ("USB",))
+    assert right_part(parse_fault("cable_snapped:index"), ("SERVO/index",))
+    assert not right_part(parse_fault("cable_snapped:index"), ("SERVO/ring", "SUPPLY"))
 
 
 def test_a_fault_counts_as_found_from_where_every_hand_is_flagged():

@@ -1,0 +1,152 @@
+"""A case: what a failed run leaves suspected, the steps that were done since, and what they convict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from aero.channels import Channel
+from hil.faults.part import Part
+from hil.verdict.failures import Failures
+from hil.verdict.parts import Suspect
+from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, neighbour, steps
+
+SURE = 0.85
+"""Likelihood from which on a suspect that a step convicts is told."""
+REMAINS = 0.1
+"""Likelihood from which on a suspect is named among those that remain."""
+HANDLING, FETCHING = 1.0, 5.0
+"""What beginning any step costs, and one with a tool besides, min: what needs none comes first."""
+WORTH_A_STEP = 0.02
+"""Bits a minute from which on a step is worth its time."""
+GONE_BELOW, MOVED_FROM = 0.3, 0.4
+"""Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
+MOST_STEPS = 6
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A step at a place."""
+
+    step: CaseStep
+    at: Channel | None = None
+    beside: Channel | None = None
+
+    @property
+    def text(self) -> str:
+        """What the person does."""
+        return self.step.text(self.at, self.beside)
+
+
+@dataclass(frozen=True)
+class Done:
+    """A step that was done."""
+
+    proposal: Proposal
+    outcome: StepOutcome
+    note: str = ""
+    """What a person measured or saw."""
+
+
+@dataclass(frozen=True)
+class DiagnosisCase:
+    """Suspects of a failed run and the steps since; pure."""
+
+    before: Failures
+    """What failed."""
+    suspects: Mapping[Suspect, float]
+    """How likely each is by the run alone; they sum to 1."""
+    done: tuple[Done, ...] = ()
+
+    @property
+    def likely(self) -> dict[Suspect, float]:
+        """How likely each suspect is after all steps, the likeliest first."""
+        weights = dict(self.suspects)
+        for one in self.done:
+            for suspect in weights:
+                weights[suspect] *= one.proposal.step.likelihood(one.outcome, suspect, one.proposal.at)
+        return _normalised(weights)
+
+    @property
+    def convicted(self) -> Suspect | None:
+        """The suspect that a step has convicted, None where none is."""
+        likely = self.likely
+        proven = [one.proposal.step.convicted(one.outcome, one.proposal.at) for one in self.done]
+        return next((s for s in proven if s is not None and likely.get(s, 0.0) >= SURE), None)
+
+    @property
+    def remaining(self) -> tuple[Suspect, ...]:
+        """What remains suspected."""
+        return tuple(suspect for suspect, weight in self.likely.items() if weight >= REMAINS)
+
+    @property
+    def next_step(self) -> Proposal | None:
+        """The step that says most for its minutes; None where the case is closed or no step says enough."""
+        if self.convicted is not None or len(self.done) >= MOST_STEPS or not self.suspects:
+            return None
+        best = max(self._proposals(), key=self._worth, default=None)
+        return best if best is not None and self._worth(best) >= WORTH_A_STEP else None
+
+    def after(self, proposal: Proposal, outcome: StepOutcome, note: str = "") -> DiagnosisCase:
+        """Return the case with one more step done."""
+        return replace(self, done=(*self.done, Done(proposal, outcome, note)))
+
+    def _proposals(self) -> list[Proposal]:
+        tried = {(one.proposal.step.name, one.proposal.at) for one in self.done}
+        failing = frozenset(s.channel for s in self.suspects if s.channel is not None)
+        found = []
+        for step in steps().values():
+            places: list[Channel | None] = [None]
+            if step.of_one_channel:
+                places = [s.channel for s in self.likely if s.part in OF_ONE and s.channel is not None]
+            for at in dict.fromkeys(places):
+                if (step.name, at) not in tried:
+                    found.append(Proposal(step, at, None if at is None else neighbour(at, failing)))
+        return found
+
+    def _worth(self, proposal: Proposal) -> float:
+        """Return the bits that a step is expected to say, and how likely it convicts, for each minute."""
+        likely, step = self.likely, proposal.step
+        gained = convicts = 0.0
+        for outcome in step.outcomes:
+            joint = {s: w * step.likelihood(outcome, s, proposal.at) for s, w in likely.items()}
+            chance = sum(joint.values())
+            after = _normalised(joint)
+            gained += chance * (_bits(likely) - _bits(after))
+            proven = step.convicted(outcome, proposal.at)
+            if proven is not None and after.get(proven, 0.0) >= SURE:
+                convicts += chance
+        return (gained + convicts) / (step.minutes + HANDLING + (FETCHING if step.tool else 0.0))
+
+
+def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOutcome:
+    """Return what became of a failure, from what the same experiments found before and after a step."""
+    step, at, beside = proposal.step, proposal.at, proposal.beside
+    same = before.weight(before.off)
+    if at is None or beside is None:
+        return StepOutcome.GONE if after.weight(after.off) < GONE_BELOW * same else StepOutcome.STAYS
+
+    def on(failures: Failures, channel: Channel) -> float:
+        return failures.weight(failures.keys(lambda _, subject: subject == channel.label))
+
+    here, there = on(after, at), on(after, beside) - on(before, beside)
+    if StepOutcome.MOVED in step.outcomes and there >= MOVED_FROM * on(before, at) and there > here:
+        return StepOutcome.MOVED
+    return (
+        StepOutcome.GONE
+        if max(here, after.weight(after.off) - same) < GONE_BELOW * on(before, at)
+        else StepOutcome.STAYS
+    )
+
+
+def _normalised(weights: Mapping[Suspect, float]) -> dict[Suspect, float]:
+    total = sum(weights.values()) or 1.0
+    return dict(sorted(((s, w / total) for s, w in weights.items()), key=lambda one: -one[1]))
+
+
+def _bits(likely: Mapping[Suspect, float]) -> float:
+    return -sum(weight * math.log2(weight) for weight in likely.values() if weight > 0)
+
+
+__all__ = ["DiagnosisCase", "Done", "Part", "Proposal", "outcome_of"]

@@ -1,0 +1,71 @@
+"""The readings of a run that are off: what every rule of the diagnosis reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from aero.channels import Channel
+from hil.checks import Measured
+from hil.verdict.limits import Key, Limit, excesses, out_of_limits
+
+FAR = 4.0
+"""Excess from which on a reading counts no more: how far it is off is no measure of how much it says."""
+LABELS = {channel.label: channel for channel in Channel}
+
+
+@dataclass(frozen=True)
+class Failures:
+    """Readings out of limits, by experiment, metric and subject, and where the others lie among healthy ones."""
+
+    off: Mapping[Key, float] = field(default_factory=dict)
+    """Excess (`Limit.excess`), beyond 1 or below -1."""
+    sides: Mapping[Key, float] = field(default_factory=dict)
+    """Place of every reading among healthy ones (`Limit.side`)."""
+
+    @classmethod
+    def of(cls, numbers: Mapping[str, Measured], limits: Collection[Limit]) -> Failures:
+        """Return the failures of measured readings, by experiment; one that is not measurable accuses nobody."""
+        found = excesses(numbers, limits)
+        off = {key: excess for key, excess in found.items() if excess is not None and out_of_limits(excess)}
+        return cls(off, sides(numbers, limits))
+
+    def on(self, check: str, sign: int = 0) -> frozenset[Channel]:
+        """Return the channels on which a check, `experiment/metric`, is off: too high by 1, too low by -1, any by 0."""
+        return frozenset(
+            LABELS[subject]
+            for (experiment, metric, subject), excess in self.off.items()
+            if f"{experiment}/{metric}" == check and subject in LABELS and (not sign or excess * sign > 0)
+        )
+
+    def keys(self, wanted: Callable[[str, str], bool]) -> frozenset[Key]:
+        """Return the failures whose check and subject are wanted."""
+        return frozenset(key for key in self.off if wanted(f"{key[0]}/{key[1]}", key[2]))
+
+    def hand(self, *checks: str) -> frozenset[Key]:
+        """Return the failures of the whole hand in some checks."""
+        return self.keys(lambda check, subject: subject == "hand" and check in checks)
+
+    def weight(self, keys: Iterable[Key]) -> float:
+        """Return how much some of the failures say."""
+        return sum(min(abs(self.off[key]), FAR) for key in keys if key in self.off)
+
+    def excess(self, check: str, subject: str) -> float:
+        """Return how far a reading is off; 0 within its limits."""
+        experiment, metric = check.split("/")
+        return self.off.get((experiment, metric, subject), 0.0)
+
+    def side(self, check: str, subject: str) -> float:
+        """Return where a reading lies among healthy ones: 1 at the greatest, -1 at the least; 0 where unknown."""
+        experiment, metric = check.split("/")
+        return self.sides.get((experiment, metric, subject), 0.0)
+
+
+def sides(numbers: Mapping[str, Measured], limits: Iterable[Limit]) -> dict[Key, float]:
+    """Return where the judged readings lie among healthy ones (`Limit.side`)."""
+    return {
+        (limit.experiment, limit.metric, subject): limit.side(measured[limit.metric])
+        for limit in limits
+        for subject in limit.subjects
+        if limit.metric in (measured := numbers.get(limit.experiment, {}).get(subject, {}))
+    }

@@ -1,0 +1,109 @@
+"""The steps of a case, as data: what a person does, and what each outcome says about each part."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from importlib import resources
+
+from aero.channels import FINGERS, Channel
+from hil.checks.shared.subjects import subject_words
+from hil.faults.part import Part
+from hil.verdict.parts import Suspect
+
+
+class StepOutcome(Enum):
+    """What came of a step; the values are for people."""
+
+    GONE = "the failure is gone"
+    STAYS = "the failure stays"
+    MOVED = "the failure went along"
+    SEEN = "yes"
+
+
+BY_CHANCE = 0.015
+"""Likelihood of an outcome that a part has no reason for: a loose plug was touched, a mild fault just passed."""
+OF_ONE = (Part.SERVO, Part.DIGIT)
+"""Parts that each channel has."""
+
+
+@dataclass(frozen=True)
+class CaseStep:
+    """A row of `steps.toml`."""
+
+    name: str
+    do: str
+    """What the person does, a text for `str.format` with `{where}` and `{beside}`; a question where it asks."""
+    minutes: float
+    """Of the person's time."""
+    likely: Mapping[Part, Mapping[StepOutcome, float]]
+    """By the part at fault, how likely each outcome is; the rest is `STAYS`."""
+    convicts: Mapping[StepOutcome, Part]
+    """The part that an outcome proves."""
+    tool: str = ""
+
+    @property
+    def asks(self) -> bool:
+        """Whether the person answers, and nothing is run."""
+        return any(StepOutcome.SEEN in of for of in self.likely.values())
+
+    @property
+    def of_one_channel(self) -> bool:
+        """Whether it is done at one channel, beside another."""
+        return "{where}" in self.do
+
+    @property
+    def outcomes(self) -> tuple[StepOutcome, ...]:
+        """What may come of it."""
+        named = {outcome for of in self.likely.values() for outcome in of}
+        return tuple(outcome for outcome in StepOutcome if outcome in named or outcome is StepOutcome.STAYS)
+
+    def likelihood(self, outcome: StepOutcome, suspect: Suspect, at: Channel | None) -> float:
+        """Return how likely an outcome is where a suspect is at fault and the step is done at a channel."""
+        elsewhere = self.of_one_channel and suspect.channel is not None and suspect.channel is not at
+        of = {} if elsewhere else self.likely.get(suspect.part, {})
+        if outcome is StepOutcome.STAYS:
+            return 1.0 - sum(max(of.get(one, 0.0), BY_CHANCE) for one in self.outcomes if one is not StepOutcome.STAYS)
+        return max(of.get(outcome, 0.0), BY_CHANCE)
+
+    def convicted(self, outcome: StepOutcome, at: Channel | None) -> Suspect | None:
+        """Return the suspect that an outcome proves at a channel, None where it proves none."""
+        part = self.convicts.get(outcome)
+        return None if part is None else Suspect(part, at if part in OF_ONE else None)
+
+    def text(self, at: Channel | None, beside: Channel | None) -> str:
+        """Return what the person does at a channel."""
+        words = {
+            name: "" if one is None else subject_words(one.label) for name, one in (("where", at), ("beside", beside))
+        }
+        return self.do.format(**words)
+
+
+@cache
+def steps() -> Mapping[str, CaseStep]:
+    """Return the steps by name."""
+    table = tomllib.loads((resources.files("hil") / "data" / "steps.toml").read_text(encoding="utf-8"))
+    return {
+        name: CaseStep(
+            name,
+            row["do"],
+            row["minutes"],
+            {
+                Part[part.upper()]: {StepOutcome[outcome.upper()]: share for outcome, share in of.items()}
+                for part, of in row["likely"].items()
+            },
+            {StepOutcome[outcome.upper()]: Part[part.upper()] for outcome, part in row["convicts"].items()},
+            row.get("tool", ""),
+        )
+        for name, row in table.items()
+    }
+
+
+def neighbour(channel: Channel, spared: frozenset[Channel] = frozenset()) -> Channel:
+    """Return the nearest finger that a channel is exchanged with, none of those that fail themselves if one is left."""
+    # All servos are alike; a finger's digit shows most of what a servo may have.
+    free = [one for one in FINGERS if one is not channel and one not in spared]
+    return min(free or [one for one in FINGERS if one is not channel], key=lambda one: abs(one - channel))

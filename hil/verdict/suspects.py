@@ -1,0 +1,287 @@
+"""What a run leaves suspected: coarse rules over what its failures share, none ranked before another.
+
+A rule names a `Clue`: the failures that it accounts for, and the parts that would make them. How much of all that
+failed a clue accounts for decides how much it says. No clue convicts: `case.py` asks for a step that does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from aero.channels import FINGERS, Channel
+from aero.errors import DesyncError
+from aero.safety import SafetyReason
+from hil.checks.shared.subjects import subject_words
+from hil.faults.part import Part
+from hil.verdict.failures import Failures
+from hil.verdict.limits import Key
+from hil.verdict.parts import Suspect
+from hil.verdict.run_end import EndKind, RunEnd
+
+MANY = 3
+"""Channels that fail alike from which on what all share is suspected before each."""
+FALSIFIED = ("session/lost_replies", "presence/lost_replies", "session/stray_bytes")
+"""Counts of bytes that nothing mechanical makes."""
+TIMES = (
+    "presence/round_trip",
+    "response/telemetry_period",
+    "response/command_to_motion",
+    "replay/replay_delay",
+)
+STANDS_STILL = (
+    "presence/distinct_readings",
+    "excursion/stale_readings",
+    "excursion/stale",
+    "response/longest_standstill",
+    "response/standstill",
+    "staircase/late_steps",
+)
+JUMPS = ("response/backward_readings", "staircase/lower_byte", "staircase/overshoot_hand_percent")
+TORQUE = {
+    "excursion/closed_percent": -1,
+    "excursion/fist_travel": -1,
+    "excursion/stop_current": -1,
+    "staircase/excursion_hand": -1,
+    "staircase/tracking_rms": 1,
+    "staircase/rise_hand_ms": 1,
+    "staircase/spring": 1,
+    "staircase/friction": 1,
+    "staircase/late_steps": 1,
+    "audit/followed": -1,
+    "audit/pull": 1,
+    "holding/holding_current": 1,
+    "response/open_close_rate": -1,
+    "response/command_to_motion": 1,
+    "replay/replay_delay": 1,
+    "replay/replay_shape": 1,
+    "coupling/stop_abducted": -1,
+    "coupling/stop_without_abduction": -1,
+}
+"""Readings that too little torque moves, and to which side."""
+SENSORS = ("presence/temperature", "alike/temperature", "alike/warmed", "staircase/resolution", "alike/held_again")
+"""Readings that a servo makes by itself, whatever it pulls."""
+MOVED = "audit/others_moved"
+OF_THE_LINK = ("session/", "presence/", "driver/")
+THUMB = frozenset({Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR})
+
+
+@dataclass(frozen=True)
+class Clue:
+    """What one rule says of a run."""
+
+    seen: str
+    """The observation, a sentence for people without a full stop."""
+    accounts_for: frozenset[Key]
+    weights: Mapping[Suspect, float]
+    """How likely each is where the observation is right; they sum to 1 at most."""
+
+
+@dataclass(frozen=True)
+class RunSigns:
+    """All that the rules read."""
+
+    failures: Failures
+    end: RunEnd
+    reads_as: str = ""
+    """How another firmware, side or homing would explain all readings; empty where none does."""
+
+
+Rule = Callable[[RunSigns], Iterable[Clue]]
+
+
+def _all(signs: RunSigns) -> frozenset[Key]:
+    return frozenset(signs.failures.off)
+
+
+def _hand(**weights: float) -> dict[Suspect, float]:
+    return {Suspect(Part[name.upper()]): weight for name, weight in weights.items()}
+
+
+def _orderly(signs: RunSigns) -> bool:
+    return not signs.failures.hand(*FALSIFIED, "session/restarts")
+
+
+def what_the_driver_sent(signs: RunSigns) -> Iterable[Clue]:
+    """Compare commands and readings with their bytes."""
+    # Damaged replies are misread by any driver; what it sent is its own, and spoils every reading.
+    sent = signs.failures.keys(
+        lambda check, _: check.startswith("driver/") and ("/read_" not in check or _orderly(signs))
+    )
+    if sent:
+        yield Clue("the driver sent or read other values than the map gives", _all(signs), _hand(driver=0.97))
+
+
+def restarts(signs: RunSigns) -> Iterable[Clue]:
+    """A board that said its boot text."""
+    # What was lost or changed with the restart is no sign of anything else.
+    if signs.failures.hand("session/restarts"):
+        yield Clue("the board restarted", _all(signs), _hand(board=0.6, supply=0.35, usb=0.05))
+    if signs.end.kind is EndKind.FIRMWARE:
+        yield Clue("the firmware program ended", _all(signs), _hand(board=0.95))
+
+
+def falsified_bytes(signs: RunSigns) -> Iterable[Clue]:
+    """Bytes that were lost, added or altered, and a link that ended."""
+    falsified = signs.failures.hand(*FALSIFIED)
+    ended = signs.end.kind is EndKind.LINK or signs.end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
+    if isinstance(signs.end.error, ConnectionError):
+        yield Clue("the port was gone", _all(signs), _hand(usb=0.75, board=0.15, computer=0.1))
+    elif falsified or isinstance(signs.end.error, DesyncError):
+        # Nothing mechanical loses bytes; what the damaged replies made of the readings goes with them.
+        yield Clue("bytes were lost or altered", _all(signs), _hand(usb=0.7, board=0.15, computer=0.1, bus=0.05))
+    elif ended:
+        yield Clue("the board stopped answering", _all(signs), _hand(board=0.45, usb=0.45, supply=0.1))
+    # A hand that is held or rubs has backward readings, too, on its channel: these speak for themselves alone.
+    jumping = signs.failures.on("staircase/overshoot_hand_percent")
+    own = signs.failures.keys(lambda check, _: check in JUMPS)
+    if own and len(jumping) != 1:
+        yield Clue("positions jump on the whole hand", own, _hand(usb=0.6, bus=0.25, board=0.15))
+
+
+def standing_readings(signs: RunSigns) -> Iterable[Clue]:
+    """Readings that repeat: a bus on which one servo is silent leaves all old values."""
+    own = signs.failures.keys(lambda check, _: check in STANDS_STILL)
+    still = signs.failures.on("excursion/stale") | signs.failures.on("response/standstill")
+    if signs.end.stop is SafetyReason.STALE or signs.failures.hand("presence/distinct_readings"):
+        yield Clue("no reading changes", _all(signs), _hand(bus=0.6, usb=0.25, board=0.15))
+    elif own and len(still) != 1:
+        yield Clue("readings of several channels stand still on the way", own, _hand(usb=0.5, bus=0.5))
+    if contradicted := signs.failures.hand("presence/boot_contradictions"):
+        yield Clue("the boot text contradicts the readings", contradicted, _hand(bus=0.7, board=0.3))
+
+
+def late(signs: RunSigns) -> Iterable[Clue]:
+    """Times of the link, which no load makes longer."""
+    own = signs.failures.keys(lambda check, _: check in TIMES)
+    trips = signs.failures.hand("presence/round_trip", "response/telemetry_period")
+    delayed = len(signs.failures.on("replay/replay_delay", 1)) >= MANY
+    if signs.end.stop is SafetyReason.UNWATCHED:
+        yield Clue("the program held up its own poll of the hand", _all(signs), _hand(computer=0.9))
+    if trips:
+        spoilt = signs.failures.keys(lambda check, _: check in {*TIMES, *STANDS_STILL, *JUMPS})
+        yield Clue("replies come late", spoilt, _hand(usb=0.5, computer=0.25, bus=0.25))
+    elif delayed or signs.failures.hand("response/command_to_motion"):
+        yield Clue("the hand moves late after its commands", own, _hand(usb=0.4, bus=0.3, board=0.3))
+
+
+def another_setting(signs: RunSigns) -> Iterable[Clue]:
+    """Readings that a healthy hand of another version, or one that was not homed, would have."""
+    if signs.reads_as:
+        yield Clue(signs.reads_as, _all(signs), _hand(setup=0.6, board=0.4))
+    elif unanswered := signs.failures.hand("session/unanswered_limits"):
+        # A board of firmware `pre` leaves limits unanswered; so does a link that loses, which the rule above sees.
+        keys = _all(signs) if _orderly(signs) else unanswered
+        yield Clue("the board does not know the limits of the named firmware", keys, _hand(setup=0.5, board=0.5))
+
+
+def torque_of_all(signs: RunSigns) -> Iterable[Clue]:
+    """Many channels to the side of too little torque."""
+    weak = signs.failures.keys(
+        lambda check, subject: check in TORQUE and signs.failures.excess(check, subject) * TORQUE[check] > 0
+    )
+    on = {subject for _, _, subject in weak} - {"hand"}
+    # The thumb's three lean on each other; fingers share nothing but their supply.
+    slow_hand = signs.failures.side("response/open_close_rate", "hand") < -1.0
+    if (len(on) >= MANY and on & {finger.label for finger in FINGERS}) or slow_hand:
+        yield Clue("several channels are weak or slow", weak, _hand(supply=0.75, setup=0.15, board=0.1))
+
+
+def alike_on_many(signs: RunSigns) -> Iterable[Clue]:
+    """One check that fails to one side on most channels."""
+    sides = {(f"{e}/{m}", excess > 0) for (e, m, _), excess in signs.failures.off.items()}
+    shared = [
+        (check, high)
+        for check, high in sides
+        if len(on := signs.failures.on(check, 1 if high else -1)) >= MANY and on & set(FINGERS)
+    ]
+    own = signs.failures.keys(lambda check, _: any(check == one for one, _ in shared))
+    if own:
+        yield Clue("most channels fail alike", own, _hand(setup=0.45, board=0.25, supply=0.15, driver=0.05, bus=0.1))
+
+
+def two_exchanged(signs: RunSigns) -> Iterable[Clue]:
+    """Two channels of which one moves when the other is commanded."""
+    moved, lag = signs.failures.on(MOVED), signs.failures.on("audit/followed", -1)
+    shape = "staircase/spring_shape"
+    high, low = signs.failures.on(shape, 1), signs.failures.on(shape, -1)
+    two = moved if len(moved & lag) == 2 else high | low if len(high) == len(low) == 1 else frozenset()
+    if len(two) == 2:
+        labels = {channel.label for channel in two}
+        own = signs.failures.keys(lambda _, subject: subject in labels)
+        weights = {Suspect(part, one): 0.2 for part in (Part.DIGIT, Part.SERVO) for one in two}
+        yield Clue("two channels are exchanged", own, weights | _hand(bus=0.1, setup=0.1))
+
+
+def one_channel(signs: RunSigns) -> Iterable[Clue]:
+    """What fails on one channel, for each."""
+    failures = signs.failures
+    for channel in Channel:
+        own = _own(failures, channel)
+        ended = signs.end.channel is channel
+        if not own and not ended:
+            continue
+        sensed = failures.weight(own & failures.keys(lambda check, _: check in SENSORS))
+        servo = 0.35 + 0.5 * sensed / (failures.weight(own) or 1.0)
+        weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): 0.85 - servo}
+        only = ended and len(_channels(failures)) <= 1
+        keys = _all(signs) if only else own | _with(failures, channel)
+        yield Clue(
+            f"readings of the {subject_words(channel.label)} are off", keys, weights | _hand(setup=0.12, bus=0.03)
+        )
+
+
+def _own(failures: Failures, channel: Channel) -> frozenset[Key]:
+    """Return what failed on a channel: its driver's bytes are not its own, nor what it moved with another's command."""
+    return failures.keys(lambda check, on: on == channel.label and check != MOVED and not check.startswith("driver/"))
+
+
+def _with(failures: Failures, channel: Channel) -> frozenset[Key]:
+    """Return what else a channel makes fail: readings of the hand, its neighbours' encoders, the thumb's coupling."""
+    coupled = {one.label for one in THUMB} if channel in THUMB else set()
+    return failures.keys(
+        lambda check, on: (
+            (on == "hand" and not check.startswith(OF_THE_LINK))
+            or check == MOVED
+            or (check.startswith("coupling/") and on in coupled)
+        )
+    )
+
+
+RULES: tuple[Rule, ...] = (
+    what_the_driver_sent,
+    restarts,
+    falsified_bytes,
+    standing_readings,
+    late,
+    another_setting,
+    torque_of_all,
+    alike_on_many,
+    two_exchanged,
+    one_channel,
+)
+
+
+def _channels(failures: Failures) -> set[str]:
+    return {subject for _, _, subject in failures.off} - {"hand"}
+
+
+def clues(signs: RunSigns) -> tuple[Clue, ...]:
+    """Return what the rules say of a run."""
+    return tuple(clue for rule in RULES for clue in rule(signs))
+
+
+def suspected(signs: RunSigns, found: Iterable[Clue]) -> dict[Suspect, float]:
+    """Return how likely each suspect is by the clues of a run; they sum to 1."""
+    total = signs.failures.weight(signs.failures.off)
+    weights: dict[Suspect, float] = {}
+    for clue in found:
+        # A suspect that leaves most of the failures unexplained must not win over one that accounts for them.
+        share = signs.failures.weight(clue.accounts_for) / total if total else 1.0
+        for suspect, weight in clue.weights.items():
+            weights[suspect] = max(weights.get(suspect, 0.0), weight * share**SHARPNESS)
+    scale = sum(weights.values())
+    return {suspect: weight / scale for suspect, weight in sorted(weights.items(), key=lambda one: -one[1])}
+
+
+SHARPNESS = 3.0

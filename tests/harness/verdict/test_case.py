@@ -1,0 +1,99 @@
+"""A case: the step that it proposes, what an outcome makes of it, and that no part is convicted by exclusion."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.channels import Channel
+from hil.verdict.case import MOST_STEPS, DiagnosisCase, Proposal, outcome_of
+from hil.verdict.failures import Failures
+from hil.verdict.parts import Part, Suspect
+from hil.verdict.steps import StepOutcome, neighbour, steps
+
+RING = {Suspect(Part.SERVO, Channel.RING): 0.45, Suspect(Part.DIGIT, Channel.RING): 0.43, Suspect(Part.SETUP): 0.12}
+LINK = {Suspect(Part.USB): 0.7, Suspect(Part.BOARD): 0.2, Suspect(Part.COMPUTER): 0.1}
+OFF = {("staircase", "friction", "ring"): 3.0, ("staircase", "spring", "ring"): 2.0}
+EVERY = [Suspect(part) for part in Part if part not in (Part.SERVO, Part.DIGIT)] + [
+    Suspect(part, channel) for part in (Part.SERVO, Part.DIGIT) for channel in Channel
+]
+
+
+def on(label):
+    return Failures({(experiment, metric, label): excess for (experiment, metric, _), excess in OFF.items()})
+
+
+def played(case, outcomes):
+    """Play a case; `outcomes` gives the outcome of a step by its name, all others stay."""
+    while (proposal := case.next_step) is not None:
+        case = case.after(proposal, outcomes.get(proposal.step.name, StepOutcome.STAYS))
+    return case
+
+
+@pytest.mark.parametrize("name", steps())
+def test_a_step_says_what_to_do_and_its_outcomes_are_likelihoods(name):
+    step = steps()[name]
+    assert step.text(Channel.RING, Channel.PINKY).endswith((".", "?"))
+    assert set(step.convicts) <= set(step.outcomes)
+    for suspect in EVERY:
+        at = suspect.channel if step.of_one_channel else None
+        assert sum(step.likelihood(outcome, suspect, at) for outcome in step.outcomes) == pytest.approx(1.0)
+        assert all(step.likelihood(outcome, suspect, at) > 0 for outcome in step.outcomes)
+
+
+def test_what_needs_no_screwdriver_comes_first():
+    assert DiagnosisCase(on("ring"), RING).next_step.step.name == "home"
+    assert DiagnosisCase(on("ring"), LINK).next_step.step.name == "cable"
+
+
+def test_a_servo_is_convicted_only_when_the_failure_went_along_with_it():
+    case = played(DiagnosisCase(on("ring"), RING), {"exchange": StepOutcome.MOVED})
+    assert case.convicted == Suspect(Part.SERVO, Channel.RING)
+    case = played(DiagnosisCase(on("ring"), RING), {})
+    assert case.convicted == Suspect(Part.DIGIT, Channel.RING)
+    assert "exchange" in {done.proposal.step.name for done in case.done}
+
+
+def test_a_failure_that_homing_mends_is_the_set_ups():
+    case = played(DiagnosisCase(on("ring"), RING), {"home": StepOutcome.GONE})
+    assert case.convicted == Suspect(Part.SETUP)
+    assert len(case.done) == 1
+
+
+@given(
+    st.dictionaries(st.sampled_from(EVERY), st.floats(0.01, 1.0), min_size=1, max_size=6),
+    st.lists(st.sampled_from(StepOutcome), min_size=MOST_STEPS, max_size=MOST_STEPS),
+)
+def test_a_case_ends_and_convicts_nobody_without_a_step_that_proves_it(weights, outcomes):
+    total = sum(weights.values())
+    case = DiagnosisCase(on("ring"), {suspect: weight / total for suspect, weight in weights.items()})
+    assert case.convicted is None
+    for wanted in outcomes:
+        if (proposal := case.next_step) is None:
+            break
+        case = case.after(proposal, wanted if wanted in proposal.step.outcomes else StepOutcome.STAYS)
+    assert len(case.done) <= MOST_STEPS
+    if case.convicted is not None:
+        assert case.convicted in [one.proposal.step.convicted(one.outcome, one.proposal.at) for one in case.done]
+
+
+@pytest.mark.parametrize(
+    ("after", "outcome"),
+    [("ring", StepOutcome.STAYS), ("middle", StepOutcome.STAYS), (None, StepOutcome.GONE)],
+)
+def test_a_failure_of_the_hand_stays_or_is_gone(after, outcome):
+    found = Failures() if after is None else on(after)
+    assert outcome_of(on("ring"), found, Proposal(steps()["home"])) is outcome
+
+
+@pytest.mark.parametrize(
+    ("after", "outcome"), [("ring", StepOutcome.STAYS), ("pinky", StepOutcome.MOVED), (None, StepOutcome.GONE)]
+)
+def test_an_exchanged_servo_takes_its_failure_along(after, outcome):
+    found = Failures() if after is None else on(after)
+    exchanged = Proposal(steps()["exchange"], Channel.RING, Channel.PINKY)
+    assert outcome_of(on("ring"), found, exchanged) is outcome
+
+
+def test_a_servo_is_exchanged_with_one_that_does_not_fail():
+    assert neighbour(Channel.RING, frozenset({Channel.PINKY})) is Channel.MIDDLE
+    assert neighbour(Channel.THUMB_FLEXOR) not in (Channel.THUMB_ABDUCTION, Channel.THUMB_FLEXOR)
