@@ -1,6 +1,6 @@
 """Hold every grasp on every hand that is named, and say which ones hold: `python -m examples.grasps`.
 
-With `--search`, look for postures that hold; with `--hil`, make a grasp with a hand of one's own.
+With `--hil`, make a grasp with a hand of one's own.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import sys
-import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -17,7 +16,6 @@ from itertools import product
 from pathlib import Path
 
 import click
-import mujoco
 
 from aero.safety import SafetyStopError
 from hil.targets.opening import open_target
@@ -28,15 +26,11 @@ from train.workers import leave_interrupts_to_the_parent
 from .grasp import Grasp
 from .own_hand import make_grasp
 from .skin import Skin, with_skin
-from .store import write_grasps
-from .taxonomy import GRASPS, TABLE
+from .taxonomy import GRASPS
 from .trial import Result, codes_of, hold
 
 REPORTED_SEEDS = range(92000, 92020)
 """Of the random hands that stand in docs/grasps.md; no posture was tuned on them."""
-SEARCHED_ON = ("reference", "ideal", "plausible:1")
-"""Hands of the search, unless others are named; the first alone for the rough tries."""
-
 PLACING_S = 10.0
 """Time for holding the object out to a hand of one's own, s."""
 
@@ -54,13 +48,6 @@ PLACING_S = 10.0
 @click.option("--picture", type=click.Path(path_type=Path), help="Write a JPEG of all grasps on the first hand.")
 @click.option("--json", "as_json", is_flag=True, help="Print every single result as JSON.")
 @click.option("--workers", default=1, show_default=True, type=click.IntRange(1), help="Processes that share the work.")
-@click.option("--search", "searched", metavar="N|all", help="Look for a better posture for this grasp, or for all.")
-@click.option("--minutes", default=5.0, show_default=True, type=click.FloatRange(0.0), help="How long to search.")
-@click.option(
-    "--store", type=click.Path(file_okay=False, path_type=Path), default=Path("grasps_found"), show_default=True,
-    help="Folder of what was found; a later search goes on from there.",
-)  # fmt: skip
-@click.option("--adopt", is_flag=True, help="Write what --store has found into grasps.toml.")
 @click.option(
     "--hil", "port", metavar="TARGET",
     help="Make the one --grasp with the hand at this port, or `emulated`, guarded: 10 s to place the object.",
@@ -75,22 +62,10 @@ def main(
     picture: Path | None,
     as_json: bool,
     workers: int,
-    searched: str | None,
-    minutes: float,
-    store: Path,
-    adopt: bool,
     port: str | None,
     seconds: float,
 ) -> None:
     """Make the 33 grasps of the GRASP taxonomy on emulated hands and say which hold."""
-    if adopt:
-        from .turns import kept  # noqa: PLC0415  loads the search
-
-        write_grasps([kept(grasp, store) for grasp in GRASPS], TABLE)
-        return
-    if searched is not None:
-        look_for(chosen(searched), units or SEARCHED_ON, Skin(skin), minutes, store)
-        return
     if port is not None:
         if len(numbers) != 1:
             raise click.UsageError("--hil makes one grasp: name it with --grasp")
@@ -134,41 +109,6 @@ def ended_well() -> Iterator[None]:
         yield
     except (NoHandError, SafetyStopError, ValueError) as error:
         raise click.ClickException(str(error)) from error
-
-
-def chosen(searched: str) -> list[Grasp]:
-    """Return the grasps that `--search` names.
-
-    Raises:
-        click.UsageError: neither `all` nor a number of the taxonomy.
-    """
-    if searched == "all":
-        return list(GRASPS)
-    if not searched.isdecimal() or not 1 <= int(searched) <= len(GRASPS):
-        raise click.UsageError(f"--search takes a number from 1 to {len(GRASPS)}, or all; not {searched!r}")
-    return [GRASPS[int(searched) - 1]]
-
-
-def look_for(grasps: Sequence[Grasp], units: Sequence[str], skin: Skin, minutes: float, store: Path) -> None:
-    """Search until the time is over, all is found or Ctrl-C, and say how far it came; the best is in `store`."""
-    from .turns import search_in_turns  # noqa: PLC0415  needs the extra `grasps`
-
-    # A try in which the object appears inside a finger is a bad one, not worth a warning and a log file.
-    mujoco.set_mju_user_warning(lambda _message: None)
-    hands = [with_skin(unit_named(name), skin) for name in units]
-    ends = time.monotonic() + 60.0 * minutes
-    said: dict[int, float] = {}
-    try:
-        for found in search_in_turns(grasps, hands, store):
-            number = found.grasp.number
-            if said.get(number) != found.worth:
-                said[number] = found.worth
-                print(f"{number} {found.grasp.name}: {found.worth:+.3f} after {found.tries} tries", flush=True)
-            if time.monotonic() > ends:
-                break
-    except KeyboardInterrupt:
-        print("stopped", file=sys.stderr)
-    print(f"above 0 all loads are survived on all of {len(hands)} hands; the best postures are in {store}")
 
 
 def table(names: Sequence[str], results: dict[str, list[Result]]) -> str:

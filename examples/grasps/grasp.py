@@ -47,8 +47,6 @@ class Grasp:
     """How far those stand open before the object is there, share of their travel; `APERTURE` of the kind when None."""
     delays_s: tuple[float, ...] = (0.0,) * len(Channel)
     """When each channel begins to close on the object, from when it is there, s; in command order."""
-    margin: float | None = None
-    """Mean margin over the hands of the search that found it, `rehearsal.worth`; None for one set by hand."""
 
     def before(self) -> tuple[float, ...]:
         """Return the closure of the channels before the object is there."""

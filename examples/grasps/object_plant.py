@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from model.built import build_built
-from model.compiled_hand import SHAFTS, UNPOWERED
 from model.geometry import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
@@ -33,8 +32,6 @@ TYPES = {
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
     "box": mujoco.mjtGeom.mjGEOM_BOX,
 }
-FAR_M = 0.05
-"""Gaps are told up to here, m."""
 RGBA = (0.90, 0.55, 0.15, 1.0)
 
 
@@ -90,43 +87,6 @@ class ObjectPlant(BuiltHandPlant):
         joint = self._model.joint("object")
         self._qpos, self._dofs = joint.qposadr[0], slice(joint.dofadr[0], joint.dofadr[0] + 6)
         self._touchable = int(self._model.geom_contype[self._geom])
-        self._gravity = self._model.opt.gravity.copy()
-        self._made_with_mm = thing.size_mm[0]
-        first = self._model.body_bvhadr[self._body]
-        last = first + self._model.body_bvhnum[self._body]
-        self._sizes = [
-            (sizes, sizes.copy(), power)
-            for sizes, power in (
-                (self._model.geom_size[self._geom], 1),
-                (self._model.geom_rbound[self._geom : self._geom + 1], 1),
-                (self._model.geom_aabb[self._geom], 1),
-                (self._model.bvh_aabb[first:last], 1),
-                (self._model.body_inertia[self._body], 2),
-            )
-        ]
-        """What MuJoCo knows of the object's size, as it was made, and with which power of the size it grows."""
-        self._hold()
-
-    def begin_anew(self, thing: HeldObject, position: ArrayLike, orientation: ArrayLike) -> None:
-        """Go back to the start, unpowered, with another object of the same form: much cheaper than a new plant.
-
-        Args:
-            thing: the object that the plant was made with, larger or smaller.
-            position: (3,), m.
-            orientation: (4,), unit quaternion w x y z.
-        """
-        self._thing = thing
-        model, data = self._model, self._data
-        factor = thing.size_mm[0] / self._made_with_mm
-        for sizes, made, power in self._sizes:
-            sizes[:] = made * factor**power
-        mujoco.mj_resetData(model, data)
-        data.qpos[self.compiled.shaft_qpos], data.qpos[self.compiled.joint_qpos] = self.compiled.at_rest()[::-1]
-        data.qpos[self._qpos : self._qpos + 7] = np.concatenate([position, orientation])
-        self._time = 0.0
-        for shaft in range(SHAFTS):
-            self.drive(shaft, UNPOWERED)
-        model.opt.gravity[:] = self._gravity
         self._hold()
 
     def _hold(self) -> None:
@@ -168,24 +128,6 @@ class ObjectPlant(BuiltHandPlant):
         met = self._model.geom_bodyid[pairs[(pairs == self._geom).any(axis=1)]]
         return frozenset(self._model.body(body).name for body in met.ravel()) - {"object"}
 
-    def gap_m(self, part: str, link: str = "") -> float:
-        """Return how far the object's surface is from the nearest link of `part` whose name ends in `link`, m.
-
-        Zero for one that touches, at most `FAR_M`.
-        """
-        model = self._model
-        near = FAR_M
-        for geom in np.flatnonzero(model.geom_contype):
-            name = model.body(model.geom_bodyid[geom]).name
-            if geom != self._geom and name.startswith(part) and name.endswith(link):
-                near = min(near, mujoco.mj_geomDistance(model, self._data, self._geom, geom, FAR_M, None))
-        return max(near, 0.0)
-
-    def tip(self, part: str, link: str = "_distal") -> NDArray[np.float64]:
-        """Return the middle of the pad of a digit's last link, or of another link, (3,) m, world frame."""
-        middle: NDArray[np.float64] = self._data.geom(f"{part}{link}_box0").xpos.copy()
-        return middle
-
     def _spec(self, hand: Side) -> mujoco.MjSpec:
         spec = _bare_hand(hand, self.parameters).copy()
         # Dry friction holds, and is the same in all directions along a surface.
@@ -197,7 +139,7 @@ class ObjectPlant(BuiltHandPlant):
 
 @lru_cache(maxsize=16)
 def _bare_hand(hand: Side, parameters: BuiltHandParameters) -> mujoco.MjSpec:
-    """Return the hand without an object; to make it costs as much as a third of a rehearsed grasp."""
+    """Return the hand without an object, made once for each hand and its parameters."""
     return build_built(hand, parameters)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -50,24 +49,12 @@ TOUCH_LOOKS, TOUCH_LOOK_S = 10, 0.01
 """How often, and how far apart, it is seen which links touch: a stiff contact comes and goes from step to step, s."""
 LOOK_S = 0.05
 """Time from one look at the object to the next, s."""
-
-
-@dataclass(frozen=True)
-class Pace:
-    """How long the parts of a trial last."""
-
-    shaping_s: float = 0.8
-    """For the channels that close before the object is there, s."""
-    closing_s: float = 0.8
-    """For those that close on it, from when the last one begins, s."""
-    settling_s: float = 0.3
-    """From letting go to the first look, gravity along the back of the hand, s."""
-    gravity_s: float = 1.0
-    """How long gravity acts along each direction, s."""
-    push_s: float = 0.5
-    """How long each push lasts, s."""
-    hopeless_m: float = np.inf
-    """Gaps, all together, m, with which the person does not even let go."""
+SHAPING_S, CLOSING_S = 0.8, 0.8
+"""For the channels that close before the object is there, and for those that close on it, s."""
+SETTLING_S = 0.3
+"""From letting go to the first look, gravity along the back of the hand, s."""
+GRAVITY_S, PUSH_S = 1.0, 0.5
+"""How long gravity acts along each direction, and each push, s."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +71,6 @@ class Result:
     """Furthest way of an end of the object's axis under those, m; until the loss for one that is lost."""
     pose: tuple[float, ...]
     """Joint angles, (16,) rad, and object, (7,), m and w x y z, when the person let go and the hand had settled."""
-    gaps_m: tuple[float, float]
-    """From the object to the links that must touch it, all together, m: when the person lets go, and later."""
     gave_way: str = ""
     """The joint that had moved most from the settled posture when the lost object had gone `SLIPPING_M`."""
 
@@ -112,56 +97,40 @@ def hold(grasp: Grasp, unit: Unit, seed: int = 0) -> Result:
         clock.sleep_until(clock.now() + seconds)
 
     with closing(electronics), AeroHand(InProcessLink(electronics), clock) as hand:
-        return perform(grasp, unit.name, plant, command=hand.command_codes, wait=wait, pace=Pace())
+        return _perform(grasp, unit.name, plant, command=hand.command_codes, wait=wait)
 
 
-def perform(
+def _perform(
     grasp: Grasp,
     unit: str,
     plant: ObjectPlant,
     *,
-    command: Callable[[NDArray[np.uint16]], Any],
+    command: Callable[[NDArray[np.uint16]], None],
     wait: Callable[[float], None],
-    pace: Pace,
 ) -> Result:
-    """Make `grasp`, whatever moves the hand, and judge it.
-
-    Args:
-        grasp: what to make.
-        unit: name of the hand, for the result.
-        plant: the hand, with the object.
-        command: sends codes, (7,), to the hand.
-        wait: lets some time, s, go by.
-        pace: how long each part lasts.
-    """
     command(codes_of(grasp.before()))
-    wait(pace.shaping_s)
+    wait(SHAPING_S)
     plant.appear()
     now = 0.0
     for at, closure in grasp.closing_up():
         wait(at - now)
         now = at
         command(codes_of(closure))
-    wait(pace.closing_s)
-    gap_m = _missing_m(grasp, plant)
-    if gap_m > pace.hopeless_m:
-        posture = (*plant.joint_angles().tolist(), *plant.pose().tolist())
-        return Result(grasp.number, unit, grasp.shortfall(plant.touching()), 0, 0.0, posture, (gap_m, gap_m))
+    wait(CLOSING_S)
     plant.let_go()
-    wait(pace.settling_s)
+    wait(SETTLING_S)
     links: set[str] = set()
     for _ in range(TOUCH_LOOKS):
         wait(TOUCH_LOOK_S)
         links |= plant.touching()
     settled, joints = plant.ends(), plant.joint_angles()
     posture = (*joints.tolist(), *plant.pose().tolist())
-    gaps_m = gap_m, _missing_m(grasp, plant)
     failure, moved, survived = grasp.shortfall(links), 0.0, 0
     for name, gravity, push in () if failure else LOADS:
         plant.pull(GRAVITY * np.array(gravity))
         plant.push(PUSH_N * np.array(push))
         gave_way = ""
-        for _ in range(round((pace.push_s if any(push) else pace.gravity_s) / LOOK_S)):
+        for _ in range(round((PUSH_S if any(push) else GRAVITY_S) / LOOK_S)):
             wait(LOOK_S)
             gone = float(np.linalg.norm(plant.ends() - settled, axis=1).max())
             moved = max(moved, gone)
@@ -169,14 +138,9 @@ def perform(
                 gave_way = _most_moved(plant.joint_angles() - joints)
             if moved > FURTHEST_M:
                 failure = f"taken by {name}"
-                return Result(grasp.number, unit, failure, survived, moved, posture, gaps_m, gave_way)
+                return Result(grasp.number, unit, failure, survived, moved, posture, gave_way)
         survived += 1
-    return Result(grasp.number, unit, failure, survived, moved, posture, gaps_m)
-
-
-def _missing_m(grasp: Grasp, plant: ObjectPlant) -> float:
-    """Return the gaps to all links that must touch, together, m."""
-    return sum(plant.gap_m(part, grasp.link_of(part)) for part in grasp.touching)
+    return Result(grasp.number, unit, failure, survived, moved, posture)
 
 
 def _most_moved(change: NDArray[np.float64]) -> str:

@@ -8,7 +8,6 @@ COMMANDS: dict[str, Command] = {
     "campaign": Command("train.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
     "limits": Command("train.cli.limits:limits", "Compute limits from the healthy hands of a campaign.", "campaign"),
     "calibrate": Command("train.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
-    "score": Command("train.cli.score:score_command", "Score a unit against recordings of a hand."),
     "record": Command("train.cli.record:record_command", "Excite a hand and record what calibration needs."),
     "train": Command("train.cli.train:train", "Train a policy."),
     "evaluate": Command("train.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),

@@ -24,8 +24,9 @@ from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file, prepared_folder
 from hil.report.matplotlib_svg import STYLE, svg_of
 from model.units.naming import unit_named
+from train.cli.score_tables import score_tables
 from train.identification.calibration import Calibration, calibrate
-from train.identification.replay_score import FEWEST, PARTS, held_out_rms
+from train.identification.replay_score import FEWEST, PARTS, held_out_rms, score
 from train.identification.search import pooled_rms
 from train.identification.trace import Trace, load_trace
 from train.identification.trace_replay import ReplayedTrace
@@ -58,8 +59,9 @@ def calibrate_command(
     """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right hand and write it to a file.
 
     Prints each fitted number with its 95 % interval, the fit by channel, and what it is worth on recordings, or on
-    parts of them when there are fewer than three, that it has not seen. What the recordings do not tell stays as in the
-    starting unit. Ctrl-C and a termination write the best unit so far.
+    parts of them when there are fewer than three, that it has not seen. The last tables replay them through every byte,
+    beside how far the hand differs from itself where two recordings command alike: no unit can do better. What the
+    recordings do not tell stays as in the starting unit. Ctrl-C and a termination write the best unit so far.
     """
     console = new_console()
     columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -87,6 +89,9 @@ def calibrate_command(
         for trace, prediction in zip(result.traces, result.predictions(), strict=True):
             write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
     _print(console, result)
+    if stopped is None:
+        for table in score_tables(score(result.traces, result.unit)):
+            console.print(table)
     console.print(f"unit written to {out}{early}; use it as `--unit {out}`")
     if stopped is not None:
         raise stopped

@@ -1,4 +1,4 @@
-"""Tables of `evaluate` and `score` on terminals of any width, and what `evaluate` leaves."""
+"""Tables of `evaluate` and `calibrate` on terminals of any width, and what `evaluate` leaves."""
 
 import io
 import json
@@ -13,7 +13,7 @@ from aero.policy.file import save
 from hil.cli import main
 from hil.cli.terminal import print_columns
 from train.cli.evaluation_tables import FIGURES, print_figures
-from train.cli.score import score_tables
+from train.cli.score_tables import score_tables
 from train.identification.replay_score import CAUSES, Errors, ReplayScore
 
 ROW = dict.fromkeys(FIGURES, 0.875) | {"rate_rad_s_low": 0.51, "rate_rad_s_high": 0.97, "survival_low": 0.81}

@@ -1,23 +1,16 @@
-"""`aero-hil score`: how well a unit predicts recordings of a hand."""
+"""The last tables of `aero-hil calibrate`: how well a unit predicts recordings, and what the error goes with."""
 
 from __future__ import annotations
 
 from itertools import product
-from pathlib import Path
 from typing import NamedTuple
 
-import click
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from aero.channels import Channel
-from hil.cli.exits import usage_errors
-from hil.cli.terminal import ProgressBar
-from hil.cli.terminal import console as new_console
-from model.units.naming import unit_named
-from train.identification.replay_score import REST, REVERSAL, SAG, Errors, ReplayScore, score
-from train.identification.trace import load_trace
+from train.identification.replay_score import REST, REVERSAL, SAG, Errors, ReplayScore
 
 
 class Quantity(NamedTuple):
@@ -40,27 +33,6 @@ WITH = {
     REST: "at rest at the open hand: tension of the cables",
 }
 """Text for each cause."""
-
-
-@click.command("score")
-@click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml.")
-def score_command(*, recordings: tuple[Path, ...], unit: str) -> None:
-    """Replay RECORDINGS of a hand into an emulated one, and show its errors by channel and by recording.
-
-    Each recording is replayed on several phases of the board's telemetry, and all count. In brackets stands how far the
-    hand differs from itself on channels that two recordings command alike: no unit can do better. The last table says
-    how much of the error occurs at rest, while the supply sags, and in reversals at speed. Nothing is fitted.
-    """
-    console = new_console()
-    with usage_errors():
-        emulated = unit_named(unit)
-        traces = [load_trace(path) for path in recordings]
-    with ProgressBar(console=console, transient=True) as bar:
-        task = bar.add_task("replays", total=None)
-        result = score(traces, emulated, progress=lambda done, about: bar.update(task, completed=done, total=about))
-    for table in score_tables(result):
-        console.print(table)
 
 
 def score_tables(result: ReplayScore) -> tuple[Table, Table, Table]:
