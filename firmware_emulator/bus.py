@@ -91,7 +91,8 @@ class ServoBus:
         self.servos = list(servos)
         self._collision = (-1.0, -1.0)
         self.tap: Tap | None = None
-        self._turnaround_s = turnaround_s
+        self.turnaround_s = turnaround_s
+        """Time from the end of what is answered to the answer, s."""
         self.late_s = 0.0
         """How much later than it should the next train of answers arrives, as through a slow adapter, s."""
 
@@ -131,7 +132,7 @@ class ServoBus:
             answers = self._single(packet, baud)
         if answers:
             data = b"".join(answers)
-            end = on_grid(now + len(answers) * self._turnaround_s + len(data) * port.byte_s)
+            end = on_grid(now + len(answers) * self.turnaround_s + len(data) * port.byte_s)
             self.busy_until = max(self.busy_until, end)
             if self.tap is not None:
                 data = self.tap.answered(data)

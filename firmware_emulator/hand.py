@@ -138,6 +138,11 @@ class EmulatedHand:
         else:
             self.board.start(setup_and_loop.run(self.board, cause))
 
+    def flash(self, firmware: str, hand: HandSide) -> None:
+        """Put another emulated firmware on the board, made for a side, and restart it."""
+        self._profile, self._config = profile_of(firmware), HANDS[hand]
+        self.reset()
+
     def supply(self, volts: float) -> None:
         """Let the servos measure another supply (V); what it does to their motors is the plant's."""
         self.chain.supply(volts)

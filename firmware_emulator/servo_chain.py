@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from firmware_emulator.bus import ServoBus
@@ -58,6 +59,12 @@ class ServoChain:
         """Let the servos measure another supply (V); what it does to their motors is the plant's."""
         for servo in self.servos:
             servo.feedback.volts = volts
+
+    def retime(self, parameters: ServoParameters) -> None:
+        """Let all servos act and answer as late as this kind does."""
+        for servo in self.servos:
+            servo.parameters = replace(servo.parameters, goal_delay_s=parameters.goal_delay_s)
+        self.bus.turnaround_s = parameters.turnaround_s
 
     def _look_after_servos(self) -> Task:
         while True:

@@ -43,6 +43,10 @@ class CubePlant(BuiltHandPlant):
         self._data.qvel[self._cube_dof : self._cube_dof + 6] = 0.0
         self._turned = 0.0
 
+    def become(self, parameters: BuiltHandParameters) -> None:
+        """Replace the hand's parameters and keep the state, the cube's too."""
+        super().become(replace(parameters, contacts=True))
+
     def advance_to(self, t: float) -> None:
         """Integrate to exactly `t` (s), as any built hand, and follow how far the cube turns."""
         before, spin = self.time, self._spin()

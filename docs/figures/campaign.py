@@ -29,7 +29,7 @@ def verdict(outcomes: Sequence[Outcome]) -> Rows:
         _row("part at fault suspected first, of those found", _share(found)),
     ]
     for severity in sorted({fault.severity for fault in faults.values() if fault.name == WHOLE_HAND}):
-        hands = [one for one in faulty if faults[one.trial.key] == CATALOGUE[WHOLE_HAND].fault(severity)]
+        hands = [one for one in faulty if faults[one.trial.key] == CATALOGUE[WHOLE_HAND].at(severity)]
         at_supply = [flagged(one) and right_part(faults[one.trial.key], told(one)) for one in hands]
         rows.append(_row(f"supply lower by {severity:g}: found there", _share(at_supply)))
     mistakes = [(one, GENTLE) for one in MISTAKES.values()] + [(one, MAPPED) for one in MISTAKES_OF_THE_MAP.values()]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 from firmware_emulator.kernel import Kernel
@@ -40,6 +41,16 @@ class Shafts:
         self._sample = Sample(0.0, [], [], [])
         self._moving: dict[int, Callable[[float], float | None]] = {}
         self._ticking = False
+        self._drives: dict[int, Drive] = {}
+        self._aims: dict[int, float] = {}
+
+    def connect(self, plant: Plant) -> None:
+        """Turn another plant from now on, that is at the same time: something was put in between, or taken out."""
+        self.advance()
+        self._plant = plant
+        for shaft, drive in self._drives.items():
+            plant.drive(shaft, replace(drive, setpoint=self._aims[shaft]))
+        self._forget_sample()
 
     def next_tick(self, t: float) -> float:
         """Return the time (s) of the first tick at or after `t`."""
@@ -66,12 +77,14 @@ class Shafts:
     def drive(self, shaft: int, drive: Drive) -> None:
         """Change a shaft's drive from the last tick on."""
         self.advance()
+        self._drives[shaft], self._aims[shaft] = drive, drive.setpoint
         self._plant.drive(shaft, drive)
         self._forget_sample()
 
     def aim(self, shaft: int, setpoint: float) -> None:
         """Change the setpoint (rad) of a shaft's drive from the last tick on."""
         self.advance()
+        self._aims[shaft] = setpoint
         self._plant.set_setpoint(shaft, setpoint)
         self._forget_sample()
 
@@ -97,6 +110,7 @@ class Shafts:
             if angle is None:
                 del self._moving[shaft]
             else:
+                self._aims[shaft] = angle
                 self._plant.set_setpoint(shaft, angle)
         self._ticking = bool(self._moving)
         if self._ticking:

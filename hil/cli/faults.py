@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import get_args
 
 import click
 
 from aero.channels import Channel
 from hil.faults.catalogue import CATALOGUE, begins, severities, where
-from hil.faults.fault import FaultLayer, Kind
+from hil.faults.fault import Fault, FaultLayer
 
 CHANNELS = {channel.label: channel for channel in Channel}
 
@@ -22,34 +21,37 @@ def faults(*, words: tuple[str, ...], as_json: bool) -> None:
 
     A WORD keeps those that can sit on a channel (`ring`) or have it in their row (`motor`, `link`).
     """
-    chosen = [kind for kind in CATALOGUE.values() if all(_has(kind, word.lower()) for word in words)]
+    chosen = [fault for fault in CATALOGUE.values() if all(_has(fault, word.lower()) for word in words)]
     if as_json:
         rows = [
             {
-                "name": kind.name,
-                "layer": kind.layer,
-                "meaning": kind.meaning,
-                "channels": [channel.label for channel in kind.subjects],
-                "severities": None if kind.is_switch else kind.severities,
-                "unit": kind.unit,
-                "begins": begins(kind),
+                "name": fault.name,
+                "layer": fault.layer.label,
+                "part": fault.part.name.lower(),
+                "meaning": fault.words,
+                "channels": [channel.label for channel in fault.channels],
+                "severities": None if fault.severity is None else fault.severity.steps,
+                "unit": "" if fault.severity is None else fault.severity.unit,
+                "begins": begins(fault),
             }
-            for kind in chosen
+            for fault in chosen
         ]
         click.echo(json.dumps(rows, indent=1))
         return
     formatter = click.HelpFormatter(max_width=100)
-    for layer in get_args(FaultLayer):
-        if of_layer := [kind for kind in chosen if kind.layer == layer]:
-            with formatter.section(layer):
-                formatter.write_dl([(kind.name, _row(kind)) for kind in of_layer], col_max=22)
+    for layer in FaultLayer:
+        if of_layer := [fault for fault in chosen if fault.layer is layer]:
+            with formatter.section(layer.label):
+                formatter.write_dl([(fault.name, _row(fault)) for fault in of_layer], col_max=22)
     click.echo(formatter.getvalue().strip() or f"No fault has {' and '.join(words)} in its row.")
     click.echo("\nWritten NAME[:CHANNEL][=SEVERITY][@SECONDS], as in motor_weak:ring=0.4@5")
 
 
-def _has(kind: Kind, word: str) -> bool:
-    return CHANNELS[word] in kind.subjects if word in CHANNELS else word in f"{kind.layer} {kind.name} {_row(kind)}"
+def _has(fault: Fault, word: str) -> bool:
+    if word in CHANNELS:
+        return CHANNELS[word] in fault.channels
+    return word in f"{fault.layer.label} {fault.name} {_row(fault)}"
 
 
-def _row(kind: Kind) -> str:
-    return f"{kind.meaning}; {where(kind)}; {severities(kind)}; {begins(kind)}"
+def _row(fault: Fault) -> str:
+    return f"{fault.words}; {where(fault)}; {severities(fault)}; {begins(fault)}"

@@ -19,7 +19,7 @@ from hil.targets.hands_file import named_hand
 
 if TYPE_CHECKING:
     from aero.safety import Thresholds
-    from hil.faults import Fault
+    from hil.faults import Injection
     from hil.targets.target import Target
     from model.scene import Cube
 
@@ -51,7 +51,7 @@ class ChosenHand:
         guarded: bool | None = None,
         thresholds: Thresholds | None = None,
         homed: bool = False,
-        faults: Iterable[Fault] = (),
+        faults: Iterable[Injection] = (),
         cube: Cube | None = None,
     ) -> AbstractContextManager[Target]:
         """Return the hand as a context manager, see `hil.open_target`."""

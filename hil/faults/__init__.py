@@ -1,6 +1,6 @@
 """Faults: what may be wrong with a hand, its servos, its board or its link, as plain objects.
 
-`parse_fault("encoder_scale:index=1.05@20")` makes one, `CATALOGUE` lists them all, and
+`parse_fault("encoder_scale:index=1.05@20")` makes an injection of one, `CATALOGUE` lists them all, and
 `hil.open_target(faults=...)` puts them into an emulated hand.
 """
 
@@ -12,7 +12,7 @@ if _line := hidden():
     raise ImportError(_line)
 
 from hil.faults.catalogue import CATALOGUE, parse_fault
-from hil.faults.fault import Fault, Kind
+from hil.faults.fault import Fault, Injection
 from hil.faults.schedule import FaultNeverFiredError, Schedule
 
-__all__ = ["CATALOGUE", "Fault", "FaultNeverFiredError", "Kind", "Schedule", "parse_fault"]
+__all__ = ["CATALOGUE", "Fault", "FaultNeverFiredError", "Injection", "Schedule", "parse_fault"]

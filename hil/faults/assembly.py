@@ -1,20 +1,21 @@
-"""The emulated hand that faults are injected into: its unit, mechanics and electronics, during and after assembly."""
+"""The emulated hand that faults are injected into, during and after assembly: its unit, mechanics and electronics."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from random import Random
 
 from firmware_emulator.firmware.hands import HandSide
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Plant
-from hil.faults.fault import Fault
+from hil.faults.active import Active
+from hil.faults.link_faults import LinkFaults
 from hil.faults.shaft_fault import ShaftFault
 from model import BuiltHandPlant
 from model.units import Unit
 
-Begin = Callable[[], object]
-"""Begins a fault."""
+Change = Callable[[Unit], Unit]
+"""Makes the unit with a fault of the one without."""
 
 
 class HandAssembly:
@@ -26,8 +27,8 @@ class HandAssembly:
         *,
         firmware: str,
         side: HandSide,
-        random: Callable[[Fault], Random],
-        fire: Callable[[Fault], None],
+        random: Callable[[Hashable], Random],
+        fire: Callable[[Hashable], None],
     ) -> None:
         """Start with a healthy unit.
 
@@ -35,43 +36,46 @@ class HandAssembly:
             unit: the hand without its faults.
             firmware: version that is declared.
             side: of the hand.
-            random: returns the random numbers of one fault.
-            fire: called with a fault that has an effect.
+            random: returns the random numbers of one injection.
+            fire: called with an injection that has an effect.
         """
-        self.healthy = unit
-        self.unit = unit
-        """The unit with the faults of its mechanics so far."""
+        self.healthy = self.unit = unit
+        """The hand without its faults, and with those of its mechanics so far."""
         self.firmware = firmware
         """Version that the board runs."""
         self.board_side = self.side = side
         """Hand that the board's firmware was made for."""
         self.random, self.fire = random, fire
-        self._plant: BuiltHandPlant | None = None
-        self._shafts: Plant | None = None
+        self.link = LinkFaults(fire)
+        """What acts on the bytes between host and board."""
+        self.stalls: list[tuple[Hashable, float, Random]] = []
+        """Faults that hold the program up: for how long each time, s, and their random numbers."""
+        self._changes: list[Change] = []
+        self._between: list[ShaftFault] = []
+        self._mechanics: BuiltHandPlant | None = None
+        self._nearest: Plant | None = None
         self._hand: EmulatedHand | None = None
-        self._on_connect: list[Callable[[EmulatedHand], object]] = []
 
-    def build_mechanics(self, rewire: Callable[[Plant], Plant] | None) -> BuiltHandPlant:
-        """Build the mechanics of the unit; `rewire` puts something in front of them."""
-        self._plant = BuiltHandPlant(self.unit.hand, hand=self.side)
-        self._shafts = self._plant if rewire is None else rewire(self._plant)
-        return self._plant
+    def build_mechanics(self, plant: BuiltHandPlant, rewire: Callable[[Plant], Plant] | None) -> None:
+        """Take the mechanics of the unit; `rewire` puts something in front of them that no fault knows."""
+        self._mechanics = plant
+        self._nearest = plant if rewire is None else rewire(plant)
 
     def connect(self, hand: EmulatedHand) -> None:
         """Take the electronics, which now drive the shafts."""
         self._hand = hand
-        for call in self._on_connect:
-            call(hand)
 
-    def on_connect(self, call: Callable[[EmulatedHand], object]) -> None:
-        """Call this with the electronics when they are there."""
-        self._on_connect.append(call)
+    @property
+    def mechanics(self) -> BuiltHandPlant:
+        """What turns behind all shaft faults."""
+        assert self._mechanics is not None, "the mechanics are not built yet"
+        return self._mechanics
 
     @property
     def shafts(self) -> Plant:
         """What the servos turn: the mechanics behind all shaft faults."""
-        assert self._shafts is not None, "the mechanics are not built yet"
-        return self._shafts
+        assert self._nearest is not None, "the mechanics are not built yet"
+        return self._between[-1] if self._between else self._nearest
 
     @property
     def hand(self) -> EmulatedHand:
@@ -79,33 +83,75 @@ class HandAssembly:
         assert self._hand is not None, "the electronics are not there yet"
         return self._hand
 
-    def rebuild(self, change: Callable[[Unit], Unit]) -> None:
-        """Change the unit, and the mechanics where they are built."""
-        self._advance()
-        self.unit = change(self.unit)
-        if self._plant is not None:
-            self._plant.become(self.unit.hand)
+    def now(self) -> float:
+        """Return the present time of the electronics, s."""
+        return self.hand.kernel.now
 
-    def insert(self, shaft_fault: ShaftFault) -> Begin:
-        """Insert a fault between servos and shafts; it has no effect until what is returned is called."""
-        self._shafts = shaft_fault
+    @property
+    def is_running(self) -> bool:
+        """Whether the electronics are there."""
+        return self._hand is not None
+
+    def changed(self, change: Change) -> Active:
+        """Return a fault that is another unit; the mechanics follow where they are built."""
 
         def begin() -> None:
-            self._advance()
-            shaft_fault.begin()
+            self._changes.append(change)
+            self._rebuild()
 
-        return begin
+        def clear() -> None:
+            if change in self._changes:
+                self._changes.remove(change)
+                self._rebuild()
 
-    def _advance(self) -> None:
+        return Active(begin, clear)
+
+    def insert(self, fault: ShaftFault) -> Active:
+        """Insert a fault between servos and shafts; it has no effect until it begins."""
+        fault.behind = self.shafts
+        self._between.append(fault)
+        self._reconnect()
+
+        def begin() -> None:
+            self.advance()
+            fault.begin()
+
+        def clear() -> None:
+            self.advance()
+            at = self._between.index(fault)
+            for behind, following in zip([fault.behind], self._between[at + 1 : at + 2], strict=False):
+                following.behind = behind
+            del self._between[at]
+            fault.end()
+            self._reconnect()
+
+        return Active(begin, clear)
+
+    def flash(self, firmware: str, side: HandSide) -> None:
+        """Put another firmware on the board, which restarts."""
+        self.firmware, self.board_side = firmware, side
+        self.hand.flash(firmware, side)
+
+    def supply_left(self) -> float:
+        """Return the share of the nominal supply that is left at present under load."""
+        left = self.mechanics.compiled.supply
+        for fault in self._between:
+            left *= fault.supply_left
+        return left
+
+    def advance(self) -> None:
         """Bring the mechanics up to the present time of the electronics."""
         if self._hand is not None:
             self._hand.advance_plant()
 
+    def _rebuild(self) -> None:
+        self.advance()
+        self.unit = self.healthy
+        for change in self._changes:
+            self.unit = change(self.unit)
+        if self._mechanics is not None:
+            self._mechanics.become(self.unit.hand)
 
-Injector = Callable[[HandAssembly, Fault], Begin]
-"""Injects a fault into a hand, and returns what begins it at its time."""
-
-
-def at_once(act: Callable[[EmulatedHand, Fault], object]) -> Injector:
-    """Return the injector of a fault that acts on the electronics when it begins."""
-    return lambda assembly, fault: lambda: act(assembly.hand, fault)
+    def _reconnect(self) -> None:
+        if self._hand is not None:
+            self._hand.chain.shafts.connect(self.shafts)

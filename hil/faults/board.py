@@ -1,74 +1,77 @@
-"""Faults of the board: another firmware than declared, lost or wrong memory, restarts."""
+"""Faults of the board: lost or wrong memory, restarts."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from aero.channels import WIRE_ORDER
-from aero.firmware import FIRMWARE
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.calibrate_mid import centre
-from firmware_emulator.firmware.hands import HandSide
 from firmware_emulator.firmware.homing import home
-from firmware_emulator.firmware.profiles import PROFILES
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
-from hil.faults.assembly import Begin, HandAssembly, Injector, at_once
-from hil.faults.fault import ALL, HOMED, ONCE, SWITCH, Fault, Kind
-
-RUNS = "board_runs_"
-"""Begins the name of a fault that says which version the board runs in truth."""
-WRONG_SIDE = "board_of_other_side"
-OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
+from hil.faults.active import Active
+from hil.faults.assembly import HandAssembly
+from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity
+from hil.faults.part import Part
 
 
-def _runs(assembly: HandAssembly, fault: Fault) -> Begin:
-    version = fault.name.removeprefix(RUNS)
-    if version == assembly.firmware:
-        raise ValueError(f"a board that runs {version} as declared is no fault; declare another firmware")
-    return lambda: setattr(assembly, "firmware", version)
+def _event(
+    act: Callable[[EmulatedHand, Injection], object], undo: Callable[[EmulatedHand, Injection], object] | None = None
+) -> Inject:
+    """Return what injects something that happens to the electronics."""
+
+    def inject(assembly: HandAssembly, fault: Injection) -> Active:
+        clear = None if undo is None else lambda: undo(assembly.hand, fault)
+        return Active(lambda: act(assembly.hand, fault), clear)
+
+    return inject
 
 
-def _wrong_side(assembly: HandAssembly, fault: Fault) -> Begin:
-    return lambda: setattr(assembly, "board_side", OTHER_SIDE[assembly.side])
-
-
-def _restart(hand: EmulatedHand, fault: Fault) -> None:
+def _restart(hand: EmulatedHand, fault: Injection) -> None:
     hand.reset("reset")
 
 
-def _power_cycle(hand: EmulatedHand, fault: Fault) -> None:
+def _power_cycle(hand: EmulatedHand, fault: Injection) -> None:
     hand.reset("power_on")
 
 
-def _hang(hand: EmulatedHand, fault: Fault) -> None:
+def _hang(hand: EmulatedHand, fault: Injection) -> None:
     hand.board.stop()
 
 
-def _forget(hand: EmulatedHand, fault: Fault) -> None:
+def _forget(hand: EmulatedHand, fault: Injection) -> None:
     board = _emulated(hand, fault)
     for key, _ in board.nvs.items():
         board.nvs.forget(key)
     hand.reset("reset")
 
 
-def _trim(hand: EmulatedHand, fault: Fault) -> None:
-    assert fault.channel is not None
-    board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.channel)
-    board.window.extend[servo] += round(fault.severity)
+def _trim(hand: EmulatedHand, fault: Injection) -> None:
+    _trim_by(hand, fault, round(fault.severity))
+
+
+def _trim_back(hand: EmulatedHand, fault: Injection) -> None:
+    _trim_by(hand, fault, -round(fault.severity))
+
+
+def _trim_by(hand: EmulatedHand, fault: Injection, counts: int) -> None:
+    board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.where)
+    board.window.extend[servo] += counts
     board.nvs.store_extend(servo, board.window.extend[servo])
 
 
-def _centre(hand: EmulatedHand, fault: Fault) -> None:
+def _centre(hand: EmulatedHand, fault: Injection) -> None:
     _under_lock(hand, fault, homes=False)
 
 
-def _centre_and_home(hand: EmulatedHand, fault: Fault) -> None:
+def _centre_and_home(hand: EmulatedHand, fault: Injection) -> None:
     _under_lock(hand, fault, homes=True)
 
 
-def _under_lock(hand: EmulatedHand, fault: Fault, *, homes: bool) -> None:
+def _under_lock(hand: EmulatedHand, fault: Injection, *, homes: bool) -> None:
     """Let the board do what another program has asked of it; its acknowledgement went there."""
-    assert fault.channel is not None
-    board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.channel)
+    board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.where)
 
     def task() -> Task:
         yield from board.lock.take()
@@ -80,78 +83,73 @@ def _under_lock(hand: EmulatedHand, fault: Fault, *, homes: bool) -> None:
     board.start(task())
 
 
-def _emulated(hand: EmulatedHand, fault: Fault) -> Board:
+def _emulated(hand: EmulatedHand, fault: Injection) -> Board:
     if not isinstance(hand.board, Board):
         raise ValueError(f"{fault} cannot be put into a firmware program; leave out the program or the fault")
     return hand.board
 
 
-KINDS = (
-    *(
-        Kind(
-            f"{RUNS}{version}",
-            "firmware",
-            ("B8",),
-            "",
-            SWITCH,
-            f"the board runs {version}, another version than declared",
-            cause="version",
-            bounds=ONCE,
-            later=False,
-            excludes="version",
-            reason=FIRMWARE[version].looks_like,
-        )
-        for version in PROFILES
+FAULTS = (
+    Fault(
+        "board_restart",
+        FaultLayer.BOARD,
+        Part.BOARD,
+        "the board restarts",
+        _event(_restart),
+        at_s=5.0,
+        alike=(Part.SUPPLY, Part.USB),
     ),
-    Kind(
-        WRONG_SIDE, "firmware", ("B7",), "", SWITCH, "the firmware is that of the other hand", bounds=ONCE, later=False
+    Fault(
+        "power_cycle",
+        FaultLayer.BOARD,
+        Part.SUPPLY,
+        "power is lost and returns",
+        _event(_power_cycle),
+        at_s=5.0,
+        alike=(Part.BOARD, Part.USB),
     ),
-    Kind("board_restart", "firmware", ("B1",), "", SWITCH, "the board restarts", bounds=ONCE, at_s=5.0),
-    Kind("power_cycle", "firmware", ("B1", "C9"), "", SWITCH, "power is lost and returns", bounds=ONCE, at_s=5.0),
-    Kind("board_hangs", "firmware", ("B2",), "", SWITCH, "the board does nothing more", bounds=ONCE, at_s=5.0),
-    Kind("nvs_lost", "firmware", ("B6",), "", SWITCH, "the board restarts without its stored zeros", bounds=ONCE),
-    Kind(
+    Fault(
+        "board_hangs",
+        FaultLayer.BOARD,
+        Part.BOARD,
+        "the board does nothing more",
+        _event(_hang, _restart),
+        at_s=5.0,
+        alike=(Part.USB,),
+    ),
+    Fault(
+        "nvs_lost",
+        FaultLayer.BOARD,
+        Part.SETUP,
+        "the board restarts without its stored zeros",
+        _event(_forget),
+        alike=(Part.BOARD,),
+    ),
+    Fault(
         "trim_left_in",
-        "firmware",
-        ("B6",),
-        "counts",
-        (40, 120, 400),
+        FaultLayer.BOARD,
+        Part.SETUP,
         "the open end is trimmed away",
+        _event(_trim, _trim_back),
         ALL,
-        reason=HOMED,
-        bounds=(-2048, 2048),
+        Severity("counts", (40, 120, 400), -2048, 2048),
     ),
-    Kind(
+    Fault(
         "calibrated_mid",
-        "firmware",
-        ("B6",),
-        "",
-        SWITCH,
+        FaultLayer.BOARD,
+        Part.SETUP,
         "CALIBRATE_MID moved a servo's zero, and the commands stay as they were",
+        _event(_centre),
         ALL,
-        bounds=ONCE,
         at_s=5.0,
     ),
-    Kind(
+    Fault(
         "calibrated_mid_and_homed",
-        "firmware",
-        ("B6",),
-        "",
-        SWITCH,
+        FaultLayer.BOARD,
+        Part.SETUP,
         "CALIBRATE_MID, then HOMING, which undoes it; nothing is read meanwhile",
+        _event(_centre_and_home),
         ALL,
-        bounds=ONCE,
         at_s=5.0,
-        reason=HOMED,
     ),
 )
-BUILT_IN: dict[str, Injector] = {**{f"{RUNS}{version}": _runs for version in PROFILES}, WRONG_SIDE: _wrong_side}
-INJECTORS: dict[str, Injector] = {
-    "board_restart": at_once(_restart),
-    "power_cycle": at_once(_power_cycle),
-    "board_hangs": at_once(_hang),
-    "nvs_lost": at_once(_forget),
-    "trim_left_in": at_once(_trim),
-    "calibrated_mid": at_once(_centre),
-    "calibrated_mid_and_homed": at_once(_centre_and_home),
-}

@@ -12,9 +12,9 @@ from random import Random
 
 from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
-from hil.faults.assembly import Injector
-from hil.faults.fault import ALL, HOMED, Kind
-from hil.faults.motor import on_shaft, shaft_of
+from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Severity
+from hil.faults.motor import on_shaft
+from hil.faults.part import Part
 from hil.faults.shaft_fault import Floats, ShaftFault
 
 ReadingChange = Callable[[float, float], float]
@@ -132,94 +132,58 @@ def _noisy(rms: float, random: Random) -> ReadingChange:
     return lambda true, seconds: true + random.gauss(0.0, rms)
 
 
-def _encoder(make: Callable[[float, Random], ReadingChange]) -> Injector:
+def _encoder(make: Callable[[float, Random], ReadingChange]) -> Inject:
     return on_shaft(
-        lambda assembly, fault: Encoder(assembly.shafts, shaft_of(fault), make(fault.severity, assembly.random(fault)))
+        lambda assembly, fault: Encoder(assembly.shafts, fault.where, make(fault.severity, assembly.random(fault)))
     )
 
 
-KINDS = (
-    Kind(
+def _offset(counts: float, random: Random) -> ReadingChange:
+    return lambda true, seconds: true + counts * RAD_PER_COUNT
+
+
+def _fault(name: str, words: str, inject: Inject, severity: Severity | None, at_s: float = 0.0) -> Fault:
+    return Fault(name, FaultLayer.ENCODER, Part.SERVO, words, inject, ALL, severity, at_s)
+
+
+ZERO = Severity("counts", (40, 120, 400), -2048, 2048)
+FAULTS = (
+    _fault(
         "encoder_scale",
-        "servo",
-        ("D7",),
-        "factor",
-        (1.02, 1.05, 1.2),
         "an encoder reads too much",
-        ALL,
-        reason="its window fits by homing; it makes a step faster, and healthy motors differ by 10 %",
-        bounds=(0.5, 2),
+        on_shaft(lambda assembly, fault: Scaled(assembly.shafts, fault.where, fault.severity)),
+        Severity("factor", (1.02, 1.05, 1.2), 0.5, 2),
     ),
-    Kind(
-        "encoder_offset",
-        "servo",
-        ("D7",),
-        "counts",
-        (40, 120, 400),
-        "an encoder's zero is displaced",
-        ALL,
-        reason=HOMED,
-        cause="zero_displaced",
-        bounds=(-2048, 2048),
+    _fault("encoder_offset", "an encoder's zero is displaced", _encoder(_offset), ZERO),
+    _fault("encoder_slip", "a magnet slips once", _encoder(_offset), ZERO, 10.0),
+    _fault(
+        "encoder_creep",
+        "an encoder's zero creeps",
+        _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),
+        Severity("counts/s", (0.5, 2, 10), -100, 100),
     ),
-    Kind(
-        "encoder_slip",
-        "servo",
-        ("D7",),
-        "counts",
-        (40, 120, 400),
-        "a magnet slips once",
-        ALL,
-        reason="the servo goes to the same readings; only take-up shows it, told in steps of 2.4 mm of cable",
-        cause="zero_displaced",
-        bounds=(-2048, 2048),
-        at_s=10.0,
+    _fault(
+        "encoder_noise",
+        "an encoder is noisy",
+        _encoder(lambda rms, random: _noisy(rms * RAD_PER_COUNT, random)),
+        Severity("counts rms", (3, 10, 40)),
     ),
-    Kind(
-        "encoder_creep", "servo", ("D7",), "counts/s", (0.5, 2, 10), "an encoder's zero creeps", ALL, bounds=(-100, 100)
-    ),
-    Kind("encoder_noise", "servo", ("D9",), "counts rms", (3, 10, 40), "an encoder is noisy", ALL),
-    Kind(
+    _fault(
         "encoder_frozen",
-        "servo",
-        ("D9",),
-        "",
-        (1.0, 1.0, 1.0),
         "an encoder always reads the same",
-        ALL,
-        cause="stuck",
-        bounds=(1, 1),
+        on_shaft(lambda assembly, fault: Frozen(assembly.shafts, fault.where, Stays())),
+        None,
     ),
-    Kind(
+    _fault(
         "encoder_quantised",
-        "servo",
-        ("D9",),
-        "counts",
-        (8, 16, 64),
         "an encoder's steps are coarse",
-        ALL,
-        cause="readings_coarse",
-        bounds=(1, 1024),
+        _encoder(lambda step, _: _quantised(step * RAD_PER_COUNT)),
+        Severity("counts", (8, 16, 64), 1, 1024),
     ),
-    Kind(
+    _fault(
         "encoder_play",
-        "servo",
-        ("D10",),
-        "counts",
-        (15, 40, 150),
         "backlash at a shaft",
-        ALL,
-        bounds=(0, 2048),
-        reason="the servo controls on what its encoder reads, so the readings follow and only the finger lags",
+        _encoder(lambda play, _: Play(play * RAD_PER_COUNT)),
+        Severity("counts", (15, 40, 150), 0, 2048),
     ),
 )
-INJECTORS: dict[str, Injector] = {
-    "encoder_scale": on_shaft(lambda assembly, fault: Scaled(assembly.shafts, shaft_of(fault), fault.severity)),
-    "encoder_offset": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
-    "encoder_slip": _encoder(lambda counts, _: lambda true, seconds: true + counts * RAD_PER_COUNT),
-    "encoder_creep": _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),
-    "encoder_noise": _encoder(lambda rms, random: _noisy(rms * RAD_PER_COUNT, random)),
-    "encoder_frozen": on_shaft(lambda assembly, fault: Frozen(assembly.shafts, shaft_of(fault), Stays())),
-    "encoder_quantised": _encoder(lambda step, _: _quantised(step * RAD_PER_COUNT)),
-    "encoder_play": _encoder(lambda play, _: Play(play * RAD_PER_COUNT)),
-}

@@ -1,113 +1,110 @@
-"""One fault, and what is known about its kind."""
+"""A fault: what may be wrong, as one object; and an injection of it, with its severity, place and time."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from enum import Enum, IntEnum
 
-from aero.channels import CABLES, FINGERS, Channel
+from aero.channels import Channel
+from hil.faults.active import Active
+from hil.faults.assembly import HandAssembly
+from hil.faults.part import Part
 
-FaultLayer = Literal["hand", "servo", "bus", "firmware", "link", "host"]
+Inject = Callable[[HandAssembly, "Injection"], Active]
+"""Puts a fault into a hand at its stage; raises ValueError for a hand that cannot have it."""
 ALL = tuple(Channel)
-SWITCH = (1.0, 1.0, 1.0)
-"""Severities of a fault that is there or not."""
-ONCE = (1.0, 1.0)
-SHARE = (0.0, 1.0)
-"""Bounds of a severity."""
-HOMED = "homing starts at the closed stop and finds the zero anew: no reading changes, and the hand works"
-"""Reason why a homed hand shows no wrong zero."""
-RUBBING = "healthy gears differ by a factor of four, which hides what a mild one adds"
-"""Reason why mild friction is not seen."""
-
-__all__ = [
-    "ALL",
-    "CABLES",
-    "FINGERS",
-    "HOMED",
-    "ONCE",
-    "RUBBING",
-    "SHARE",
-    "SWITCH",
-    "Fault",
-    "FaultLayer",
-    "Kind",
-    "quantity",
-]
+STEPS = ("mild", "medium", "severe")
+"""What may stand for a severity."""
 
 
-def quantity(severity: float, unit: str) -> str:
-    """Return a severity for people: a share in per cent, a multiple of a step (`6.5 mA`) worked out."""
-    step, _, of_step = unit.partition(" ")
-    if step.replace(".", "").isdigit():
-        return f"{severity * float(step):g} {of_step}"
-    if step == "of" and severity <= 1.0:
-        return f"{100 * severity:g} % {unit}"
-    return f"a factor of {severity:g}" if unit == "factor" else f"{severity:g} {unit}"
+class AssemblyStage(IntEnum):
+    """When in the assembly of a hand a fault is injected."""
+
+    BUILDING = 0
+    """Before there are mechanics: it changes the unit, or which firmware there is."""
+    SHAFTS = 1
+    """Between servos and mechanics."""
+    RUNNING = 2
+    """Into the electronics, or into their link to the host."""
+
+
+class FaultLayer(Enum):
+    """What a fault is about; each has a file. Its value is its name for people and the stage of its injection."""
+
+    CABLE = "cable", AssemblyStage.BUILDING
+    JOINT = "joint", AssemblyStage.BUILDING
+    GEAR = "gear", AssemblyStage.BUILDING
+    FIRMWARE = "firmware", AssemblyStage.BUILDING
+    WINDING = "winding", AssemblyStage.SHAFTS
+    MOTOR = "motor", AssemblyStage.SHAFTS
+    ENCODER = "encoder", AssemblyStage.SHAFTS
+    SUPPLY = "supply", AssemblyStage.SHAFTS
+    SERVO = "servo", AssemblyStage.RUNNING
+    BUS = "bus", AssemblyStage.RUNNING
+    BOARD = "board", AssemblyStage.RUNNING
+    LINK = "link", AssemblyStage.RUNNING
+    HOST = "host", AssemblyStage.RUNNING
+
+    @property
+    def label(self) -> str:
+        """Its name for people."""
+        return self.value[0]
+
+    @property
+    def stage(self) -> AssemblyStage:
+        """When its faults are injected."""
+        return self.value[1]
+
+
+@dataclass(frozen=True)
+class Severity:
+    """How much of a fault there may be."""
+
+    unit: str
+    steps: tuple[float, float, float]
+    """Mild (near what a harness might just see), medium (the default), severe (plainly harmful)."""
+    low: float = 0.0
+    high: float = math.inf
+    """Bounds."""
+
+    def __str__(self) -> str:
+        """Return the three steps with their unit, for people."""
+        return f"{', '.join(f'{step:g}' for step in self.steps)} {self.unit}"
+
+
+def share(of: str, mild: float, medium: float, severe: float) -> Severity:
+    """Return a severity from 0 to 1 that is a share of something."""
+    return Severity(f"of {of}", (mild, medium, severe), 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that is wrong, where, how much, and since when. `str` gives the text that `parse_fault` reads."""
-
-    name: str
-    """A key of `CATALOGUE`."""
-    severity: float
-    """In the unit of its kind; 1 for a fault that is there or not."""
-    channel: Channel | None = None
-    """Where it sits; None for a fault of the whole hand."""
-    at_s: float = 0.0
-    """When it begins, s after the target was opened; 0 for one that the hand was built with."""
-
-    def __str__(self) -> str:
-        """Return `NAME[:CHANNEL]=SEVERITY[@SECONDS]`."""
-        where = "" if self.channel is None else f":{self.channel.label}"
-        when = f"@{self.at_s!r}" if self.at_s else ""
-        return f"{self.name}{where}={self.severity!r}{when}"
-
-
-@dataclass(frozen=True)
-class Kind:
-    """What all faults of one name have in common: a row of the catalogue."""
+    """Something that may be wrong."""
 
     name: str
     layer: FaultLayer
-    ids: tuple[str, ...]
-    """Reported faults that it stands for, by layer: A host link, B firmware, C servo bus, D hand, E host."""
-    unit: str
-    """Unit of the severity; empty for a fault that is there or not."""
-    severities: tuple[float, float, float]
-    """Mild (near what a harness might just see), medium, severe (plainly harmful)."""
-    meaning: str
+    part: Part
+    """What an owner replaces, mends or changes when this is wrong."""
+    words: str
     """What it is, for people."""
-    subjects: tuple[Channel, ...] = ()
+    inject: Inject
+    channels: tuple[Channel, ...] = ()
     """Channels that it may sit on, the default first; empty for a fault of the whole hand."""
-    cause: str = ""
-    """Group of faults that look alike on this wire and need the same inspection; its own name when left out."""
-    bounds: tuple[float, float] = (0.0, math.inf)
-    """Smallest and largest severity."""
+    severity: Severity | None = None
+    """None for a fault that is there or not."""
     at_s: float = 0.0
     """When it begins where nothing is said, s."""
     later: bool = True
-    """Whether it can begin at a time; else the hand is built with it."""
+    """Whether it can begin on a running hand; else the hand is built with it."""
     excludes: str = ""
-    """Two faults with the same word here cannot sit on one channel."""
-    visible: bool = True
-    """Whether an encoder, a current or the bytes of the link can show it at all."""
-    reason: str = ""
-    """Why a validation of a homed hand cannot see it, or only from some severity on."""
+    """Two faults with the same word here cannot sit on one channel; its own name when left out."""
+    alike: tuple[Part, ...] = ()
+    """Other parts whose fault is the same to whoever does not open the hand."""
 
-    def __post_init__(self) -> None:
-        if not self.cause:
-            object.__setattr__(self, "cause", self.name)
-
-    @property
-    def is_switch(self) -> bool:
-        """Whether it has no severity."""
-        return self.severities == SWITCH
-
-    def fault(self, severity: float | None = None, channel: Channel | None = None, at_s: float | None = None) -> Fault:
-        """Return a checked fault of this kind.
+    def at(self, severity: float | None = None, channel: Channel | None = None, at_s: float | None = None) -> Injection:
+        """Return an injection of this fault.
 
         Args:
             severity: the medium one when None.
@@ -117,28 +114,79 @@ class Kind:
         Raises:
             ValueError: it cannot have this severity, sit there or begin then.
         """
-        where = channel if channel is not None or not self.subjects else self.subjects[0]
-        how_much = self.severities[1] if severity is None else severity
-        return self.checked(Fault(self.name, float(how_much), where, self.at_s if at_s is None else float(at_s)))
+        how_much = self.steps()[len(self.steps()) // 2] if severity is None else severity
+        return Injection(
+            self,
+            float(how_much),
+            self.channels[0] if channel is None and self.channels else channel,
+            self.at_s if at_s is None else float(at_s),
+        )
 
-    def checked(self, fault: Fault) -> Fault:
-        """Return `fault`, on its default channel where it has none.
+    def steps(self) -> tuple[float, ...]:
+        """Return the severities that a campaign takes: mild, medium and severe, or 1 where it is there or not."""
+        return (1.0,) if self.severity is None else self.severity.steps
 
-        Raises:
-            ValueError: it cannot have this severity, sit there or begin then.
-        """
-        if fault.channel is None and self.subjects:
-            fault = Fault(fault.name, fault.severity, self.subjects[0], fault.at_s)
-        low, high = self.bounds
-        if not (math.isfinite(fault.severity) and low <= fault.severity <= high):
-            wanted = "is there or not (1)" if self.is_switch else f"goes from {low:g} to {high:g} {self.unit}"
-            raise ValueError(f"the fault {self.name} {wanted}, not {fault.severity:g}")
-        if fault.channel not in (self.subjects or (None,)):
-            known = ", ".join(channel.label for channel in self.subjects)
+
+@dataclass(frozen=True)
+class Injection:
+    """A fault, how much of it, where, and since when. `str` gives the text that `parse_fault` reads."""
+
+    fault: Fault
+    severity: float
+    """In the unit of the fault; 1 for one that is there or not."""
+    channel: Channel | None = None
+    """Where it sits; None for a fault of the whole hand."""
+    at_s: float = 0.0
+    """When it begins, s after the target was opened; 0 for one that the hand was built with."""
+
+    def __post_init__(self) -> None:
+        fault, name = self.fault, self.fault.name
+        bounds = (1.0, 1.0) if fault.severity is None else (fault.severity.low, fault.severity.high)
+        if not (math.isfinite(self.severity) and bounds[0] <= self.severity <= bounds[1]):
+            wanted = f"goes from {bounds[0]:g} to {bounds[1]:g} {self.unit}" if self.unit else "is there or not (1)"
+            raise ValueError(f"the fault {name} {wanted}, not {self.severity:g}")
+        if self.channel not in (fault.channels or (None,)):
+            known = ", ".join(channel.label for channel in fault.channels)
             wanted = f"sits on {known}" if known else "is of the whole hand and has no channel"
-            raise ValueError(f"the fault {self.name} {wanted}, not {fault.channel and fault.channel.label!r}")
-        if not (math.isfinite(fault.at_s) and fault.at_s >= 0.0):
-            raise ValueError(f"the fault {self.name} begins at a time from 0 s on, not {fault.at_s:g}")
-        if fault.at_s and not self.later:
-            raise ValueError(f"the fault {self.name} is built in and cannot begin later; leave out @{fault.at_s:g}")
-        return fault
+            raise ValueError(f"the fault {name} {wanted}, not {self.channel and self.channel.label!r}")
+        if not (math.isfinite(self.at_s) and self.at_s >= 0.0):
+            raise ValueError(f"the fault {name} begins at a time from 0 s on, not {self.at_s:g}")
+        if self.at_s and not fault.later:
+            raise ValueError(f"the fault {name} is built in and cannot begin later; leave out @{self.at_s:g}")
+
+    @property
+    def name(self) -> str:
+        """The fault's name."""
+        return self.fault.name
+
+    @property
+    def part(self) -> Part:
+        """The part that is at fault."""
+        return self.fault.part
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The part that is at fault, then those whose fault is the same to whoever does not open the hand."""
+        return self.fault.part, *self.fault.alike
+
+    @property
+    def unit(self) -> str:
+        """Unit of the severity; empty for a fault that is there or not."""
+        return "" if self.fault.severity is None else self.fault.severity.unit
+
+    @property
+    def where(self) -> Channel:
+        """The channel of a fault that sits on one."""
+        assert self.channel is not None, f"{self.name} sits on no channel"
+        return self.channel
+
+    @property
+    def rivals(self) -> tuple[str, Channel | None]:
+        """What no two injections of one hand have in common."""
+        return self.fault.excludes or self.name, self.channel
+
+    def __str__(self) -> str:
+        """Return `NAME[:CHANNEL]=SEVERITY[@SECONDS]`."""
+        where = "" if self.channel is None else f":{self.channel.label}"
+        when = f"@{self.at_s!r}" if self.at_s else ""
+        return f"{self.name}{where}={self.severity!r}{when}"

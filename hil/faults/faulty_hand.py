@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,62 +11,63 @@ from firmware_emulator.firmware.hands import HANDS, HandSide
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import EmulatedHand, Start
 from firmware_emulator.plant import Plant
-from hil.faults import answers, board, encoder, mechanics, motor, servo, supply
-from hil.faults.assembly import Begin, HandAssembly, Injector
-from hil.faults.fault import Fault
-from hil.faults.link import LinkFaults
+from hil.faults.active import Active
+from hil.faults.assembly import HandAssembly
+from hil.faults.fault import AssemblyStage, FaultLayer, Injection
+from hil.faults.link_faults import Direction, LinkFaults
 from hil.faults.schedule import Schedule
 from model import BuiltHandPlant
 from model.units import Unit
 
-BEFORE_MECHANICS: dict[str, Injector] = mechanics.INJECTORS | board.BUILT_IN
-ON_SHAFTS: dict[str, Injector] = supply.INJECTORS | motor.INJECTORS | encoder.INJECTORS
-ON_ELECTRONICS: dict[str, Injector] = servo.INJECTORS | board.INJECTORS
-INJECTORS = BEFORE_MECHANICS | ON_SHAFTS | ON_ELECTRONICS | answers.INJECTORS
-"""Injector of every fault of a hand; its link's faults have none."""
+FIRES_ITSELF = (FaultLayer.BUS, FaultLayer.LINK, FaultLayer.HOST)
+"""Layers whose faults have an effect only when bytes come their way."""
 
 
 class FaultyHand(EmulatedHand):
     """Electronics with faults of the link, and with a board that may be made for the other hand."""
 
-    link_faults: LinkFaults | None = None
-
-    def __init__(self, plant: Plant, *, board_side: HandSide, hand: HandSide, **settings: Any) -> None:
+    def __init__(
+        self, plant: Plant, *, link_faults: LinkFaults, board_side: HandSide, hand: HandSide, **settings: Any
+    ) -> None:
         """Put the electronics on a plant.
 
         Args:
             plant: what the servos turn.
+            link_faults: what becomes of the bytes of the link.
             board_side: hand that the firmware was made for.
             hand: side of the hand.
             settings: further ones of `EmulatedHand`.
         """
+        self.link_faults = link_faults
         self._board_side = board_side
         super().__init__(plant, hand=hand, **settings)
+        link_faults.say = self.say
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the host, such as reach the board."""
-        if self.link_faults is None:
-            super().receive(data)
-            return
-        for t, piece in self.link_faults.passed("to_hand", self.kernel.now, data):
-            if t <= self.kernel.now:
-                super().receive(piece)
-            else:
-                self.kernel.call_at(t, super().receive, piece)
+        self._pass("to_hand", data, super().receive)
 
     def say(self, data: bytes) -> None:
         """Send bytes to the host that no fault acts on."""
         self.on_transmit(data)
 
     def _transmit(self, data: bytes) -> None:
-        if self.link_faults is None:
-            self.say(data)
+        self._pass("from_hand", data, self.say)
+
+    def _pass(self, direction: Direction, data: bytes, arrive: Callable[[bytes], None]) -> None:
+        if self.link_faults.is_idle:
+            arrive(data)
             return
-        for t, piece in self.link_faults.passed("from_hand", self.kernel.now, data):
+        for t, piece in self.link_faults.passed(direction, self.kernel.now, data):
             if t <= self.kernel.now:
-                self.say(piece)
+                arrive(piece)
             else:
-                self.kernel.call_at(t, self.say, piece)
+                self.kernel.call_at(t, arrive, piece)
+
+    def flash(self, firmware: str, hand: HandSide) -> None:
+        """Put another emulated firmware on the board, made for a side, and restart it."""
+        self._board_side = hand
+        super().flash(firmware, hand)
 
     def _new_board(self) -> Board:
         self._config = HANDS[self._board_side]
@@ -84,8 +85,9 @@ def build_faulty(
     nvs: Nvs | None = None,
     program: Path | None = None,
     rewire: Callable[[Plant], Plant] | None = None,
-) -> tuple[FaultyHand, BuiltHandPlant]:
-    """Return the electronics of an emulated hand with faults, and the mechanics behind them.
+    mechanics: Callable[[Unit], BuiltHandPlant] | None = None,
+) -> tuple[FaultyHand, HandAssembly]:
+    """Return the electronics of an emulated hand with faults, and what its faults are put into.
 
     Args:
         unit: the hand without its faults.
@@ -97,20 +99,36 @@ def build_faulty(
         nvs: what the board has stored.
         program: firmware program on the board.
         rewire: puts something between servos and mechanics.
+        mechanics: makes the mechanics of a unit; a `BuiltHandPlant` when None.
 
     Raises:
         ValueError: a fault cannot be injected into this hand; an unknown firmware or side.
     """
-    if program is not None and (refused := schedule.of("firmware")):
-        raise ValueError(f"{refused[0]} cannot be put into a firmware program; leave out the program or the fault")
+    if program is not None:
+        refuse_in_a_program(schedule.faults)
     assembly = HandAssembly(unit, firmware=firmware, side=hand, random=schedule.random, fire=schedule.fire)
-    built = {fault: INJECTORS[fault.name](assembly, fault) for fault in _of(schedule, BEFORE_MECHANICS)}
-    _begin_from_the_start(built, schedule)
-    plant = assembly.build_mechanics(rewire)
-    on_shafts = {fault: INJECTORS[fault.name](assembly, fault) for fault in _of(schedule, ON_SHAFTS)}
-    _begin_from_the_start(on_shafts, schedule)
+    injected: dict[Injection, Active] = {}
+
+    def inject(stage: AssemblyStage) -> None:
+        for fault in schedule.faults:
+            if fault.fault.layer.stage is stage:
+                injected[fault] = fault.fault.inject(assembly, fault)
+        for fault in injected:
+            if fault.fault.layer.stage is stage and not fault.at_s:
+                begin(fault)
+
+    def begin(fault: Injection) -> None:
+        injected[fault].begin()
+        if fault.fault.layer not in FIRES_ITSELF:
+            schedule.fire(fault)
+
+    inject(AssemblyStage.BUILDING)
+    plant = BuiltHandPlant(assembly.unit.hand, hand) if mechanics is None else mechanics(assembly.unit)
+    assembly.build_mechanics(plant, rewire)
+    inject(AssemblyStage.SHAFTS)
     electronics = FaultyHand(
         assembly.shafts,
+        link_faults=assembly.link,
         servos=assembly.unit.servos,
         firmware=assembly.firmware,
         hand=hand,
@@ -121,44 +139,19 @@ def build_faulty(
         program=program,
     )
     assembly.connect(electronics)
-    ready = {
-        fault: INJECTORS[fault.name](assembly, fault) for fault in _of(schedule, ON_ELECTRONICS | answers.INJECTORS)
-    }
-    begins = built | on_shafts | ready
-    for fault in _of(schedule, INJECTORS):
+    inject(AssemblyStage.RUNNING)
+    for fault in schedule.faults:
         if fault.at_s:
-            electronics.kernel.call_at(electronics.kernel.now + fault.at_s, _begin, fault, begins[fault], schedule)
-        elif fault in ready:
-            _begin(fault, begins[fault], schedule)
-    if link := schedule.of("link"):
-        _inject_on_link(electronics, link, schedule)
-    return electronics, plant
+            electronics.kernel.call_at(electronics.kernel.now + fault.at_s, begin, fault)
+    return electronics, assembly
 
 
-def _of(schedule: Schedule, names: Collection[str]) -> Iterator[Fault]:
-    return (fault for fault in schedule.faults if fault.name in names)
+def refuse_in_a_program(faults: tuple[Injection, ...]) -> None:
+    """Refuse faults of the emulated firmware, which a firmware program does not have.
 
-
-def _begin_from_the_start(begins: dict[Fault, Begin], schedule: Schedule) -> None:
-    for fault, begin in begins.items():
-        if not fault.at_s:
-            _begin(fault, begin, schedule)
-
-
-def _begin(fault: Fault, begin: Begin, schedule: Schedule) -> None:
-    begin()
-    if fault.name not in answers.INJECTORS:  # those fire when they first change an answer
-        schedule.fire(fault)
-
-
-def _inject_on_link(hand: FaultyHand, faults: Collection[Fault], schedule: Schedule) -> None:
-    hand.link_faults = on_link = LinkFaults(
-        tuple(faults), start_s=hand.kernel.now, random=schedule.random, fired=schedule.fire
-    )
-
-    def insert() -> None:
-        if text := on_link.inserted(hand.kernel.now):
-            hand.say(text)
-
-    for t in on_link.times():
-        hand.kernel.call_at(t, insert)
+    Raises:
+        ValueError: one is of the firmware.
+    """
+    for fault in faults:
+        if fault.fault.layer in (FaultLayer.FIRMWARE, FaultLayer.BOARD):
+            raise ValueError(f"{fault} cannot be put into a firmware program; leave out the program or the fault")

@@ -2,33 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from random import Random
+from collections.abc import Iterable
 
 from aero.clock import Clock
 from aero.transport import Transport
-from hil.faults.fault import Fault, Kind
+from hil.faults.active import Active
+from hil.faults.assembly import HandAssembly
+from hil.faults.fault import Fault, FaultLayer, Injection, Severity
+from hil.faults.part import Part
 
 STALL_SHARE = 0.02
 """Share of the writes before which a program is held up."""
-KINDS = (Kind("host_stalls", "host", ("E1", "E5"), "s", (0.02, 0.1, 0.5), "the program is held up now and then"),)
-
-AT_THE_PROGRAM = ("host_stalls", "link_hangs_up")
-"""Names of faults of the program's own end."""
-
-
-def refuse_at_a_port(faults: Iterable[Fault]) -> None:
-    """Refuse faults that a hand behind a port of its own cannot have.
-
-    Raises:
-        ValueError: one is of the program's end of the link.
-    """
-    for fault in faults:
-        if fault.name in AT_THE_PROGRAM:
-            raise ValueError(
-                f"{fault} sits at the program's end of the link, where a hand on a port of its own cannot put it; use "
-                "the target `emulated`, and for link_hangs_up `aero-hil proxy`"
-            )
 
 
 class Passing:
@@ -59,15 +43,20 @@ class Passing:
         self._behind.close()
 
 
-class Unplugged(Passing):
-    """A port that goes away."""
+class ProgramEnd(Passing):
+    """A program's end of a link: a port that may go away, and a system that keeps the program from running."""
 
-    def __init__(self, behind: Transport, gone: Callable[[], bool]) -> None:
+    def __init__(self, behind: Transport, clock: Clock, assembly: HandAssembly) -> None:
+        """Do to a link what the assembly's faults say at the time."""
         super().__init__(behind)
-        self._gone = gone
+        self._clock, self._assembly = clock, assembly
 
     def write(self, data: bytes) -> None:
-        """Send all of `data`, while there is a port."""
+        """Send all of `data`, perhaps late, while there is a port."""
+        for fault, seconds, random in self._assembly.stalls:
+            if random.random() < STALL_SHARE:
+                self._assembly.fire(fault)
+                self._clock.sleep_until(self._clock.now() + seconds)
         self._check()
         super().write(data)
 
@@ -79,31 +68,36 @@ class Unplugged(Passing):
         return data
 
     def _check(self) -> None:
-        if self._gone():
+        if self._assembly.link.gone():
             raise ConnectionError(f"the link to {self.name} hung up (Input/output error), as the fault asked for")
 
 
-class HeldUp(Passing):
-    """A program that the system keeps from running now and then, before it writes."""
+def _stalls(assembly: HandAssembly, fault: Injection) -> Active:
+    stall = fault, fault.severity, assembly.random(fault)
+    return Active(lambda: assembly.stalls.append(stall), lambda: assembly.stalls.remove(stall))
 
-    def __init__(
-        self,
-        behind: Transport,
-        clock: Clock,
-        *,
-        stall_s: float,
-        from_s: float,
-        random: Random,
-        fired: Callable[[], None],
-    ) -> None:
-        """Be held up for `stall_s` (s) now and then, from `from_s` on (s on the clock)."""
-        super().__init__(behind)
-        self._clock, self._stall_s, self._from_s = clock, stall_s, from_s
-        self._random, self._fired = random, fired
 
-    def write(self, data: bytes) -> None:
-        """Send all of `data`, perhaps late."""
-        if self._clock.now() >= self._from_s and self._random.random() < STALL_SHARE:
-            self._fired()
-            self._clock.sleep_until(self._clock.now() + self._stall_s)
-        super().write(data)
+def refuse_at_a_port(faults: Iterable[Injection]) -> None:
+    """Refuse faults that a hand behind a port of its own cannot have.
+
+    Raises:
+        ValueError: one is of the program's end of the link.
+    """
+    for fault in faults:
+        if fault.fault.layer is FaultLayer.HOST:
+            raise ValueError(
+                f"{fault} sits at the program's end of the link, where a hand on a port of its own cannot put it; use "
+                "the target `emulated`, and for link_hangs_up `aero-hil proxy`"
+            )
+
+
+FAULTS = (
+    Fault(
+        "host_stalls",
+        FaultLayer.HOST,
+        Part.COMPUTER,
+        "the program is held up now and then",
+        _stalls,
+        severity=Severity("s", (0.02, 0.1, 0.5)),
+    ),
+)

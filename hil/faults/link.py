@@ -1,20 +1,17 @@
-"""Faults of the host link: what becomes of bytes on their way, as pure functions of time and chance.
-
-A board writes a reply in one piece of 16 bytes, and a driver writes a command in one; faults act on such pieces.
-`LinkFaults` knows nothing of ports: the emulated hand and the proxy both ask it what to send when.
-"""
+"""Faults of the host link: what becomes of bytes on their way."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from random import Random
-from typing import Literal
+from typing import Protocol
 
-from hil.faults.fault import ONCE, SHARE, SWITCH, Fault, Kind
+from hil.faults.active import Active
+from hil.faults.fault import Fault, FaultLayer, Injection, Severity, share
+from hil.faults.link_faults import Direction, LinkEffect, LinkFaults, Pieces
+from hil.faults.part import Part
 
-Direction = Literal["to_hand", "from_hand"]
-Pieces = list[tuple[float, bytes]]
-"""Delays, s, and bytes."""
 Act = Callable[[bytes, float, Random, float], Pieces]
 """What becomes of a piece, given the severity, and the time, s."""
 
@@ -99,191 +96,189 @@ class Stale:
         return [(0.0, self._last[data[0]])]
 
 
+class LinkSide(Protocol):
+    """Where faults of a link are put in: the assembly of an emulated hand, or a proxy before any hand."""
+
+    link: LinkFaults
+
+    def now(self) -> float:
+        """Return the time, s."""
+        ...
+
+    def random(self, fault: Hashable) -> Random:
+        """Return the random numbers of one injection."""
+        ...
+
+
+Put = Callable[[LinkSide, Injection], Active]
+
+
+@dataclass(frozen=True)
+class LinkFault(Fault):
+    """A fault of a link alone, which can sit before a physical hand too."""
+
+    put: Put = lambda side, fault: Active(lambda: None)
+    """Does what `inject` does, on any link."""
+
+
+def _begun(make: Callable[[LinkSide, Injection], LinkEffect]) -> Put:
+    return lambda side, fault: Active(lambda: side.link.add(make(side, fault)), lambda: side.link.remove(fault))
+
+
+def _fault(
+    name: str,
+    part: Part,
+    words: str,
+    put: Put,
+    severity: Severity | None,
+    *,
+    at_s: float = 0.0,
+    alike: tuple[Part, ...] = (),
+    layer: FaultLayer = FaultLayer.LINK,
+) -> LinkFault:
+    return LinkFault(name, layer, part, words, put, severity=severity, at_s=at_s, alike=alike, put=put)
+
+
+def _passing(new: Callable[[], Act], direction: Direction = "from_hand", *, overtakes: bool = False) -> Put:
+    """Return what puts in something that acts on every piece of one direction."""
+
+    def make(side: LinkSide, fault: Injection) -> LinkEffect:
+        act, random = new(), side.random(fault)
+        return LinkEffect(
+            fault, direction, lambda data, now: act(data, fault.severity, random, now), overtakes=overtakes
+        )
+
+    return _begun(make)
+
+
 def _same(act: Act) -> Callable[[], Act]:
     return lambda: act
 
 
-BOTH: dict[str, tuple[str, str, str, tuple[float, float, float], Act]] = {
-    "truncated": ("A19", "lose their end", "replies_lose_bytes", (0.01, 0.05, 0.3), _sometimes(_truncated)),
-    "lost": ("A1", "are lost", "exchanges_lost", (0.01, 0.05, 0.3), _sometimes(lambda data, random: [])),
-    "byte_dropped": ("A1", "lose a byte", "replies_lose_bytes", (0.01, 0.05, 0.3), _sometimes(_byte_dropped)),
-    "byte_doubled": ("A3", "have a byte twice", "replies_gain_bytes", (0.01, 0.05, 0.3), _sometimes(_byte_doubled)),
-    "byte_inserted": ("A4", "have a byte more", "replies_gain_bytes", (0.01, 0.05, 0.3), _sometimes(_byte_inserted)),
-    "bit_flipped": ("A2", "have a wrong bit", "replies_alter_bytes", (0.01, 0.05, 0.3), _sometimes(_bit_flipped)),
-    "doubled": (
-        "A15",
-        "come twice",
-        "replies_gain_bytes",
-        (0.01, 0.05, 0.3),
-        _sometimes(lambda data, random: [(0.0, data + data)]),
-    ),
+def _lost(data: bytes, random: Random) -> Pieces:
+    return []
+
+
+def _doubled(data: bytes, random: Random) -> Pieces:
+    return [(0.0, data + data)]
+
+
+def _late(data: bytes, random: Random) -> Pieces:
+    return [(OVERTAKEN_S, data)]
+
+
+BOTH: dict[str, tuple[str, Act]] = {
+    "truncated": ("lose their end", _sometimes(_truncated)),
+    "lost": ("are lost", _sometimes(_lost)),
+    "byte_dropped": ("lose a byte", _sometimes(_byte_dropped)),
+    "byte_doubled": ("have a byte twice", _sometimes(_byte_doubled)),
+    "byte_inserted": ("have a byte more", _sometimes(_byte_inserted)),
+    "bit_flipped": ("have a wrong bit", _sometimes(_bit_flipped)),
+    "doubled": ("come twice", _sometimes(_doubled)),
 }
-"""Faults of both directions: row of the list, what happens, cause when it happens to replies, severities, how.
-
-Of commands all is `commands_damaged`, but that nobody can see whether a request or its reply was lost.
-"""
-WAYS: tuple[tuple[str, str], ...] = (("reply", "replies"), ("command", "commands"))
-
-KINDS = (
+"""Faults of both directions: what happens, for people, and how."""
+WAYS: tuple[tuple[str, str, Direction], ...] = (("reply", "replies", "from_hand"), ("command", "commands", "to_hand"))
+SOME = (0.01, 0.05, 0.3)
+OFTEN = (0.05, 0.2, 0.6)
+FAULTS = (
     *(
-        Kind(
-            f"{way}_{name}",
-            "link",
-            (row,),
-            f"of {plural}",
-            severities,
-            f"{plural} {words}",
-            cause=cause if way == "reply" or name == "lost" else "commands_damaged",
-            bounds=SHARE,
-        )
-        for way, plural in WAYS
-        for name, (row, words, cause, severities, _) in BOTH.items()
+        _fault(f"{way}_{name}", Part.USB, f"{plural} {words}", _passing(_same(act), direction), share(plural, *SOME))
+        for way, plural, direction in WAYS
+        for name, (words, act) in BOTH.items()
     ),
-    Kind("reply_delayed", "link", ("A8", "A13"), "ms at most", (5, 30, 400), "replies come late", cause="late"),
-    Kind("command_delayed", "link", ("A8", "B3", "D5"), "ms at most", (5, 30, 400), "commands come late", cause="late"),
-    Kind(
+    _fault(
+        "reply_delayed",
+        Part.USB,
+        "replies come late",
+        _passing(_same(_delayed)),
+        Severity("ms at most", (5, 30, 400)),
+        alike=(Part.COMPUTER,),
+    ),
+    _fault(
+        "command_delayed",
+        Part.USB,
+        "commands come late",
+        _passing(_same(_delayed), "to_hand"),
+        Severity("ms at most", (5, 30, 400)),
+        alike=(Part.COMPUTER,),
+    ),
+    _fault(
         "usb_timer",
-        "link",
-        ("A8", "A7"),
-        "ms",
-        (4, 16, 50),
+        Part.USB,
         "a USB adapter hands replies over on a timer",
-        cause="late",
+        _passing(_same(_on_timer)),
+        Severity("ms", (4, 16, 50)),
+        alike=(Part.COMPUTER,),
     ),
-    Kind(
-        "reply_stale", "link", ("A13", "B11"), "of replies", (0.05, 0.2, 0.6), "replies repeat older ones", bounds=SHARE
+    _fault(
+        "reply_stale",
+        Part.BOARD,
+        "replies repeat older ones",
+        _passing(Stale),
+        share("replies", *OFTEN),
+        alike=(Part.USB, Part.BUS),
     ),
-    Kind(
+    _fault(
         "reply_cut",
-        "link",
-        ("A6",),
-        "of replies",
-        (0.05, 0.2, 0.6),
+        Part.USB,
         "replies come in two pieces",
-        cause="late",
-        bounds=SHARE,
+        _passing(_same(_sometimes(_cut))),
+        share("replies", *OFTEN),
+        alike=(Part.COMPUTER,),
     ),
-    Kind(
+    _fault(
         "reply_reordered",
-        "link",
-        ("A13",),
-        "of replies",
-        (0.01, 0.05, 0.3),
+        Part.USB,
         "replies overtake each other",
-        bounds=SHARE,
+        _passing(_same(_sometimes(_late)), overtakes=True),
+        share("replies", *SOME),
+        alike=(Part.COMPUTER,),
     ),
-    Kind(
+    _fault(
         "reply_other_opcode",
-        "link",
-        ("A14",),
-        "of replies",
-        (0.01, 0.05, 0.3),
+        Part.USB,
         "replies have another opcode",
-        cause="replies_alter_bytes",
-        bounds=SHARE,
+        _passing(_same(_sometimes(_other_opcode))),
+        share("replies", *SOME),
+        alike=(Part.BOARD,),
     ),
-    Kind(
-        "reply_junk",
-        "link",
-        ("A4", "A15"),
-        "of replies",
-        (0.01, 0.05, 0.3),
-        "junk comes before replies",
-        cause="replies_gain_bytes",
-        bounds=SHARE,
+    _fault(
+        "reply_junk", Part.USB, "junk comes before replies", _passing(_same(_sometimes(_junk))), share("replies", *SOME)
     ),
-    Kind(
-        "link_slow", "link", ("A9", "A6"), "baud", (115200, 38400, 9600), "bytes of replies trickle", bounds=(300, 1e7)
+    _fault(
+        "link_slow",
+        Part.USB,
+        "bytes of replies trickle",
+        _passing(_same(_bandwidth)),
+        Severity("baud", (115200, 38400, 9600), 300, 1e7),
+        alike=(Part.COMPUTER,),
     ),
-    Kind("link_silent", "link", ("A10",), "s", (0.2, 1, 30), "nothing comes back for a while", at_s=5.0),
-    Kind("boot_text", "link", ("A5",), "", SWITCH, "a boot text comes in between", bounds=ONCE, at_s=40.0),
-    Kind("link_hangs_up", "link", ("A11",), "", SWITCH, "the port is gone", bounds=ONCE, at_s=5.0),
+    _fault(
+        "link_silent",
+        Part.USB,
+        "nothing comes back for a while",
+        _begun(lambda side, fault: LinkEffect(fault, silent_until=side.now() + fault.severity)),
+        Severity("s", (0.2, 1, 30)),
+        at_s=5.0,
+        alike=(Part.BOARD, Part.COMPUTER),
+    ),
+    _fault(
+        "boot_text",
+        Part.BOARD,
+        "a boot text comes in between",
+        _begun(lambda side, fault: LinkEffect(fault, inserts=BOOT_TEXT)),
+        None,
+        at_s=40.0,
+        alike=(Part.USB, Part.SUPPLY),
+    ),
+    _fault(
+        "link_hangs_up",
+        Part.USB,
+        "the port is gone",
+        _begun(lambda side, fault: LinkEffect(fault, is_gone=True)),
+        None,
+        at_s=5.0,
+        alike=(Part.COMPUTER, Part.BOARD),
+        layer=FaultLayer.HOST,
+    ),
 )
-ACTS: dict[str, Callable[[], Act]] = {
-    **{f"{way}_{name}": _same(act) for way, _ in WAYS for name, (*_, act) in BOTH.items()},
-    "reply_delayed": _same(_delayed),
-    "command_delayed": _same(_delayed),
-    "usb_timer": _same(_on_timer),
-    "reply_stale": Stale,
-    "reply_cut": _same(_sometimes(_cut)),
-    "reply_reordered": _same(_sometimes(lambda data, random: [(OVERTAKEN_S, data)])),
-    "reply_other_opcode": _same(_sometimes(_other_opcode)),
-    "reply_junk": _same(_sometimes(_junk)),
-    "link_slow": _same(_bandwidth),
-}
-"""Makes what acts on every piece; the others are events in time."""
-OVERTAKING = {"reply_reordered"}
-
-
-class LinkFaults:
-    """What becomes of the bytes of one link."""
-
-    def __init__(
-        self,
-        faults: Sequence[Fault],
-        *,
-        start_s: float,
-        random: Callable[[Fault], Random],
-        fired: Callable[[Fault], None],
-    ) -> None:
-        """Begin at `start_s`, s on the clock whose times `passed` is given."""
-        self._start_s = start_s
-        self._fired = fired
-        self._acts = [(fault, ACTS[fault.name](), random(fault)) for fault in faults if fault.name in ACTS]
-        self._events = [fault for fault in faults if fault.name not in ACTS]
-        self._free_at = {"to_hand": start_s, "from_hand": start_s}
-        self._gone = False
-
-    def passed(self, direction: Direction, now: float, data: bytes) -> Pieces:
-        """Return what of `data`, handed over at `now` (s), comes out when (s), in order."""
-        if not data or (direction == "from_hand" and self._silent(now)):
-            return []
-        pieces, late = [(0.0, data)], False
-        for fault, act, random in self._acts:
-            if _direction(fault) != direction or now < self._start_s + fault.at_s:
-                continue
-            before, pieces = pieces, []
-            for delay, piece in before:
-                pieces += [(delay + more, part) for more, part in act(piece, fault.severity, random, now) if part]
-            if pieces != before:
-                self._fired(fault)
-                late |= fault.name in OVERTAKING
-        return [(self._in_turn(direction, now + delay, late), part) for delay, part in pieces]
-
-    def inserted(self, now: float) -> bytes:
-        """Return what came from nowhere since the last call."""
-        due = [fault for fault in self._events if fault.name == "boot_text" and now >= self._start_s + fault.at_s]
-        for fault in due:
-            self._events.remove(fault)
-            self._fired(fault)
-        return BOOT_TEXT * len(due)
-
-    def gone(self, now: float) -> bool:
-        """Return whether the port is gone."""
-        for fault in self._events:
-            if fault.name == "link_hangs_up" and now >= self._start_s + fault.at_s:
-                self._fired(fault)
-                self._gone = True
-        return self._gone
-
-    def times(self) -> list[float]:
-        """Return the times (s) of all that happens without a byte being sent."""
-        return [self._start_s + fault.at_s for fault in self._events]
-
-    def _in_turn(self, direction: Direction, t: float, overtaken: bool) -> float:
-        if overtaken:
-            return t
-        self._free_at[direction] = max(self._free_at[direction], t)
-        return self._free_at[direction]
-
-    def _silent(self, now: float) -> bool:
-        for fault in self._events:
-            begun = now - self._start_s - fault.at_s
-            if fault.name == "link_silent" and 0.0 <= begun < fault.severity:
-                self._fired(fault)
-                return True
-        return False
-
-
-def _direction(fault: Fault) -> Direction:
-    return "to_hand" if fault.name.startswith("command_") else "from_hand"

@@ -18,8 +18,8 @@ from queue import SimpleQueue
 from aero.clock import Clock, WallClock
 from aero.transport import Transport
 from firmware_emulator.links.terminal import Terminal
-from hil.faults.catalogue import CATALOGUE
-from hil.faults.link import Direction, LinkFaults
+from hil.faults.link import LinkFault
+from hil.faults.link_faults import Direction, LinkFaults
 from hil.faults.schedule import Schedule
 
 _LOG = logging.getLogger(__name__)
@@ -52,15 +52,19 @@ class LinkProxy:
             FileExistsError: the link exists already.
         """
         for fault in schedule.faults:
-            if CATALOGUE[fault.name].layer != "link":
-                raise ValueError(
-                    f"{fault} sits in the {CATALOGUE[fault.name].layer}; a proxy has faults of the link only"
-                )
+            if not isinstance(fault.fault, LinkFault):
+                raise ValueError(f"{fault} sits in the {fault.fault.layer.label}; a proxy has faults of the link only")
         self._port = port
         self._clock = clock or WallClock()
-        self._faults = LinkFaults(
-            schedule.faults, start_s=self._clock.now(), random=schedule.random, fired=schedule.fire
-        )
+        self.now, self.random = self._clock.now, schedule.random
+        self.link = LinkFaults(schedule.fire)
+        """What acts on the bytes that pass."""
+        self.link.say = self._answer
+        self._begin = [
+            (self.now() + fault.at_s, fault.fault.put(self, fault).begin)
+            for fault in schedule.faults
+            if isinstance(fault.fault, LinkFault)
+        ]
         self._client = Terminal(link)
         self.listeners: list[Callable[[Direction, bytes], None]] = []
         """Called with what the client sends and gets, when it does; one that raises is dropped."""
@@ -84,7 +88,7 @@ class LinkProxy:
         reader = threading.Thread(target=self._read_port, args=(ended,), daemon=True)
         reader.start()
         try:
-            while not stop() and not self._faults.gone(self._clock.now()):
+            while not stop() and not self.link.gone():
                 self._pass_on()
         finally:
             ended.set()
@@ -98,8 +102,10 @@ class LinkProxy:
 
     def _pass_on(self) -> None:
         now = self._clock.now()
-        events = [t for t in self._faults.times() if t > now]
-        due = min([now + IDLE_S, *events, *(entry[0] for entry in self._due[:1])])
+        for begins in [begins for begins in self._begin if begins[0] <= now]:
+            self._begin.remove(begins)
+            begins[1]()
+        due = min([now + IDLE_S, *(t for t, _ in self._begin), *(entry[0] for entry in self._due[:1])])
         client = self._client.fileno()
         ready, _, _ = select.select([client, self._awake], [], [], max(0.0, due - now))
         if client in ready:
@@ -113,8 +119,6 @@ class LinkProxy:
             if isinstance(arrived, ConnectionError):
                 raise arrived
             self._send("from_hand", arrived, self._answer)
-        if text := self._faults.inserted(self._clock.now()):
-            self._answer(text)
         while self._due and self._due[0][0] <= self._clock.now():
             _, _, write, piece = heappop(self._due)
             write(piece)
@@ -132,7 +136,7 @@ class LinkProxy:
                 _LOG.exception("a listener of %s failed and is dropped; the link continues", self.name)
 
     def _send(self, direction: Direction, data: bytes, write: Callable[[bytes], None]) -> None:
-        for t, piece in self._faults.passed(direction, self._clock.now(), data):
+        for t, piece in self.link.passed(direction, self._clock.now(), data):
             self._sent += 1
             heappush(self._due, (t, self._sent, write, piece))
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from random import Random
 
-from hil.faults.catalogue import CATALOGUE, checked
-from hil.faults.fault import Fault, FaultLayer
+from hil.faults.fault import Injection
 
 
 class FaultNeverFiredError(Exception):
@@ -20,45 +18,44 @@ class FaultNeverFiredError(Exception):
         )
 
 
+def refuse_rivals(faults: Iterable[Injection]) -> None:
+    """Refuse faults that cannot be in one hand.
+
+    Raises:
+        ValueError: two cannot be combined.
+    """
+    first: dict[object, Injection] = {}
+    for fault in faults:
+        if (other := first.setdefault(fault.rivals, fault)) is not fault:
+            raise ValueError(f"these faults cannot be combined on one hand: {other}, {fault}; leave one out")
+
+
 class Schedule:
     """Faults that are injected into one hand.
 
     A fault has fired when it began; one that acts on bytes now and then, when it first changed some.
     """
 
-    def __init__(self, faults: Iterable[Fault] = (), seed: int = 0) -> None:
-        """Check the faults, alone and together.
+    def __init__(self, faults: Iterable[Injection] = (), seed: int = 0) -> None:
+        """Check the faults together.
 
         Raises:
-            ValueError: an unknown or impossible fault, or two that cannot be combined.
+            ValueError: two cannot be combined.
         """
-        self.faults = tuple(map(checked, faults))
+        self.faults = tuple(faults)
         self._seed = seed
-        self._fired: set[Fault] = set()
-        rivals = Counter((CATALOGUE[fault.name].excludes or fault.name, fault.channel) for fault in self.faults)
-        for fault in self.faults:
-            word = CATALOGUE[fault.name].excludes or fault.name
-            if rivals[word, fault.channel] > 1:
-                both = [str(f) for f in self.faults if (CATALOGUE[f.name].excludes or f.name) == word]
-                raise ValueError(f"these faults cannot be combined on one hand: {', '.join(both)}; leave one out")
+        self._fired: set[Hashable] = set()
+        refuse_rivals(self.faults)
 
-    def of(self, *layers: FaultLayer) -> tuple[Fault, ...]:
-        """Return the faults of some layers."""
-        return tuple(fault for fault in self.faults if CATALOGUE[fault.name].layer in layers)
-
-    def random(self, fault: Fault) -> Random:
+    def random(self, fault: Hashable) -> Random:
         """Return the random numbers of one fault; the same seed gives the same ones."""
         return Random(f"{self._seed}/{fault}")
 
-    def fire(self, fault: Fault) -> None:
+    def fire(self, fault: Hashable) -> None:
         """Note that a fault had an effect."""
         self._fired.add(fault)
 
-    def fired(self) -> frozenset[Fault]:
-        """Return the faults that had an effect."""
-        return frozenset(self._fired)
-
-    def unfired(self) -> tuple[Fault, ...]:
+    def unfired(self) -> tuple[Injection, ...]:
         """Return the faults that had no effect so far."""
         return tuple(fault for fault in self.faults if fault not in self._fired)
 

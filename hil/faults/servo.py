@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
-from aero.channels import WIRE_ORDER, Channel
+from aero.channels import FINGERS, WIRE_ORDER, Channel
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo.registers import REGISTERS
 from firmware_emulator.servo.servo import Servo
-from hil.faults.assembly import Injector, at_once
-from hil.faults.fault import ALL, FINGERS, ONCE, SWITCH, Fault, Kind
-from hil.faults.motor import FINGERS_ALIKE, NEIGHBOUR
+from hil.faults.active import Active
+from hil.faults.assembly import HandAssembly
+from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity
+from hil.faults.part import Part
+from hil.faults.winding import NEIGHBOUR
 
 THUMB_ID_NEIGHBOUR = {
     Channel.THUMB_ABDUCTION: Channel.THUMB_CMC_FLEXION,
     Channel.THUMB_CMC_FLEXION: Channel.THUMB_FLEXOR,
 }
 UNLOCKED, LOCKED = b"\0", b"\1"
+COOL_C = 30.0
+"""Temperature of a servo that has cooled down, °C."""
 
 
-def servo_of(hand: EmulatedHand, channel: Channel | None) -> Servo:
+def servo_of(hand: EmulatedHand, channel: Channel) -> Servo:
     """Return the servo that a channel was built with."""
-    assert channel is not None
     return hand.servos[WIRE_ORDER.index(channel)]
 
 
-def _store(servo: Servo, register: str, value: int) -> None:
+def store(servo: Servo, register: str, value: int) -> None:
     """Write a register for good, as a bus adapter does."""
     row = REGISTERS[register]
     servo.write(REGISTERS["lock"].address, UNLOCKED)
@@ -33,99 +37,101 @@ def _store(servo: Servo, register: str, value: int) -> None:
     servo.write(REGISTERS["lock"].address, LOCKED)
 
 
-def _exchange(hand: EmulatedHand, fault: Fault) -> None:
-    assert fault.channel is not None
-    neighbour = (THUMB_ID_NEIGHBOUR | {f: NEIGHBOUR[f] for f in FINGERS[:3]})[fault.channel]
-    one, other = servo_of(hand, fault.channel), servo_of(hand, neighbour)
-    first, second = one.id, other.id
-    _store(one, "id", second)
-    _store(other, "id", first)
+def stored(register: str, value: Callable[[int, float], int]) -> Inject:
+    """Return what leaves another value in a register; `value` makes it of the right one and the severity."""
+
+    def inject(assembly: HandAssembly, fault: Injection) -> Active:
+        servo = servo_of(assembly.hand, fault.where)
+        right = servo.memory.get(register)
+        return Active(
+            lambda: store(servo, register, value(right, fault.severity)), lambda: store(servo, register, right)
+        )
+
+    return inject
 
 
-def _double(hand: EmulatedHand, fault: Fault) -> None:
-    assert fault.channel is not None
-    at = WIRE_ORDER.index(fault.channel)
-    _store(hand.servos[at], "id", hand.servos[(at + 1) % len(hand.servos)].id)
+def _exchange(assembly: HandAssembly, fault: Injection) -> Active:
+    neighbour = (THUMB_ID_NEIGHBOUR | {f: NEIGHBOUR[f] for f in FINGERS[:3]})[fault.where]
+    one, other = servo_of(assembly.hand, fault.where), servo_of(assembly.hand, neighbour)
+
+    def exchange() -> None:
+        first, second = one.id, other.id
+        store(one, "id", second)
+        store(other, "id", first)
+
+    return Active(exchange, exchange)
 
 
-def _missing(hand: EmulatedHand, fault: Fault) -> None:
-    servo_of(hand, fault.channel).silent_until = math.inf
+def _double(assembly: HandAssembly, fault: Injection) -> Active:
+    servos = assembly.hand.servos
+    at = WIRE_ORDER.index(fault.where)
+    right, wrong = servos[at].id, servos[(at + 1) % len(servos)].id
+    return Active(lambda: store(servos[at], "id", wrong), lambda: store(servos[at], "id", right))
 
 
-def _hot(hand: EmulatedHand, fault: Fault) -> None:
-    servo_of(hand, fault.channel).heat_to(fault.severity)
+def _missing(assembly: HandAssembly, fault: Injection) -> Active:
+    servo = servo_of(assembly.hand, fault.where)
+    return Active(lambda: setattr(servo, "silent_until", math.inf), lambda: setattr(servo, "silent_until", -1.0))
 
 
-def _protection(hand: EmulatedHand, fault: Fault) -> None:
-    _store(servo_of(hand, fault.channel), "protection_current", round(fault.severity))
+def _hot(assembly: HandAssembly, fault: Injection) -> Active:
+    servo = servo_of(assembly.hand, fault.where)
+    return Active(lambda: servo.heat_to(fault.severity), lambda: servo.heat_to(COOL_C))
 
 
-KINDS = (
-    Kind(
+FAULTS = (
+    Fault(
         "servo_missing",
-        "bus",
-        ("C1", "C5", "B10", "A17", "C12"),
-        "",
-        SWITCH,
+        FaultLayer.SERVO,
+        Part.BUS,
         "a servo is not on the bus",
+        _missing,
         ALL,
-        cause="servo_not_answering",
-        bounds=ONCE,
+        alike=(Part.SERVO,),
     ),
-    Kind(
+    Fault(
         "servo_id_doubled",
-        "bus",
-        ("C4",),
-        "",
-        SWITCH,
+        FaultLayer.SERVO,
+        Part.SERVO,
         "a servo has its neighbour's ID too",
+        _double,
         ALL,
-        cause="servo_not_answering",
-        bounds=ONCE,
         excludes="id",
     ),
-    Kind(
+    Fault(
         "finger_ids_exchanged",
-        "bus",
-        ("D21",),
-        "",
-        SWITCH,
+        FaultLayer.SERVO,
+        Part.SERVO,
         "two fingers' IDs are exchanged",
+        _exchange,
         FINGERS[:3],
-        cause="fingers_exchanged",
-        bounds=ONCE,
         excludes="id",
-        visible=False,
-        reason=FINGERS_ALIKE,
     ),
-    Kind(
+    Fault(
         "thumb_ids_exchanged",
-        "bus",
-        ("D21",),
-        "",
-        SWITCH,
+        FaultLayer.SERVO,
+        Part.SERVO,
         "the IDs of two thumb servos are exchanged",
+        _exchange,
         tuple(THUMB_ID_NEIGHBOUR),
-        bounds=ONCE,
         excludes="id",
     ),
-    Kind("servo_hot", "servo", ("D12", "C3"), "°C", (55, 65, 78), "a servo is hot", ALL, bounds=(0, 120)),
-    Kind(
-        "protection_low",
-        "servo",
-        ("C3", "D12"),
-        "6.5 mA",
-        (400, 200, 60),
-        "a servo's protection current is set low",
+    Fault(
+        "servo_hot",
+        FaultLayer.SERVO,
+        Part.SERVO,
+        "a servo is hot",
+        _hot,
         ALL,
-        bounds=(0, 1023),
+        Severity("°C", (55, 65, 78), 0, 120),
+    ),
+    Fault(
+        "protection_low",
+        FaultLayer.SERVO,
+        Part.SERVO,
+        "a servo's protection current is set low",
+        stored("protection_current", lambda right, severity: round(severity)),
+        ALL,
+        Severity("6.5 mA", (400, 200, 60), 0, 1023),
     ),
 )
-INJECTORS: dict[str, Injector] = {
-    "servo_missing": at_once(_missing),
-    "servo_id_doubled": at_once(_double),
-    "finger_ids_exchanged": at_once(_exchange),
-    "thumb_ids_exchanged": at_once(_exchange),
-    "servo_hot": at_once(_hot),
-    "protection_low": at_once(_protection),
-}

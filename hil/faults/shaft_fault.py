@@ -32,6 +32,15 @@ class ShaftFault:
         self.active = True
         self.renew()
 
+    def end(self) -> None:
+        """Have no effect any more; whoever takes it out renews the drives behind it."""
+        self.active = False
+
+    @property
+    def supply_left(self) -> float:
+        """Share of the supply that it leaves to the motors."""
+        return 1.0
+
     def advance_to(self, t: float) -> None:
         """Integrate to `t`, s."""
         self.behind.advance_to(t)

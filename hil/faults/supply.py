@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Drive, Plant
-from hil.faults.assembly import Begin, HandAssembly, Injector
-from hil.faults.fault import Fault, Kind
+from hil.faults.active import Active
+from hil.faults.assembly import HandAssembly
+from hil.faults.fault import Fault, FaultLayer, Inject, Injection, Severity
 from hil.faults.motor import weaker
+from hil.faults.part import Part
 from hil.faults.shaft_fault import ShaftFault
+from hil.faults.unit_change import another_unit
+from model.units import Unit
 
 NOTICEABLE = 0.01
 """Change of the voltage, fraction, from which on the drives are updated."""
@@ -40,6 +43,17 @@ class Sagging(ShaftFault):
             self._on_change(lost)
             self.renew()
 
+    def end(self) -> None:
+        """Have no effect any more."""
+        super().end()
+        self._lost = 0.0
+        self._on_change(0.0)
+
+    @property
+    def supply_left(self) -> float:
+        """Share of the supply that it leaves to the motors."""
+        return 1.0 - self._lost
+
     def drive(self, shaft: int, drive: Drive) -> None:
         """Replace the drive of a shaft."""
         self._all_asked[shaft] = drive
@@ -59,60 +73,70 @@ class Sagging(ShaftFault):
 class Supply:
     """What a sagging supply does to the electronics: the servos measure it, and the board may not outlive it."""
 
-    def __init__(self, hand: EmulatedHand, volts: float, *, feeds_board: bool) -> None:
-        """Follow a supply of so many volts without load."""
-        self._hand = hand
-        self._volts = volts
+    def __init__(self, assembly: HandAssembly, *, feeds_board: bool) -> None:
+        """Follow the supply of a hand."""
+        self._assembly = assembly
         self._feeds_board = feeds_board
         self._browned_out = False
 
     def changed(self, lost: float) -> None:
         """Take the fraction of the voltage that is lost now."""
-        volts = self._volts * (1.0 - lost)
-        self._hand.supply(volts)
+        if not self._assembly.is_running:
+            return
+        hand = self._assembly.hand
+        volts = self._assembly.unit.servos.voltage * (1.0 - lost)
+        hand.supply(volts)
         if not self._feeds_board:
             return
         if not self._browned_out and volts < BROWN_OUT_V:
             self._browned_out = True
             # Not from inside a step of the plant.
-            self._hand.kernel.call_at(self._hand.kernel.now, self._hand.reset, "brown_out")
+            hand.kernel.call_at(hand.kernel.now, hand.reset, "brown_out")
         elif volts > RECOVERED_V:
             self._browned_out = False
 
 
 BROWN_OUT_V, RECOVERED_V = 3.6, 4.0
 """Below the first, the board's regulator cannot give the chip its 3.3 V (assumption); above the second it is well."""
-BROWNS_OUT = "supply_browns_out"
-KINDS = (
-    Kind(
-        "supply_sags",
-        "hand",
-        ("D13", "D11"),
-        "of voltage lost when all motors stall",
-        (0.3, 0.6, 0.9),
-        "the supply is weak under load",
-        bounds=(0, 0.95),
+
+
+def _sags(*, feeds_board: bool) -> Inject:
+    def inject(assembly: HandAssembly, fault: Injection) -> Active:
+        sagging = Sagging(assembly.shafts, fault.severity, assembly.healthy.servos.stall_torque)
+        sagging.follow(Supply(assembly, feeds_board=feeds_board).changed)
+        return assembly.insert(sagging)
+
+    return inject
+
+
+def _low(unit: Unit, fault: Injection) -> Unit:
+    return replace(unit, hand=replace(unit.hand, supply_ratio=unit.hand.supply_ratio * (1.0 - fault.severity)))
+
+
+AT_STALL = "of voltage lost when all motors stall"
+FAULTS = (
+    Fault(
+        "supply_low",
+        FaultLayer.SUPPLY,
+        Part.SUPPLY,
+        "the supply is weak",
+        another_unit(_low),
+        severity=Severity("of voltage lost", (0.08, 0.2, 0.4), 0, 0.95),
     ),
-    Kind(
-        BROWNS_OUT,
-        "hand",
-        ("D13", "B1"),
-        "of voltage lost when all motors stall",
-        (0.6, 0.75, 0.9),
+    Fault(
+        "supply_sags",
+        FaultLayer.SUPPLY,
+        Part.SUPPLY,
+        "the supply is weak under load",
+        _sags(feeds_board=False),
+        severity=Severity(AT_STALL, (0.3, 0.6, 0.9), 0, 0.95),
+    ),
+    Fault(
+        "supply_browns_out",
+        FaultLayer.SUPPLY,
+        Part.SUPPLY,
         "the supply is weak under load and feeds the board too, which restarts",
-        bounds=(0, 0.95),
+        _sags(feeds_board=True),
+        severity=Severity(AT_STALL, (0.6, 0.75, 0.9), 0, 0.95),
     ),
 )
-
-
-def _sagging(assembly: HandAssembly, fault: Fault) -> Begin:
-    sagging = Sagging(assembly.shafts, fault.severity, assembly.healthy.servos.stall_torque)
-    assembly.on_connect(
-        lambda hand: sagging.follow(
-            Supply(hand, assembly.unit.servos.voltage, feeds_board=fault.name == BROWNS_OUT).changed
-        )
-    )
-    return assembly.insert(sagging)
-
-
-INJECTORS: dict[str, Injector] = dict.fromkeys(("supply_sags", BROWNS_OUT), _sagging)

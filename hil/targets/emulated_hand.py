@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from random import Random
-from typing import Any, Literal
+from typing import Literal
 
 from aero import AeroHand
 from aero.channels import Channel
 from aero.clock import Clock
 from aero.transport import Transport
 from firmware_emulator.firmware.nvs import Nvs
-from firmware_emulator.hand import EmulatedHand, Start
+from firmware_emulator.hand import Start
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.plant import Plant
+from hil.faults.assembly import HandAssembly
 from hil.faults.faulty_hand import FaultyHand, build_faulty
-from hil.faults.host import HeldUp, Passing, Unplugged
+from hil.faults.host import Passing, ProgramEnd
 from hil.faults.schedule import Schedule
-from model import BuiltHandPlant
 from model.cube_plant import CubePlant
 from model.scene import Cube
 from model.units import Unit
@@ -41,45 +40,33 @@ def build_emulated(
     program: Path | None = None,
     schedule: Schedule | None = None,
     cube: Cube | None = None,
-) -> tuple[EmulatedHand, BuiltHandPlant]:
-    """Return the electronics of an emulated hand, and the mechanics behind them.
+) -> tuple[FaultyHand, HandAssembly]:
+    """Return the electronics of an emulated hand, and what its faults and its mechanics are.
 
     `start`, `nvs` and `program` are `EmulatedHand`'s; `rewire` puts something between the two; the
     faults of `schedule` are injected at their channels and times. A `cube` makes the mechanics a `CubePlant`.
 
     Raises:
-        ValueError: an unknown firmware or side; a fault that this hand cannot have; faults together with a cube.
+        ValueError: an unknown firmware or side; a fault that this hand cannot have.
         FirmwareProgramError: the program does not run, or does not home.
     """
-    if schedule is not None and schedule.faults:
-        if cube is not None:
-            raise ValueError("a hand with faults holds no cube; give one of the two")
-        how: dict[str, Any] = {"firmware": firmware, "hand": hand, "seed": seed, "start": start}
-        return build_faulty(unit, schedule, **how, nvs=nvs, rewire=rewire, program=program)
-    plant = BuiltHandPlant(unit.hand, hand) if cube is None else CubePlant(unit.hand, hand, cube)
-    behind: Any = plant if rewire is None else rewire(plant)
-    electronics = EmulatedHand(
-        behind, firmware=firmware, hand=hand, servos=unit.servos, seed=seed, start=start, nvs=nvs, program=program
+    return build_faulty(
+        unit,
+        schedule or Schedule(seed=seed),
+        firmware=firmware,
+        hand=hand,
+        seed=seed,
+        start=start,
+        nvs=nvs,
+        program=program,
+        rewire=rewire,
+        mechanics=None if cube is None else lambda built: CubePlant(built.hand, hand, cube),
     )
-    return electronics, plant
 
 
-def host_link(electronics: EmulatedHand, schedule: Schedule) -> Transport:
+def host_link(electronics: FaultyHand, assembly: HandAssembly) -> Transport:
     """Return the driver's end of the link to a hand in this process, with the faults of that end."""
-    link: Transport = InProcessLink(electronics)
-    clock = electronics.clock
-    if isinstance(electronics, FaultyHand) and (faults := electronics.link_faults) is not None:
-        link = Unplugged(link, lambda: faults.gone(clock.now()))
-    for fault in schedule.of("host"):
-        link = HeldUp(
-            link,
-            clock,
-            stall_s=fault.severity,
-            from_s=clock.now() + fault.at_s,
-            random=schedule.random(fault),
-            fired=partial(schedule.fire, fault),
-        )
-    return link
+    return ProgramEnd(InProcessLink(electronics), electronics.clock, assembly)
 
 
 class LateHost(Passing):

@@ -21,7 +21,7 @@ from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from firmware_emulator.hand import EmulatedHand
-from hil.faults.fault import Fault
+from hil.faults.fault import Injection
 from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
 from hil.targets.delays import DelayLog, TimedClock, TimedTransport
@@ -50,7 +50,7 @@ def open_target(
     hand_id: str = "",
     firmware_program: Path | str | None = None,
     homed: bool = False,
-    faults: Iterable[Fault] = (),
+    faults: Iterable[Injection] = (),
     cube: Cube | None = None,
     conditions: Conditions | None = None,
 ) -> AbstractContextManager[Target]:
@@ -81,8 +81,8 @@ def open_target(
 
     Raises:
         ValueError: an unknown name, firmware, side or unit; a mistake in `hands.toml`; a firmware program or faults for
-            a physical hand; faults that cannot be combined; a cube for another hand than an `emulated` one without
-            faults; conditions for another than an `emulated` one.
+            a physical hand; faults that cannot be combined; a cube for another hand than an `emulated` one;
+            conditions for another than an `emulated` one.
         FaultNeverFiredError: one of the faults had no effect, on leaving the context without another error.
         FirmwareProgramError: the firmware program does not run, on entering the context.
         NoHandError: nothing answers at the port, on entering the context.
@@ -155,7 +155,7 @@ Opener = Callable[[OpenRequest], AbstractContextManager[Target]]
 
 @contextmanager
 def _emulated(request: OpenRequest) -> Iterator[Target]:
-    electronics, plant = build_emulated(
+    electronics, assembly = build_emulated(
         request.unit,
         firmware=request.firmware,
         hand=request.side,
@@ -164,8 +164,8 @@ def _emulated(request: OpenRequest) -> Iterator[Target]:
         schedule=request.schedule,
         cube=request.cube,
     )
-    link = host_link(electronics, request.schedule)
-    with closing(electronics), in_process(request, electronics, plant, link) as target:
+    link = host_link(electronics, assembly)
+    with closing(electronics), in_process(request, electronics, assembly.mechanics, link) as target:
         yield target
     request.schedule.require_all_fired()
 

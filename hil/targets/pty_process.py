@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 from aero.child_process import ChildError, ChildProcess
-from hil.faults.fault import Fault
+from hil.faults.fault import Injection
 from hil.faults.schedule import FaultNeverFiredError
 from hil.targets.delays import LATE, DelayLog, Loop
 
@@ -49,7 +49,7 @@ def serve_in_process(
     seed: int,
     delays: DelayLog | None = None,
     program: Path | None = None,
-    faults: Sequence[Fault] = (),
+    faults: Sequence[Injection] = (),
     homed: bool = False,
 ) -> Iterator[str]:
     """Start an emulated hand on a pseudo-terminal and yield the path a client may open; its delays go to `delays`.

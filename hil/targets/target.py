@@ -17,7 +17,7 @@ from aero.firmware import firmware_of
 from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
 from firmware_emulator.hand import EmulatedHand
-from hil.faults.fault import Fault
+from hil.faults.fault import Injection
 from hil.targets.delays import DelayLog
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
@@ -96,7 +96,7 @@ class Target:
     """How late this program and an emulated board were since then; on virtual time nothing is late."""
     capabilities: tuple[object, ...] = ()
     """What `get` finds."""
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[Injection, ...] = ()
     """What was made wrong with an emulated hand."""
 
     def __repr__(self) -> str:

@@ -7,13 +7,15 @@ tests/aero/test_link_catalogue.py`.
 import os
 from collections import Counter
 from contextlib import suppress
+from types import SimpleNamespace
 
 import pytest
 
 from aero import AeroHand
 from aero.errors import AeroError
 from hil.faults import CATALOGUE, Schedule, parse_fault
-from hil.faults.link import LinkFaults
+from hil.faults.fault import FaultLayer
+from hil.faults.link_faults import LinkFaults
 
 EXCHANGES = int(os.environ.get("LINK_EXCHANGES", "300"))
 LONGEST_S = 2.5
@@ -27,10 +29,10 @@ UNSEEN = {"reply_bit_flipped", "reply_stale"}
 NO_SCHEDULE = {"link_hangs_up", "command_delayed"}
 """Python's own ConnectionError; and what a host cannot tell from a reply that is delayed."""
 SCHEDULES = [
-    f"{kind.name}={severity:g}" + (f"@{BEGINS_S}" if kind.at_s else "")
-    for kind in CATALOGUE.values()
-    if kind.layer == "link" and kind.name not in NO_SCHEDULE
-    for severity in sorted({*kind.severities})
+    f"{fault.name}={severity:g}" + (f"@{BEGINS_S}" if fault.at_s else "")
+    for fault in CATALOGUE.values()
+    if fault.layer is FaultLayer.LINK and fault.name not in NO_SCHEDULE
+    for severity in sorted(fault.steps())
 ]
 QUICK = [text for text in SCHEDULES if text.split("=")[0].startswith("reply_byte") or "delayed" in text]
 
@@ -38,12 +40,16 @@ QUICK = [text for text in SCHEDULES if text.split("=")[0].startswith("reply_byte
 def spoil(board, text):
     """Put a fault of the catalogue between a board and its host, and return what takes it away again."""
     schedule = Schedule([parse_fault(text)], seed=7)
-    faults = LinkFaults(schedule.faults, start_s=0.0, random=schedule.random, fired=schedule.fire)
     say, write, now = board.say, board.write, board.clock.now
+    faults = LinkFaults(schedule.fire)
+    faults.say = lambda text: say(0.0, text)
+    side = SimpleNamespace(link=faults, now=now, random=schedule.random)
+    waiting = list(schedule.faults)
 
     def spoiled_say(delay_s, data):
-        if text := faults.inserted(now()):
-            say(0.0, text)
+        if waiting and now() >= waiting[0].at_s:
+            fault = waiting.pop()
+            fault.fault.put(side, fault).begin()
         for t, piece in faults.passed("from_hand", now() + delay_s, data):
             say(t - now(), piece)
 

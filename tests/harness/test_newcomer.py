@@ -133,11 +133,10 @@ def test_a_fault_is_added_in_the_file_of_faults_like_it(copy):
     path = copy / "hil" / "faults" / "servo.py"
     edit(
         path,
-        '    Kind("servo_hot"',
-        '    Kind("servo_warm", "servo", ("D12",), "°C", (40, 45, 50), "a servo is warm", ALL, bounds=(0, 120)),\n'
-        '    Kind("servo_hot"',
+        '    Fault(\n        "servo_hot"',
+        '    Fault("servo_warm", FaultLayer.SERVO, Part.SERVO, "warm", _hot, ALL, Severity("°C", (40, 45, 50))),\n'
+        '    Fault(\n        "servo_hot"',
     )
-    edit(path, '    "servo_hot": at_once(_hot),', '    "servo_hot": at_once(_hot),\n    "servo_warm": at_once(_hot),')
     assert touched(copy) == {Path("hil/faults/servo.py")}
     program = (
         "from hil import open_target\n"

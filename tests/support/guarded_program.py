@@ -23,11 +23,9 @@ from aero.safety.__main__ import open_what_was_left
 from aero.safety.opening import SWITCH_OFF
 from aero.safety.stop import Phase
 from hil.faults import Schedule, parse_fault
-from hil.faults.assembly import HandAssembly
-from hil.faults.board import INJECTORS as BOARD_INJECTORS
+from hil.faults.fault import FaultLayer
 from hil.faults.faulty_hand import build_faulty
-from hil.faults.link import LinkFaults
-from hil.faults.servo import INJECTORS as SERVO_INJECTORS
+from hil.faults.link_faults import LinkFaults
 from hil.targets.opening import guard
 from model.units.naming import unit_named
 
@@ -74,17 +72,12 @@ class GuardedProgram:
         self.lines = [f"program = {type(self).__name__}(firmware={firmware!r}, seed={seed}, unit={unit!r}{built})"]
         if after is None:
             how = {"firmware": firmware, "hand": "right", "seed": seed}
-            self.electronics, self._plant = build_faulty(
+            self.electronics, self._assembly = build_faulty(
                 unit_named(unit), Schedule(map(parse_fault, faults), seed), **how
             )
         else:
-            self.electronics, self._plant = after.electronics, after._plant
+            self.electronics, self._assembly = after.electronics, after._assembly
         self._seed = seed
-        schedule = Schedule((), seed)
-        self._assembly = HandAssembly(
-            unit_named(unit), firmware=firmware, side="right", random=schedule.random, fire=schedule.fire
-        )
-        self._assembly.connect(self.electronics)
         self.line = self.electronics.link_faults = OverheardLine()
         self.clock = self.electronics.clock
         self.link = FailingLink(self.electronics)
@@ -274,7 +267,7 @@ class GuardedProgram:
     def _demand_open(self):
         self.clock.sleep_until(self.clock.now() + SETTLES_S)
         self.electronics.advance_plant()
-        bent = np.abs(np.rad2deg(self._plant.joint_angles())).max()
+        bent = np.abs(np.rad2deg(self._assembly.mechanics.joint_angles())).max()
         # A board that hangs while it homes by itself leaves bent what no program has moved.
         commanded = self.link.log is None or any(way == ">" and data[:1] in MOVES for _, way, data in self.link.log)
         told = SWITCH_OFF in self.said or bool(self.built) or not commanded
@@ -336,14 +329,15 @@ class GuardedProgram:
             act(*arguments)
 
     def _put_in(self, fault):
-        if fault.name in BOARD_INJECTORS | SERVO_INJECTORS:
-            (BOARD_INJECTORS | SERVO_INJECTORS)[fault.name](self._assembly, fault)()
+        if fault.fault.layer in (FaultLayer.BOARD, FaultLayer.SERVO):
+            fault.fault.inject(self._assembly, fault).begin()
             self._restarted_since |= self.hand.phase is Phase.STOPPED
             if fault.name in {"board_hangs", "servo_missing"}:
                 self.excused = fault.name
         else:
-            how = {"random": Schedule((fault,), self._seed).random, "fired": lambda _: None}
-            self.line.faults = LinkFaults([fault], start_s=self.clock.now() - fault.at_s, **how)
+            self.line.faults = self._assembly.link = LinkFaults(lambda _fault: None)
+            self._assembly.link.say = self.electronics.say
+            fault.fault.inject(self._assembly, fault).begin()
 
     def _arrive(self, data):
         self.electronics.board.receive(data)

@@ -9,6 +9,8 @@ REMEMBERED_S = 10.0
 class OverheardLine:
     """The link between board and host: faults act on it, and what the board has sent is overheard before they do."""
 
+    is_idle = False
+
     def __init__(self):
         self.faults, self.sent, self._free_at = None, deque(), {"to_hand": 0.0, "from_hand": 0.0}
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -16,7 +13,7 @@ from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
 from hil.checks import ALIKE, Measured
-from hil.faults import CATALOGUE, Fault, parse_fault
+from hil.faults import CATALOGUE, Injection, parse_fault
 from hil.report.matplotlib_svg import svg_of
 from hil.verdict.diagnosis import Diagnosis
 from hil.verdict.judge import Judge
@@ -99,18 +96,11 @@ def told(outcome: Outcome) -> tuple[str, ...]:
     return tuple(map(written, Diagnosis(suspected(signs, clues(signs))).leading))
 
 
-@cache
-def _expected() -> Mapping[str, Sequence[str]]:
-    text = resources.files("train.campaign").joinpath("expected.toml").read_text(encoding="utf-8")
-    found: Mapping[str, Sequence[str]] = tomllib.loads(text)["part"]
-    return found
-
-
-def right_part(fault: Fault, suspects: Collection[str]) -> bool:
+def right_part(fault: Injection, suspects: Collection[str]) -> bool:
     """Return whether the part at fault is among suspects; of a channel its servo or its digit, which no run splits."""
     if fault.channel is not None and any(suspect.endswith(f"/{fault.channel.label}") for suspect in suspects):
         return True
-    return not set(suspects).isdisjoint(_expected().get(CATALOGUE[fault.name].cause, ()))
+    return not {part.name for part in fault.parts}.isdisjoint(suspects)
 
 
 def detections(outcomes: Iterable[Outcome]) -> tuple[Detection, ...]:
@@ -143,7 +133,7 @@ def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detectio
         fault = parse_fault(outcome.trial.faults[0])
         located += right_part(fault, told(outcome))
     ranked = tuple(sorted(failed.items(), key=lambda item: (-item[1], item[0])))
-    unit = CATALOGUE[name].unit
+    unit = parse_fault(name).unit
     return Detection(name, severity, unit, Share(found, len(group)), ranked, located, furthest)
 
 
@@ -160,8 +150,8 @@ def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
 
 def _rank(name: str, severity: float) -> float:
     """Return how severe a severity of a fault is; for some faults less is worse."""
-    mild, _, severe = CATALOGUE[name].severities
-    return severity if severe >= mild else -severity
+    steps = CATALOGUE[name].steps()
+    return severity if steps[-1] >= steps[0] else -severity
 
 
 LISTED = 10

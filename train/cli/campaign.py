@@ -141,9 +141,7 @@ def _written(faults: tuple[str, ...]) -> list[str]:
     found = []
     for text in faults:
         if text == "all":
-            found += [
-                str(kind.fault(severity)) for kind in CATALOGUE.values() for severity in sorted({*kind.severities})
-            ]
+            found += [str(fault.at(severity)) for fault in CATALOGUE.values() for severity in sorted(fault.steps())]
         else:
             Schedule(map(parse_fault, text.split(",")))
             found.append(text)

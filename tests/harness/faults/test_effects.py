@@ -1,4 +1,4 @@
-"""Every kind of fault at its severe severity does what its row says, against a healthy hand of the same seed.
+"""Every fault at its severe severity does what its row says, against a healthy hand of the same seed.
 
 An effect is looked for where it is felt: in the true joints, in what the driver reads, in the time that a session takes
 or in calls that fail; never in a field that was set.
@@ -15,7 +15,8 @@ from aero.channels import FINGERS
 from aero.errors import AeroError
 from hil import GroundTruth, open_target
 from hil.faults import CATALOGUE
-from hil.faults.mechanics import JOINTS
+from hil.faults.part import Part
+from hil.faults.unit_change import JOINTS
 from model.units import load_unit
 from train.identification.unit_file import unit_toml
 
@@ -132,11 +133,11 @@ def declared(name):
     return "0.1.5" if name in {"board_runs_0.2.0", "board_runs_main"} else "0.2.0"
 
 
-def severe(kind):
-    return kind.fault(kind.severities[2], at_s=min(kind.at_s, BEGINS_S))
+def severe(fault):
+    return fault.at(fault.steps()[-1], at_s=min(fault.at_s, BEGINS_S))
 
 
-def test_every_kind_is_judged():
+def test_every_fault_is_judged():
     judged = [name for names in LEAST.values() for name in names]
     assert sorted(judged) == sorted(CATALOGUE)
 
@@ -146,22 +147,24 @@ def test_every_kind_is_judged():
     ("quantity", "name"), [(quantity, name) for quantity, names in LEAST.items() for name in names]
 )
 def test_a_severe_fault_is_felt(quantity, name):
-    kind = CATALOGUE[name]
-    good, bad = healthy(declared(name)), session(severe(kind), firmware=declared(name))
+    good, bad = healthy(declared(name)), session(severe(CATALOGUE[name]), firmware=declared(name))
     assert np.nanmax(np.abs(bad[quantity] - good[quantity])) >= LEAST[quantity][name]
 
 
 ONE_FINGER = [
     name
-    for name, kind in CATALOGUE.items()
-    if kind.subjects == tuple(Channel) and kind.later and kind.layer in ("hand", "servo")
+    for name, fault in CATALOGUE.items()
+    if fault.channels == tuple(Channel)
+    and fault.later
+    and fault.part in (Part.DIGIT, Part.SERVO)
+    and fault.excludes != "id"
 ]
 
 
 @pytest.mark.parametrize("name", ONE_FINGER)
 def test_a_fault_of_a_finger_leaves_the_other_fingers_alone(name, firm_supply):
     """And one that is not the default finger."""
-    bad = session(CATALOGUE[name].fault(CATALOGUE[name].severities[2], Channel.RING, BEGINS_S), unit=firm_supply)
+    bad = session(CATALOGUE[name].at(CATALOGUE[name].steps()[-1], Channel.RING, BEGINS_S), unit=firm_supply)
     good = healthy("0.2.0", firm_supply)
     for finger in set(FINGERS) - {Channel.RING}:
         moved = np.abs(bad["joints"] - good["joints"])[:, list(JOINTS[finger])]

@@ -1,10 +1,13 @@
 """Faults put into an emulated hand: in time, together, and never silently without effect."""
 
+import hashlib
+from contextlib import suppress
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from aero.errors import AeroError
 from hil import GroundTruth, open_target
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.recorder import Recorder
@@ -26,9 +29,40 @@ def test_the_same_seed_gives_the_same_bytes():
     assert session(*texts)[0] == session(*texts)[0]
 
 
-def test_without_a_fault_the_bytes_are_those_of_a_hand_without_a_schedule():
-    with open_target(seed=3, faults=()) as target:
-        assert type(target.get(GroundTruth).electronics).__name__ == "EmulatedHand"
+BYTES = {
+    "": "9ebe2f85e3fa3f4c",
+    "motor_weak:ring=0.4@0.5": "60246a46a5044814",
+    "encoder_noise:pinky": "aa5ffae3af9eee55",
+    "supply_sags=0.6": "213250a87995730c",
+    "cable_long:middle=7.6": "8de8f41e390c4416",
+    "late_goals=30": "15ce74591b97cad1",
+    "winding_reversed:index": "c335238a5347b84d",
+    "trim_left_in:ring": "9300c10614a2d884",
+    "servo_silent:index": "58d4c3d03072ed8c",
+    "link_silent=0.3@0.5": "a3bcd51849222a36",
+    "host_stalls=0.1": "795b6e58fe7539b9",
+}
+"""What crosses the link of hands with some faults, a stage and a layer each, as it was before they were one object."""
+
+
+CLOSED = np.array([60000] * 4 + [0, 60000, 60000])
+
+
+@pytest.mark.parametrize("text", BYTES)
+def test_a_fault_gives_the_bytes_that_it_always_gave(text):
+    with open_target(faults=map(parse_fault, text.split()), seed=5) as target:
+        hand, clock = target.hand, target.clock
+        for step in range(24):
+            with suppress(AeroError, ConnectionError):
+                hand.command_codes(CLOSED * (step // 6 % 2))
+            clock.sleep_until(clock.now() + 0.15)
+            for read in (hand.read_codes, hand.read_currents):
+                with suppress(AeroError, ConnectionError):
+                    read()
+        digest = hashlib.sha256()
+        for record in target.wire.since(0, 0.0):
+            digest.update(f"{record.t!r} {record.direction} {record.data.hex()}".encode())
+    assert digest.hexdigest()[:16] == BYTES[text]
 
 
 @pytest.mark.parametrize("text", ["motor_dead:index", "cable_snapped:ring", "encoder_slip:index=200", "servo_missing"])

@@ -9,7 +9,6 @@ from firmware_emulator.plant import Drive
 from hil import open_target
 from hil.faults import Schedule, parse_fault
 from hil.faults.assembly import HandAssembly
-from hil.faults.faulty_hand import ON_SHAFTS
 from model.units import load_unit
 
 UNIT = load_unit("ideal")
@@ -21,8 +20,8 @@ def driven(text, seconds=1.0):
     """Drive a bench to GOALS through a fault; return bench and fault."""
     fault, bench, chances = parse_fault(text), Bench(), Schedule((), 1)
     assembly = HandAssembly(UNIT, firmware="0.2.0", side="right", random=chances.random, fire=chances.fire)
-    assembly.build_mechanics(lambda _: bench)
-    ON_SHAFTS[fault.name](assembly, fault)()
+    assembly.build_mechanics(bench, None)
+    fault.fault.inject(assembly, fault).begin()
     shafts = assembly.shafts
     for shaft, goal in enumerate(GOALS):
         shafts.drive(shaft, Drive(setpoint=goal, stiffness=3.0, damping=0.05, limit=0.5))

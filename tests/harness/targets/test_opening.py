@@ -2,6 +2,7 @@
 
 import pytest
 
+from aero import Channel
 from hil import GroundTruth, MissingCapabilityError, NoHandError, open_target
 from hil.faults import parse_fault
 from model.scene import CUBE
@@ -60,9 +61,12 @@ def test_a_cube_is_for_a_hand_in_this_process(target):
         open_target(target, cube=CUBE)
 
 
-def test_a_hand_with_faults_holds_no_cube():
-    with pytest.raises(ValueError, match="holds no cube"), open_target(cube=CUBE, faults=[parse_fault("motor_weak")]):
-        pytest.fail("one of the two is refused")
+def test_a_hand_beside_a_cube_may_have_faults():
+    with open_target(cube=CUBE, faults=[parse_fault("cable_snapped:ring@0.3")]) as target:
+        target.hand.command_codes([20000] * 7)
+        target.clock.sleep_until(target.clock.now() + 1.0)
+        slack = target.get(GroundTruth).plant.slack()
+    assert slack[Channel.RING] > 0.5 > slack[Channel.PINKY]
 
 
 def test_a_hand_on_a_pseudo_terminal_answers_and_has_no_ground_truth():

@@ -9,8 +9,10 @@ from aero.channels import WIRE_ORDER
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.packets import HEADER, Instruction, pack
 from firmware_emulator.servo.registers import REGISTERS, decode_signed, encode_signed
-from hil.faults.assembly import Begin, HandAssembly, Injector
-from hil.faults.fault import ALL, SHARE, Fault, Kind
+from hil.faults.active import Active
+from hil.faults.assembly import HandAssembly
+from hil.faults.fault import ALL, Fault, FaultLayer, Injection, Severity, share
+from hil.faults.part import Part
 
 PERIOD_S = 0.1
 """Period of a servo that is silent now and then, s."""
@@ -49,15 +51,19 @@ class BusAnswer:
 class SpoiledAnswers:
     """What stands on the bus between servos and board: a `Tap`."""
 
-    def __init__(self, kernel: Kernel, fired: Callable[[Fault], None]) -> None:
+    def __init__(self, kernel: Kernel, fired: Callable[[Injection], None]) -> None:
         self._kernel = kernel
         self._fired = fired
-        self._faults: list[tuple[Fault, Random]] = []
+        self._faults: list[tuple[Injection, Spoil, Random]] = []
         self._address: int | None = None
 
-    def add(self, fault: Fault, random: Random) -> None:
+    def add(self, fault: Injection, spoil: Spoil, random: Random) -> None:
         """Let one more fault act from now on."""
-        self._faults.append((fault, random))
+        self._faults.append((fault, spoil, random))
+
+    def remove(self, fault: Injection) -> None:
+        """Let a fault act no more."""
+        self._faults = [row for row in self._faults if row[0] != fault]
 
     def asked(self, data: bytes) -> None:
         """Note which register a read begins at."""
@@ -68,11 +74,10 @@ class SpoiledAnswers:
         return b"".join(self._passed(one) for one in _packets(data))
 
     def _passed(self, data: bytes) -> bytes:
-        for fault, random in self._faults:
-            assert fault.channel is not None
-            if len(data) < 6 or data[2] != WIRE_ORDER.index(fault.channel):
+        for fault, spoil, random in self._faults:
+            if len(data) < 6 or data[2] != WIRE_ORDER.index(fault.where):
                 continue
-            spoiled = SPOILS[fault.name](BusAnswer(data, self._address, self._kernel.now), fault.severity, random)
+            spoiled = spoil(BusAnswer(data, self._address, self._kernel.now), fault.severity, random)
             if spoiled != data:
                 self._fired(fault)
             data = spoiled
@@ -117,89 +122,53 @@ def _current(answer: BusAnswer, factor: float, random: Random) -> bytes:
     return answer.with_register("present_current", lambda value: round(value * factor))
 
 
-KINDS = (
-    Kind(
+def _spoiled(name: str, part: Part, words: str, spoil: Spoil, severity: Severity) -> Fault:
+    def inject(assembly: HandAssembly, fault: Injection) -> Active:
+        def begin() -> None:
+            if not isinstance(assembly.hand.bus.tap, SpoiledAnswers):
+                assembly.hand.bus.tap = SpoiledAnswers(assembly.hand.kernel, assembly.fire)
+            assembly.hand.bus.tap.add(fault, spoil, assembly.random(fault))
+
+        def clear() -> None:
+            if isinstance(tap := assembly.hand.bus.tap, SpoiledAnswers):
+                tap.remove(fault)
+
+        return Active(begin, clear)
+
+    return Fault(name, FaultLayer.BUS, part, words, inject, ALL, severity)
+
+
+FAULTS = (
+    _spoiled(
         "servo_silent",
-        "bus",
-        ("C1", "B10"),
-        "ms of every 100",
-        (15, 30, 70),
+        Part.BUS,
         "a servo now and then does not answer",
-        ALL,
-        cause="answers_missing",
-        bounds=(0, 100),
+        _silent,
+        Severity("ms of every 100", (15, 30, 70), 0, 100),
     ),
-    Kind(
-        "answers_damaged",
-        "bus",
-        ("C2",),
-        "of answers",
-        (0.05, 0.2, 0.6),
-        "answers of a servo are damaged",
-        ALL,
-        cause="answers_missing",
-        bounds=SHARE,
+    _spoiled("answers_damaged", Part.BUS, "answers of a servo are damaged", _damaged, share("answers", 0.05, 0.2, 0.6)),
+    _spoiled(
+        "position_garbage", Part.SERVO, "a servo reports any position", _garbage, share("readings", 0.01, 0.05, 0.3)
     ),
-    Kind(
-        "position_garbage",
-        "servo",
-        ("D8",),
-        "of readings",
-        (0.01, 0.05, 0.3),
-        "a servo reports any position",
-        ALL,
-        bounds=SHARE,
-    ),
-    Kind(
+    _spoiled(
         "position_coarse",
-        "servo",
-        ("D9",),
-        "counts",
-        (8, 16, 64),
+        Part.SERVO,
         "a servo reports rounded positions",
-        ALL,
-        cause="readings_coarse",
-        bounds=(1, 1024),
+        _coarse,
+        Severity("counts", (8, 16, 64), 1, 1024),
     ),
-    Kind(
+    _spoiled(
         "temperature_wrong",
-        "servo",
-        ("C3", "D12"),
-        "°C",
-        (10, 20, 40),
+        Part.SERVO,
         "a servo reports too high a temperature",
-        ALL,
-        bounds=(-100, 100),
+        _warmer,
+        Severity("°C", (10, 20, 40), -100, 100),
     ),
-    Kind(
+    _spoiled(
         "current_wrong",
-        "servo",
-        ("D8",),
-        "factor",
-        (1.3, 2, 4),
+        Part.SERVO,
         "a servo reports a wrong current",
-        ALL,
-        bounds=(0, 100),
+        _current,
+        Severity("factor", (1.3, 2, 4), 0, 100),
     ),
 )
-SPOILS: dict[str, Spoil] = {
-    "servo_silent": _silent,
-    "answers_damaged": _damaged,
-    "position_garbage": _garbage,
-    "position_coarse": _coarse,
-    "temperature_wrong": _warmer,
-    "current_wrong": _current,
-}
-
-
-def _spoil(assembly: HandAssembly, fault: Fault) -> Begin:
-    def begin() -> None:
-        tap = assembly.hand.bus.tap
-        if not isinstance(tap, SpoiledAnswers):
-            assembly.hand.bus.tap = tap = SpoiledAnswers(assembly.hand.kernel, assembly.fire)
-        tap.add(fault, assembly.random(fault))
-
-    return begin
-
-
-INJECTORS: dict[str, Injector] = dict.fromkeys(SPOILS, _spoil)

@@ -1,0 +1,109 @@
+"""Faults of how cables are wound: between servos that do what they are told and the mechanics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from aero.channels import FINGERS, Channel
+from firmware_emulator.plant import Drive, Plant
+from hil.faults.fault import ALL, Fault, FaultLayer
+from hil.faults.motor import on_shaft
+from hil.faults.part import Part
+from hil.faults.shaft_fault import Floats, ShaftFault
+
+NEIGHBOUR = {
+    Channel.INDEX: Channel.MIDDLE,
+    Channel.MIDDLE: Channel.RING,
+    Channel.RING: Channel.PINKY,
+    Channel.THUMB_CMC_FLEXION: Channel.THUMB_FLEXOR,
+}
+"""With which channel another one is mixed up."""
+
+
+class Reversed(ShaftFault):
+    """A cable that is wound the other way round, or a motor with its poles exchanged."""
+
+    def changed(self, drive: Drive) -> Drive:
+        """Return the drive in the other direction."""
+        return replace(drive, setpoint=-drive.setpoint, torque=-drive.torque)
+
+    def angles(self) -> Floats:
+        """Return shaft angles, one with the other sign."""
+        return self._turned(self.behind.angles())
+
+    def speeds(self) -> Floats:
+        """Return shaft speeds, one with the other sign."""
+        return self._turned(self.behind.speeds())
+
+    def efforts(self) -> Floats:
+        """Return efforts, one with the other sign."""
+        return self._turned(self.behind.efforts())
+
+    def _turned(self, values: Floats) -> Floats:
+        if self.active:
+            values[self.shaft] *= -1.0
+        return values
+
+
+class Exchanged(ShaftFault):
+    """Two servos that pull each other's cables."""
+
+    def __init__(self, behind: Plant, shaft: int) -> None:
+        super().__init__(behind, shaft)
+        self._order = list(range(7))
+        other = NEIGHBOUR[Channel(shaft)]
+        self._order[shaft], self._order[other] = other, shaft
+
+    def drive(self, shaft: int, drive: Drive) -> None:
+        """Replace the drive of a shaft."""
+        self.behind.drive(self._order[shaft], drive)
+
+    def set_setpoint(self, shaft: int, setpoint: float) -> None:
+        """Change the goal angle of a shaft, rad."""
+        self.behind.set_setpoint(self._order[shaft], setpoint)
+
+    def angles(self) -> Floats:
+        """Return shaft angles, (7,), rad."""
+        return self.behind.angles()[self._order]
+
+    def speeds(self) -> Floats:
+        """Return shaft speeds, (7,), rad/s."""
+        return self.behind.speeds()[self._order]
+
+    def efforts(self) -> Floats:
+        """Return efforts, (7,), N m."""
+        return self.behind.efforts()[self._order]
+
+    def renew(self) -> None:
+        """Do nothing: it is there from the beginning."""
+
+
+FAULTS = (
+    Fault(
+        "winding_reversed",
+        FaultLayer.WINDING,
+        Part.DIGIT,
+        "a cable is wound the other way round",
+        on_shaft(lambda assembly, fault: Reversed(assembly.shafts, fault.where)),
+        ALL,
+        later=False,
+    ),
+    Fault(
+        "finger_cables_swapped",
+        FaultLayer.WINDING,
+        Part.DIGIT,
+        "two fingers' cables are exchanged",
+        on_shaft(lambda assembly, fault: Exchanged(assembly.shafts, fault.where)),
+        FINGERS[:3],
+        later=False,
+    ),
+    Fault(
+        "thumb_cables_swapped",
+        FaultLayer.WINDING,
+        Part.DIGIT,
+        "the two thumb cables are exchanged",
+        on_shaft(lambda assembly, fault: Exchanged(assembly.shafts, fault.where)),
+        (Channel.THUMB_CMC_FLEXION,),
+        later=False,
+    ),
+)
