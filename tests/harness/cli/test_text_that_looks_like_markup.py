@@ -4,7 +4,6 @@ import dataclasses
 import re
 from pathlib import Path
 
-import pytest
 from click.testing import CliRunner
 from damaged_files import write_small_recording
 
@@ -17,22 +16,6 @@ SOURCES = Path(__file__).parents[3]
 
 def invoke(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "validate --only presence --out ODD/out",
-        "run-policy --seconds 0.1 --wait 0 --empty --record ODD.mcap",
-        "validate --hand-id ODD --dry-run",
-        "record --excite steps --channel index --scale 0.1 --out ODD.mcap --hand-id ODD",
-    ],
-)
-def test_odd_names_are_shown_as_they_are(line, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    result = invoke(*line.replace("ODD", ODD).split())
-    assert result.exit_code == 0, result.output
-    assert ODD in re.sub(r"\s", "", result.output)
 
 
 def test_headers_are_shown_as_they_are(tmp_path):
