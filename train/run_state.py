@@ -6,10 +6,12 @@ import json
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import jax
 import numpy as np
 
+from aero.exit_code import Exit
 from aero.whole_file import whole
 
 STATE = "state.npz"
@@ -88,6 +90,12 @@ class Standing:
         )
 
 
+class RunFolderError(ValueError):
+    """A folder does not hold the run that was asked for, or holds one that was not; the message says which."""
+
+    exit_code = Exit.USAGE
+
+
 def save_state(folder: Path, standing: Standing, arrays: Any) -> None:
     """Write a pytree of arrays and where the run stands; an interrupted write leaves the old file."""
     leaves = {f"{k:03d}": np.asarray(leaf) for k, leaf in enumerate(jax.tree.leaves(arrays))}
@@ -99,15 +107,19 @@ def read_standing(folder: Path) -> Standing:
     """Read where a run stands.
 
     Raises:
-        FileNotFoundError: there is no run in `folder`.
-        ValueError: its state is not of this version.
+        RunFolderError: there is no run in `folder`, or none that can be read.
     """
-    with np.load(folder / STATE, allow_pickle=False) as archive:
-        row = json.loads(str(archive[_STANDING]))
+    try:
+        with np.load(folder / STATE, allow_pickle=False) as archive:
+            row = json.loads(str(archive[_STANDING]))
+    except FileNotFoundError as error:
+        raise RunFolderError(f"{folder} holds no run yet") from error
+    except (OSError, ValueError, KeyError, BadZipFile) as error:
+        raise RunFolderError(f"{folder / STATE} is damaged ({error}); use another folder") from error
     try:
         return Standing(**row | {"tendency": Tendency(**row["tendency"])})
     except (TypeError, KeyError) as error:
-        raise ValueError(f"{folder / STATE} is of another version of aero-hil; use another folder") from error
+        raise RunFolderError(f"{folder / STATE} is of another version of aero-hil; use another folder") from error
 
 
 def load_arrays(folder: Path, template: Any) -> Any:
@@ -120,5 +132,5 @@ def load_arrays(folder: Path, template: Any) -> Any:
     with np.load(folder / STATE, allow_pickle=False) as archive:
         stored = [archive[name] for name in sorted(set(archive.files) - {_STANDING})]
     if [leaf.shape for leaf in leaves] != [array.shape for array in stored]:
-        raise ValueError(f"{folder / STATE} does not fit the recipe's networks; it belongs to another recipe")
+        raise RunFolderError(f"{folder / STATE} does not fit the recipe's networks; it belongs to another recipe")
     return jax.tree.unflatten(structure, [jax.numpy.asarray(array) for array in stored])

@@ -25,7 +25,7 @@ from train.hand_stock import hands_to_measure
 from train.ppo import deployable, load_parameters, networks_of, untrained
 from train.recipe import Goal, Recipe
 from train.run import AVERAGE, CHECKPOINTS
-from train.run_state import Standing
+from train.run_state import RunFolderError, Standing
 from train.simulator import Floats
 from train.stage_run import EPISODE_S
 
@@ -150,7 +150,7 @@ def ranked(
     task, settings = recipe.task_in(stage), recipe.task.settings
     paths = sorted((folder / CHECKPOINTS).glob(f"{standing.attempt}_*.npz"))[-CANDIDATES:]
     if not paths:
-        raise FileNotFoundError(f"{folder} holds no checkpoint yet")
+        raise RunFolderError(f"{folder} holds no checkpoint yet")
     paths.append(paths[-1].with_name(AVERAGE + paths[-1].name))
     normaliser, networks = jax.eval_shape(lambda key: untrained(networks_of(recipe), key), jax.random.PRNGKey(0))
     template = (normaliser, networks.policy, networks.value)

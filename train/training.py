@@ -16,7 +16,7 @@ import numpy as np
 from aero.safety.interrupts import noted
 from train.recipe import Recipe
 from train.run import CHECKPOINTS, Listener, Order, TrainingRun
-from train.run_state import STATE, Standing, read_standing
+from train.run_state import STATE, RunFolderError, Standing, read_standing
 from train.stage_run import Backend
 
 # A callback into MuJoCo would wait for the thread that it blocks. Holds only if set before JAX makes its CPU client.
@@ -120,11 +120,11 @@ def train(
 def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing:
     if not resume:
         if (folder / STATE).exists():
-            raise FileExistsError(f"{folder} holds a run; resume it or choose another folder")
+            raise RunFolderError(f"{folder} holds a run; resume it or choose another folder")
         return Standing(recipe.name, seed)
     standing = read_standing(folder)
     if (standing.recipe, standing.seed) != (recipe.name, seed):
-        raise ValueError(
+        raise RunFolderError(
             f"{folder} holds recipe {standing.recipe!r} with seed {standing.seed}, not {recipe.name!r} with {seed}"
         )
     return replace(standing, resumes=standing.resumes + 1)

@@ -35,6 +35,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.actuation.map import ActuationMap
 from aero.channels import OBSERVATION_ORDER, Channel
+from aero.exit_code import Exit
 from aero.policy.settings import PolicySettings, checked_count, checked_number
 from aero.policy.task import ACTION_SIZE, CHANNELS, ShownAction
 
@@ -45,6 +46,8 @@ COMMAND_ORDER = tuple(Channel)
 
 class PolicyFileError(ValueError):
     """A policy that this project cannot run as it was meant."""
+
+    exit_code = Exit.USAGE
 
 
 class Moment(NamedTuple):

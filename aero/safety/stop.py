@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from aero.exit_code import Exit
 from aero.protocol import Opcode
 
 Floats = NDArray[np.float64]
@@ -87,6 +88,8 @@ class SafetyStopError(Exception):
     Not an `AeroError`: a program that puts up with a lost reading must not put up with this.
     """
 
+    exit_code = Exit.STOPPED
+
     def __init__(
         self,
         message: str,
@@ -104,3 +107,5 @@ class SafetyStopError(Exception):
 
 class LinkLostError(SafetyStopError, ConnectionError):
     """The link was lost while a hand may have been closed, so that it could not be opened; nothing else was wrong."""
+
+    exit_code = Exit.NO_HAND

@@ -37,6 +37,8 @@ Record = tuple[int, bytes]
 class FirmwareProgramError(Exception):
     """A firmware program ended, failed or hangs; the message carries what it said."""
 
+    exit_code = 6  # `Exit.FIRMWARE` of aero, which this package does not know
+
 
 class Turn(NamedTuple):
     """What a program did at one instant."""

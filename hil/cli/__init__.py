@@ -11,9 +11,11 @@ from typing import Any
 
 import click
 
+from aero.exit_code import Exit
 from hil.cli.command_table import commands, is_ours
-from hil.cli.exits import Ended, Exit, ctrl_c_exits, run
+from hil.cli.exits import Ended, ctrl_c_exits, run
 from hil.cli.logs import log_nowhere, with_log
+from hil.cli.pipes import survive_closed_pipes
 
 
 class LazyGroup(click.Group):
@@ -66,6 +68,7 @@ class LazyGroup(click.Group):
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
         _name_drawing_library()
+        survive_closed_pipes()
         log_nowhere()
         run(
             lambda: super(LazyGroup, self).main(

@@ -14,39 +14,16 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from enum import IntEnum
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
+from aero.exit_code import Exit
 from hil.cli.command_table import is_ours
 from hil.recordings.errors import FULL_DISK, CannotBeWrittenError, UnwritablePlaceError
 
 _LOG = logging.getLogger(__name__)
-
-
-class Exit(IntEnum):
-    """Exit codes; docs/commands.md has the same table."""
-
-    WITHIN_LIMITS = 0
-    """Done; what was judged is within limits."""
-    OUT_OF_LIMITS = 1
-    """Done; something that was judged is out of limits."""
-    USAGE = 2
-    """An option, an argument or a file that was given cannot be used."""
-    NO_HAND = 3
-    """No hand answers, or the link was lost."""
-    STOPPED = 4
-    """The guard stopped the hand, or did not let it move."""
-    NOT_WRITTEN = 5
-    """A result could not be written."""
-    FIRMWARE = 6
-    """A firmware program ended, hangs, or was stopped by a sanitizer."""
-    HOST_BUSY = 7
-    """This computer was held up too often for a verdict."""
-    DEFECT = 70
-    """A mistake of this program."""
 
 
 INTERRUPTED = 130
@@ -88,24 +65,13 @@ def usage_errors() -> Iterator[None]:
         raise Ended(str(error), Exit.USAGE) from error
 
 
-CODES = (
-    ("aero.policy.interface.PolicyFileError", Exit.USAGE),
-    ("aero.safety.LinkLostError", Exit.NO_HAND),
-    ("aero.safety.SafetyStopError", Exit.STOPPED),
-    ("hil.targets.target.NoHandError", Exit.NO_HAND),
-    ("aero.errors.AeroError", Exit.NO_HAND),
-    ("builtins.ConnectionError", Exit.NO_HAND),
-    ("firmware_emulator.native.program.FirmwareProgramError", Exit.FIRMWARE),
-    ("hil.targets.target.MissingCapabilityError", Exit.USAGE),
-    ("hil.faults.schedule.FaultNeverFiredError", Exit.USAGE),
-    ("hil.recordings.errors.CannotBeMeasuredError", Exit.USAGE),
-    ("hil.recordings.errors.UnusableFileError", Exit.USAGE),
-    ("train.campaign.conduct.NoSchedulerError", Exit.USAGE),
-    ("train.campaign.store.StoreError", Exit.USAGE),
-    ("builtins.OSError", Exit.NOT_WRITTEN),
-)
-"""Exception to exit code; the first that fits counts. By name, because only what is imported can have been raised, and
-some commands run where a physics engine is not installed."""
+def code_of(error: BaseException) -> Exit:
+    """Return the exit code that an exception carries or, of Python's own, that a lost link and a full disk have."""
+    if isinstance(code := getattr(error, "exit_code", None), int):
+        return Exit(code)
+    if isinstance(error, ConnectionError):
+        return Exit.NO_HAND
+    return Exit.NOT_WRITTEN if isinstance(error, OSError) else Exit.DEFECT
 
 
 def ending(error: BaseException) -> tuple[int, str]:
@@ -119,10 +85,8 @@ def ending(error: BaseException) -> tuple[int, str]:
         return Exit.USAGE, f"{said}. `aero-hil doctor` lists the extras"
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, str(error) or "interrupted"
-    for name, code in CODES:
-        module, _, kind = name.rpartition(".")
-        if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind, ())):
-            return code, str(error)
+    if (code := code_of(error)) is not Exit.DEFECT:
+        return code, str(error)
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
 
 

@@ -9,12 +9,13 @@ from typing import Literal
 
 import click
 
+from aero.exit_code import Exit
 from firmware_emulator.compare.run import BoardTrace, Contender, compare, contender
 from firmware_emulator.compare.sessions import MAKERS, Session, sessions
 from firmware_emulator.compare.trace_file import Recorded, TraceFileError, is_trace_file, read_traces, write_traces
 from firmware_emulator.native.build import FirmwareBuildError, build
 from firmware_emulator.native.program import FirmwareProgramError
-from hil.cli.exits import Ended, Exit, usage_errors
+from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SEED
 from hil.recordings.output import prepared_file
 

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from aero.clock import WallClock
+from aero.exit_code import Exit
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
-from hil.cli.exits import Ended, Exit, usage_errors
+from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import FAULT_HELP, RECORD, recording_ended
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import click
 
-from hil.cli.exits import Ended, Exit, usage_errors
+from aero.exit_code import Exit
+from hil.cli.exits import Ended, usage_errors
 from hil.recordings.errors import CannotBeMeasuredError, NotOneHandError, UnusableFileError
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording

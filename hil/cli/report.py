@@ -9,8 +9,9 @@ from pathlib import Path
 
 import click
 
+from aero.exit_code import Exit
 from aero.whole_file import write_whole
-from hil.cli.exits import Ended, Exit, usage_errors
+from hil.cli.exits import Ended, usage_errors
 from hil.cli.reading import RECORDING, judging, read
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file

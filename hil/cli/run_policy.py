@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from aero.channels import CABLES, Channel
+from aero.exit_code import Exit
 from aero.policy.file import Policy
 from aero.policy.held import held_at_the_end
 from aero.policy.loop import interface_of
@@ -24,7 +25,7 @@ from aero.policy.task import ShownAction, furthest_codes
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from hil.cli.before_moving import before_moving
-from hil.cli.exits import Exit, usage_errors
+from hil.cli.exits import usage_errors
 from hil.cli.film import check_film, write_film
 from hil.cli.options import ChosenHand, Finite, Seconds, target
 from hil.cli.terminal import ProgressBar

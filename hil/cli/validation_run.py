@@ -12,10 +12,11 @@ import click
 import numpy as np
 from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
 
+from aero.exit_code import Exit
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.cli.before_moving import before_moving, readings
-from hil.cli.exits import Ended, Exit, ending, usage_errors
+from hil.cli.exits import Ended, ending, usage_errors
 from hil.cli.options import ChosenHand
 from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
-from hil.cli.exits import Ended, Exit
+from aero.exit_code import Exit
+from hil.cli.exits import Ended
 
 if TYPE_CHECKING:
     from hil.cli.options import ChosenHand

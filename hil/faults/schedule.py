@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable
 from random import Random
 
+from aero.exit_code import Exit
 from hil.faults.fault import Injection
 
 
 class FaultNeverFiredError(Exception):
     """A fault was asked for and never had an effect: it begins after the end, or nothing came its way."""
+
+    exit_code = Exit.USAGE
 
     def __init__(self, faults: Iterable[object]) -> None:
         super().__init__(

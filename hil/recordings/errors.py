@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from aero.exit_code import Exit
+
 FULL_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 """Error numbers of a disk, a quota or a file that takes no more."""
 
@@ -22,13 +24,19 @@ class UnwritablePlaceError(OSError):
 class CannotBeMeasuredError(ValueError):
     """A recording lacks what a measurement needs; the message says what."""
 
+    exit_code = Exit.USAGE
+
 
 class NotOneHandError(ValueError):
     """Recordings that cannot be judged as one run; the message names two of them and says why."""
 
+    exit_code = Exit.USAGE
+
 
 class UnusableFileError(ValueError):
     """A file that cannot be used as a recording; the message names it and says why."""
+
+    exit_code = Exit.USAGE
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from typing import TypeVar
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
+from aero.exit_code import Exit
 from aero.firmware import firmware_of
 from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
@@ -32,9 +33,13 @@ PHYSICAL = "physical"
 class NoHandError(Exception):
     """No hand answers at the target; the message names it and says what to try."""
 
+    exit_code = Exit.NO_HAND
+
 
 class MissingCapabilityError(Exception):
     """The target cannot do what was asked for; the message says which could."""
+
+    exit_code = Exit.USAGE
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from pathlib import Path
 import click
 import pytest
 
+from aero.exit_code import Exit
 from hil.checks import EXPERIMENTS
 from hil.cli import main
 from hil.cli.command_table import commands
-from hil.cli.exits import Exit
 from hil.verdict.limits import load_limits
 
 ROOT = Path(__file__).parents[2]

@@ -18,7 +18,7 @@ from train.built import BuiltSimulator
 from train.progress import Epoch, read
 from train.recipe import STEADY, Stuck
 from train.run import Listener
-from train.run_state import STATE, Standing, Tendency, load_arrays, read_standing, save_state
+from train.run_state import STATE, RunFolderError, Standing, Tendency, load_arrays, read_standing, save_state
 from train.stage import Redraw
 from train.training import StopReason, TrainingEnd
 
@@ -71,7 +71,7 @@ def test_a_state_comes_back_as_it_went(tmp_path):
     assert again["b"][0] == 7
     with pytest.raises(ValueError, match="another recipe"):
         load_arrays(tmp_path, {"a": np.zeros(4)})
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(RunFolderError, match="holds no run yet"):
         read_standing(tmp_path / "elsewhere")
 
 
@@ -161,7 +161,7 @@ def test_a_run_leaves_a_policy_every_checkpoint_and_its_curve(unbroken):
     policy = load(folder / "steady.npz")
     assert policy.provenance["recipe_sha256"] == TINY.fingerprint != STEADY.fingerprint
     assert (policy.provenance["commit"], policy.provenance["resumes"]) == ("abc", 0)
-    with pytest.raises(FileExistsError, match="resume"):
+    with pytest.raises(RunFolderError, match="resume"):
         trained(folder)
     with pytest.raises(ValueError, match="seed 0"):
         training.train(TINY, "native", 1, folder, resume=True)

@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager, contextmanager
 from ipaddress import ip_address
 from urllib.parse import urlsplit
 
+from aero.exit_code import Exit
 from train.campaign.trial import Outcome, Trial, perform
 
 AHEAD = 2
@@ -21,6 +22,8 @@ ATTEMPTS = 3
 
 class NoSchedulerError(ValueError):
     """No Dask scheduler can be used at an address; the message says why."""
+
+    exit_code = Exit.USAGE
 
 
 def check_address(scheduler: str, *, trusted: bool) -> None:

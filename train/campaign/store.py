@@ -14,6 +14,7 @@ from pathlib import Path
 
 import duckdb
 
+from aero.exit_code import Exit
 from train.campaign.trial import Outcome, Trial
 
 NAME = "campaign.duckdb"
@@ -33,6 +34,8 @@ _COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, com
 
 class StoreError(ValueError):
     """There is no campaign to read, another program writes to it, or its file is damaged; the message says which."""
+
+    exit_code = Exit.USAGE
 
 
 class Store:

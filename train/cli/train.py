@@ -9,7 +9,8 @@ from typing import Literal
 
 import click
 
-from hil.cli.exits import Ended, Exit, usage_errors
+from aero.exit_code import Exit
+from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
@@ -123,8 +124,6 @@ def train(
     except KeyboardInterrupt:
         say(f"Every checkpoint is kept in {out}. To choose again: aero-hil train {recipe} --out {out} --choose")
         raise
-    except (FileExistsError, FileNotFoundError, ValueError) as error:
-        raise Ended(str(error), Exit.USAGE) from error
     if ended.by_signal:
         sys.exit(128 + ended.by_signal)
 

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import click
 
+from aero.exit_code import Exit
 from aero.safety.interrupts import noted
 from feetech_robots.bus_pty import BusServer
 from feetech_robots.joint_plant import PhysicsFailedError
 from feetech_robots.robot_bus import RobotBus, obey
-from hil.cli.exits import Ended, Exit, usage_errors
+from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SEED
 
 

@@ -17,6 +17,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.exit_code import Exit
 from aero.regular_file import LFS_POINTER, MIB
 from firmware_emulator.plant import Drive, ShaftState
 
@@ -43,6 +44,8 @@ REMEDIES = {
 
 class PhysicsFailedError(ArithmeticError):
     """A model of the user's cannot be simulated; the message names file, joint, time and what to try."""
+
+    exit_code = Exit.USAGE
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from functools import update_wrapper
 import click
 
 from aero.clock import WallClock
+from aero.exit_code import Exit
 from aero.serial_transport import SerialTransport
 from feetech_robots.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError
 from feetech_robots.servo_rules import LARGEST_COUNTS, judge, small_move
@@ -18,7 +19,7 @@ from feetech_robots.servo_setup import ServoBusError, ServoSetup, ServoValueErro
 from feetech_robots.survey import BAUD_RATES, Surveyed, find, survey
 from hil.cli.doctor import exit_code, show
 from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
-from hil.cli.exits import Ended, Exit
+from hil.cli.exits import Ended
 
 FORMAT = 1
 """Number of the shape that `--json` prints; another one when a name in it changes."""

@@ -10,10 +10,11 @@ from typing import Any
 
 import click
 
+from aero.exit_code import Exit
 from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
 from hil.cli.doctor.hand import examine_port
 from hil.cli.doctor.machine import check_drawing, check_installation, check_jitter, lateness_s
-from hil.cli.exits import Exit, usage_errors
+from hil.cli.exits import usage_errors
 from hil.targets.hands_file import FILE, add_hand, named_hand, refuse_taken
 
 

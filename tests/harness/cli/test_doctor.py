@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aero.exit_code import Exit
 from aero.firmware import FIRMWARE
 from hil.cli.doctor import exit_code
 from hil.cli.doctor.finding import Examined, Subject, Verdict
@@ -27,7 +28,7 @@ from hil.cli.doctor.hand import (
     holders,
 )
 from hil.cli.doctor.machine import Attempt, check_drawing, check_jitter, install_command, needs
-from hil.cli.exits import Exit, ending
+from hil.cli.exits import ending
 from hil.targets.pty_process import serve_in_process
 
 HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())

@@ -9,10 +9,11 @@ import pytest
 from click.testing import CliRunner
 
 from aero.errors import LinkTimeoutError
+from aero.exit_code import Exit
 from aero.safety import LinkLostError, SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.cli import report, validation_run
-from hil.cli.exits import Ended, Exit
+from hil.cli.exits import Ended
 from hil.faults import FaultNeverFiredError
 from hil.recordings.errors import CannotBeWrittenError
 from hil.verdict.judged_run import Validation
@@ -63,7 +64,7 @@ def codes_of_report(monkeypatch: pytest.MonkeyPatch, folder: Path) -> set[int]:
     for passed in (True, False):
         judged = SimpleNamespace(
             results={"holding": None}, end=RunEnd(EndKind.INCOMPLETE, cut=(recording,)), whole_run=None,
-            judged=[None], judged_passed=passed, passed=False,
+            judged=[None], judged_passed=passed, passed=False, withheld=(), findings=(),
         )  # fmt: skip
         monkeypatch.setattr(report, "judge_recordings", lambda _, judged=judged: judged)
         command = [str(folder / "audit.mcap"), "--out", str(folder / "report.html")]
