@@ -183,7 +183,7 @@ STEADY = Recipe(
     checkpoint_steps=102_400,
     stuck=Stuck(steps=800_000, rate_rad_s=0.4),
 )
-"""For the hand, in three stages (docs/recipes.md): the gait is found where it is easy, with the paper's cube on built
+"""For the hand, in three stages (docs/training.md): the gait is found where it is easy, with the paper's cube on built
 hands of like springs; it is led to all springs and cubes; and drops are brought down while slow hands are sped up."""
 
 RECIPES = {recipe.name: recipe for recipe in (STEADY, PAPER)}

@@ -23,7 +23,6 @@ ELSEWHERE = {
     "lerobot": "lerobot_robot_aero/tests, which needs LeRobot",
     "firmware": "tests/firmware, with a firmware of our own",
     "grasps": "tests/examples",
-    "ci": "below",
 }
 PAGES = sorted(
     str(path.relative_to(ROOT))
@@ -60,7 +59,7 @@ def test_every_block_runs_as_it_is_pasted(page, terminal, tmp_path):
 
 
 def test_the_workflow_for_ones_own_repository(terminal, tmp_path):
-    workflow = yaml.safe_load(blocks("docs/ci.md", "yaml")[0])
+    workflow = yaml.safe_load(blocks("docs/test_your_driver.md", "yaml")[0])
     lines = [step["run"] for step in workflow["jobs"]["hand"]["steps"] if "run" in step]
     (tmp_path / "tests").mkdir()
     for snippet in blocks("docs/test_your_driver.md", "python"):
