@@ -44,11 +44,11 @@ def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
 
 
 def read_text(path: Path, most_bytes: int = MIB) -> str:
-    """Return the UTF-8 text of a regular file.
+    """Return the UTF-8 text of a regular file, without a byte order mark.
 
     Raises:
         OSError: as `open_regular`.
         UnicodeDecodeError: it is not UTF-8.
     """
     with open_regular(path, most_bytes) as stream:
-        return stream.read(most_bytes).decode("utf-8")
+        return stream.read(most_bytes).decode("utf-8-sig")

@@ -33,12 +33,12 @@ def whole(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a text file, UTF-8.
+    """Write a text file, UTF-8; what no UTF-8 can hold, as of the name of a file, is written as an escape.
 
     Raises:
         OSError: it cannot be written.
     """
-    with whole(path) as draft, draft.open("x", encoding="utf-8") as stream:
+    with whole(path) as draft, draft.open("x", encoding="utf-8", errors="backslashreplace") as stream:
         stream.write(text)
 
 

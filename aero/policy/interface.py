@@ -38,6 +38,7 @@ from aero.channels import OBSERVATION_ORDER, Channel
 from aero.exit_code import Exit
 from aero.policy.settings import PolicySettings, checked_count, checked_number
 from aero.policy.task import ACTION_SIZE, CHANNELS, ShownAction
+from aero.regular_file import read_text
 
 Floats = NDArray[np.float64]
 Row = tuple[float, ...]
@@ -207,7 +208,7 @@ class Interface:
             PolicyFileError: no such file, or something in it that is unknown, missing or does not fit; one line.
         """
         try:
-            return cls._parsed(tomllib.loads(path.read_text(encoding="utf-8")))
+            return cls._parsed(tomllib.loads(read_text(path)))
         except FileNotFoundError as error:
             raise PolicyFileError(
                 f"{path} is missing: it says what the policy observes and what its action means; copy "

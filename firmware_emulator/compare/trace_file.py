@@ -11,6 +11,7 @@ from __future__ import annotations
 import gzip
 import json
 import lzma
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from itertools import accumulate, pairwise
@@ -72,10 +73,15 @@ def read_traces(path: Path) -> Iterator[Recorded]:
 
 
 def write_traces(path: Path, recorded: Iterable[Recorded]) -> None:
-    """Write sessions, packed; the folder is there."""
-    with _opened(path, "wt") as file:
-        for one in recorded:
-            file.write(json.dumps(_object(one), separators=(",", ":")) + "\n")
+    """Write sessions, packed, in place of what is at `path` when all are written; the folder is there."""
+    draft = path.with_name(f".{os.getpid()}.{path.name}")  # this package knows nothing of `aero.whole_file`
+    try:
+        with _opened(draft, "wt") as file:
+            for one in recorded:
+                file.write(json.dumps(_object(one), separators=(",", ":")) + "\n")
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
 
 
 def _opened(path: Path, mode: Literal["rt", "wt"]) -> IO[str]:

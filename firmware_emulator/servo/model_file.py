@@ -157,7 +157,7 @@ def read_model(path: Path, known: Callable[[str], Mapping[str, Any]]) -> dict[st
         OSError: it cannot be read.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a TOML file: {error}") from error
     if unknown := content.keys() - {"like", "without"} - {field.name for field in fields(ServoModel)}:

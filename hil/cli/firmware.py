@@ -120,9 +120,8 @@ def compare_command(
                 click.echo("\n".join([f"{name}:", *outcome.difference.lines((first, second))]))
     except TraceFileError as error:
         raise Ended(str(error), Exit.USAGE) from error
-    finally:
-        if write is not None:
-            write_traces(write, kept)
+    if write is not None:
+        write_traces(write, kept)
     verdict = f"{differing} sessions differ" if differing else "no difference"
     click.echo(f"{verdict}: {frames} frames, {packets} servo packets, {seconds:.0f} s of hand time")
     sys.exit(1 if differing else 0)

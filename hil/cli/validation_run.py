@@ -22,7 +22,7 @@ from hil.cli.terminal import ProgressBar, description
 from hil.cli.terminal import console as new_console
 from hil.cli.viewing import Observer, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
-from hil.recordings.output import emptied, prepared_folder, run_folder
+from hil.recordings.output import claimed, emptied, prepared_folder, run_folder
 from hil.report.results import write_figures, write_results
 from hil.report.text import run_text
 from hil.targets.target import Onlooker, Question
@@ -72,7 +72,7 @@ def run(
             asking = any(EXPERIMENTS[name].asks for name in names)
             # A bar that moves would draw over the questions.
             bars = ProgressBar(*columns, console=console, transient=True, disable=asking)
-            with emptied(folder), opening as alone, bars as bar:
+            with claimed(folder), emptied(folder), opening as alone, bars as bar:
                 onlookers = (Onlooker(ask_on_terminal),) if asking else ()
                 opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
                 observer.follow(source_of(opened))

@@ -14,6 +14,11 @@ from typing import Any
 
 from hil.recordings.errors import UnwritablePlaceError
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
 
 def json_text(content: Any) -> str:
     """Return tables as JSON; a number that is none, as of what could not be measured, is null."""
@@ -62,6 +67,32 @@ def _remove_empty(folder: Path, first: Path) -> None:
 
 
 @contextmanager
+def claimed(folder: Path | None) -> Iterator[None]:
+    """Keep other runs out of a folder for as long as one writes there.
+
+    Raises:
+        UnwritablePlaceError: another run writes there.
+    """
+    if folder is None or fcntl is None:
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            # The lock of a program that is killed goes with it.
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise UnwritablePlaceError(
+                error.errno, "another run writes there; name another folder", str(folder)
+            ) from error
+        except OSError:
+            pass  # a file system without locks
+        yield
+    finally:
+        os.close(handle)
+
+
+@contextmanager
 def emptied(folder: Path | None) -> Iterator[None]:
     """Remove a folder at the end when it is empty."""
     try:
@@ -90,6 +121,15 @@ def prepared_file(path: Path) -> Path:
     return path
 
 
+def _made(base: Path, names: Iterator[str]) -> Path:
+    """Make the folder of the first name that is free; of two programs that ask at once, each gets its own."""
+    for name in names:
+        with suppress(FileExistsError):
+            (base / name).mkdir()
+            return base / name
+    raise FileExistsError(f"{base} holds a thousand results of this second")
+
+
 def run_folder(base: Path) -> Path:
     """Make a folder below `base` that is named by the time, and let `latest` beside it point there.
 
@@ -98,8 +138,7 @@ def run_folder(base: Path) -> Path:
     """
     stamp = datetime.now().astimezone().strftime("%Y-%m-%dT%H-%M-%S")
     prepared_folder(base)
-    name = next(n for i in range(1000) if not (base / (n := stamp + (f"-{i}" if i else ""))).exists())
-    folder = prepared_folder(base / name)
+    folder = prepared_folder(_made(base, (stamp + (f"-{i}" if i else "") for i in range(1000))))
     link = base / LATEST
     if link.is_symlink() or not link.exists():
         fresh = base / f".{LATEST}-{os.getpid()}"

@@ -30,15 +30,20 @@ def host() -> str:
     return platform.node()
 
 
+def _utf8(text: str) -> str:
+    """Return text of the system, which may hold bytes that are no UTF-8, with escapes in their place."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 def command_line() -> str:
     """Return the command line of this program, quoted for a shell."""
-    return shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    return _utf8(shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]))
 
 
 def operator() -> str:
     """Return who runs this program, empty when nobody is known."""
     try:
-        return os.environ.get(OPERATOR) or getpass.getuser()
+        return _utf8(os.environ.get(OPERATOR) or getpass.getuser())
     except (OSError, KeyError):  # no such user, as in some containers
         return ""
 
@@ -63,11 +68,14 @@ def source_commit() -> str:
     if not (root / ".git").exists():
         return ""
     try:
+        # In a Git hook these name the user's repository, of which git would then speak.
+        ours = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
         out = subprocess.run(
             ["git", "-C", str(root), "describe", "--always", "--abbrev=12", "--dirty=+changes", "--exclude=*"],
             capture_output=True,
             text=True,
             check=True,
+            env=ours,
         )
     except (OSError, subprocess.CalledProcessError):
         return ""  # no git on this machine, or a checkout it refuses to read: the commit is unknown

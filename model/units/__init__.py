@@ -35,6 +35,8 @@ class Unit:
     """Which hand it is, and where its numbers come from."""
     limits: str = DEFAULT_LIMITS
     """Kind of hand whose limits it is judged by."""
+    unfinished: bool = False
+    """Whether it is what a fit had found when it was stopped."""
     hand: BuiltHandParameters = field(default_factory=BuiltHandParameters)
     """Mechanics: everything behind the servos' shafts. Its back-EMF is replaced by the servos'."""
     servos: ServoParameters = field(default_factory=ServoParameters)
@@ -55,6 +57,10 @@ class Unit:
         )
 
 
+UNFINISHED = "unfinished:"
+"""Before the path of a unit whose fit was stopped, which is not taken without being asked for."""
+
+
 def shipped_units() -> tuple[str, ...]:
     """Return the names of the units that come with the project."""
     files = (entry.name for entry in resources.files(__name__).iterdir())
@@ -65,8 +71,10 @@ def load_unit(name: str) -> Unit:
     """Return a unit by the name of a shipped file or the path of another (anything that ends in `.toml`).
 
     Raises:
-        ValueError: there is no such unit, or its file has a mistake; the message names the key.
+        ValueError: there is no such unit, or its file has a mistake; the message names the key. Its fit is unfinished,
+            and `unfinished:` does not stand before its path.
     """
+    whole_name, name = name, name.removeprefix(UNFINISHED)
     if name.endswith(".toml"):
         try:
             text = read_text(Path(name))
@@ -93,7 +101,12 @@ def load_unit(name: str) -> Unit:
         raise ValueError(
             f"unit {name}: hand.back_emf follows from servos.stall_torque and no_load_speed_counts, remove it"
         )
-    return dataclasses.replace(unit, name=name)
+    if unit.unfinished and name == whole_name:
+        raise ValueError(
+            f"unit {name} is an unfinished fit: `aero-hil calibrate` was stopped. Finish it, or ask for it as it is: "
+            f"{UNFINISHED}{name}"
+        )
+    return dataclasses.replace(unit, name=whole_name)
 
 
 def fill(kind: type[T], table: Mapping[str, Any], where: str) -> T:

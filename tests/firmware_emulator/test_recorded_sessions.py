@@ -97,3 +97,18 @@ def test_a_file_that_was_cut_is_named(tmp_path):
     path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(TraceFileError, match=r"cut\.jsonl\.xz"):
         list(read_traces(path))
+
+
+def test_sessions_that_cannot_be_written_leave_the_old_ones(tmp_path):
+    path = tmp_path / "kept.jsonl.gz"
+    write_traces(path, [recorded()])
+    before = path.read_bytes()
+
+    def broken():
+        yield recorded()
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_traces(path, broken())
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -82,9 +83,13 @@ def calibrate_command(
             progress=lambda done, about: bar.update(task, completed=done, total=about),
         )
     stopped = result.found.interrupted
-    early = ", stopped before its end" if stopped is not None else ""
-    fitted_to = f"Fitted to {len(recordings)} recordings{early}"
-    write_whole(out, unit_toml(result.unit, fitted_to, result.intervals, result.told))
+    fitted_to = f"Fitted to {len(recordings)} recordings"
+    if stopped is not None:
+        # Beside the unit that a fit before this one may have written.
+        fitted_to = f"UNFINISHED, stopped before its end: {fitted_to}"
+        out = out.with_name(f"{out.stem}.unfinished.toml")
+    found = replace(result.unit, unfinished=stopped is not None)
+    write_whole(out, unit_toml(found, fitted_to, result.intervals, result.told))
     if plots is not None and stopped is None:
         for trace, prediction in zip(result.traces, result.predictions(), strict=True):
             write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
@@ -92,9 +97,10 @@ def calibrate_command(
     if stopped is None:
         for table in score_tables(score(result.traces, result.unit)):
             console.print(table)
-    console.print(f"unit written to {out}{early}; use it as `--unit {out}`")
     if stopped is not None:
+        console.print(f"the fit is unfinished; what it had found is in {out}, and is no unit of this hand")
         raise stopped
+    console.print(f"unit written to {out}; use it as `--unit {out}`")
 
 
 def _print(console: Console, result: Calibration) -> None:

@@ -53,6 +53,8 @@ def unit_toml(
     default = Unit()
     if unit.limits != default.limits:
         lines.append(f"limits = {json.dumps(unit.limits)}")
+    if unit.unfinished:
+        lines.append("unfinished = true")
     for section in ("hand", "servos"):
         values, defaults = (dataclasses.asdict(getattr(u, section)) for u in (unit, default))
         changed = {key: value for key, value in values.items() if value != defaults[key] and key != "back_emf"}

@@ -1,32 +1,47 @@
-"""Figures are written as JSON that every reader takes."""
+"""Where results go: folders that two runs never share, names that are no UTF-8, a commit that is ours."""
 
-import json
-import math
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
-from hypothesis import given
-from hypothesis import strategies as st
+import pytest
 
-from hil.recordings.output import json_text
-
-CONTENTS = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
-    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
-    max_leaves=20,
-)
+from aero.whole_file import write_whole
+from hil.recordings import provenance
+from hil.recordings.errors import UnwritablePlaceError
+from hil.recordings.output import claimed, run_folder
 
 
-def refuse(constant):
-    raise AssertionError(constant)
+def test_runs_that_start_in_one_second_never_share_a_folder(tmp_path):
+    with ThreadPoolExecutor(8) as pool:
+        folders = list(pool.map(lambda _: run_folder(tmp_path), range(40)))
+    assert len(set(folders)) == 40
 
 
-def without_numbers_that_are_none(content):
-    if isinstance(content, dict):
-        return {name: without_numbers_that_are_none(value) for name, value in content.items()}
-    if isinstance(content, list):
-        return [without_numbers_that_are_none(value) for value in content]
-    return None if isinstance(content, float) and not math.isfinite(content) else content
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows locks no folders")
+def test_a_folder_into_which_a_run_writes_takes_no_other_run(tmp_path):
+    refused = pytest.raises(UnwritablePlaceError, match="another run writes there")
+    with claimed(tmp_path), refused, claimed(tmp_path):
+        pass
+    with claimed(tmp_path):
+        pass
 
 
-@given(CONTENTS)
-def test_what_could_not_be_measured_is_null(content):
-    assert json.loads(json_text(content), parse_constant=refuse) == without_numbers_that_are_none(content)
+def test_a_commit_is_ours_in_a_git_hook_of_another_repository(tmp_path, monkeypatch):
+    provenance.source_commit.cache_clear()
+    expected = provenance.source_commit()
+    subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / ".git"))
+    monkeypatch.setenv("GIT_INDEX_FILE", str(tmp_path / "index"))
+    provenance.source_commit.cache_clear()
+    assert provenance.source_commit() == expected != ""
+
+
+def test_names_that_are_no_utf8_are_written_with_escapes(tmp_path, monkeypatch):
+    monkeypatch.setenv(provenance.OPERATOR, os.fsdecode(b"Ren\xe9"))
+    monkeypatch.setattr(sys, "argv", ["aero-hil", "--out", os.fsdecode(b"caf\xe9")])
+    assert provenance.operator() == "Ren\\udce9"
+    assert provenance.command_line().encode()
+    write_whole(tmp_path / "page.html", os.fsdecode(b"caf\xe9"))
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == "caf\\udce9"

@@ -1,5 +1,6 @@
 """A unit file fills exactly the parameters it names and nothing is let through unread."""
 
+import dataclasses
 from dataclasses import dataclass, fields
 
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 
 from hil.verdict.limits import kinds
 from model.units import fill, load_unit, shipped_units
+from train.identification.unit_file import unit_toml
 
 
 @dataclass(frozen=True)
@@ -111,3 +113,19 @@ def test_a_unit_that_cannot_be_says_so(tmp_path, text):
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=r"hand\.toml|no-load speed"):
         load_unit(str(path))
+
+
+def test_an_unfinished_fit_is_taken_only_when_it_is_asked_for(tmp_path):
+    path = tmp_path / "mine.unfinished.toml"
+    path.write_text(unit_toml(dataclasses.replace(load_unit("reference"), unfinished=True), "stopped", {}))
+    with pytest.raises(ValueError, match=r"is an unfinished fit.*unfinished:"):
+        load_unit(str(path))
+    asked = load_unit(f"unfinished:{path}")
+    assert (asked.name, asked.unfinished) == (f"unfinished:{path}", True)
+    assert asked.hand == load_unit("reference").hand
+
+
+def test_a_byte_order_mark_is_no_part_of_a_unit(tmp_path):
+    path = tmp_path / "windows.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + unit_toml(load_unit("reference"), "", {}).encode())
+    assert load_unit(str(path)).hand == load_unit("reference").hand
