@@ -93,7 +93,6 @@ def build(
     hand: str | None = None,
     sanitize: Iterable[str] = (),
     defines: Sequence[str] = (),
-    coverage: bool = False,
 ) -> Compiler:
     """Build a program and return the compiler that made it.
 
@@ -107,7 +106,6 @@ def build(
         hand: `right` or `left` in place of the choice in `HandConfig.h`; None leaves that.
         sanitize: any of `SANITIZERS`; the program then stops at the first error with file and line.
         defines: further macros for the sketch, `NAME` or `NAME=VALUE`.
-        coverage: count executed lines of the sketch for gcov, in a folder beside it, `OUT.objects`; needs g++.
 
     Raises:
         FirmwareBuildError: no compiler, no sketch, or it does not compile; the message carries the compiler's.
@@ -124,8 +122,6 @@ def build(
             raise FirmwareBuildError(str(error)) from error
         library_root = [] if library is None else [_root(library)]
         compiler = choose(wanted)
-        if coverage and compiler.command != ("g++",):
-            raise FirmwareBuildError("counting executed lines needs g++ with its 32-bit libraries (g++-multilib)")
         own = [f"-D{macro}" for macro in (*defines, *([f"{hand.upper()}_HAND"] if hand else []))]
         options = [*compiler.options, *STANDARD, *(f"-D{macro}" for macro in DEFINES), *_checks(wanted)]
         roots = [HOST, *library_root]
@@ -134,16 +130,12 @@ def build(
         for root in roots:
             kept = _kept(root, compiler, options)
             jobs += [_Job(unit, kept / f"{unit.name}.o", options) for unit in sorted(_units(root))]
-        counting = ["--coverage"] if coverage else []
-        keeping = ["-Wl,-u,__gcov_dump"] if coverage else []
-        objects = out.resolve().with_name(f"{out.name}.objects") if coverage else folder
-        objects.mkdir(parents=True, exist_ok=True)
-        jobs += [_Job(unit, objects / f"{unit.name}.o", [*options, *own, *counting]) for unit in units]
+        jobs += [_Job(unit, folder / f"{unit.name}.o", [*options, *own]) for unit in units]
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             for message in pool.map(lambda job: _compile(compiler, job, includes), jobs):
                 if message is not None:
                     raise FirmwareBuildError(message)
-        linking = [*compiler.options, *compiler.linking, "-pthread", *_checks(wanted), *counting, *keeping]
+        linking = [*compiler.options, *compiler.linking, "-pthread", *_checks(wanted)]
         link = [*compiler.command, *linking, *(str(job.target) for job in jobs), "-o", str(out)]
         done = subprocess.run(link, capture_output=True, text=True, check=False)
     if done.returncode:

@@ -36,7 +36,6 @@ def firmware() -> None:
 @click.option(
     "--sanitize", default="", metavar="LIST", help="address, undefined or both: stop at the first such error."
 )
-@click.option("--coverage", is_flag=True, help="Count executed lines for gcov, in OUT.objects; needs g++.")
 def build_command(
     *,
     source: Path,
@@ -45,7 +44,6 @@ def build_command(
     hand: str | None,
     defines: tuple[str, ...],
     sanitize: str,
-    coverage: bool,
 ) -> None:
     """Compile the sketch in the folder SOURCE for the emulated board.
 
@@ -55,9 +53,7 @@ def build_command(
         prepared_file(out)
     sanitizers = [name.strip() for name in sanitize.split(",") if name.strip()]
     try:
-        compiler = build(
-            source, out, library=library, hand=hand, sanitize=sanitizers, defines=defines, coverage=coverage
-        )
+        compiler = build(source, out, library=library, hand=hand, sanitize=sanitizers, defines=defines)
     except FirmwareBuildError as error:
         raise Ended(str(error), Exit.USAGE) from error
     click.echo(f"{out} made with {compiler.command[-1] if len(compiler.command) == 1 else 'zig c++'}")
