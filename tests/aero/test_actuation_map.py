@@ -180,47 +180,6 @@ def test_saturation_reports_what_it_changed(angles):
     np.testing.assert_allclose(MAP.angles_from_codes(codes), np.clip(angles, low, high), atol=1e-4)
 
 
-LINEAR = {
-    "travel_from_joints": 16, "joints_from_compact": 7, "compact_from_travel": 7, "travel_from_lengths": 7,
-    "lengths_from_travel": 7, "angles_from_travel": 7, "travel_from_angles": 7,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize(("name", "width"), LINEAR.items())
-def test_a_linear_conversion_refuses_what_is_not_finite(name, width, bad):
-    for position in range(width):
-        values = np.zeros((2, width))
-        values[1, position] = bad
-        with pytest.raises(ValueError, match="finite"):
-            getattr(MAP, name)(values)
-
-
-def test_saturation_does_not_hide_a_nan():
-    with pytest.raises(ValueError, match="finite"):
-        MAP.saturating_codes([np.nan] + [0.0] * 6)
-
-
-@pytest.mark.parametrize(
-    ("convert", "argument", "says"),
-    [
-        (MAP.codes_from_lengths, np.zeros(6), r"lengths: expected shape \(..., 7\), got \(6,\)"),
-        (MAP.travel_from_joints, np.zeros(7), r"joints: expected shape \(..., 16\)"),
-        (MAP.travel_from_joints, ["0.1"] * 16, "joints: expected real numbers"),
-        (MAP.travel_from_joints, [None] * 16, "joints: expected real numbers"),
-        (MAP.travel_from_joints, [0.1j] * 16, "joints: expected real numbers"),
-        (MAP.travel_from_joints, [True] * 16, "joints: expected real numbers"),
-        (MAP.angles_from_codes, np.zeros(7), "codes: expected integers in 0..65535, got float64"),
-        (MAP.angles_from_codes, [65536] + [0] * 6, r"codes: expected 0..65535, got 0..65536"),
-        (MAP.angles_from_codes, [-1] + [0] * 6, r"codes: expected 0..65535, got -1..0"),
-        (MAP.joints_from_compact, 1.0, r"compact posture: expected shape \(..., 7\), got \(\)"),
-    ],
-)
-def test_wrong_arguments_say_what_was_expected(convert, argument, says):
-    with pytest.raises(ValueError, match=says):
-        convert(argument)
-
-
 def test_a_map_says_which_it_is():
     text = ActuationMap.for_firmware("0.2.0").describe()
     assert "'paper'" in text

@@ -49,28 +49,6 @@ def test_earlier_firmwares_are_not_shifted(version):
         CommandWindow.for_firmware(version, "homed")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [(("0.3.0",), "unknown firmware '0.3.0'"), (("0.2.0", "cold"), "'cold'"), (("0.2.0", None, "both"), "'both'")],
-)
-def test_unknown_windows_are_refused(arguments, says):
-    with pytest.raises(ValueError, match=says):
-        CommandWindow.for_firmware(*arguments)
-
-
-@pytest.mark.parametrize(
-    ("extend", "grasp"),
-    [
-        ((0,) * 6, (1,) * 7),
-        ((4096,) * 7, (0,) * 7),
-        (CommandWindow.for_firmware("pre", hand="left").extend_counts,) * 2,
-    ],
-)
-def test_impossible_counts_are_refused(extend, grasp):
-    with pytest.raises(ValueError, match=r"extend_counts: expected|no window of a right hand"):
-        CommandWindow("odd", "right", extend, grasp)
-
-
 def readings(window, counts):
     """What the firmware reports for shafts that many counts into their windows (C integer division of positives)."""
     return counts * 65535 // window.spans_counts()
@@ -106,11 +84,3 @@ def test_a_trimmed_finger_shows_in_its_readings():
 def test_homed_and_unshifted_cannot_be_told_apart_by_readings():
     homed, unshifted = (CommandWindow.for_firmware("0.2.0", state) for state in ("homed", "unshifted"))
     check_readings(homed, readings(unshifted, np.full((3, 7), 500)))
-
-
-def test_what_the_readings_leave_open_is_said():
-    codes = np.zeros((3, 7), int)
-    codes[0, 0] = 40000
-    codes[:, 1] = 20001, 20002, 20003
-    with pytest.raises(WindowMismatchError, match=r"index one of \d+ spans, expected 3278; middle no single span"):
-        check_readings(CommandWindow.for_firmware("0.2.0"), codes)

@@ -95,21 +95,3 @@ def test_saturation_is_reported_and_kept_to_the_channels_that_need_it():
     exact = convert(codec, [31.1] * 4 + [20.0, 20.0, 10.0], "compact", "angles").values
     np.testing.assert_allclose(result.values[:4], exact[:4], atol=1e-12)
     assert convert(codec, [30.0] * 7, "compact", "compact", saturate=True).values.tolist() == [30.0] * 7
-
-
-@pytest.mark.parametrize(
-    ("values", "source", "target", "says"),
-    [
-        ([0.0] * 7, "pose", "codes", "unknown representation 'pose'"),
-        ([0.0] * 7, "codes", "pose", "unknown representation 'pose'"),
-        ([0.0] * 7, "sdk-codes", "codes", "nothing can be converted from 'sdk-codes'"),
-        ([0.0] * 6, "compact", "codes", r"compact: expected shape \(..., 7\)"),
-        ([float("nan")] + [0.0] * 6, "compact", "angles", "finite"),
-        ([0.5] + [0.0] * 6, "codes", "angles", "whole numbers"),
-        ([70000.0] + [0.0] * 6, "codes", "angles", "expected 0..65535"),
-        ([0.0] * 7, "compact", "codes", "thumb_abduction"),
-    ],
-)
-def test_what_cannot_be_converted_says_why(values, source, target, says):
-    with pytest.raises(ValueError, match=says):
-        convert(ActuationMap.for_firmware("0.2.0"), values, source, target)

@@ -7,7 +7,6 @@ import pytest
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.packets import pack
-from firmware_emulator.servo.models import SHIPPED, model_of
 from firmware_emulator.servo.parameters import HLS3606M
 
 PING, READ, WRITE, SYNC_WRITE = 1, 2, 3, 0x83
@@ -83,13 +82,6 @@ def test_a_secondary_id_takes_writes_and_answers_nothing():
     assert [servo.memory.get("acceleration") for servo in wire.hand.servos] == [0, 6, 0, 5, 5, 0, 0]
 
 
-def test_no_servo_has_a_second_id_until_it_is_given_one():
-    """The factory's 0 is no ID, or every write to the hand's servo 0 would reach all."""
-    wire = Wire()
-    wire.ask(0, WRITE, bytes((41, 9)))
-    assert [servo.memory.get("acceleration") for servo in wire.hand.servos] == [9, 0, 0, 0, 0, 0, 0]
-
-
 def test_an_adapter_with_an_echo_hears_itself_first():
     wire = Wire()
     wire.port.echo = True
@@ -135,11 +127,3 @@ def test_an_sts3215_is_one_by_its_numbers_and_its_offset():
     wire.ask(3, WRITE, bytes((7, 77)))
     wire.ask(77, WRITE, bytes((41, 9)))
     assert wire.hand.servos[3].memory.get("acceleration") == 0
-
-
-def test_the_table_of_models_holds_numbers_that_fit():
-    for name in SHIPPED:
-        Wire(servos=replace(HLS3606M, model=name))
-        assert len(model_of(name).baud_rates) == 8
-    with pytest.raises(ValueError, match=r"unknown servo model 'X'; known are HLS3606M, .*STS3215, or the path"):
-        replace(HLS3606M, model="X")

@@ -1,5 +1,4 @@
 import contextlib
-import os
 import select
 import threading
 import time
@@ -179,36 +178,8 @@ def test_a_stale_link_is_replaced_and_a_live_one_is_not(tmp_path):
     assert not stale.is_symlink()
 
 
-def test_a_dangling_link_that_no_emulator_made_is_left_alone(tmp_path):
-    link = tmp_path / "link"
-    link.symlink_to(tmp_path / "nothing")
-    with pytest.raises(FileExistsError):
-        Terminal(link)
-    assert link.readlink() == tmp_path / "nothing"
-
-
-def test_a_link_that_points_elsewhere_by_now_is_left_alone(tmp_path):
-    path = tmp_path / "hand"
-    with Terminal(path):
-        path.unlink()
-        path.symlink_to(tmp_path)
-    assert path.is_symlink()
-
-
 def test_bytes_for_a_client_that_never_reads_are_lost_without_blocking():
     with Terminal() as terminal:
         for _ in range(10000):
             terminal.write(bytes(16))
         assert terminal.read() == b""
-
-
-def test_a_terminal_does_not_echo_or_translate():
-    with Terminal() as terminal:
-        client = os.open(terminal.path, os.O_RDWR | os.O_NOCTTY)
-        try:
-            terminal.write(b"boot\n")
-            assert os.read(client, 99) == b"boot\n"
-            os.write(client, b"\r\n\x03\x04")
-            assert terminal.read() == b"\r\n\x03\x04"
-        finally:
-            os.close(client)

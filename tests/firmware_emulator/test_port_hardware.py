@@ -17,7 +17,6 @@ from firmware_emulator.firmware.setup_and_loop import rom_text
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.network import ModemLines
 from firmware_emulator.links.pty import PtyServer
-from firmware_emulator.links.terminal import Terminal
 
 # Of pyserial 3.5, which calls it for `rfc2217://`.
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning")
@@ -138,24 +137,6 @@ def test_any_other_reset_leaves_the_port_open(tmp_path):
     with served(hand, link=tmp_path / "hand") as server, serial.Serial(server.name, timeout=0.2) as port:
         hand.kernel.call_at(hand.kernel.now, hand.reset, "reset")
         heard(port, (ROM, SKIPPING))
-
-
-def test_a_pseudo_terminal_carries_no_modem_lines_but_a_baud_rate():
-    """Linux refuses TIOCMBIS on it (ENOTTY), so a client's `dtr` fails as on no real port; `rfc2217://` has them."""
-    with Terminal() as terminal:
-        assert terminal.baud == 1_000_000
-        for baud in (4800, 76_800, 128_000, 250_000, 500_000, 1_000_000, 123_456):
-            with serial.Serial(terminal.path, baud):
-                assert terminal.baud == baud
-        with serial.Serial(terminal.path) as port, pytest.raises(OSError, match="25"):
-            port.dtr = False
-
-
-def test_the_board_ignores_the_baud_rate_as_usb_does():
-    with served() as server:
-        for baud in (4800, 921600):
-            with serial.Serial(server.name, baud, timeout=PATIENCE_S) as port:
-                assert answers(port)
 
 
 def test_the_bus_terminal_knows_the_baud_rate_and_may_echo(tmp_path):

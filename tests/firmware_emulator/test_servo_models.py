@@ -188,27 +188,3 @@ def test_a_new_model_is_one_file(tmp_path):
     one.write(42, 3000)
     one.wait(1.5)
     assert one.read(56) == pytest.approx(3000, abs=2)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (("number = 2825", "number = 70000"), "too big"),
-        (('like = "STS3215"', ""), "byte_order"),
-        (('like = "STS3215"', 'like = "STS"'), "unknown servo model 'STS'"),
-        (("number = 2825", 'number = 2825\nwithout = ["lock"]'), "nothing instead for lock"),
-        (("number = 2825", 'number = 2825\nregisters = [["x", 57, 1, "r", 0, 1, 0, 0, "", "B"]]'), "does not fit at"),
-        (("number = 2825", 'number = 2825\nmodes = ["dance"]'), "not dance"),
-        (("[physics]", "[physics"), "not a TOML file"),
-    ],
-)
-def test_a_file_that_states_no_servo_is_refused_with_the_reason(tmp_path, change, message):
-    file = tmp_path / "new.toml"
-    file.write_text(NEW.replace(*change), encoding="utf-8")
-    with pytest.raises(ValueError, match=message):
-        model_of(str(file))
-
-
-def test_a_field_that_no_servo_has_is_refused():
-    with pytest.raises(ValueError, match="STS3215"):
-        ServoParameters.of_model("STS3215", stall_torqe=1.0)

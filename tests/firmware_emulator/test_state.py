@@ -30,21 +30,6 @@ def test_a_hand_in_use_is_found_again_as_it_was_left(make_host, tmp_path, firmwa
     assert (found.extend, found.grasp) == (left.extend, left.grasp)
 
 
-@pytest.mark.parametrize(("stored", "taken"), [(-1, 3278), (4096, 3278), (0, 0), (4095, 4095)])
-def test_a_stored_value_counts_only_within_a_turn(stored, taken):
-    nvs = Nvs()
-    nvs.store_extend(3, stored)
-    assert nvs.extend(3, 3278) == taken
-
-
-@pytest.mark.parametrize("text", ["", "[]", '{"ext0": "2048"}', '{"ext0": true}'])
-def test_a_file_that_is_no_state_is_named(tmp_path, text):
-    path = tmp_path / "hand.json"
-    path.write_text(text)
-    with pytest.raises(ValueError, match=r"hand\.json.*delete it"):
-        Nvs(path)
-
-
 def test_a_reset_forgets_settings_speaks_again_and_leaves_the_servos_alone(make_host):
     host = make_host(firmware="0.1.0")
     host.ask(0x31, 3, 100)

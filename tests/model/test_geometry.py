@@ -36,11 +36,6 @@ def test_left_hand_is_the_mirror_image_in_every_posture():
     np.testing.assert_allclose(left.ten_length, right.ten_length, atol=1e-9)
 
 
-def test_unknown_side():
-    with pytest.raises(ValueError, match="middle"):
-        hand("middle")
-
-
 def test_the_map_and_the_mechanism_state_the_same_winding_radii():
     matrix = np.zeros((len(Channel), len(Joint)))
     for channel, row in WINDING.items():

@@ -101,14 +101,6 @@ def test_reset_repeats_exactly(hand):
     assert np.array_equal(*traces)
 
 
-def test_start_is_rest(hand):
-    hand.reset()
-    before = hand.lengths()
-    hand.advance(0.5)
-    assert hand.time == pytest.approx(0.5)
-    np.testing.assert_allclose(hand.lengths(), before, atol=5e-4)
-
-
 def test_readings_belong_to_the_present(hand):
     """In motion, the readings are those of the present joint angles, without the sensors' one-step lag."""
     hand.reset()
@@ -134,28 +126,6 @@ def test_any_commands_leave_the_hand_finite_and_within_its_stops(fractions):
     assert np.all(np.isfinite(angles))
     assert np.all(angles > -0.15)
     assert np.all(angles < 1.95)
-
-
-@pytest.mark.parametrize(
-    ("command", "message"),
-    [
-        (np.zeros(6), r"shape \(7,\)"),
-        (np.full(7, np.nan), "index: command nan"),
-        (np.full(7, 0.09), "thumb_cmc_flexion"),
-    ],
-)
-def test_bad_commands_are_refused_and_change_nothing(hand, command, message):
-    hand.reset()
-    with pytest.raises(ValueError, match=message):
-        hand.command(command)
-    hand.advance(0.1)
-    np.testing.assert_allclose(hand.lengths()[Channel.INDEX], 0.1075, atol=5e-4)
-
-
-@pytest.mark.parametrize("seconds", [-0.01, 0.005])
-def test_bad_durations_are_refused(hand, seconds):
-    with pytest.raises(ValueError, match="whole number"):
-        hand.advance(seconds)
 
 
 def test_thumb_regression_is_that_of_the_released_model():

@@ -23,7 +23,7 @@ from model.plant import BuiltHandPlant
 from model.units import Unit, load_unit
 from model.units.plausible import plausible_unit
 from train.actuation import DRAWS, ActuationRanges
-from train.built import EXTRA, SHEATHS_HELD_S, BuiltSimulator, build_scene, draw_scenes
+from train.built import EXTRA, BuiltSimulator, build_scene, draw_scenes
 from train.hands import HANDS, TIMESTEP_S, draw_hand, in_training
 from train.simulator import positions, velocities
 from train.task.episode import Task, begin, command, finish
@@ -57,13 +57,6 @@ def test_a_state_begins_as_the_routed_hands(built, starts):
     assert states.shape == (BATCH, 46 + EXTRA)
     np.testing.assert_array_equal(positions(states), starts)
     assert (velocities(states) == 0).all()
-
-
-def test_a_scene_has_only_geoms_that_something_can_touch(built):
-    for model in built.models:
-        touches = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-        paired = np.isin(np.arange(model.ngeom), [model.pair_geom1, model.pair_geom2])
-        assert (touches | paired).all()
 
 
 def test_a_hand_starts_with_every_cable_just_taut(built, starts):
@@ -121,12 +114,6 @@ def test_rough_sheaths_hold_a_shaft_by_their_share_of_the_tension(share, least, 
     assert least < went.min() <= went.max() < most
 
 
-def test_a_scene_that_is_there_twice_is_refused():
-    scene = build_scene(Unit(), 0.5)
-    with pytest.raises(ValueError, match="of its own"):
-        BuiltSimulator([scene] * 2)
-
-
 def test_no_cable_is_pulled_with_more_than_the_torque_limit(starts):
     scenes = [build_scene(Unit(), 0.5) for _ in range(BATCH)]
     with BuiltSimulator(scenes, threads=1) as simulator:
@@ -181,37 +168,6 @@ def test_a_hand_in_training_is_the_emulated_one_at_a_coarser_step(unit):
             mujoco.mj_forward(hand.model, data)
             accelerations.append(data.qacc)
         np.testing.assert_allclose(*accelerations, rtol=1e-9, atol=1e-9)
-
-
-def test_the_supply_of_a_grasp_hardly_sags():
-    """So training goes without it: held closed against the springs of all digits."""
-    plant = BuiltHandPlant(load_unit("reference").hand)
-    servos, lowest = load_unit("reference").servos, 1.0
-    for channel in Channel:
-        plant.drive(channel, Drive(1.0, servos.stiffness, servos.damping, limit=servos.stall_torque))
-    for _ in range(100):
-        plant.advance_to(plant.time + 0.01)
-        lowest = plant.compiled.supply if plant.time > 0.5 else lowest
-    assert 0.99 < lowest <= 1.0
-
-
-@pytest.mark.parametrize("unit", UNITS, ids=lambda unit: unit.name)
-def test_a_hand_in_training_goes_where_the_emulated_one_goes(unit):
-    """Together from the same start, with nothing but what each offers to its user."""
-    rng, plant, codec = np.random.default_rng(1), CubePlant(in_training(unit).hand), ActuationMap()
-    plant.compiled.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # as training's, which needs it at 5 ms
-    start = np.concatenate([plant.joint_angles(), OUT_OF_REACH, [1.0, 0.0, 0.0, 0.0]])[None]
-    with BuiltSimulator([build_scene(unit, None)], threads=1) as batch:
-        states = batch.at(start)
-        states[0, 46:52] = plant.angles()[list(CABLES)]  # the emulated hand's cables are not all just taut
-        for period in range(1, 9):
-            lengths = NOMINAL + rng.uniform(-0.02, 0.02, 7)
-            setpoints = codec.angles_from_travel(codec.travel_from_lengths(lengths))
-            for channel, setpoint in zip(Channel, setpoints, strict=True):
-                plant.drive(channel, replace(unit.position_drive(), setpoint=float(setpoint)))
-            plant.advance_to(period * SHEATHS_HELD_S)
-            states, _ = batch.advance(states, np.tile(lengths, (1, 5, 1)))
-            np.testing.assert_allclose(positions(states)[0, :16], plant.joint_angles(), atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["reference", "paper"])
@@ -276,38 +232,3 @@ def test_a_hand_that_replaces_another_moves_as_in_a_batch_of_its_own(starts):
         np.testing.assert_array_equal(found[1], expected[1])
     np.testing.assert_array_equal(states[0], before[0][0])
     assert not np.allclose(states[1], before[0][1])
-
-
-def test_hands_are_drawn_inside_their_ranges_and_reach_both_ends():
-    rng = np.random.default_rng(0)
-    units = [draw_hand(HANDS, rng) for _ in range(1000)]
-    hands = [unit.hand for unit in units]
-    take_up = np.array([hand.cable_take_up for hand in hands])
-    spanned = {
-        HANDS.finger_take_up: take_up[:, :4],
-        HANDS.cmc_take_up: take_up[:, Channel.THUMB_CMC_FLEXION],
-        HANDS.flexor_take_up: take_up[:, Channel.THUMB_FLEXOR],
-        HANDS.shaft_friction: np.array([hand.spool_friction for hand in hands]),
-        HANDS.sheath_friction: np.array([hand.cable_friction for hand in hands]),
-        HANDS.joint_damping: np.array([hand.joint_damping for hand in hands]),
-        HANDS.winding_scale: np.array([hand.winding_scale for hand in hands]),
-        HANDS.no_load_speed_counts: np.array([unit.servos.no_load_speed_counts for unit in units]),
-        HANDS.supply_ratio: np.array([hand.supply_ratio for hand in hands]),
-    }
-    for (low, high), values in spanned.items():
-        margin = 0.02 * (high - low)
-        assert low <= values.min() < low + margin
-        assert high - margin < values.max() <= high
-    assert (take_up[:, Channel.THUMB_ABDUCTION] == 0).all()
-    ratio = np.array([np.array(hand.spring_closed)[[6, 7]] for hand in hands]) @ [[1], [-1]]
-    assert ratio.min() < -0.02  # the near joint of a ring finger is the weaker one on some hands
-    assert ratio.max() > 0.02  # and the far one on others
-    assert all(np.greater_equal(hand.spring_closed, hand.spring_open).all() for hand in hands)
-
-
-def test_the_recorded_hands_springs_are_the_reference_units():
-    recorded = replace(HANDS, towards_recorded=(1.0, 1.0), digit_spring_factor=(1.0, 1.0), spring_factor=(1.0, 1.0))
-    drawn, unit = draw_hand(recorded, np.random.default_rng(0)), load_unit("reference")
-    np.testing.assert_allclose(drawn.hand.spring_open, unit.hand.spring_open)
-    # A drawn spring pulls a little more closed than open; the reference unit's abduction pulls the same.
-    np.testing.assert_allclose(drawn.hand.spring_closed, unit.hand.spring_closed, rtol=0.021)

@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.cubes import PROPERTIES, TAILS, any_cube, nearer, tail_cube
-from model.scene import CUBE
+from model.cubes import PROPERTIES, TAILS
 from model.units.plausible import plausible_unit
 from train.hand_stock import HandStock, oldest, present
 from train.recipe import STEADY
-from train.stage import TrainingStage
 
 STOCK = HandStock(STEADY.stages[-1], STEADY.task.settings, (3, 0, 2, 0))
 
@@ -48,11 +46,6 @@ def test_the_last_stage_trains_on_healthy_hands_that_no_command_can_name(monkeyp
     assert unit == plausible_unit(seed)
 
 
-def test_a_routed_stage_has_no_healthy_hands():
-    with pytest.raises(ValueError, match="healthy"):
-        TrainingStage("routed", 1, healthy=True)
-
-
 def share_in_a_tail(cubes):
     values = {one.name: one.change for one in PROPERTIES}
     assert set(TAILS) < set(values)
@@ -63,17 +56,6 @@ def share_in_a_tail(cubes):
         for cube in cubes
     ]
     return np.mean(inside)
-
-
-def test_a_cube_from_the_tail_has_one_property_from_it_and_all_within_what_people_have():
-    rng = np.random.default_rng(0)
-    cubes = [tail_cube(rng) for _ in range(300)]
-    assert share_in_a_tail(cubes) == 1.0
-    assert all(0.045 <= cube.side_m <= 0.055 and 0.040 <= cube.mass_kg <= 0.140 for cube in cubes)
-    assert all(0.3 <= cube.friction <= 1.0 for cube in cubes)
-    for name, (low, high) in {"side_m": (0.052, 0.055), "mass_kg": (0.110, 0.140), "friction": (0.8, 1.0)}.items():
-        assert np.mean([low <= getattr(cube, name) <= high for cube in cubes]) > 1 / 3
-    assert 0.4 < share_in_a_tail([any_cube(rng) for _ in range(300)]) < 0.8
 
 
 @pytest.fixture
@@ -91,25 +73,3 @@ def test_only_hands_to_train_on_have_cubes_from_the_tail(training, least, most, 
     for number in range(60):
         stock.hand(number)
     assert least <= share_in_a_tail(seen) <= most
-
-
-def distances(cubes):
-    return np.array([abs(cube.side_m - CUBE.side_m) / 0.005 for cube in cubes])
-
-
-@pytest.mark.parametrize(("training", "most"), [(True, 0.3), (False, 1.0)])
-def test_only_cubes_to_train_on_are_nearer_to_the_papers(training, most, seen):
-    stock = replace(STOCK, stage=replace(STOCK.stage, tail_share=0.0, cube_reach=(0.0, 0.3)), training=training)
-    for number in range(60):
-        stock.hand(number)
-    assert most / 2 < distances(seen).max() <= most
-
-
-@given(st.integers(0, 1000), st.floats(0.0, 1.0))
-def test_a_nearer_cube_lies_on_the_way_to_the_papers(seed, share):
-    cube = any_cube(np.random.default_rng(seed))
-    near = nearer(cube, share)
-    for name in ("side_m", "mass_kg", "friction", "centre_of_mass_m"):
-        there, here, paper = (np.array(getattr(one, name)) for one in (cube, near, CUBE))
-        np.testing.assert_allclose(here - paper, share * (there - paper), atol=1e-12)
-    assert nearer(cube, 0.0) == CUBE

@@ -1,6 +1,5 @@
 """What needs JAX: the graphs that are trained against the code that is deployed, and the two backends."""
 
-import json
 import pickle
 from functools import partial
 
@@ -17,8 +16,8 @@ from brax.training.agents.ppo import checkpoint as brax_checkpoint  # noqa: E402
 from aero.policy.settings import PAPER_TRAINING  # noqa: E402
 from aero.policy.task import ActionMemory, ShownAction, observe, targets  # noqa: E402
 from train import actuation, randomise  # noqa: E402
-from train.convert import CheckpointError, Origin, convert  # noqa: E402
-from train.environment import CubeEnvironment, Prices, prepare_starts  # noqa: E402
+from train.convert import Origin, convert  # noqa: E402
+from train.environment import CubeEnvironment, prepare_starts  # noqa: E402
 from train.physics import native, over_mjx  # noqa: E402
 from train.ppo import deployable, load_parameters, save_parameters  # noqa: E402
 from train.scene import build_scene  # noqa: E402
@@ -99,31 +98,6 @@ def test_a_folder_written_by_brax_converts_to_the_same_policy(folder):
     assert policy.provenance["source"] == path.name
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("activation", "relu"),
-        ("distribution_type", "normal"),
-        ("mean_clip_scale", 1.0),
-        ("policy_obs_key", "privileged_state"),
-    ],
-)
-def test_a_folder_of_another_kind_of_network_is_refused(folder, name, value):
-    path = folder[0] / "ppo_network_config.json"
-    config = json.loads(path.read_text())
-    config["network_factory_kwargs"][name] = value
-    path.write_text(json.dumps(config))
-    with pytest.raises(CheckpointError, match=name):
-        convert(folder[0], Origin(PAPER_TRAINING))
-
-
-def test_a_folder_without_normaliser_is_refused(folder):
-    path = folder[0] / "ppo_network_config.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"normalize_observations": False}))
-    with pytest.raises(CheckpointError, match="normalise"):
-        convert(folder[0], Origin(PAPER_TRAINING))
-
-
 def test_parameters_come_back_as_they_went(tmp_path):
     _, parameters = brax_parameters()
     _, other = brax_parameters(1)
@@ -202,21 +176,6 @@ def test_the_environment_restarts_by_itself_and_counts_cut_episodes(world):
     shapes = {name: value.shape for name, value in state.observation.items()}
     assert shapes == {"state": (4, 14), "privileged_state": (4, 81)}
     assert np.isfinite(np.asarray(state.observation["privileged_state"])).all()
-
-
-def test_staggered_episodes_do_not_all_end_at_once(world):
-    task, advance, starts = world
-    state = CubeEnvironment(task, advance).begin(starts, KEY, staggered=True)
-    ages = np.asarray(state.episode.periods)
-    assert len(set(ages)) > 1
-    assert ((ages >= 0) & (ages < 6)).all()
-
-
-def test_prices_are_those_that_are_given(world):
-    task, advance, starts = world
-    environment = CubeEnvironment(task, advance)
-    _, made = environment.step(environment.begin(starts, KEY), PUSH, Prices(jnp.float32(-1.0), jnp.float32(-7.0)))
-    np.testing.assert_allclose(made.reward, 0.05 * (np.asarray(made.rotation) - 7 * 0.07), atol=1e-6)
 
 
 def test_turning_is_weighted_by_the_running_rate_of_each_hand_which_outlives_its_episodes(world):

@@ -142,7 +142,7 @@ def test_starts_of_section_domain_randomisation():
 
 
 def test_the_recipe_of_section_training():
-    """All that the section says, at the paper's scale; what reaches Brax is tests/train/test_brax_call.py's."""
+    """All that the section says, at the paper's scale."""
     large = on_gpu(PAPER)
     (stage,) = large.stages
     assert stage.steps == 3e8

@@ -1,6 +1,5 @@
 """Every row of every randomisation changes the motion, one row at a time, and alike on both backends."""
 
-from dataclasses import fields, replace
 from itertools import product
 
 import mujoco
@@ -9,11 +8,9 @@ import pytest
 
 from aero.channels import JOINT_BOX_RAD
 from aero.policy.settings import PAPER_TRAINING
-from model.cubes import PROPERTIES, any_cube
+from model.cubes import PROPERTIES
 from model.scene import CUBE, Cube
 from train import randomise
-from train.built import BuiltSimulator, draw_scenes
-from train.hands import HANDS, HandRanges, corrections, draw_hand
 from train.scene import build_scene, tip_geoms
 from train.simulator import Simulator, positions, velocities
 from train.task.grasp import NOMINAL_RESET, draw_starts
@@ -63,29 +60,6 @@ def test_each_row_alone_changes_the_motion(number, native_changes):
     assert native_changes[number] > VISIBLE
 
 
-def middle(ranges):
-    """Return ranges of which every hand is the same one."""
-    return HandRanges(**{f.name: _narrowed(getattr(ranges, f.name)) for f in fields(ranges)})
-
-
-def _narrowed(span):
-    return 0.0 if isinstance(span, float) else (np.mean(span), np.mean(span))
-
-
-@pytest.mark.parametrize("name", [field.name for field in fields(HandRanges)])
-def test_each_range_of_built_hands_alone_changes_the_motion(name):
-    same = middle(HANDS)
-    ends = []
-    for ranges in (same, replace(same, **{name: getattr(HANDS, name)})):
-        rng = np.random.default_rng(3)
-        units = [draw_hand(ranges, rng)]
-        scenes = draw_scenes(units, ranges, rng, TORQUE_LIMIT)
-        corrected = corrections(units, PAPER_TRAINING, rng, error_m=ranges.correction_error_m, threads=1)
-        with BuiltSimulator(scenes, corrected, threads=1) as simulator:
-            ends.append(motion(simulator))
-    assert np.abs(ends[1] - ends[0]).max() > VISIBLE
-
-
 def compiled(cube):
     return build_scene(TORQUE_LIMIT, cube).compile()
 
@@ -112,26 +86,6 @@ def test_a_drawn_cube_moves_as_a_compiled_one():
         np.testing.assert_allclose(motion(other), motion(one), atol=1e-9)
 
 
-@pytest.mark.parametrize("off", [*(0.005 * np.eye(3)), *(-0.005 * np.eye(3))], ids=str)
-def test_a_drawn_centre_of_mass_hides_no_contact(off):
-    """MuJoCo looks for contacts in a box that is given from the centre of mass."""
-    fields = {"body_ipos": MODEL.body_ipos[None].copy()}
-    fields["body_ipos"][0, MODEL.body("cube").id] = off
-    scene = compiled(Cube(centre_of_mass_m=off))
-    with Simulator([scene], threads=1) as one, Simulator(randomise.models(MODEL, fields), threads=1) as other:
-        np.testing.assert_allclose(motion(other), motion(one), atol=1e-9)
-
-
-def test_any_cube_of_built_hands_changes_the_motion():
-    ends = []
-    for cubes in (None, [any_cube(np.random.default_rng(4))]):
-        rng = np.random.default_rng(3)
-        scenes = draw_scenes([draw_hand(HANDS, rng)], HANDS, rng, TORQUE_LIMIT, cubes)
-        with BuiltSimulator(scenes, threads=1) as simulator:
-            ends.append(motion(simulator))
-    assert np.abs(ends[1] - ends[0]).max() > VISIBLE
-
-
 def test_a_cube_compiled_as_a_simple_body_is_refused():
     spec = build_scene(TORQUE_LIMIT)
     spec.body("cube").simple = 1
@@ -141,22 +95,6 @@ def test_a_cube_compiled_as_a_simple_body_is_refused():
             draws = randomise.draw(model, np.random.default_rng(0), 1, (row,))
             with pytest.raises(ValueError, match="'cube' is compiled as a simple body"):
                 randomise.models(model, draws)
-
-
-def test_the_model_that_was_drawn_from_stays_as_it_was():
-    before = MODEL.body_sameframe.copy()
-    randomise.models(MODEL, one_row_each(MODEL))
-    np.testing.assert_array_equal(MODEL.body_sameframe, before)
-
-
-def test_the_compiled_cube_moves_as_a_simple_one_does():
-    spec = build_scene(TORQUE_LIMIT)
-    spec.body("cube").simple = 1
-    ends = []
-    for model in (MODEL, spec.compile()):
-        with Simulator([model], threads=1) as simulator:
-            ends.append(motion(simulator))
-    np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 
 
 @pytest.mark.slow

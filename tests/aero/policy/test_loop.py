@@ -12,7 +12,7 @@ from aero.errors import LinkTimeoutError
 from aero.policy.correction import NO_CORRECTION
 from aero.policy.loop import actions_on, run_policy
 from aero.policy.running import Ending, RunLimits, RunSettings
-from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING, PolicySettings
+from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from aero.policy.task import ShownAction, observe, targets
 from aero.safety import SafetyStopError
 
@@ -272,36 +272,6 @@ def test_an_error_in_the_middle_still_brings_the_hand_back():
     with pytest.raises(KeyboardInterrupt):
         run_policy(policy(), hand, clock, MAP, settings=SHORT, on_step=fail)
     np.testing.assert_array_equal(hand.written[-1][1], FakeHand(StepClock()).codes)
-
-
-POSITIVE = ["late_s", "shaft_speed_rad_s"]
-NOT_USABLE = [
-    *((RunLimits, name, bad) for name in POSITIVE for bad in (0.0, -1.0, np.nan, np.inf)),
-    *((RunLimits, "missing_readings", bad) for bad in (-1, 0.5, np.nan, np.inf)),
-    *((RunSettings, name, bad) for name in ("seconds", "approach_s") for bad in (0.0, -1.0, np.nan, np.inf)),
-    *((RunSettings, name, bad) for name in ("wait_s",) for bad in (-1.0, np.nan, np.inf)),
-    *((RunSettings, "temperatures_every", bad) for bad in (0, -1, np.nan)),
-    *((RunSettings, "correction", bad) for bad in ((0.0,) * 6, (np.nan,) * 7, (0.0,) * 6 + (np.inf,))),
-    *((PolicySettings, name, (bad,) * 7) for name in ("nominal", "scale", "noise") for bad in (np.nan, np.inf)),
-    *((PolicySettings, name, (-1.0,) * 7) for name in ("scale", "noise")),
-    *((PolicySettings, "control_rate_hz", bad) for bad in (0.0, -1.0, np.nan, np.inf)),
-]
-
-
-@pytest.mark.parametrize(("kind", "name", "bad"), NOT_USABLE)
-def test_a_setting_that_cannot_be_used_is_refused_before_anything_moves(kind, name, bad):
-    needed = {"nominal": (0.0,) * 7, "scale": (1.0,) * 7} if kind is PolicySettings else {}
-    with pytest.raises(ValueError, match=name):
-        kind(**needed | {name: bad})
-
-
-@pytest.mark.parametrize("script", [np.zeros(7), np.zeros((3, 6)), np.full((3, 7), np.nan)])
-def test_a_script_that_is_none_moves_nothing(script):
-    clock = StepClock()
-    hand = FakeHand(clock)
-    with pytest.raises(ValueError, match="script"):
-        run_policy(policy(), hand, clock, MAP, settings=SHORT, script=script)
-    assert not hand.written
 
 
 def test_a_callback_that_writes_into_what_it_is_given_changes_nothing():

@@ -48,15 +48,6 @@ def test_a_kind_is_drawn_alike_alone_and_with_others(seed, kinds):
         assert [getattr(some, name) for name in names] == [getattr(source, name) for name in names]
 
 
-def test_unknown_conditions_are_refused():
-    with pytest.raises(ValueError, match="there is no condition weather; there are gravity,"):
-        drawn(0, ["weather"])
-
-
-def test_the_usual_conditions_change_nothing():
-    assert Conditions().applied(REFERENCE) == REFERENCE
-
-
 def test_hands_lie_in_every_direction_and_about_half_have_the_palm_down():
     heights = [drawn(seed).down[2] for seed in range(200)]
     assert 80 < sum(height > 0 for height in heights) < 120

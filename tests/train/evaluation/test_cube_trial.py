@@ -7,7 +7,6 @@ import pytest
 from policies import holding, policy
 
 from aero.policy.running import Ending, RunSettings
-from aero.policy.settings import PAPER_TRAINING
 from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from model.cube_plant import CubePlant, CubeWatch
@@ -174,44 +173,6 @@ def plants(monkeypatch):
 
     monkeypatch.setattr("train.evaluation.cube_trial.CubePlant", Watched)
     return made
-
-
-def test_travel_is_that_of_the_time_in_which_the_cube_was_held(plants):
-    """The index goes to and fro by 2 mm a period; after 10 of 40 periods the cube is gone."""
-    seen = []
-
-    def take_away(step):
-        seen.append(step)
-        if len(seen) == 10:
-            plants[0].place_cube((0.0, 0.0, -1.0))
-
-    script = np.zeros((40, 7))
-    script[::2, 0] = 0.1
-    trial = run_trial(
-        policy(), load_unit("reference"), settings=replace(SHORT, seconds=2.0), script=script, on_step=take_away
-    )
-    assert not trial.kept
-    assert trial.alive_s == pytest.approx(0.5, abs=0.11)
-    assert trial.travel_per_s[0] == pytest.approx(0.1 * PAPER_TRAINING.scale[0] / 0.05, rel=0.15)
-
-
-def test_time_in_the_air_counts_once_the_cube_has_settled(plants):
-    """The first 10 of 40 periods are for settling; from the 25th on the cube falls from far above."""
-    seen = []
-
-    def lift(step):
-        seen.append(step)
-        if len(seen) == 25:
-            plants[0].place_cube((0.11, 0.0, 50.0))
-
-    trial = run_trial(
-        policy(),
-        load_unit("reference"),
-        settings=replace(SHORT, seconds=2.0),
-        script=np.zeros((40, 7)),
-        on_step=lift,
-    )
-    assert trial.airborne == pytest.approx(15 / 30, abs=0.05)
 
 
 def test_a_left_hand_mirrors_the_right_one():

@@ -13,7 +13,6 @@ from train.identification import map_identification
 from train.identification.map_identification import (
     Capture,
     coefficient_toml,
-    fit_joints,
     identify,
     least_squares,
     staircase,
@@ -125,15 +124,6 @@ def test_what_is_linear_in_the_regressors_is_recovered(seed, planted):
     np.testing.assert_allclose(x @ fit.coefficients.T, x @ planted.T, atol=1e-8)
 
 
-def test_r_squared_is_the_part_of_the_variance_that_is_explained():
-    capture = capture_of(1)
-    noise = np.random.default_rng(2).normal(size=(60, 1))
-    x = np.column_stack([capture.lengths[:, 4], np.ones(60)])
-    fit = least_squares(x, 3.0 * x[:, :1] + noise, capture.sweep)
-    expected = np.corrcoef(x[:, 0], (3.0 * x[:, :1] + noise)[:, 0])[0, 1] ** 2
-    assert fit.r_squared[0] == pytest.approx(expected)
-
-
 def test_standard_errors_hold_when_errors_are_correlated_within_a_sweep():
     """Over many draws, the spread of the estimates is the standard error."""
     rng = np.random.default_rng(3)
@@ -146,30 +136,3 @@ def test_standard_errors_hold_when_errors_are_correlated_within_a_sweep():
         estimates.append(fit.coefficients[0, 0])
         errors.append(fit.standard_errors[0, 0])
     assert np.mean(errors) == pytest.approx(np.std(estimates), rel=0.1)
-
-
-def test_with_a_constant_alone_it_is_the_standard_error_of_the_sweeps_means():
-    means = np.array([1.0, 2.0, 4.0])
-    fit = least_squares(np.ones((30, 1)), np.repeat(means, 10)[:, np.newaxis], np.repeat(np.arange(3), 10))
-    assert fit.standard_errors[0, 0] == pytest.approx(means.std(ddof=1) / np.sqrt(3))
-
-
-def test_a_channel_that_never_moved_is_no_basis_for_a_fit():
-    capture = capture_of(4)
-    capture.lengths[:, 5] = 0.03
-    with pytest.raises(ValueError, match="not moved on its own"):
-        fit_joints(capture)
-
-
-def test_a_joint_that_never_moved_cannot_be_explained():
-    capture = capture_of(6)
-    capture.joints[:, Joint.THUMB_MCP] = 0.5
-    with pytest.raises(ValueError, match="target 1 is constant"):
-        fit_joints(capture)
-
-
-def test_abduction_is_left_out_where_it_was_held():
-    capture = capture_of(5)
-    assert fit_joints(capture).coefficients.shape == (3, 4)
-    capture.lengths[:, 4] = 0.75
-    assert fit_joints(capture).coefficients.shape == (3, 3)

@@ -54,30 +54,12 @@ def test_a_hand_predicts_itself(trace):
     assert np.isfinite(predicted.temperatures).all()
 
 
-def test_a_replay_leaves_out_how_closures_differ(trace):
-    assert np.array_equal(replay(trace, SHIPPED).counts, replay(trace, REFERENCE).counts)
-
-
 def test_the_phase_of_the_telemetry_is_what_is_left(trace):
     by_phase = [
         np.sqrt(np.mean((replay(trace, REFERENCE, phase_s=p, currents=False).counts - trace.counts) ** 2))
         for p in np.arange(0.0, 0.01, 0.001)
     ]
     assert min(by_phase) < 1.5 < max(by_phase)
-
-
-def test_same_call_same_prediction(trace):
-    first, second = (replay(trace, REFERENCE, seed=1) for _ in range(2))
-    assert np.array_equal(first.counts, second.counts)
-    assert np.array_equal(first.currents, second.currents)
-
-
-def test_positions_do_not_depend_on_reading_currents(trace):
-    # The firmware answers from its cache, but two more answers make the next command late by a servo loop or two.
-    with_currents, without = replay(trace, REFERENCE), replay(trace, REFERENCE, currents=False)
-    late_counts = 2.0 * REFERENCE.servos.loop_period_s * REFERENCE.servos.no_load_speed_counts
-    assert np.abs(with_currents.counts - without.counts).max() <= late_counts
-    assert np.isnan(without.currents).all()
 
 
 def test_calibration_finds_a_changed_hand(tmp_path):
@@ -145,24 +127,6 @@ def test_a_single_recording_is_scored_on_parts_left_out_and_only_what_it_moves_i
     assert [channel for channel in Channel if low[channel] < high[channel]] == moving
     for channel in set(Channel) - set(moving):
         assert result.unit.hand.spool_friction[channel] == REFERENCE.hand.spool_friction[channel]
-
-
-def test_an_interruption_while_scoring_keeps_what_was_found(trace, monkeypatch):
-    def terminated(_model, _found):
-        raise SystemExit(143)
-
-    monkeypatch.setattr("train.identification.calibration.held_out", terminated)
-    result = calibrate([trace], REFERENCE, free=FRICTION, iterations=0)
-    assert isinstance(result.found.interrupted, SystemExit)
-    assert result.held_out == []
-    assert set(result.intervals) == {"hand.spool_friction"}
-
-
-def test_a_recording_in_which_nothing_moves_is_refused(trace):
-    with pytest.raises(ValueError, match="no channel moves"):
-        calibrate([dataclasses.replace(trace, codes=np.zeros_like(trace.codes))], REFERENCE)
-    with pytest.raises(ValueError, match="at least one"):
-        calibrate([], REFERENCE)
 
 
 def test_a_recording_that_the_guard_ends_says_so_and_leaves_the_hand_open():

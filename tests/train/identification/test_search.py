@@ -17,7 +17,6 @@ from train.identification.search import (
     pooled_rms,
     search,
     slope_groups,
-    spreads,
 )
 
 ALL = tuple(Channel)
@@ -80,13 +79,6 @@ def test_search_finds_the_numbers_and_the_phase():
     assert pooled_rms(found.residuals) < 2.0
 
 
-def test_search_reports_its_way():
-    lines = []
-    search(Toy(), iterations=2, report=lines.append)
-    assert lines[0].startswith("iteration 0")
-    assert lines[-1].startswith("found")
-
-
 def test_leaving_one_out_predicts_it_from_the_others():
     toy = Toy()
     found = search(toy, iterations=20)
@@ -144,18 +136,6 @@ def test_an_outlier_pulls_less_than_its_square():
     assert abs(step[0]) < 400.0 / 7 / 5
 
 
-def test_spreads_are_those_of_the_numbers():
-    assert spreads(Toy()).tolist() == [0.6, 0.2] + [0.6] * 7
-
-
-def test_two_traces_are_scored_by_parts_of_each():
-    toy = Toy(lengths=(30, 40), phases_s=(0.005,))
-    parts = held_out(toy, search(toy, iterations=20))
-    assert len(parts) == PARTS
-    assert [sum(len(part[k]) for part in parts) for k in range(2)] == [30, 40]
-    assert pooled_rms(residual for part in parts for residual in part) < 2.0
-
-
 @pytest.mark.parametrize("interruption", [KeyboardInterrupt, SystemExit])
 @pytest.mark.parametrize("batches", [2, 4, 6, 9])
 def test_an_interrupted_search_returns_the_best_so_far(batches, interruption):
@@ -166,8 +146,3 @@ def test_an_interrupted_search_returns_the_best_so_far(batches, interruption):
     start, whole = toy.residuals([np.zeros(9)] * 4, found.phases_s), search(toy, iterations=20)
     assert pooled_rms(whole.residuals) < pooled_rms(found.residuals) <= pooled_rms(start)
     assert pooled_rms(found.residuals) == pooled_rms(toy.residuals([found.x] * 4, found.phases_s))
-
-
-def test_a_search_that_is_interrupted_at_once_has_nothing_to_keep():
-    with pytest.raises(KeyboardInterrupt):
-        search(Toy(interrupt_after=0))

@@ -47,38 +47,6 @@ def test_rows_that_were_not_read_are_left_out(tmp_path):
     assert load_trace(write(tmp_path, fields)).t_read.tolist() == [0.0, 0.2]
 
 
-def test_a_log_that_lacks_an_array_says_which(tmp_path):
-    fields = log()
-    del fields["temp_c"]
-    with pytest.raises(ValueError, match="lacks temp_c"):
-        load_trace(write(tmp_path, fields))
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"t_pos": np.full(3, np.nan)}, "0 readings"),
-        ({"t_pos": np.array([0.1, 0.0, 0.2])}, "backwards"),
-        ({"span_counts": np.ones(6)}, "index 6 is out of bounds"),
-    ],
-)
-def test_bad_logs(tmp_path, changes, message):
-    with pytest.raises((ValueError, IndexError), match=message):
-        load_trace(write(tmp_path, log(**changes)))
-
-
-def test_an_empty_log_is_refused_by_name(tmp_path):
-    path = tmp_path / "run.npz"
-    path.write_bytes(b"")
-    with pytest.raises(ValueError, match=r"run\.npz"):
-        load_trace(path)
-
-
-def test_other_files_are_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"\.mcap"):
-        load_trace(tmp_path / "run.csv")
-
-
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_recording_comes_back_through_a_file(tmp_path, side):
     header = Header("excitation", "emulated", side, "0.2.0", map="paper", window="homed", unit="reference", seed=0)

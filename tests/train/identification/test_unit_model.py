@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from aero.channels import FINGERS, Channel
 from model.units import Unit, load_unit
 from model.units.plausible import plausible_unit
-from train.identification import unit_parameters
 from train.identification.search import Free
 from train.identification.unit_file import unit_toml
-from train.identification.unit_parameters import FREE, apply, identifiable_parameters, numbers_at
+from train.identification.unit_parameters import FREE, apply, identifiable_parameters
 
 
 def numbers(unit):
@@ -46,25 +45,6 @@ def test_a_number_moves_its_own_field_and_what_follows_from_it(row):
     follows = {"servos.no_load_speed_counts": {"hand.back_emf"}, "hand.spring_open": {"hand.spring_closed"}}
     assert changed <= {own} | follows.get(own, set()) | {"servos.stall_torque"}
     assert own in changed
-
-
-@pytest.mark.parametrize("row", range(len(FREE)))
-def test_numbers_are_those_of_the_unit_also_where_no_hand_can_have_them(row):
-    x = np.zeros(len(FREE))
-    x[row] = 0.5 * FREE[row].spread
-    expected = unit_parameters.numbers(apply(REFERENCE, FREE, x))
-    for name, value in numbers_at(REFERENCE, FREE, x).items():
-        np.testing.assert_array_equal(value, expected[name])
-
-
-def test_an_interval_may_reach_beyond_what_a_hand_can_have():
-    """Full duty beyond the 75 counts of error at which currents were recorded; x is a factor's logarithm."""
-    (duty,) = (free for free in FREE if free.name == "servos.duty_per_count")
-    before = REFERENCE.servos.duty_per_count
-    x = np.array([np.log(0.0135 / before)])
-    with pytest.raises(ValueError, match="duty_per_count"):
-        apply(REFERENCE, (duty,), x)
-    assert numbers_at(REFERENCE, (duty,), x)["servos.duty_per_count"] == pytest.approx(0.0135)
 
 
 def test_additive_and_multiplied():
