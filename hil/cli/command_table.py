@@ -28,6 +28,7 @@ class Command(NamedTuple):
 OWN: dict[str, Command] = {
     "doctor": Command("hil.cli.doctor:doctor", "Look at this machine and a hand at rest, and say what to do."),
     "validate": Command("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
+    "diagnose": Command("hil.cli.diagnose:diagnose", "Isolate the part at fault of a hand that failed, step by step."),
     "report": Command("hil.cli.report:report", "Judge recordings again and write the report."),
     "view": Command("hil.cli.view:view", "Play a recording in a web page.", "view"),
     "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove.", "foxglove"),

@@ -15,6 +15,7 @@ from hil.recordings.output import json_text
 from hil.report.beside_paper import compared, length_unit
 from hil.report.page import render_report
 from hil.verdict import baseline
+from hil.verdict.case_file import HandOfCase, write_case
 from hil.verdict.judged_run import Validation
 
 
@@ -39,6 +40,8 @@ def write_results(validation: Validation, out: Path) -> None:
     names = [*validation.judged, *(cut.header.experiment for cut in validation.end.cut)]
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
+    if (case := validation.diagnosis.case) is not None and (header := validation.header) is not None:
+        write_case(out, case, HandOfCase(header.firmware, header.hand))
 
 
 def metrics_json(validation: Validation) -> dict[str, object] | None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from aero.channels import Channel
-from hil.faults.part import Part
-from hil.verdict.failures import Failures
+from hil.checks import ALIKE, DRIVER, WHOLE_RUN
+from hil.verdict.failures import RUN, Failures
 from hil.verdict.parts import Suspect
 from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, neighbour, steps
 
@@ -23,6 +23,8 @@ WORTH_A_STEP = 0.02
 GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
 MOST_STEPS = 6
+MOST_OF_IT = 0.5
+"""Part of what failed that is run again after a step."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ class DiagnosisCase:
     """What failed."""
     suspects: Mapping[Suspect, float]
     """How likely each is by the run alone; they sum to 1."""
+    experiments: tuple[str, ...] = ()
+    """What shows the failure, in the order in which it is run."""
     done: tuple[Done, ...] = ()
 
     @property
@@ -67,6 +71,12 @@ class DiagnosisCase:
             for suspect in weights:
                 weights[suspect] *= one.proposal.step.likelihood(one.outcome, suspect, one.proposal.at)
         return _normalised(weights)
+
+    @property
+    def shown(self) -> Failures:
+        """What failed in the experiments that are run again."""
+        again = {*self.experiments, ALIKE.name, WHOLE_RUN.name, DRIVER.name, RUN}
+        return Failures({key: excess for key, excess in self.before.off.items() if key[0] in again})
 
     @property
     def convicted(self) -> Suspect | None:
@@ -120,6 +130,23 @@ class DiagnosisCase:
         return (gained + convicts) / (step.minutes + HANDLING + (FETCHING if step.tool else 0.0))
 
 
+def that_show(failures: Failures, ran: Sequence[str]) -> tuple[str, ...]:
+    """Return the experiments that show failures: the fewest of those that ran, in their order."""
+    whole = {WHOLE_RUN.name, DRIVER.name, RUN}
+    if any(experiment in whole for experiment, _, _ in failures.off):
+        # Bytes are lost by chance and a run ends where it ends: less of it might pass on the same hand.
+        return tuple(ran)
+    weights: dict[str, float] = {}
+    for key in failures.off:
+        weights[key[0]] = weights.get(key[0], 0.0) + failures.weight([key])
+    chosen, left = set[str](), MOST_OF_IT * sum(weights.values())
+    for name in sorted(weights, key=lambda one: (-weights[one], one)):
+        if left > 0:
+            chosen |= set(ran) if name == ALIKE.name else {name}
+        left -= weights[name]
+    return tuple(name for name in ran if name in chosen)
+
+
 def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOutcome:
     """Return what became of a failure, from what the same experiments found before and after a step."""
     step, at, beside = proposal.step, proposal.at, proposal.beside
@@ -147,6 +174,3 @@ def _normalised(weights: Mapping[Suspect, float]) -> dict[Suspect, float]:
 
 def _bits(likely: Mapping[Suspect, float]) -> float:
     return -sum(weight * math.log2(weight) for weight in likely.values() if weight > 0)
-
-
-__all__ = ["DiagnosisCase", "Done", "Part", "Proposal", "outcome_of"]

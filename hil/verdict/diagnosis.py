@@ -11,6 +11,7 @@ from aero.channels import Channel
 from aero.firmware import DEFAULT_FIRMWARE
 from hil.recordings.recording import Header
 from hil.targets.target import PHYSICAL
+from hil.verdict.case import DiagnosisCase
 from hil.verdict.findings import Finding
 from hil.verdict.parts import Suspect, listed, place
 
@@ -40,6 +41,8 @@ class Diagnosis:
     """Failed findings that the leading suspects account for."""
     unexplained: tuple[Finding, ...] = ()
     """The other failed findings."""
+    case: DiagnosisCase | None = None
+    """The case that the run opens; None where nothing tells about a part."""
     step: NextStep | None = None
     """The step that says most for its minutes, or what else to do; None when nothing failed."""
 

@@ -8,9 +8,13 @@ from dataclasses import dataclass, field
 from aero.channels import Channel
 from hil.checks import Measured
 from hil.verdict.limits import Key, Limit, excesses, out_of_limits
+from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
 FAR = 4.0
 """Excess from which on a reading counts no more: how far it is off is no measure of how much it says."""
+RUN = "run"
+"""Stands for an experiment in the failure of a run that the hand ended."""
+HANDS_FAULT = {EndKind.STOPPED, EndKind.LINK, EndKind.FIRMWARE}
 LABELS = {channel.label: channel for channel in Channel}
 
 
@@ -24,10 +28,12 @@ class Failures:
     """Place of every reading among healthy ones (`Limit.side`)."""
 
     @classmethod
-    def of(cls, numbers: Mapping[str, Measured], limits: Collection[Limit]) -> Failures:
-        """Return the failures of measured readings, by experiment; one that is not measurable accuses nobody."""
+    def of(cls, numbers: Mapping[str, Measured], limits: Collection[Limit], end: RunEnd = FINISHED) -> Failures:
+        """Return the failures of a run: its readings, one that is not measurable aside, and what ended it."""
         found = excesses(numbers, limits)
         off = {key: excess for key, excess in found.items() if excess is not None and out_of_limits(excess)}
+        if end.kind in HANDS_FAULT:
+            off[RUN, "ended", "hand" if end.channel is None else end.channel.label] = FAR
         return cls(off, sides(numbers, limits))
 
     def on(self, check: str, sign: int = 0) -> frozenset[Channel]:

@@ -20,7 +20,7 @@ from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import PHYSICAL, Target
-from hil.verdict.case import DiagnosisCase
+from hil.verdict.case import DiagnosisCase, that_show
 from hil.verdict.diagnosis import Diagnosis, NextStep, command_again
 from hil.verdict.failures import Failures
 from hil.verdict.findings import Finding, Why, Withheld, failed
@@ -155,7 +155,8 @@ class Judge:
         numbers = {name: without_withheld(measured, name, run.withheld) for name, measured in run.numbers.items()}
         signs = self.signs(numbers, run.end)
         found = clues(signs)
-        case = DiagnosisCase(signs.failures, suspected(signs, found))
+        show = that_show(signs.failures, [*run.results, *(cut.header.experiment for cut in run.end.cut)])
+        case = DiagnosisCase(signs.failures, suspected(signs, found), show)
         if not case.suspects:
             # What ended the run says itself what happened.
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
@@ -169,7 +170,7 @@ class Judge:
             end: how the run ended.
         """
         numbers = {name: measured for name, measured in numbers.items() if not _asks(name)}
-        failures = Failures.of(numbers, self.limits)
+        failures = Failures.of(numbers, self.limits, end)
         others = limits_of_others(self._kind, self._firmware, guarded=self._guarded)
         return RunSigns(failures, end, reads_as(numbers, excesses(numbers, self.limits), self._firmware, others))
 
@@ -269,6 +270,7 @@ def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue]) -> Diagno
         clues=tuple(dict.fromkeys(clue.seen for clue in speaking)),
         evidence=tuple(finding for finding in off if speaks(finding)),
         unexplained=tuple(finding for finding in off if not speaks(finding)),
+        case=case,
         step=NextStep(off[0].remedy) if proposal is None else NextStep(proposal.text, _diagnose(run)),
     )
 

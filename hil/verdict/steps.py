@@ -44,6 +44,8 @@ class CaseStep:
     convicts: Mapping[StepOutcome, Part]
     """The part that an outcome proves."""
     tool: str = ""
+    homes: bool = False
+    """Whether the program homes the hand after it."""
 
     @property
     def asks(self) -> bool:
@@ -97,6 +99,7 @@ def steps() -> Mapping[str, CaseStep]:
             },
             {StepOutcome[outcome.upper()]: Part[part.upper()] for outcome, part in row["convicts"].items()},
             row.get("tool", ""),
+            row.get("homes", False),
         )
         for name, row in table.items()
     }

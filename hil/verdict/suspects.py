@@ -62,7 +62,7 @@ TORQUE = {
 SENSORS = ("presence/temperature", "alike/temperature", "alike/warmed", "staircase/resolution", "alike/held_again")
 """Readings that a servo makes by itself, whatever it pulls."""
 MOVED = "audit/others_moved"
-OF_THE_LINK = ("session/", "presence/", "driver/")
+OF_THE_LINK = ("session/", "presence/", "driver/", "run/")
 THUMB = frozenset({Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR})
 
 

@@ -1,0 +1,83 @@
+"""What `aero-hil diagnose` does; apart from its options, because it loads a physics engine."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import click
+from rich.progress import BarColumn, TaskProgressColumn
+
+from aero.exit_code import Exit
+from hil.cli.exits import usage_errors
+from hil.cli.options import ChosenHand
+from hil.cli.terminal import ProgressBar, console, description
+from hil.report.case_page import write_case_page
+from hil.report.results import write_results
+from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case_file import read_case, write_case
+from hil.verdict.case_words import asked, came_of, conclusion, why
+from hil.verdict.rerun import rerun
+from hil.verdict.steps import StepOutcome
+
+
+def run(hand: ChosenHand, folder: Path) -> None:
+    """Go through the steps of a case until it ends, and end the program with its exit code.
+
+    Args:
+        hand: what to open; version and side are those of the case.
+        folder: of the run that failed.
+    """
+    out = console()
+    with usage_errors():
+        case, about = read_case(folder)
+        if hand.target == "emulated":
+            raise click.UsageError("a person changes the hand between two runs; give its port with --hil")
+    hand = replace(hand, firmware=about.firmware, side="left" if about.side == "left" else "right")
+    for done in case.done:
+        out.print(f"done       {came_of(done)}")
+    while (proposal := case.next_step) is not None:
+        out.print(f"why        {why(case, proposal)}")
+        out.print(f"next step  {asked(proposal)}")
+        outcome, note = _taken(hand, case, proposal, folder / f"step-{len(case.done) + 1}")
+        if outcome is None:
+            out.print("this run says nothing about the hand; the step is asked again")
+            continue
+        case = case.after(proposal, outcome, note)
+        write_case(folder, case, about)
+        out.print(f"so         {outcome.value}")
+    write_case_page(folder, case)
+    out.print(conclusion(case), style="bold")
+    out.print(str(folder / "case.html"))
+    gone = bool(case.done) and case.done[-1].outcome is StepOutcome.GONE
+    sys.exit(Exit.WITHIN_LIMITS if gone else Exit.OUT_OF_LIMITS)
+
+
+def _taken(hand: ChosenHand, case: DiagnosisCase, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
+    """Let a person do a step, and return what came of it with what the person noted.
+
+    Raises:
+        KeyboardInterrupt: at the end of the input, and on Ctrl-C.
+    """
+    try:
+        if proposal.step.asks:
+            seen = click.confirm("yes or no")
+            note = click.prompt("what was measured or read", default="", show_default=False)
+            return StepOutcome.SEEN if seen else StepOutcome.STAYS, str(note)
+        click.prompt("press Enter when it is done", default="", show_default=False, prompt_suffix=" ")
+    except click.Abort as error:
+        raise KeyboardInterrupt from error
+    bar = ProgressBar(description(28), BarColumn(), TaskProgressColumn(), console=console(), transient=True)
+    with hand.open() as opened, bar:
+        task = bar.add_task("opening", total=1.0)
+        folder.mkdir(exist_ok=True)
+        outcome, done = rerun(
+            opened,
+            case,
+            proposal,
+            folder=folder,
+            progress=lambda part, doing: bar.update(task, completed=part, description=doing),
+        )
+    write_results(done, folder)
+    return outcome, ""

@@ -1,0 +1,45 @@
+"""What shows the failure of a case, run again on the hand after a step, and compared with before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from aero.channels import Channel
+from hil.recordings.recorder import Progress, silent
+from hil.targets.target import Target
+from hil.verdict.case import DiagnosisCase, Proposal, outcome_of
+from hil.verdict.judge import Judge
+from hil.verdict.judged_run import Validation
+from hil.verdict.run_end import SAYS_NOTHING
+from hil.verdict.steps import StepOutcome
+from hil.verdict.validation import validate
+
+AT_LEAST = ("presence",)
+"""What is run for a failure that no experiment showed, such as a board that is silent from the start."""
+
+
+def rerun(
+    target: Target,
+    case: DiagnosisCase,
+    proposal: Proposal,
+    *,
+    folder: Path | None = None,
+    progress: Progress = silent,
+) -> tuple[StepOutcome | None, Validation]:
+    """Run what shows the failure of a case, and return what became of it after a step; None where that is not known.
+
+    Raises:
+        OSError: a recording cannot be begun.
+    """
+    if proposal.step.homes:
+        target.begin(stops=list(Channel))
+        target.hand.home()
+    run = validate(target, case.experiments or AT_LEAST, folder=folder, progress=progress)
+    return outcome_of_run(Judge.of_target(target), case, proposal, run), run
+
+
+def outcome_of_run(judge: Judge, case: DiagnosisCase, proposal: Proposal, run: Validation) -> StepOutcome | None:
+    """Return what became of a failure in a run after a step; None where the run says nothing about the hand."""
+    if run.end.kind in SAYS_NOTHING:
+        return None
+    return outcome_of(case.shown, judge.signs(run.numbers, run.end).failures, proposal)

@@ -1,0 +1,69 @@
+"""A case is put down and taken up as it was; a damaged file is refused in one line."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.channels import Channel
+from hil.recordings.errors import UnusableFileError
+from hil.report.case_page import render_case
+from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case_file import CASE, HandOfCase, case_of, read_case, table_of, write_case
+from hil.verdict.case_words import MEND, conclusion
+from hil.verdict.failures import Failures
+from hil.verdict.parts import Part, Suspect
+from hil.verdict.steps import StepOutcome, steps
+
+HAND = HandOfCase("0.1.5", "left")
+CASE_OF_RING = DiagnosisCase(
+    Failures({("staircase", "friction", "ring"): 3.0}),
+    {Suspect(Part.SERVO, Channel.RING): 0.6, Suspect(Part.DIGIT, Channel.RING): 0.3, Suspect(Part.SETUP): 0.1},
+    ("staircase",),
+)
+MOVED = CASE_OF_RING.after(Proposal(steps()["home"]), StepOutcome.STAYS).after(
+    Proposal(steps()["exchange"], Channel.RING, Channel.PINKY), StepOutcome.MOVED, "both have one label"
+)
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(sorted(steps())), st.sampled_from([None, *Channel]), st.sampled_from(StepOutcome)),
+        max_size=5,
+    )
+)
+def test_a_case_is_taken_up_as_it_was_put_down(done):
+    case = CASE_OF_RING
+    for name, at, outcome in done:
+        case = case.after(Proposal(steps()[name], at, at), outcome, "a note")
+    assert case_of(json.loads(json.dumps(table_of(case, HAND)))) == (case, HAND)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "null", "{", '{"experiments": ["none"]}', "[" * 9999, '{"experiments": 3}'])
+def test_a_damaged_case_is_refused_in_one_line(text, tmp_path):
+    (tmp_path / CASE).write_text(text)
+    with pytest.raises(UnusableFileError, match="case"):
+        read_case(tmp_path)
+
+
+def test_a_folder_without_a_case_says_what_opens_one(tmp_path):
+    with pytest.raises(UnusableFileError, match="`validate` opens one"):
+        read_case(tmp_path)
+
+
+def test_page_and_words_show_the_part_and_the_chain(tmp_path):
+    write_case(tmp_path, MOVED, HAND)
+    case, _ = read_case(tmp_path)
+    assert case.convicted == Suspect(Part.SERVO, Channel.RING)
+    assert conclusion(case) == "Servo of the ring finger. Replace this servo."
+    page = render_case(case)
+    said = ("Replace this servo.", "Let the hand home again", "The failure went along (both have one label).")
+    assert all(text in page for text in said)
+    assert "http" not in page
+
+
+def test_replace_is_said_of_no_part_that_no_step_convicted():
+    assert "eplace" not in conclusion(CASE_OF_RING)
+    assert "eplace" not in render_case(CASE_OF_RING)
+    assert MEND.keys() == set(Part)
