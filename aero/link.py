@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections import deque
 from itertools import cycle, islice
 from typing import NamedTuple
 
 from aero.clock import Clock, Deadline
 from aero.errors import AeroError, DesyncError, LinkTimeoutError
 from aero.link_state import AFTER, MAY_LEAVE, REASON, Content, LinkEvent, State
+from aero.overdue import Overdue
 from aero.protocol import (
-    FILLER,
     FRAME_SIZE,
     PADDING,
     READINGS,
@@ -25,53 +24,6 @@ from aero.protocol import (
 )
 from aero.transport import Transport
 
-HELD_BACK_S = 2.0
-"""Longest time for which a link is taken to hold a reply back, s; a request that is older is lost. Twice what a virtual
-machine's core was seen asleep."""
-
-
-class Overdue:
-    """Requests that may still be answered, oldest first.
-
-    Replies carry no number, but they come in the order of their requests.
-    """
-
-    def __init__(self) -> None:
-        self._waiting: deque[tuple[Opcode, float]] = deque()
-
-    def __contains__(self, opcode: Opcode) -> bool:
-        """Whether a reply to an `opcode` may still come."""
-        return any(waiting is opcode for waiting, _ in self._waiting)
-
-    @property
-    def opcodes(self) -> tuple[Opcode, ...]:
-        """What they asked for; no opcode twice, if none was sent while it was in here."""
-        return tuple(opcode for opcode, _ in self._waiting)
-
-    def sent(self, opcode: Opcode, t: float) -> None:
-        """Take a request sent at `t` (s)."""
-        self._waiting.append((opcode, t))
-
-    def answered(self, opcode: Opcode) -> None:
-        """Take a reply: what was asked before it has been answered, or never will be."""
-        if opcode in self:
-            while self._waiting.popleft()[0] is not opcode:
-                pass
-
-    def may_start(self, data: bytes) -> bool:
-        """Return whether bytes can be the beginning of one of these replies."""
-        return any(bytes((opcode, FILLER)).startswith(data[:2]) for opcode, _ in self._waiting)
-
-    def forget(self, before: float = float("inf")) -> None:
-        """Give up requests that were sent before a time (s); all of them when the board restarted."""
-        while self._waiting and self._waiting[0][1] < before:
-            self._waiting.popleft()
-
-    def distinct(self) -> Opcode | None:
-        """Return a query whose reply cannot be taken for one that is still to come; None when there is none left."""
-        return next((opcode for opcode in READINGS if opcode not in self), None)
-
-
 _LOG = logging.getLogger(__name__)
 _QUIET_S = 0.02
 _SETTLE_LIMIT_S = 1.0
@@ -79,6 +31,10 @@ _DRAIN_BYTES = 4096
 _TEXT_KEPT = 4096
 _SEARCHES = 2
 """Searches for the frame start: a reply from before the first one can mislead it."""
+
+
+AGAIN = 1.5
+"""Time from one query of a kind to the next while a link is silent, time-outs: what answers late is not flooded."""
 
 
 class Answer(NamedTuple):
@@ -148,7 +104,8 @@ class HostLink:
 
         Without `patience_s` it is sent once. With it, it may be carried out again: a reply that is late is waited for,
         and one that is lost or disturbed is asked for again. Which of the two it is shows in a query of another kind,
-        sent after `timeout_s`, because replies come in the order of their requests.
+        sent after `timeout_s`, because replies come in the order of their requests, `aero.overdue`. Where a reply may
+        be an older one that others have overtaken, the request is made twice and the replies are compared.
 
         Args:
             frame: the request.
@@ -168,12 +125,18 @@ class HostLink:
             self._stray = b""
             known = self._outlast(opcode, timeout_s, deadline)
             while known:
-                asked = self._request(frame)
-                reply = self._answer(opcode, Deadline.after(self._clock, min(timeout_s, deadline.remaining)))
+                doubtful = patience_s is not None and self._overdue.may_be_older(opcode, self._clock.now())
+                asked = [self._request(frame) for _ in range(2 if doubtful else 1)]
+                replies: list[Reply] = []
+                for _ in asked:
+                    reply = self._answer(opcode, Deadline.after(self._clock, min(timeout_s, deadline.remaining)))
+                    replies += [] if reply is None else [reply]
                 while patience_s is not None and opcode in self._overdue and not deadline.expired:
-                    reply = self._next_late(timeout_s, deadline)
-                if reply is not None and reply.opcode == opcode:
-                    return Answer(reply, asked, self._clock.now())
+                    reply = self._next_late(opcode, timeout_s, deadline)
+                    replies += [] if reply is None or reply.opcode != opcode else [reply]
+                # Of two requests, as many replies as requests: equal ones, or no third one in a while.
+                if len(replies) == len(asked) and (len({*replies}) == 1 or not self._drop_stale_input(_QUIET_S)):
+                    return Answer(replies[-1], asked[0], self._clock.now())
                 self.disturbances += 1
                 if patience_s is None or deadline.expired:
                     break
@@ -199,7 +162,6 @@ class HostLink:
             LinkTimeoutError: the board answered at no position; it is busy (homing), off, or no hand.
         """
         with self._lock:
-            self._overdue.forget()
             self._drop_stale_input(_QUIET_S)
             self._state = AFTER[self._state, LinkEvent.SEARCH_BEGINS]
             padding = self._pad(FRAME_SIZE - 1)
@@ -210,18 +172,17 @@ class HostLink:
                     tried.append((query, padding))
                     self._request(make_query(query), Content.SEARCH)
                     reply = self._take(reply_timeout_s)
-                    if reply is not None:
-                        break
+                    if reply is not None and any(reply.opcode == query for query, _ in tried):
+                        break  # else it is that to a request from before the search
                     padding += self._pad(1)
                 reply = reply or self._take(patience_s)
                 if reply is None:
                     break
                 for start in [start for query, start in reversed(tried) if query == reply.opcode]:
                     padding += self._pad((start - padding) % FRAME_SIZE)
-                    self._overdue.forget()
-                    self._request(make_query(Opcode.GET_TEMP), Content.SEARCH)
-                    if self._take(patience_s) is not None:
-                        self._overdue.forget()
+                    began = self._clock.now()
+                    if self._answers_now(patience_s):
+                        self._overdue.settle(began)
                         self._state = AFTER[self._state, LinkEvent.SEARCH_SUCCEEDS]
                         stray = -padding % FRAME_SIZE
                         _LOG.info("%s: back in step; the board held %d stray bytes", self.name, stray)
@@ -232,6 +193,16 @@ class HostLink:
                 "(wait up to a minute and try again), without power, or this is not the hand's port. Nothing else "
                 "is sent until a search succeeds."
             )
+
+    def _answers_now(self, patience_s: float) -> bool:
+        """Return whether the board answers a query that it is sent now, and not only earlier ones late."""
+        query = Opcode.GET_TEMP
+        unsettled = 1 + self._overdue.count(query, self._clock.now() - patience_s)
+        for _ in range(unsettled):
+            self._request(make_query(query), Content.SEARCH)
+        while unsettled and (reply := self._take(patience_s)) is not None:
+            unsettled -= reply.opcode == query
+        return not unsettled
 
     def close(self) -> None:
         """Give the transport back; a second call does nothing."""
@@ -271,13 +242,11 @@ class HostLink:
 
     def _outlast(self, opcode: Opcode, timeout_s: float, deadline: Deadline) -> bool:
         """Return whether no reply to an earlier `opcode` can come any more."""
-        while True:
-            self._overdue.forget(self._clock.now() - HELD_BACK_S)
-            if opcode not in self._overdue:
-                return True
+        while opcode in self._overdue:
             if deadline.expired:
                 return False
-            self._next_late(timeout_s, deadline)
+            self._next_late(opcode, timeout_s, deadline)
+        return True
 
     def _answer(self, opcode: Opcode, deadline: Deadline) -> Reply | None:
         """Return the reply to the last request, which older ones may precede; None when it does not come in time."""
@@ -286,13 +255,15 @@ class HostLink:
             if reply is None or reply.opcode == opcode:
                 return reply
 
-    def _next_late(self, timeout_s: float, deadline: Deadline) -> Reply | None:
-        """Return the next of the late replies, or that to a query of another kind, which no older one can follow."""
+    def _next_late(self, opcode: Opcode, timeout_s: float, deadline: Deadline) -> Reply | None:
+        """Return the next of the late replies, or that to a query of another kind than `opcode`."""
         if self._stray:
             self._drop_stale_input(_QUIET_S)
-        if (query := self._overdue.distinct()) is not None:
+        query, again = self._overdue.probe(opcode), Deadline(self._clock, self._overdue.latest + AGAIN * timeout_s)
+        if query not in self._overdue or again.expired:
             self._request(make_query(query))
-        return self._take(min(timeout_s, deadline.remaining))
+            again = Deadline.after(self._clock, timeout_s)
+        return self._take(min(again.remaining, deadline.remaining))
 
     def _take(self, timeout_s: float) -> Reply | None:
         """Return the next reply that can come, None when it does not, or comes with surplus bytes."""
@@ -321,25 +292,27 @@ class HostLink:
         del self._ahead[:size]
         return data
 
-    def _drop_stale_input(self, quiet_s: float = 0.0) -> None:
-        """Read away what lies there, and what comes before it has been quiet for a while."""
+    def _drop_stale_input(self, quiet_s: float = 0.0) -> bool:
+        """Read away what lies there, and what comes before it has been quiet for a while; return whether any was."""
         limit = Deadline.after(self._clock, _SETTLE_LIMIT_S)
         self._note(bytes(self._ahead))
+        dropped = bool(self._ahead)
         self._ahead.clear()
         while stale := self._transport.read(_DRAIN_BYTES, quiet_s):
             self._note(stale)
+            dropped = True
             if limit.expired:
                 raise DesyncError(
                     f"{self.name}: bytes keep coming for {_SETTLE_LIMIT_S:g} s without a request, the latest "
                     f"{stale[:FRAME_SIZE].hex(' ')}; a hand never does this. Is this the hand's port?"
                 )
+        return dropped
 
     def _note(self, stray: bytes) -> None:
         if not stray:
             return
         self._stray += stray
         if holds_boot_text(stray):
-            self._overdue.forget()
             self._restarts += 1
             self.disturbances += 1
             self._text += stray
