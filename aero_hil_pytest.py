@@ -358,13 +358,17 @@ def _asked_for(item: pytest.Item) -> bool:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Record the hand of its own that a test with faults has got, and remember a presence test that failed."""
     # Not by the fixture: its `request` is the session's in some versions of pytest.
     if _OWN in item.config.stash:
         properties = item.config.stash[_OWN]
         item.user_properties += properties
         del item.config.stash[_OWN]
+    if call.when == "call" and isinstance(item, pytest.Function) and _uses(item, "aero_target"):
+        item.user_properties += _acts(item.funcargs["aero_target"])
     report = yield
     if report.failed and item.get_closest_marker("presence") and _uses(item, "aero_target"):
         item.config.stash[_FAILED] = item.name
@@ -500,9 +504,16 @@ def _properties(target: Target) -> list[tuple[str, Any]]:
         "seed": str(target.seed),
         "commit": _ours("hil.recordings.provenance").source_commit(),
     }
-    if target.faults:
-        known["faults"] = " ".join(map(str, target.faults))
+    if target.wrong:
+        known["faults"] = " ".join(map(str, target.wrong))
     return [(f"hil_{name}", value) for name, value in known.items()]
+
+
+def _acts(target: Any) -> list[tuple[str, str]]:
+    """Return what a test did to its emulated hand, and make the hand again what it was for the next test."""
+    bench = target.find(_ours("hil.faults.workbench").Workbench)
+    done = [] if bench is None else bench.mend()
+    return [("hil_acts", "; ".join(f"{t:.2f} s: {text}" for t, text in done))] if done else []
 
 
 def _open(config: pytest.Config) -> Target:

@@ -57,6 +57,8 @@ class CompiledHand:
         cables = list(CABLES)
         self.joint_qpos = np.array([joint.qposadr[0] for joint in joints])
         """Where the joint angles, (16,), lie among MuJoCo's positions."""
+        self.joint_dofs = np.array([joint.dofadr[0] for joint in joints])
+        """Where the joint speeds, (16,), lie among MuJoCo's velocities."""
         self.shaft_qpos = np.array([shaft.qposadr[0] for shaft in shafts])
         """Where the shaft angles, (7,), lie among MuJoCo's positions."""
         self.shaft_dofs = np.array([shaft.dofadr[0] for shaft in shafts])

@@ -177,6 +177,14 @@ class BuiltHandPlant:
             self._state = ShaftState(angles, speeds, efforts)
         return self._state
 
+    def push(self, torques: NDArray[np.float64]) -> None:
+        """Push the joints from outside with (16,) N m, in the order of `Joint`, until told otherwise."""
+        self._data.qfrc_applied[self.compiled.joint_dofs] = torques
+
+    def twist(self, shaft: int, torque: float) -> None:
+        """Turn one shaft from outside with a torque, N m, until told otherwise; positive closes."""
+        self._data.qfrc_applied[self.compiled.shaft_dofs[shaft]] = torque
+
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (7,) float, rad, positive closes."""
         return np.array(self.state().angles)

@@ -84,7 +84,7 @@ def emulate(
             unit = unit_named(hand.unit)
             if servo_model is not None:
                 unit = replace(unit, servos=replace(unit.servos, model=servo_model))
-            electronics, assembly = build_emulated(
+            electronics, workbench = build_emulated(
                 unit,
                 firmware=hand.firmware,
                 hand=hand.side,
@@ -117,7 +117,7 @@ def emulate(
                 files.enter_context(closing(file))
                 server.listeners.append(partial(_record, file))
             codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
-            observer.follow(EmulatedSource(electronics, assembly.mechanics, codec))
+            observer.follow(EmulatedSource(electronics, workbench.mechanics, codec))
             if server.url is not None:
                 click.echo(f"also {server.url}")
             click.echo(f"ready {server.name}")

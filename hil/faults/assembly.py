@@ -106,6 +106,11 @@ class HandAssembly:
 
         return Active(begin, clear)
 
+    def refound(self, change: Change) -> None:
+        """Make another hand of the one without faults, as when two of its parts are exchanged."""
+        self.healthy = change(self.healthy)
+        self._rebuild()
+
     def insert(self, fault: ShaftFault) -> Active:
         """Insert a fault between servos and shafts; it has no effect until it begins."""
         fault.behind = self.shafts

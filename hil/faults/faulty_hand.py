@@ -11,16 +11,13 @@ from firmware_emulator.firmware.hands import HANDS, HandSide
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import EmulatedHand, Start
 from firmware_emulator.plant import Plant
-from hil.faults.active import Active
 from hil.faults.assembly import HandAssembly
 from hil.faults.fault import AssemblyStage, FaultLayer, Injection
 from hil.faults.link_faults import Direction, LinkFaults
 from hil.faults.schedule import Schedule
+from hil.faults.workbench import Workbench
 from model import BuiltHandPlant
 from model.units import Unit
-
-FIRES_ITSELF = (FaultLayer.BUS, FaultLayer.LINK, FaultLayer.HOST)
-"""Layers whose faults have an effect only when bytes come their way."""
 
 
 class FaultyHand(EmulatedHand):
@@ -86,8 +83,8 @@ def build_faulty(
     program: Path | None = None,
     rewire: Callable[[Plant], Plant] | None = None,
     mechanics: Callable[[Unit], BuiltHandPlant] | None = None,
-) -> tuple[FaultyHand, HandAssembly]:
-    """Return the electronics of an emulated hand with faults, and what its faults are put into.
+) -> tuple[FaultyHand, Workbench]:
+    """Return the electronics of an emulated hand with faults, and the bench that it lies on.
 
     Args:
         unit: the hand without its faults.
@@ -107,25 +104,11 @@ def build_faulty(
     if program is not None:
         refuse_in_a_program(schedule.faults)
     assembly = HandAssembly(unit, firmware=firmware, side=hand, random=schedule.random, fire=schedule.fire)
-    injected: dict[Injection, Active] = {}
-
-    def inject(stage: AssemblyStage) -> None:
-        for fault in schedule.faults:
-            if fault.fault.layer.stage is stage:
-                injected[fault] = fault.fault.inject(assembly, fault)
-        for fault in injected:
-            if fault.fault.layer.stage is stage and not fault.at_s:
-                begin(fault)
-
-    def begin(fault: Injection) -> None:
-        injected[fault].begin()
-        if fault.fault.layer not in FIRES_ITSELF:
-            schedule.fire(fault)
-
-    inject(AssemblyStage.BUILDING)
+    workbench = Workbench(assembly, schedule)
+    workbench.build(AssemblyStage.BUILDING)
     plant = BuiltHandPlant(assembly.unit.hand, hand) if mechanics is None else mechanics(assembly.unit)
     assembly.build_mechanics(plant, rewire)
-    inject(AssemblyStage.SHAFTS)
+    workbench.build(AssemblyStage.SHAFTS)
     electronics = FaultyHand(
         assembly.shafts,
         link_faults=assembly.link,
@@ -139,11 +122,9 @@ def build_faulty(
         program=program,
     )
     assembly.connect(electronics)
-    inject(AssemblyStage.RUNNING)
-    for fault in schedule.faults:
-        if fault.at_s:
-            electronics.kernel.call_at(electronics.kernel.now + fault.at_s, begin, fault)
-    return electronics, assembly
+    workbench.build(AssemblyStage.RUNNING)
+    workbench.start()
+    return electronics, workbench
 
 
 def refuse_in_a_program(faults: tuple[Injection, ...]) -> None:

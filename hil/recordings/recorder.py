@@ -219,7 +219,7 @@ class Recorder:
             operator=operator(),
             hand_id=target.hand_id,
             limits=target.limits,
-            faults=" ".join(map(str, target.faults)),
+            faults=" ".join(map(str, target.wrong)),
         )
 
 

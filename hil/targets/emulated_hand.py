@@ -15,10 +15,10 @@ from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import Start
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.plant import Plant
-from hil.faults.assembly import HandAssembly
 from hil.faults.faulty_hand import FaultyHand, build_faulty
 from hil.faults.host import Passing, ProgramEnd
 from hil.faults.schedule import Schedule
+from hil.faults.workbench import Workbench
 from model.cube_plant import CubePlant
 from model.scene import Cube
 from model.units import Unit
@@ -40,8 +40,8 @@ def build_emulated(
     program: Path | None = None,
     schedule: Schedule | None = None,
     cube: Cube | None = None,
-) -> tuple[FaultyHand, HandAssembly]:
-    """Return the electronics of an emulated hand, and what its faults and its mechanics are.
+) -> tuple[FaultyHand, Workbench]:
+    """Return the electronics of an emulated hand, and the bench that it lies on, with its mechanics.
 
     `start`, `nvs` and `program` are `EmulatedHand`'s; `rewire` puts something between the two; the
     faults of `schedule` are injected at their channels and times. A `cube` makes the mechanics a `CubePlant`.
@@ -64,9 +64,10 @@ def build_emulated(
     )
 
 
-def host_link(electronics: FaultyHand, assembly: HandAssembly) -> Transport:
+def host_link(workbench: Workbench) -> Transport:
     """Return the driver's end of the link to a hand in this process, with the faults of that end."""
-    return ProgramEnd(InProcessLink(electronics), electronics.clock, assembly)
+    hand = workbench.hand
+    return ProgramEnd(InProcessLink(hand), hand.clock, workbench.assembly)
 
 
 class LateHost(Passing):

@@ -20,17 +20,16 @@ from aero.hand import Hand
 from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
-from firmware_emulator.hand import EmulatedHand
 from hil.faults.fault import Injection
 from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
+from hil.faults.workbench import Workbench
 from hil.targets.delays import DelayLog, TimedClock, TimedTransport
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
 from hil.targets.hands_file import named_hand
 from hil.targets.pty_process import serve_in_process
 from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
-from model import BuiltHandPlant
 from model.geometry import Side
 from model.scene import Cube
 from model.units import DEFAULT_LIMITS, Unit
@@ -155,7 +154,7 @@ Opener = Callable[[OpenRequest], AbstractContextManager[Target]]
 
 @contextmanager
 def _emulated(request: OpenRequest) -> Iterator[Target]:
-    electronics, assembly = build_emulated(
+    electronics, workbench = build_emulated(
         request.unit,
         firmware=request.firmware,
         hand=request.side,
@@ -164,17 +163,15 @@ def _emulated(request: OpenRequest) -> Iterator[Target]:
         schedule=request.schedule,
         cube=request.cube,
     )
-    link = host_link(electronics, assembly)
-    with closing(electronics), in_process(request, electronics, assembly.mechanics, link) as target:
+    with closing(electronics), in_process(request, workbench, host_link(workbench)) as target:
         yield target
     request.schedule.require_all_fired()
 
 
 @contextmanager
-def in_process(
-    request: OpenRequest, electronics: EmulatedHand, plant: BuiltHandPlant, link: Transport
-) -> Iterator[Target]:
+def in_process(request: OpenRequest, workbench: Workbench, link: Transport) -> Iterator[Target]:
     """Make a target of an emulated hand in this process and the link to it."""
+    electronics = workbench.hand
     clock = electronics.clock
     settable = firmware_of(request.firmware).settings is not None
     found = found_as(request.conditions, link, clock, settable=settable, seed=request.seed)
@@ -182,7 +179,9 @@ def in_process(
     with _drive(wire, clock, request.map, request.firmware, thresholds=request.thresholds) as hand:
         if request.homed:
             hand.home()
-        yield request.granted(hand, clock, wire, capabilities=(GroundTruth(plant, electronics),))
+        yield request.granted(
+            hand, clock, wire, capabilities=(GroundTruth(workbench.mechanics, electronics), workbench)
+        )
 
 
 @contextmanager

@@ -18,7 +18,10 @@ from aero.firmware import firmware_of
 from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
 from firmware_emulator.hand import EmulatedHand
+from hil.faults.acts import act
+from hil.faults.catalogue import parse_fault
 from hil.faults.fault import Injection
+from hil.faults.workbench import Workbench
 from hil.targets.delays import DelayLog
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
@@ -150,9 +153,44 @@ class Target:
             raise MissingCapabilityError(f"{self.name} has no {capability.__name__}; run with --hil=emulated for it")
         return found
 
+    @property
+    def wrong(self) -> tuple[Injection, ...]:
+        """What is wrong with an emulated hand at present."""
+        bench = self.find(Workbench)
+        return self.faults if bench is None else bench.present
+
+    def inject(self, fault: Injection | str) -> None:
+        """Break an emulated hand now, as in `target.inject("motor_dead:ring")`.
+
+        Raises:
+            MissingCapabilityError: the hand is not an emulated one in this process.
+            ValueError: there is no such fault, or this hand cannot have it now.
+        """
+        self.get(Workbench).inject(parse_fault(fault) if isinstance(fault, str) else fault)
+
+    def clear(self, fault: Injection | str) -> None:
+        """Take a fault away.
+
+        Raises:
+            MissingCapabilityError: the hand is not an emulated one in this process.
+            ValueError: the hand does not have it, or it cannot be undone.
+        """
+        self.get(Workbench).clear(parse_fault(fault) if isinstance(fault, str) else fault)
+
+    def act(self, words: str) -> str:
+        """Do to an emulated hand what a person does, as in `target.act("exchange_servos ring pinky")`.
+
+        Returns what was done; `hil.faults.acts.ACTS` lists what there is.
+
+        Raises:
+            MissingCapabilityError: the hand is not an emulated one in this process.
+            ValueError: there is no such act, or it cannot be done now.
+        """
+        return act(self.get(Workbench), words)
+
     def describe(self) -> str:
         """Say in one line what this is."""
         individual = f" {self.hand_id}" if self.hand_id else ""
         which = "" if self.unit == PHYSICAL else f", unit {self.unit}, seed {self.seed}"
-        wrong = f", with {', '.join(map(str, self.faults))}" if self.faults else ""
+        wrong = f", with {', '.join(map(str, self.wrong))}" if self.wrong else ""
         return f"{self.side} hand{individual} on {self.name}, firmware {self.firmware}{which}{wrong}"

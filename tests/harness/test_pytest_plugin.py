@@ -220,6 +220,26 @@ def test_a_mark_counts_from_wherever_pytest_takes_marks(pytester, place):
     assert report.count('name="hil_faults" value="motor_dead:ring=1.0"') == 1
 
 
+def test_what_a_test_does_to_its_hand_is_reported_and_undone_for_the_next(pytester):
+    pytester.makepyfile(
+        """
+        def test_breaks_it(aero_target):
+            aero_target.inject("motor_dead:ring")
+            aero_target.act("exchange_servos ring pinky")
+            aero_target.act("cable_off index")
+            assert str(aero_target.wrong[0]) == "motor_dead:pinky=1.0"
+
+        def test_has_a_good_one(aero_target):
+            assert aero_target.wrong == ()
+            aero_target.act("cable_off index")
+        """
+    )
+    pytester.runpytest("--junitxml=report.xml").assert_outcomes(passed=2)
+    report = (pytester.path / "report.xml").read_text()
+    assert report.count('name="hil_acts"') == 2
+    assert " s: injected motor_dead:ring=1.0; " in report
+
+
 def test_a_mark_that_comes_when_the_hand_is_open_fails_the_test(pytester):
     pytester.makepyfile(
         """

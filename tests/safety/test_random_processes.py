@@ -59,13 +59,13 @@ def test_a_process_that_is_ended_leaves_the_hand_open(seed, tmp_path):
     program, ending, after_s = a_program(chance), ENDINGS[seed % len(ENDINGS)], chance.uniform(0.0, 10.0)
     print(f"# {ending.name} after {after_s:.1f} s\n{program}")
     (tmp_path / "program.py").write_text(program)
-    electronics, assembly = build_emulated(load_unit("reference"), firmware="0.2.0", hand="right", seed=seed)
+    electronics, workbench = build_emulated(load_unit("reference"), firmware="0.2.0", hand="right", seed=seed)
     ended, opened, leave = threading.Event(), threading.Event(), threading.Event()
 
     def look():
         """Return whether to stop serving."""
         electronics.advance_plant()
-        if ended.is_set() and np.abs(np.rad2deg(assembly.mechanics.joint_angles())).max() < OPEN_DEG:
+        if ended.is_set() and np.abs(np.rad2deg(workbench.mechanics.joint_angles())).max() < OPEN_DEG:
             opened.set()
         return leave.is_set()
 

@@ -58,10 +58,10 @@ def guarded(*, firmware="0.2.0", rewire=None, thresholds=None, link=InProcessLin
     """A guarded target on the reference unit, with `servos` parameters changed."""
     unit = load_unit("reference")
     unit = dataclasses.replace(unit, servos=dataclasses.replace(unit.servos, **(servos or {})))
-    electronics, assembly = build_emulated(unit, firmware=firmware, hand="right", seed=3, rewire=rewire)
+    electronics, workbench = build_emulated(unit, firmware=firmware, hand="right", seed=3, rewire=rewire)
     codec = ActuationMap.for_firmware(firmware)
     request = OpenRequest("emulated", codec, firmware, "right", unit, 3, thresholds or Thresholds())
-    with in_process(request, electronics, assembly.mechanics, link(electronics)) as target:
+    with in_process(request, workbench, link(electronics)) as target:
         yield target
 
 

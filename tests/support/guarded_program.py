@@ -72,11 +72,11 @@ class GuardedProgram:
         self.lines = [f"program = {type(self).__name__}(firmware={firmware!r}, seed={seed}, unit={unit!r}{built})"]
         if after is None:
             how = {"firmware": firmware, "hand": "right", "seed": seed}
-            self.electronics, self._assembly = build_faulty(
+            self.electronics, self._bench = build_faulty(
                 unit_named(unit), Schedule(map(parse_fault, faults), seed), **how
             )
         else:
-            self.electronics, self._assembly = after.electronics, after._assembly
+            self.electronics, self._bench.assembly = after.electronics, after._bench
         self._seed = seed
         self.line = self.electronics.link_faults = OverheardLine()
         self.clock = self.electronics.clock
@@ -267,7 +267,7 @@ class GuardedProgram:
     def _demand_open(self):
         self.clock.sleep_until(self.clock.now() + SETTLES_S)
         self.electronics.advance_plant()
-        bent = np.abs(np.rad2deg(self._assembly.mechanics.joint_angles())).max()
+        bent = np.abs(np.rad2deg(self._bench.mechanics.joint_angles())).max()
         # A board that hangs while it homes by itself leaves bent what no program has moved.
         commanded = self.link.log is None or any(way == ">" and data[:1] in MOVES for _, way, data in self.link.log)
         told = SWITCH_OFF in self.said or bool(self.built) or not commanded
@@ -330,14 +330,14 @@ class GuardedProgram:
 
     def _put_in(self, fault):
         if fault.fault.layer in (FaultLayer.BOARD, FaultLayer.SERVO):
-            fault.fault.inject(self._assembly, fault).begin()
+            fault.fault.inject(self._bench.assembly, fault).begin()
             self._restarted_since |= self.hand.phase is Phase.STOPPED
             if fault.name in {"board_hangs", "servo_missing"}:
                 self.excused = fault.name
         else:
-            self.line.faults = self._assembly.link = LinkFaults(lambda _fault: None)
-            self._assembly.link.say = self.electronics.say
-            fault.fault.inject(self._assembly, fault).begin()
+            self.line.faults = self._bench.assembly.link = LinkFaults(lambda _fault: None)
+            self._bench.assembly.link.say = self.electronics.say
+            fault.fault.inject(self._bench.assembly, fault).begin()
 
     def _arrive(self, data):
         self.electronics.board.receive(data)

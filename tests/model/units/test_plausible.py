@@ -41,14 +41,14 @@ def test_same_seed_same_unit():
 @given(seeds, st.lists(st.lists(st.integers(0, 65535), min_size=7, max_size=7), min_size=1, max_size=3))
 @settings(max_examples=8, deadline=None)
 def test_every_plausible_hand_obeys_any_commands_and_opens(seed, commands):
-    electronics, assembly = build_emulated(plausible_unit(seed), firmware="0.2.0", hand="right", seed=seed)
+    electronics, workbench = build_emulated(plausible_unit(seed), firmware="0.2.0", hand="right", seed=seed)
     clock = electronics.clock
     with AeroHand(InProcessLink(electronics), clock) as hand:
         for codes in commands:
             hand.command_codes(codes)
             clock.sleep_until(clock.now() + 0.3)
-        assert np.isfinite(assembly.mechanics.joint_angles()).all()
-        assert np.all(assembly.mechanics.cable_tensions() >= 0.0)
+        assert np.isfinite(workbench.mechanics.joint_angles()).all()
+        assert np.all(workbench.mechanics.cable_tensions() >= 0.0)
         assert np.all(np.abs(hand.read_currents()) <= 700 * 6.5e-3)
         hand.command_codes([0] * 7)
         clock.sleep_until(clock.now() + 1.5)

@@ -1,0 +1,387 @@
+"""What a person does to an emulated hand while it runs: breaks it, mends it, exchanges parts, touches it.
+
+A `Workbench` holds the hand's faults and takes acts, at the present instant and in the thread that moves the hand.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from aero.channels import CABLES, Channel
+from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.homing import home
+from firmware_emulator.hand import EmulatedHand
+from firmware_emulator.kernel import Task
+from hil.faults.active import Active
+from hil.faults.assembly import HandAssembly
+from hil.faults.cable import NEVER_TAUT_M
+from hil.faults.fault import AssemblyStage, FaultLayer, Injection
+from hil.faults.part import Part
+from hil.faults.schedule import Schedule, refuse_rivals
+from hil.faults.servo import servo_of
+from hil.faults.unit_change import JOINTS, with_values
+from hil.faults.winding import NEIGHBOUR
+from model import BuiltHandPlant
+from model.units import Unit
+
+_LOG = logging.getLogger(__name__)
+FIRES_ITSELF = (FaultLayer.BUS, FaultLayer.LINK, FaultLayer.HOST)
+"""Layers whose faults have an effect only when bytes come their way."""
+TOUCHING = (FaultLayer.CABLE, FaultLayer.JOINT)
+"""Layers in which a fault of the set-up is something that touches the hand."""
+OF_A_SERVO = ("rotor_inertia", "spool_damping", "spool_friction")
+"""What goes along with a servo, by channel, of the mechanics of a unit."""
+HELD_SHARE = 0.55
+"""Share of its travel that a digit has around what is held."""
+TOUCH_S = 2.0
+"""For how long a person bends a digit or turns a spool, s."""
+PUSH_NM = 0.12
+"""What a finger is pushed with at each joint, N m."""
+TURN_RAD, TURN_NM, TURN_GAIN, TURN_DAMPING = math.pi, 0.6, 2.0, 0.02
+"""How far a spool is turned by hand, with how much at most, N m, and how: N m/rad, N m s/rad."""
+LOOK_S = 0.01
+"""Period in which a person's fingers follow a spool, s."""
+
+
+class Workbench:
+    """An emulated hand, its faults, and whoever works on it."""
+
+    def __init__(self, assembly: HandAssembly, schedule: Schedule) -> None:
+        """Prepare for the faults of a schedule; nothing is injected yet."""
+        self.assembly = assembly
+        self.done: list[tuple[float, str]] = []
+        """What was done, and when, s on the hand's clock."""
+        self._schedule = schedule
+        self._present: dict[Injection, Active] = {}
+        self._cables_off: dict[Channel, tuple[Active, list[Injection]]] = {}
+        self._held: Active | None = None
+        self._powered = True
+        self._exchanged: list[tuple[Part, Channel, Channel]] = []
+
+    @property
+    def mechanics(self) -> BuiltHandPlant:
+        """The mechanics behind the servos."""
+        return self.assembly.mechanics
+
+    @property
+    def hand(self) -> EmulatedHand:
+        """The electronics."""
+        return self.assembly.hand
+
+    @property
+    def present(self) -> tuple[Injection, ...]:
+        """The faults that the hand has or will have at their time."""
+        return tuple(self._present)
+
+    def build(self, stage: AssemblyStage) -> None:
+        """Inject the faults of one stage of the assembly, in the order of the schedule."""
+        faults = [fault for fault in self._schedule.faults if fault.fault.layer.stage is stage]
+        for fault in faults:
+            self._present[fault] = fault.fault.inject(self.assembly, fault)
+        for fault in faults:
+            if not fault.at_s:
+                self._begin(fault)
+
+    def start(self) -> None:
+        """Let the faults that begin later begin at their times, counted from now."""
+        kernel = self.hand.kernel
+        for fault in self._schedule.faults:
+            if fault.at_s:
+                kernel.call_at(kernel.now + fault.at_s, self._begin, fault)
+
+    def _begin(self, fault: Injection) -> None:
+        if (active := self._present.get(fault)) is None:
+            return  # it was taken away before its time
+        active.begin()
+        if fault.fault.layer not in FIRES_ITSELF:
+            self._schedule.fire(fault)
+
+    def inject(self, fault: Injection) -> None:
+        """Break the hand now, whatever the time of the fault says.
+
+        Raises:
+            ValueError: it is built in, it is there already, or it cannot be combined with another or be in this hand.
+        """
+        if not fault.fault.later:
+            raise ValueError(f"{fault.name} is built in and cannot begin on a running hand; give it at the opening")
+        refuse_rivals((*self._present, fault))
+        self._put(fault)
+        self._note(f"injected {fault}")
+
+    def clear(self, fault: Injection) -> None:
+        """Take a fault away, as it was before.
+
+        Raises:
+            ValueError: the hand does not have it, or it cannot be undone.
+        """
+        found = next((one for one in self._present if (one.fault, one.channel) == (fault.fault, fault.channel)), None)
+        if found is None:
+            raise ValueError(f"the hand does not have {fault.name}; it has {self.words() or 'no fault'}")
+        if self._present[found].clear is None:
+            raise ValueError(f"{fault.name} has happened and cannot be undone")
+        self._take(found)
+        self._note(f"cleared {found}")
+
+    def words(self) -> str:
+        """Return the faults of the hand, as `parse_fault` reads them, with blanks between."""
+        return " ".join(map(str, self._present))
+
+    def exchange_servos(self, one: Channel, other: Channel) -> str:
+        """Exchange two servos, IDs set anew: faults of a servo go along, those of a digit stay."""
+        self._exchange(Part.SERVO, one, other)
+        return self._note(f"exchanged the servos of {one.label} and {other.label}, and set their IDs; home the hand")
+
+    def exchange_plugs(self, one: Channel, other: Channel) -> str:
+        """Exchange the bus plugs of two servos: what is wrong with a plug or its wire goes along."""
+        self._exchange(Part.BUS, one, other)
+        return self._note(f"exchanged the bus plugs of {one.label} and {other.label}")
+
+    def _exchange(self, part: Part, one: Channel, other: Channel) -> None:
+        def exchanged(unit: Unit) -> Unit:
+            for field in OF_A_SERVO:
+                values = list(getattr(unit.hand, field))
+                values[one], values[other] = values[other], values[one]
+                changed: dict[str, Any] = {field: tuple(values)}
+                unit = replace(unit, hand=replace(unit.hand, **changed))
+            return unit
+
+        self._move(part, {one: other, other: one})
+        if part is Part.SERVO:
+            self.assembly.refound(exchanged)
+        self._exchanged.append((part, one, other))
+        self.hand.reset("power_on")
+
+    def cable_off(self, channel: Channel) -> str:
+        """Take a cable off its spool, or the abduction's linkage off its horn: the servo then turns nothing.
+
+        Raises:
+            ValueError: it is off.
+        """
+        if channel in self._cables_off:
+            raise ValueError(f"the cable of {channel.label} is off its spool")
+        # How a cable is wound does nothing to a servo without it.
+        wound = [
+            fault for fault in self._present if fault.fault.layer is FaultLayer.WINDING and channel in _ends(fault)
+        ]
+        for fault in wound:
+            self._take(fault)
+        active = self.assembly.changed(lambda unit: _unloaded(unit, channel))
+        active.begin()
+        self._cables_off[channel] = active, wound
+        return self._note(f"took the cable of {channel.label} off its spool")
+
+    def cable_on(self, channel: Channel) -> str:
+        """Wind a cable on again as it was wound.
+
+        Raises:
+            ValueError: it is on.
+        """
+        if channel not in self._cables_off:
+            raise ValueError(f"the cable of {channel.label} is on its spool")
+        active, wound = self._cables_off.pop(channel)
+        _undo(active)
+        for fault in wound:
+            self._put(fault)
+        return self._note(f"put the cable of {channel.label} on its spool")
+
+    def hold(self) -> str:
+        """Put something into the hand that the digits close on.
+
+        Raises:
+            ValueError: it holds something.
+        """
+        if self._held is not None:
+            raise ValueError("the hand holds something")
+        joints = [joint for channel in Channel for joint in JOINTS[channel] if channel is not Channel.THUMB_ABDUCTION]
+        self._held = self.assembly.changed(
+            lambda unit: with_values(unit, "closed_stop", joints, lambda stop: HELD_SHARE * stop)
+        )
+        self._held.begin()
+        return self._note("put something into the hand")
+
+    def let_go(self) -> str:
+        """Take away whatever the hand holds or wears, and spread digits that touch."""
+        for fault in [one for one in self._present if one.part is Part.SETUP and one.fault.layer in TOUCHING]:
+            self._take(fault)
+        if self._held is not None:
+            _undo(self._held)
+            self._held = None
+        return self._note("took everything out of the hand")
+
+    def home(self) -> str:
+        """Let the board home, as a program asks for it; it takes some seconds.
+
+        Raises:
+            ValueError: a firmware program on the board, which only its own driver homes.
+        """
+        board = self.hand.board
+        if not isinstance(board, Board):
+            raise ValueError("a firmware program is homed by a driver")
+
+        def task() -> Task:
+            yield from board.lock.take()
+            yield from home(board)
+            board.lock.give()
+
+        board.start(task())
+        return self._note("homing")
+
+    def power_off(self) -> str:
+        """Take the power away from board and servos."""
+        self._powered = False
+        self.hand.board.stop()
+        for servo in self.hand.servos:
+            servo.write(servo.model.places["torque_enable"].address, b"\0")
+        return self._note("switched off")
+
+    def power_on(self) -> str:
+        """Give power to board and servos, which start anew; it takes some seconds."""
+        self._powered = True
+        self.hand.reset("power_on")
+        return self._note("switched on")
+
+    def replace(self, part: Part, channel: Channel | None = None) -> str:
+        """Replace a part, or set the set-up right: its faults are gone.
+
+        Args:
+            part: to be replaced.
+            channel: of a servo, digit or plug; all of them when None.
+        """
+        for fault in list(self._present):
+            if fault.part is part and channel in (None, fault.channel):
+                self._take(fault)
+        if part is Part.SETUP:
+            self.let_go()
+        self.hand.reset("power_on")
+        return self._note(f"replaced: {part.value}{'' if channel is None else f' of {channel.label}'}")
+
+    def bend(self, channel: Channel) -> str:
+        """Bend a digit by hand, closed and then open; by how much it moved is noted when it is let go."""
+        joints, mechanics = list(JOINTS[channel]), self.mechanics
+        start = mechanics.joint_angles()[joints]
+        reached: list[float] = []
+
+        def push(sign: float) -> None:
+            self.assembly.advance()
+            reached.append(float(np.abs(mechanics.joint_angles()[joints] - start).max()))
+            torques = np.zeros(mechanics.joint_angles().size)
+            torques[joints] = sign * PUSH_NM
+            mechanics.push(torques)
+
+        def let_go() -> None:
+            push(0.0)
+            self._note(f"bent {channel.label} by hand: it moved by {math.degrees(max(reached)):.0f} deg")
+
+        push(1.0)
+        kernel = self.hand.kernel
+        kernel.call_at(kernel.now + 0.5 * TOUCH_S, push, -1.0)
+        kernel.call_at(kernel.now + TOUCH_S, let_go)
+        return self._note(f"bending {channel.label} by hand for {TOUCH_S:g} s")
+
+    def turn(self, channel: Channel) -> str:
+        """Turn a spool by hand, half a turn to close, its torque off; how far it went is noted when it is let go."""
+        servo, mechanics, kernel = servo_of(self.hand, channel), self.mechanics, self.hand.kernel
+        servo.write(servo.model.places["torque_enable"].address, b"\0")
+        start, begun = float(mechanics.angles()[channel]), kernel.now
+
+        def turned() -> float:
+            return float(mechanics.angles()[channel]) - start
+
+        def follow() -> None:
+            self.assembly.advance()
+            part = (kernel.now - begun) / TOUCH_S
+            if part >= 1.0:
+                mechanics.twist(channel, 0.0)
+                self._note(f"turned the spool of {channel.label} by hand by {math.degrees(turned()):.0f} deg")
+                return
+            wanted = TURN_GAIN * (TURN_RAD * part - turned()) - TURN_DAMPING * float(mechanics.speeds()[channel])
+            mechanics.twist(channel, min(max(wanted, -TURN_NM), TURN_NM))
+            kernel.call_at(kernel.now + LOOK_S, follow)
+
+        follow()
+        return self._note(f"turning the spool of {channel.label} by hand for {TOUCH_S:g} s, its torque off")
+
+    def voltage(self) -> str:
+        """Measure the supply at the board's plug."""
+        return self._note(f"measured {self.volts():.2f} V at the plug")
+
+    def volts(self) -> float:
+        """Return what a meter shows of the supply at present, V."""
+        return self.assembly.healthy.servos.voltage * self.assembly.supply_left() if self._powered else 0.0
+
+    def mend(self) -> list[tuple[float, str]]:
+        """Make the hand what it was when it was opened, as far as that can be; return what was done since then."""
+        done = self.done
+        for channel in list(self._cables_off):
+            self.cable_on(channel)
+        if self._held is not None:
+            _undo(self._held)
+            self._held = None
+        while self._exchanged:
+            self._exchange(*self._exchanged[-1])
+            del self._exchanged[-2:]
+        for fault in set(self._present) - set(self._schedule.faults):
+            self._take(fault)
+        for fault in set(self._schedule.faults) - set(self._present):
+            self._put(fault)
+        if not self._powered:
+            self.power_on()
+        self.done = []
+        return done
+
+    def _put(self, fault: Injection) -> None:
+        self._present[fault] = active = fault.fault.inject(self.assembly, fault)
+        active.begin()
+
+    def _take(self, fault: Injection) -> None:
+        active = self._present.pop(fault)
+        if active.clear is not None:
+            active.clear()
+
+    def _move(self, part: Part, swap: dict[Channel, Channel]) -> None:
+        """Let the faults of a part go along with it to another channel; what cannot sit there is mended on the way."""
+        moved = [fault for fault in self._present if fault.part is part and fault.channel in swap]
+        for fault in moved:
+            self._take(fault)
+        for fault in moved:
+            there = swap[fault.where]
+            # IDs are set anew after an exchange.
+            if there in fault.fault.channels and fault.fault.excludes != "id":
+                self._put(replace(fault, channel=there))
+
+    def _note(self, text: str) -> str:
+        self.done.append((self.hand.kernel.now, text))
+        _LOG.info("%s", text)
+        return text
+
+
+def _ends(fault: Injection) -> Sequence[Channel]:
+    """Return the channels whose cables a fault of winding is about."""
+    return [fault.where] if fault.name == "winding_reversed" else [fault.where, NEIGHBOUR[fault.where]]
+
+
+def _unloaded(unit: Unit, channel: Channel) -> Unit:
+    """Return a unit one of whose servos turns nothing."""
+    if channel in CABLES:
+        return with_values(unit, "cable_take_up", [channel], lambda _: NEVER_TAUT_M)
+    # The shaft of abduction is its joint: what is left of it is the servo.
+    nothing: dict[str, Callable[[float], float]] = {
+        "joint_friction": lambda _: 0.0,
+        "spring_open": lambda _: 0.0,
+        "spring_closed": lambda _: 0.0,
+        "closed_stop": lambda stop: stop + math.pi,
+    }
+    for field, value in nothing.items():
+        unit = with_values(unit, field, JOINTS[channel], value)
+    return unit
+
+
+def _undo(active: Active) -> None:
+    assert active.clear is not None, "what a person does to a unit can be undone"
+    active.clear()

@@ -1,0 +1,180 @@
+"""What a person does to a running hand: faults come and go, go along with their part, and are gone with it."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aero import Channel
+from aero.channels import WIRE_ORDER
+from hil import GroundTruth, MissingCapabilityError, open_target
+from hil.faults import CATALOGUE
+from hil.faults.acts import ACTS
+from hil.faults.part import Part
+from hil.faults.workbench import Workbench
+from hil.recordings.recorder import Recorder
+
+RING, PINKY = Channel.RING, Channel.PINKY
+CLOSED = np.array([45000] * 4 + [0, 30000, 30000])
+
+
+def closed(target, level=1.0, seconds=1.2):
+    """Close the hand, and return true joint angles (16,) and readings (7,)."""
+    target.hand.command_codes((level * CLOSED).astype(int))
+    target.clock.sleep_until(target.clock.now() + seconds)
+    return target.get(GroundTruth).plant.joint_angles(), target.hand.read_codes().astype(float)
+
+
+@pytest.fixture
+def target():
+    with open_target(seed=3) as opened:
+        yield opened
+
+
+def test_a_dead_motor_in_the_middle_of_a_run_does_not_follow_until_it_is_mended(target):
+    before = closed(target)[1]
+    closed(target, 0.0)
+    target.inject("motor_dead:ring")
+    dead = closed(target)[1]
+    target.clear("motor_dead:ring")
+    mended = closed(target)[1]
+    assert dead[RING] < 0.5 * before[RING]
+    np.testing.assert_allclose(np.delete(dead, RING), np.delete(before, RING), atol=800)
+    np.testing.assert_allclose(mended, before, atol=800)
+
+
+LASTING = [fault for fault in CATALOGUE.values() if fault.later and not fault.at_s]
+
+
+@given(st.lists(st.sampled_from(LASTING), min_size=1, max_size=4, unique_by=lambda fault: fault.excludes or fault.name))
+@settings(max_examples=25, deadline=None)
+def test_a_hand_whose_faults_are_cleared_is_as_it_was(faults):
+    with open_target(seed=3) as target:
+        bench = target.get(Workbench)
+        before = bench.assembly.unit, bench.assembly.shafts, [servo.memory.get("id") for servo in bench.hand.servos]
+        for fault in faults:
+            target.inject(fault.at())
+        assert len(bench.present) == len(faults)
+        for fault in faults:
+            if fault.name != "nvs_lost":  # it has happened
+                target.clear(fault.at())
+        after = bench.assembly.unit, bench.assembly.shafts, [servo.memory.get("id") for servo in bench.hand.servos]
+        assert after == before
+        assert bench.assembly.link.is_idle
+
+
+def test_what_is_wrong_with_a_servo_goes_along_with_it_and_what_is_wrong_with_a_digit_stays(target):
+    for fault in ("motor_weak:ring=0.5", "gear_friction:ring", "protection_low:ring", "stiff_joint:ring"):
+        target.inject(fault)
+    target.act("exchange_servos ring pinky")
+    where = {fault.name: fault.channel for fault in target.get(Workbench).present}
+    assert where == {"motor_weak": PINKY, "gear_friction": PINKY, "protection_low": PINKY, "stiff_joint": RING}
+    low = [servo.memory.get("protection_current") for servo in target.get(GroundTruth).electronics.servos]
+    assert np.argmin(low) == WIRE_ORDER.index(PINKY)
+
+
+@pytest.mark.parametrize("channel", Channel)
+def test_a_servo_without_its_cable_turns_and_its_digit_stays(channel, target):
+    target.act(f"cable_off {channel.label}")
+    joints, readings = closed(target)
+    assert readings[channel] == pytest.approx(CLOSED[channel], abs=1500)
+    if channel in (RING, PINKY):
+        assert np.abs(joints[3 * channel : 3 * channel + 3]).max() < 0.15
+    target.act(f"cable_on {channel.label}")
+    closed(target, 0.0)
+    assert np.abs(closed(target)[0]).max() > 0.3
+
+
+def test_a_hand_that_holds_something_closes_less_and_lets_it_go(target):
+    free = closed(target)[0]
+    target.act("hold")
+    held = closed(target)[0]
+    target.act("let_go")
+    assert held[0] < 0.8 * free[0]
+    assert closed(target)[0][0] == pytest.approx(free[0], abs=0.1)
+
+
+@pytest.mark.parametrize("part", Part)
+def test_with_its_part_a_fault_is_gone(part):
+    faults = [fault.at() for fault in LASTING if fault.part is part]
+    rivals = {fault.rivals: fault for fault in faults}.values()
+    with open_target(seed=3) as target:
+        for fault in rivals:
+            target.inject(fault)
+        target.act(f"replace {part.name.lower()}")
+        assert target.get(Workbench).present == ()
+
+
+def test_a_person_feels_a_jammed_digit_and_turns_a_spool(target):
+    def felt(words):
+        target.act(words)
+        target.clock.sleep_until(target.clock.now() + 2.5)
+        return float(target.get(Workbench).done[-1][1].split("by")[-1].removesuffix("deg"))
+
+    free = felt("bend ring")
+    target.inject("digit_jammed:ring")
+    assert felt("bend ring") < 0.2 * free
+    target.act("cable_off pinky")
+    assert felt("turn pinky") == pytest.approx(180, abs=15)
+    target.inject("gear_jammed:pinky")
+    assert abs(felt("turn pinky")) < 5
+
+
+def test_a_meter_shows_a_weak_supply_and_none_when_it_is_off(target):
+    volts = target.get(Workbench).volts()
+    target.inject("supply_low=0.4")
+    assert target.get(Workbench).volts() == pytest.approx(0.6 * volts, rel=0.05)
+    target.act("power_off")
+    assert target.act("voltage") == "measured 0.00 V at the plug"
+    target.act("power_on")
+    target.clear("supply_low=0.4")
+    target.clock.sleep_until(target.clock.now() + 8.0)
+    target.hand.resynchronise()
+    assert target.get(Workbench).volts() == pytest.approx(volts, rel=0.05)
+
+
+def test_a_recording_holds_what_was_done_and_when(target):
+    recorder = Recorder(target, "excursion")
+    recorder.begin()
+    closed(target, seconds=0.4)
+    target.inject("motor_dead:ring")
+    closed(target, seconds=0.4)
+    target.act("replace servo ring")
+    recording = recorder.finish()
+    said = [(round(event.t, 2), event.text) for event in recording.events]
+    assert (0.4, "injected motor_dead:ring=1.0") in said
+    assert "replaced: servo of ring" in [text for _, text in said]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("", "there is no act"),
+        ("exchange_servo ring pinky", "did you mean exchange_servos"),
+        ("exchange_servos ring", "it is written exchange_servos CHANNEL CHANNEL"),
+        ("bend toe", "there is no channel 'toe'"),
+        ("replace wheel", "there is no part 'wheel'"),
+        ("cable_on ring", "is on its spool"),
+        ("inject winding_reversed", "is built in"),
+        ("clear motor_dead", "does not have motor_dead"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_one_line(words, message, target):
+    with pytest.raises(ValueError, match=message) as refused:
+        target.act(words)
+    assert "\n" not in str(refused.value)
+
+
+def test_what_has_happened_cannot_be_undone(target):
+    target.inject("board_restart")
+    with pytest.raises(ValueError, match="cannot be undone"):
+        target.clear("board_restart")
+
+
+def test_every_act_is_said_for_people():
+    assert all(one.words for one in ACTS.values())
+
+
+def test_nobody_can_break_a_hand_behind_a_port():
+    with open_target("pty", seed=1) as target, pytest.raises(MissingCapabilityError, match="Workbench"):
+        target.inject("motor_dead")
