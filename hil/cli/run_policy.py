@@ -130,7 +130,7 @@ def run_policy(
             truth = opened.find(GroundTruth)
             plant = None if truth is None else truth.plant
             cube = CubeWatch(plant, hand.seed) if isinstance(plant, CubePlant) else None
-            result = _recorded(opened, record, observer, console, Running(policy, settings, whose, cube))
+            result = _recorded(opened, record, observer, Running(policy, settings, whose, cube))
         ended = result.run.ending
         observer.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
         ours = policy.name == DEFAULT and not dry_run  # measured with this policy alone
@@ -185,10 +185,10 @@ class Running(NamedTuple):
     cube: CubeWatch | None
 
 
-def _recorded(opened: Target, path: Path | None, observer: Observer, console: Console, running: Running) -> PolicyRun:
+def _recorded(opened: Target, path: Path | None, observer: Observer, running: Running) -> PolicyRun:
     """Run the policy and record it to `path`, if not None, whatever ends it."""
     recorder, name = Recorder(opened, "policy", path), opened.describe()
-    with ProgressBar(console=console, transient=True) as bar:
+    with ProgressBar() as bar:
         task = bar.add_task(name, total=1.0)
 
         def show(done: float, doing: str) -> None:

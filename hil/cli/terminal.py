@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -14,13 +16,17 @@ from rich.progress import (
     TaskProgressColumn,
     TextColumn,
 )
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 
 def console(*, width: int | None = None, stderr: bool = False) -> Console:
     """Return the terminal, on which square brackets and colons are only that."""
     return Console(width=width, stderr=stderr, markup=False, highlight=False, emoji=False)
+
+
+def _on_stderr() -> Console:
+    return console(stderr=True)  # a function, because an argument of this name hides it
 
 
 LEAST_NAME = 18
@@ -48,9 +54,14 @@ def print_columns(console: Console, title: str, heads: Sequence[str], rows: Rows
         first = last
 
 
-def description(width: int = 0) -> TextColumn:
-    """Return the column of a progress bar that says what is being done, `width` characters wide or as it needs."""
-    return TextColumn(f"{{task.description:{width}}}" if width else "{task.description}", markup=False)
+DOING_WIDTH, BAR_WIDTH = 38, 16
+"""Characters of what is being done and of the bar; with percentage and time left they fill 80."""
+
+
+def description() -> TextColumn:
+    """Return the column of a progress bar that says what is being done, cut where it is too long."""
+    column = Column(no_wrap=True, overflow="ellipsis", max_width=DOING_WIDTH)
+    return TextColumn("{task.description}", markup=False, table_column=column)
 
 
 LINE_S = 10.0
@@ -78,14 +89,33 @@ class TimeLeftColumn(ProgressColumn):
 
 
 class ProgressBar(Progress):
-    """Rich's bar, which alone shows nothing where its output is redirected."""
+    """Rich's bar on standard error, which alone shows nothing where its output is redirected."""
 
     _said_at = 0.0
+
+    def __init__(
+        self, *columns: ProgressColumn, console: Console | None = None, lines: bool = True, **options: Any
+    ) -> None:
+        """Prepare a bar that leaves nothing behind.
+
+        Args:
+            columns: of the bar; the default ones fit into 80 characters.
+            console: where it is drawn; standard error when None, because standard output is for results.
+            lines: whether a line every `LINE_S` stands for it where there is no terminal.
+            options: of Rich.
+        """
+        self._lines = lines
+        chosen = console or _on_stderr()
+        # Rich would take what is printed meanwhile to this console, also what goes into a pipe.
+        options["redirect_stdout"] = sys.stdout.isatty()
+        # Where nobody sees a bar, Rich would leave an empty line.
+        options["disable"] = options.get("disable", False) or not chosen.is_terminal
+        super().__init__(*columns, console=chosen, transient=True, **options)
 
     @classmethod
     def get_default_columns(cls) -> tuple[ProgressColumn, ...]:
         """Return Rich's, but for a description that is shown as it is: a path may look like markup."""
-        return description(), BarColumn(), TaskProgressColumn(), TimeLeftColumn()
+        return description(), BarColumn(bar_width=BAR_WIDTH), TaskProgressColumn(), TimeLeftColumn()
 
     def start(self) -> None:
         """Start the bar, or the time to the first line."""
@@ -103,7 +133,7 @@ class ProgressBar(Progress):
         self._say(task_id)
 
     def _say(self, task_id: TaskID) -> None:
-        if self.console.is_terminal or self.get_time() < self._said_at + LINE_S:
+        if not self._lines or self.console.is_terminal or self.get_time() < self._said_at + LINE_S:
             return
         self._said_at = self.get_time()
         task = next(task for task in self.tasks if task.id == task_id)

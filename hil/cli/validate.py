@@ -48,6 +48,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 )  # fmt: skip
 @with_view
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
+@click.option("--json", "as_json", is_flag=True, help="Print the content of checks.json on standard output.")
 @click.option(
     "--out", type=NewFolder(),
     help="Folder for the report, the metrics and the recordings; validation/DATE-AND-TIME if not given.",
@@ -62,6 +63,7 @@ def validate(
     look: bool,
     view: bool,
     dry_run: bool,
+    as_json: bool,
     out: Path | None,
 ) -> None:
     """Check a hand: is everything there, does it move as it should, does it agree with the simulator?
@@ -81,5 +83,6 @@ def validate(
         faults=faults,
         view=view,
         dry_run=dry_run,
+        as_json=as_json,
         out=out,
     )

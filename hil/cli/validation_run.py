@@ -10,7 +10,6 @@ from typing import NoReturn
 
 import click
 import numpy as np
-from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
 
 from aero.exit_code import Exit
 from aero.safety import SafetyStopError
@@ -18,7 +17,8 @@ from hil.checks import DEFAULT, EXPERIMENTS
 from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import Ended, ending, usage_errors
 from hil.cli.options import ChosenHand
-from hil.cli.terminal import ProgressBar, description
+from hil.cli.run_progress import RunProgress
+from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.cli.viewing import Observer, telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
@@ -43,6 +43,7 @@ def run(
     faults: Sequence[str],
     view: bool,
     dry_run: bool,
+    as_json: bool,
     out: Path | None,
 ) -> None:
     """Validate the chosen hand, show the result and end the program with its exit code.
@@ -55,10 +56,10 @@ def run(
         faults: faults to inject into an emulated hand, in the text of `hil.faults`.
         view: show the hand in a web page.
         dry_run: read and show only.
+        as_json: print `checks.json` alone on standard output; what is for people goes to standard error.
         out: folder of the results; one named by the time when None.
     """
-    console = new_console()
-    columns = (description(28), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    console = new_console(stderr=as_json)
     with usage_errors():
         if baseline is not None:
             load(baseline)
@@ -71,7 +72,7 @@ def run(
         try:
             asking = any(EXPERIMENTS[name].asks for name in names)
             # A bar that moves would draw over the questions.
-            bars = ProgressBar(*columns, console=console, transient=True, disable=asking)
+            bars = ProgressBar(lines=False, disable=asking)
             with claimed(folder), emptied(folder), opening as alone, bars as bar:
                 onlookers = (Onlooker(ask_on_terminal),) if asking else ()
                 opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
@@ -84,20 +85,21 @@ def run(
                     console.print(before_moving(opened, furthest, sum(experiment.hand_s for experiment in chosen)))
                 if folder is None:
                     return
-                task = bar.add_task("opening", total=1.0)
+                along = RunProgress(bar, chosen)
 
                 def kept(so_far: Validation) -> None:
                     write_figures(so_far, folder)
                     name, ran = list(so_far.results.items())[-1]
                     observer.note(f"{name}: {len(failed(ran.findings))} of {len(ran.findings)} checks failed")
                     _show(so_far, observer)
+                    along.result(so_far)
 
                 result = run_validation(
                     opened,
                     names or DEFAULT,
                     baseline=baseline,
                     folder=folder,
-                    progress=telling(observer, lambda done, doing: bar.update(task, completed=done, description=doing)),
+                    progress=telling(observer, along.step),
                     on_result=kept,
                 )
         # Known only when the hand is closed; what was measured stands.
@@ -106,9 +108,12 @@ def run(
                 raise
             result = replace(result, end=ended_at_closing(result.end, error))
         _show(result, observer)
-        for line in run_text(result, str(folder / "report.html"), console.width):
+        shown = result.results if sys.stderr.isatty() and sys.stdout.isatty() else ()
+        for line in run_text(result, str(folder / "report.html"), console.width, shown=shown):
             console.print(line)
         write_results(result, folder)
+        if as_json:
+            click.echo((folder / "checks.json").read_text(encoding="utf-8"), nl=False)
     _end(result, folder)
 
 

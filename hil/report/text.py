@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -21,13 +21,21 @@ FIRST_COLUMN, PADDING = 9, 2
 """Widths in characters: of the names in a table, and of the room of each other column."""
 
 
-def run_text(validation: Validation, report: str, width: int) -> Iterator[Text | Table]:
+def result_line(name: str, findings: Sequence[Finding]) -> Text:
+    """Return the line of one experiment: how many of its checks failed, or how many passed."""
+    bad = len(failed(findings))
+    count = (f"{bad} of {len(findings)} failed", "bold") if bad else f"{len(findings)} checks passed"
+    return Text.assemble(f"{name:10} {JUDGED[name].title}: ", count)
+
+
+def run_text(validation: Validation, report: str, width: int, *, shown: Collection[str] = ()) -> Iterator[Text | Table]:
     """Yield what a person reads about a run: verdict, what the evidence says, other findings, then each experiment.
 
     Args:
         validation: the run.
         report: path of the page.
         width: of the terminal, characters.
+        shown: experiments whose lines were printed when they ended; they are left out.
     """
     if not validation.passed:
         heading = _heading(validation)
@@ -38,11 +46,9 @@ def run_text(validation: Validation, report: str, width: int) -> Iterator[Text |
     if lines.rows:
         yield lines
     for name, result in validation.judged.items():
-        if not result.findings and name not in validation.results:
+        if name in shown or (not result.findings and name not in validation.results):
             continue
-        bad = len(failed(result.findings))
-        count = (f"{bad} of {len(result.findings)} failed", "bold") if bad else f"{len(result.findings)} checks passed"
-        yield Text.assemble(f"{name:10} {JUDGED[name].title}: ", count)
+        yield result_line(name, result.findings)
     beside = compared(validation)
     if beside is not None and validation.passed:  # of a hand that failed the page has it
         yield from _beside(beside, width)

@@ -11,7 +11,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
 from aero.channels import Channel
 from aero.firmware import FIRMWARE
@@ -20,7 +19,7 @@ from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
 from hil.cli.options import NewFolder
-from hil.cli.terminal import ProgressBar, description, print_columns
+from hil.cli.terminal import ProgressBar, print_columns
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file, prepared_folder
 from hil.report.matplotlib_svg import STYLE, svg_of
@@ -65,22 +64,23 @@ def calibrate_command(
     recordings do not tell stays as in the starting unit. Ctrl-C and a termination write the best unit so far.
     """
     console = new_console()
-    columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with usage_errors():
         unit = unit_named(start)
         prepared_file(out)
         if plots is not None:
             prepared_folder(plots)
         traces = [load_trace(path) for path in recordings]
-    with unwinding(), ProgressBar(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("replays, about", total=None)
+    with unwinding(), ProgressBar() as bar:
+        task = bar.add_task("fitting", total=None)
         result = calibrate(
             traces,
             unit,
             firmware=firmware,
             jobs=jobs,
             report=lambda line: console.print(line, style="dim"),
-            progress=lambda done, about: bar.update(task, completed=done, total=about),
+            progress=lambda done, about: bar.update(
+                task, completed=done, total=about, description=f"replay {done} of about {about}"
+            ),
         )
     stopped = result.found.interrupted
     fitted_to = f"Fitted to {len(recordings)} recordings"

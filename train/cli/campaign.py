@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import count as count_from
 from pathlib import Path
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
 from aero.firmware import FIRMWARE
 from aero.safety import unwinding
@@ -17,7 +17,7 @@ from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.cli.exits import usage_errors
 from hil.cli.options import SEED
-from hil.cli.terminal import ProgressBar, description
+from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
@@ -97,16 +97,16 @@ def campaign(
         opening = opened(folder)
     count = workers or usable_cores()
     executor = partial(cluster, scheduler) if scheduler is not None else partial(worker_processes, count)
-    columns = (description(), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with unwinding(), opening as store, ProgressBar(*columns, console=console) as bar:
+    with unwinding(), opening as store, ProgressBar() as bar:
         store.note_command(command_line())
         left = missing(trials, store.keys())
         console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}")
-        task = bar.add_task("validating", total=len(left))
+        task, ended = bar.add_task(f"0 of {len(left)} runs", total=len(left)), count_from(1)
 
         def keep(outcome: Outcome) -> None:
             store.add(outcome)
-            bar.advance(task)
+            done = next(ended)
+            bar.update(task, completed=done, description=f"{done} of {len(left)} runs")
 
         try:
             conduct(left, executor, keep, at_once=AHEAD * count)

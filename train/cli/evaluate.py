@@ -116,7 +116,7 @@ def evaluate(
     results: dict[str, dict[str, dict[str, float]]] = {}
     made: dict[str, list[CubeTrial]] = {}
     try:
-        with unwinding(), ProgressBar(console=console, transient=True) as bar:
+        with unwinding(), ProgressBar() as bar:
             task = bar.add_task("evaluating", total=1.0)
 
             def show(done: float, doing: str) -> None:

@@ -64,7 +64,7 @@ def record_command(
             return
         recorder = Recorder(opened, EXPERIMENT, out)
         try:
-            with ProgressBar(console=console, transient=True) as bar:
+            with ProgressBar() as bar:
                 task = bar.add_task(plan.name, total=1.0)
                 play(opened, recorder, plan, progress=lambda done, _doing: bar.update(task, completed=done))
         except BaseException:
