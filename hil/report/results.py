@@ -92,7 +92,7 @@ def checks_json(validation: Validation) -> dict[str, object]:
         "counts": dataclasses.asdict(validation.tally),
         "findings": [dataclasses.asdict(finding) for finding in validation.findings],
         "diagnosis": diagnosis_json(validation),
-        "withheld": [dataclasses.asdict(withheld) for withheld in validation.withheld],
+        "withheld": [dataclasses.asdict(withheld) | {"why": withheld.why.value} for withheld in validation.withheld],
     }
 
 
