@@ -7,12 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import click
-from rich.progress import BarColumn, TaskProgressColumn
 
 from aero.exit_code import Exit
 from hil.cli.exits import usage_errors
 from hil.cli.options import ChosenHand
-from hil.cli.terminal import ProgressBar, console, description
+from hil.cli.terminal import ProgressBar, console
 from hil.report.case_page import write_case_page
 from hil.report.results import write_results
 from hil.verdict.case import DiagnosisCase, Proposal
@@ -68,7 +67,7 @@ def _taken(hand: ChosenHand, case: DiagnosisCase, proposal: Proposal, folder: Pa
         click.prompt("press Enter when it is done", default="", show_default=False, prompt_suffix=" ")
     except click.Abort as error:
         raise KeyboardInterrupt from error
-    bar = ProgressBar(description(28), BarColumn(), TaskProgressColumn(), console=console(), transient=True)
+    bar = ProgressBar()
     with hand.open() as opened, bar:
         task = bar.add_task("opening", total=1.0)
         folder.mkdir(exist_ok=True)
