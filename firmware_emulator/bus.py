@@ -4,7 +4,8 @@ Theory of operation. A master writes bytes through a `BusPort`; each occupies th
 rate, behind whatever occupies it already. When the last byte of a packet has arrived, the addressed servos act that
 listen at this baud rate, and each answer follows the turnaround time after the end of what it answers. Answers reach
 the port that asked, in one piece when the last byte of the train is there. Servos with the same ID answer at the same
-time: their bytes meet on the wire and are AND-ed.
+time: their bytes meet on the wire and are AND-ed. A sync read that nothing can disturb, which is the telemetry of a
+board nearly always, is one step, without packets and events (`BusPort.sync_read`).
 
 Two masters take turns, which is convenient and not what a wire does. With `collides` a master that begins while the
 wire is taken spoils both: servos hear neither packet, and of an answer the bytes that were met are zeros.
@@ -31,6 +32,10 @@ OVERHEAD = 6
 """Bytes of a packet beside its parameters."""
 SILENCE_S = 5e-3
 """Silence after which a servo's receiver forgets a packet that was begun, s (assumption)."""
+
+
+Answer = tuple[int, int, bytes]
+"""ID of a servo, its error byte and the registers that it was asked for: what `pack` makes a packet of."""
 
 
 class Tap(Protocol):
@@ -74,6 +79,39 @@ class BusPort:
             bus.kernel.call_at(self._last_byte, bus.deliver, data, self)
         return self._last_byte
 
+    def sync_read(
+        self, request: bytes, address: int, count: int, wanted: Sequence[int], deadline: float
+    ) -> list[Answer] | None:
+        """Ask servos for registers, and let the time of the exchange pass when nothing else happens meanwhile.
+
+        Args:
+            request: the packet.
+            address: first register, as in the packet.
+            count: registers, as in the packet.
+            wanted: IDs, as in the packet.
+            deadline: when the master gives up, s.
+
+        Returns:
+            What the servos answered, when the last byte is there; None when it comes through `receive`, later.
+        """
+        bus, kernel, byte_s = self._bus, self._bus.kernel, self.byte_s
+        start = max(kernel.now, bus.busy_until)
+        heard = start + len(request) * byte_s
+        over = on_grid(heard + len(wanted) * bus.turnaround_s + len(wanted) * (count + OVERHEAD) * byte_s)
+        alone = over < deadline and kernel.is_free_until(over) and not self.echo and not self._parser.has_begun
+        if not alone or not bus.is_regular(wanted, self.baud, heard):
+            self.write(request)
+            return None
+        kernel.pass_until(heard)
+        self._last_byte = heard
+        bus.busy_until = over
+        answers = [(servo.id, servo.status, servo.read(address, count)) for servo in bus.servos]
+        if kernel.pass_until(over):
+            return answers
+        # To read them made something happen, as of a supply that breaks down.
+        kernel.call_at(over, self.receive, b"".join(pack(*answer) for answer in answers))
+        return None
+
     @property
     def byte_s(self) -> float:
         """Time of one byte, s."""
@@ -108,6 +146,19 @@ class ServoBus:
         if now < self.busy_until:
             self._collision = now, min(self.busy_until, now + seconds)
         return now
+
+    def is_regular(self, wanted: Sequence[int], baud: int, heard: float) -> bool:
+        """Return whether all servos answer a sync read heard at a time (s), each once and in order, unspoiled."""
+        if self.tap is not None or self.collides or self.late_s or self._collision[1] >= self.kernel.now:
+            return False
+        if not wanted or len(wanted) != len(self.servos):
+            return False
+        for number, servo in zip(wanted, self.servos, strict=True):
+            if servo.id != number or servo.baud != baud or servo.silent_until > heard:
+                return False
+            if not servo.model.knows_sync_read:
+                return False
+        return True
 
     def deliver(self, data: bytes, port: BusPort) -> None:
         """Let bytes that end now arrive at a port, zeros where something met them."""
@@ -179,7 +230,7 @@ class ServoBus:
         answers: dict[int, bytes] = {}
         for servo in self._listening(BROADCAST, baud):
             number = servo.id
-            if number in wanted and Instruction.SYNC_READ in servo.model.instructions:
+            if number in wanted and servo.model.knows_sync_read:
                 answer = pack(number, servo.status, servo.read(address, count))
                 answers[number] = _meet(answers[number], answer) if number in answers else answer
         return [answers[number] for number in wanted if number in answers]

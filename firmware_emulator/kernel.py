@@ -9,6 +9,8 @@ like a FreeRTOS task and yields what it waits for,
 - a `(Signal, deadline)` pair: until it fires or the time (s) is reached; the yield evaluates to whether it fired.
 
 Events of the same instant run in the order in which they were scheduled, so a run is a pure function of its inputs.
+Where nothing else is due until the time that a task waits for, the task continues at once, without the queue: the same
+order at a third of the cost (`pass_until`).
 Only the owner of the clock calls `run_until`: `VirtualClock`, the driver's read in `links/in_process.py`, the loop of
 `links/pty.py` that follows the wall clock, the comparison of two boards in `compare/run.py` and the rehearsal of a
 firmware program in `native/rehearsal.py`. Callbacks and tasks never do.
@@ -33,9 +35,15 @@ class Signal:
 
     def fire(self) -> None:
         """Wake every waiting task at the present instant, in the order in which they began to wait."""
+        if not self._waiting:
+            return
         waiting, self._waiting = self._waiting, []
+        kernel = self._kernel
+        # What is woken here is in the middle of an event of another, for which no time may pass.
+        last, kernel.last_of_event = kernel.last_of_event, False
         for runner, ticket in waiting:
             runner.wake(ticket, True)
+        kernel.last_of_event = last
 
     def _add(self, runner: Runner, ticket: int) -> None:
         self._waiting = [entry for entry in self._waiting if entry[0].ticket == entry[1]]
@@ -80,20 +88,32 @@ class Runner:
         """Resume the task if it still waits with this ticket; `fired` is what its yield evaluates to."""
         if ticket != self.ticket:
             return
-        self.ticket += 1
-        try:
-            wanted = self._task.send(fired if ticket else None)
-        except StopIteration:
-            return
-        kernel, ticket = self._kernel, self.ticket
-        if isinstance(wanted, Signal):
-            wanted._add(self, ticket)
-        elif isinstance(wanted, tuple):
-            signal, deadline = wanted
-            signal._add(self, ticket)
-            kernel.call_at(deadline, self.wake, ticket, False)
-        else:
-            kernel.call_at(wanted, self.wake, ticket, False)
+        kernel, sent = self._kernel, fired if ticket else None
+        while True:
+            self.ticket = ticket = ticket + 1
+            try:
+                wanted = self._task.send(sent)
+            except StopIteration:
+                return
+            if isinstance(wanted, Signal):
+                wanted._add(self, ticket)
+                return
+            if isinstance(wanted, tuple):
+                signal, deadline = wanted
+                signal._add(self, ticket)
+                kernel.call_at(deadline, self._due, ticket)
+                return
+            if not kernel.pass_until(wanted):
+                kernel.call_at(wanted, self._due, ticket)
+                return
+            sent = False
+
+    def _due(self, ticket: int) -> None:
+        """Resume the task at the time for which it waits, as the only thing that this event does."""
+        kernel = self._kernel
+        kernel.last_of_event = True
+        self.wake(ticket, False)
+        kernel.last_of_event = False
 
     def stop(self) -> None:
         """End the task where it waits."""
@@ -109,6 +129,10 @@ class Kernel:
         self._queue: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []
         self._scheduled = 0
         self._paused = False
+        self._limit = 0.0
+        """Time up to which it runs, s."""
+        self.last_of_event = False
+        """Whether nothing of the present event follows the task that is running."""
 
     def call_at(self, t: float, function: Callable[..., None], *arguments: object) -> None:
         """Call `function(*arguments)` at time `t` (s), at the present instant when `t` is past."""
@@ -128,7 +152,8 @@ class Kernel:
     def run_until(self, t: float) -> None:
         """Run events up to and including time `t` (s), or up to the event that calls `pause`."""
         queue = self._queue
-        self._paused = False
+        self._paused = self.last_of_event = False
+        self._limit = t
         while queue and queue[0][0] <= t:
             when, _, function, arguments = heappop(queue)
             self.now = when
@@ -136,6 +161,23 @@ class Kernel:
             if self._paused:
                 return
         self.now = max(self.now, t)
+
+    def pass_until(self, t: float) -> bool:
+        """Let time pass to `t` (s) within the running task if `is_free_until` it; return whether it did."""
+        free = self.is_free_until(t)
+        if free and t > self.now:
+            self.now = t
+        return free
+
+    def is_free_until(self, t: float) -> bool:
+        """Return whether the running task may act at once as it would at `t` (s): nothing else is due until then.
+
+        What is due at `t` itself, at the present instant when `t` is past, was there before the task, and comes first.
+        """
+        if not self.last_of_event or self._paused or t > self._limit:
+            return False
+        queue = self._queue
+        return not queue or queue[0][0] > (t if t > self.now else self.now)
 
     def pause(self) -> None:
         """Let `run_until` return after the present event, time standing where it is."""

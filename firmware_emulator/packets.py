@@ -70,6 +70,11 @@ class PacketParser:
         self._pending = b""
         self._whole: dict[bytes, Packet] = {}
 
+    @property
+    def has_begun(self) -> bool:
+        """Whether the beginning of a packet is there."""
+        return bool(self._pending)
+
     def clear(self) -> None:
         """Forget a packet that was begun, as a servo does when the line falls silent."""
         self._pending = b""

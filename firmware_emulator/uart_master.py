@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 
-from firmware_emulator.bus import ServoBus
+from firmware_emulator.bus import Answer, ServoBus
 from firmware_emulator.kernel import TASK_YIELD, Signal, Task, milliseconds
 from firmware_emulator.packets import BROADCAST, HEADER, Instruction, pack
 
@@ -40,6 +40,8 @@ class UartMaster:
         self._arrived = Signal(bus.kernel)
         self._arrived_in_train = Signal(bus.kernel)
         self._trains = bytearray(TRAIN_BUFFER)
+        self._at_once: list[Answer] = []
+        """Answers that came at once and were not written into the buffer yet."""
 
     def ping(self, servo: int) -> Task:
         """Return whether a servo acknowledges a PING."""
@@ -74,21 +76,35 @@ class UartMaster:
 
     def sync_read(self, address: int, count: int, servos: tuple[int, ...]) -> Task:
         """Return the registers of all `servos`, None as soon as one answer is missing or damaged."""
-        self._send(_request(BROADCAST, Instruction.SYNC_READ, bytes((address, count, *servos))))
-        size = len(servos) * (count + 6)
+        request = _request(BROADCAST, Instruction.SYNC_READ, bytes((address, count, *servos)))
         deadline = _after_ms(self._kernel.now, SYNC_WINDOW_MS)
-        taken = self._pull(size)
+        self._received.clear()
+        answers = self._port.sync_read(request, address, count, servos, deadline)
+        if answers is not None:
+            self._at_once = answers
+            blocks = [block for _, _, block in answers]
+            # Nothing in them looks like a header: the search below would find each in its place.
+            if b"\xff" not in b"".join(blocks):
+                return blocks
+        size = len(servos) * (count + 6)
+        train = self._buffered_trains()
+        taken = b"" if answers is None else bytes(train[:size])
         while len(taken) < size:
             if not (yield self._arrived_in_train, deadline):
                 break
             taken += self._pull(size - len(taken))
         # The buffer is not emptied: behind a train that was cut short stands what came before.
-        self._trains[: len(taken)] = taken
+        train[: len(taken)] = taken
         if _is_regular(taken, servos, count):
             return [taken[at + 5 : at + 5 + count] for at in range(0, size, count + 6)]
-        train = bytes(self._trains)
-        answers = [_find_answer(train, len(taken), servo, count) for servo in servos]
-        return None if None in answers else answers
+        found = [_find_answer(bytes(train), len(taken), servo, count) for servo in servos]
+        return None if None in found else found
+
+    def _buffered_trains(self) -> bytearray:
+        """Return the buffer of trains, with the answers that came at once in it."""
+        train, self._at_once = b"".join(pack(*answer) for answer in self._at_once), []
+        self._trains[: len(train)] = train
+        return self._trains
 
     def _acknowledged(self, servo: int, instruction: int, parameters: bytes) -> Task:
         self._send(_request(servo, instruction, parameters))

@@ -11,7 +11,7 @@ from firmware_emulator.firmware.homing import assume_homed, home
 from firmware_emulator.firmware.opcodes import HANDLERS
 from firmware_emulator.firmware.profiles import BootHoming
 from firmware_emulator.firmware.reading import Telemetry
-from firmware_emulator.firmware.torque_mode import look_at_soft_limit, next_look
+from firmware_emulator.firmware.torque_mode import look_at_soft_limit, make_up_for_looks, next_look
 from firmware_emulator.kernel import TASK_YIELD, Task, milliseconds, ticks_later
 from firmware_emulator.servo.model_file import FEEDBACK
 from firmware_emulator.servo.registers import FEEDBACK_SIZE
@@ -113,6 +113,7 @@ def _loop(board: Board) -> Task:
             # loop that polls.
             yield TASK_YIELD
             yield TASK_YIELD
+            make_up_for_looks(board)
             frame = board.next_frame()
         if frame is not None and frame[0] in board.profile.opcodes:
             yield from HANDLERS[frame[0]](board, words_of(frame))

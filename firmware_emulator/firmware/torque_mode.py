@@ -35,14 +35,23 @@ def ctrl_tor(board: Board, words: tuple[int, ...]) -> Task:
 
 
 def next_look(board: Board) -> float | None:
-    """Return when (s) the main loop looks at the soft limit again, None in a version without one."""
-    return board.torque_mode.next_look_ms / 1000.0 if board.profile.soft_limit else None
+    """Return when (s) the main loop looks at the soft limit again; None when it will find nothing to do."""
+    watched = board.profile.soft_limit and board.mode == TORQUE
+    return board.torque_mode.next_look_ms / 1000.0 if watched else None
+
+
+def make_up_for_looks(board: Board) -> None:
+    """Leave the soft limit as the looks before now would have, which are not taken in position mode."""
+    state, now = board.torque_mode, board.kernel.now
+    while board.profile.soft_limit and board.mode != TORQUE and state.next_look_ms / 1000.0 < now:
+        state.outside[:] = [False] * CHANNELS
+        state.next_look_ms += SOFT_PERIOD_MS
 
 
 def look_at_soft_limit(board: Board) -> Task:
     """Weaken every channel that has left its window since the last check, and restore every one that is back.
 
-    The grid of 20 ms runs in position mode too, where all that happens is that the latch opens.
+    The grid of 20 ms goes on in position mode too, where all that happens is that the latch opens.
     """
     state = board.torque_mode
     now_ms = milliseconds(board.kernel.now)

@@ -107,6 +107,11 @@ class ServoModel:
     sources: Mapping[str, str]
     """Letter to where a number comes from."""
 
+    @cached_property
+    def knows_sync_read(self) -> bool:
+        """Whether it takes part in a sync read."""
+        return Instruction.SYNC_READ in self.instructions
+
     @property
     def wraps(self) -> bool:
         """Whether the reading continues from 0 after a turn."""

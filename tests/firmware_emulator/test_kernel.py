@@ -112,3 +112,64 @@ def test_virtual_time_never_goes_back_and_sleeping_runs_what_is_due():
     kernel.call_at(0.5, lambda: seen.append(clock.now()))
     clock.sleep_until(2.5)
     assert seen == [1.0, 2.0]
+
+
+def test_no_time_passes_for_a_task_that_is_woken_in_the_middle_of_an_event():
+    kernel = Kernel()
+    signal = Signal(kernel)
+    seen = []
+
+    def waiter():
+        yield signal
+        yield 2.0
+        seen.append(kernel.now)
+
+    def event():
+        signal.fire()
+        seen.append(kernel.now)
+
+    def firing():
+        yield 1.0
+        event()
+
+    kernel.spawn(waiter())
+    kernel.spawn(firing())
+    kernel.run_until(3.0)
+    assert seen == [1.0, 2.0]
+
+
+def test_a_task_that_pauses_the_kernel_waits_for_its_next_run():
+    kernel = Kernel()
+    seen = []
+
+    def task():
+        yield 1.0
+        kernel.pause()
+        yield 2.0
+        seen.append(kernel.now)
+
+    kernel.spawn(task())
+    kernel.run_until(3.0)
+    assert (kernel.now, seen) == (1.0, [])
+    kernel.run_until(3.0)
+    assert (kernel.now, seen) == (3.0, [2.0])
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3)), max_size=12), st.integers(0, 12))
+def test_tasks_run_in_the_order_of_the_queue_whether_they_take_its_way_or_not(waits, limit):
+    def run(kernel):
+        seen = []
+
+        def task(number, steps):
+            for step in steps:
+                yield kernel.now + step
+                seen.append((kernel.now, number))
+
+        for number in range(3):
+            kernel.spawn(task(number, [step for of, step in waits if of == number]))
+        kernel.run_until(limit)
+        return seen, kernel.now, kernel.next_event() is None
+
+    queued = Kernel()
+    queued.is_free_until = lambda _t: False
+    assert run(Kernel()) == run(queued)

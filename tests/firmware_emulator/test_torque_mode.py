@@ -86,3 +86,19 @@ def test_there_is_no_soft_limit_in_0_1_0(make_host):
     send_torque(host, *[800] * 7)
     host.wait(1.0)
     assert goal_torques(host) == (800, 800, -800, 800, 800, 800, 800)
+
+
+def test_the_soft_limit_keeps_its_grid_while_position_mode_leaves_nothing_to_look_at(make_host, bus_log):
+    host = make_host(firmware="0.2.0")
+
+    def looks():
+        del bus_log[:]
+        send_torque(host, *[100] * 7)
+        host.wait(0.2)
+        return [round(1000.0 * t) % 20 for t, packet in bus_log if packet[2:7] == bytes((0, 4, 2, 56, 2))][2:]
+
+    before = looks()
+    host.send(0x11, *[0] * 7)
+    host.wait(0.137)
+    assert set(looks()) == set(before)
+    assert len(set(before)) == 1
