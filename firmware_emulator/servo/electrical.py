@@ -41,11 +41,12 @@ class CurrentLaw:
         At rest it is `at_rest`. A motor that turns draws more for the same effort, a fast one no more than the floor of
         the static curve: that is what a recorded hand shows, and no theory.
         """
+        at_rest = self.at_rest(effort)
         if self._at_rest_always:
-            return self.at_rest(effort)
+            return at_rest
         effort, square = abs(effort), speed * speed
         floor = self._floor * effort
-        above = self.at_rest(effort) - floor + self._turning * effort * square / (square + self._begins)
+        above = at_rest - floor + self._turning * effort * square / (square + self._begins)
         return floor + above / (1.0 + square / self._fades)
 
     def _recorded(self, counts: float) -> float:

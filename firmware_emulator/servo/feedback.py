@@ -5,7 +5,8 @@ Refreshed for all seven servos a hundred times a second, so what does not change
 
 from __future__ import annotations
 
-from math import exp
+from collections.abc import Iterator
+from math import cos, exp, floor, log, sin, sqrt, tau
 from random import Random
 from struct import Struct
 
@@ -18,7 +19,9 @@ from firmware_emulator.servo.parameters import RAD_PER_COUNT, ServoParameters
 from firmware_emulator.servo.shafts import Sample
 
 BLOCK = "HHHBBBBBHH"
-"""Registers 56 to 70; a servo that measures no current ends before the last two."""
+"""Registers 56 to 70."""
+WITHOUT_CURRENT = 4
+"""Bytes of the block that a servo lacks which measures no current."""
 MULTI_TURN = 0x10
 """Bit of the phase register: the reading counts turns."""
 MAX_WORD = 0x7FFF
@@ -37,16 +40,18 @@ class FeedbackBlock:
     ) -> None:
         model = memory.model
         self._memory = memory.bytes
-        self._reported = len(BLOCK) if model.has("present_current") else len(BLOCK) - 2
-        self._pack_into = Struct("<>"[model.byte_order == "big"] + BLOCK[: self._reported]).pack_into
+        block = Struct("<>"[model.byte_order == "big"] + BLOCK)
+        self._pack = block.pack
+        self._size = block.size if model.has("present_current") else block.size - WITHOUT_CURRENT
+        self._span = slice(FEEDBACK, FEEDBACK + self._size)
         self._phase, self._async_flag = model.places["phase"].address, model.places["async_flag"].address
         self._turn, self._last = (model.resolution, 0) if model.wraps else (0, model.resolution - 1)
         self._moving_bits = model.places["moving"].high
         self._frame = frame
         self._shaft = mounting.shaft
-        self._law = CurrentLaw(parameters)
+        self._turning = CurrentLaw(parameters).turning
         self._filter_s = parameters.current_filter_s
-        self._noise = noise.gauss
+        self._noise = standard_normal(noise).__next__
         self._noise_units = parameters.current_noise_units
         # The sign of load and current is that of a goal torque: positive toward lower counts.
         self._sign = -mounting.direction
@@ -78,7 +83,8 @@ class FeedbackBlock:
         now, angles, speeds, efforts = sample
         shaft, memory = self._shaft, self._memory
         shaft_speed = speeds[shaft]
-        counts = self._frame.counts(angles[shaft])
+        frame = self._frame
+        counts = floor(frame.rounding_zero + frame.counts_per_rad * angles[shaft])
         if not self._turn:
             counts = min(max(counts, 0), self._last)
         elif not memory[self._phase] & MULTI_TURN:
@@ -90,19 +96,22 @@ class FeedbackBlock:
             effort - self._back_emf * shaft_speed, self._motor_counts_per_rad * shaft_speed, now, settings
         )
         target = round(setpoint_counts)
-        fields = (
+        away = setpoint_counts - counts
+        moving = (1 if speed else 0) | (0 if -REACHED_COUNTS <= away <= REACHED_COUNTS else 2)
+        warm = int(self.temperature_c)
+        block = self._pack(
             counts if 0 <= counts <= MAX_WORD else _word(counts),
             speed if 0 <= speed <= MAX_WORD else _word(speed),
             load if load >= 0 else -load | 0x400,
             round(10.0 * self.volts),
-            min(int(self.temperature_c), 255),  # what a servo that heats on and on comes to
+            warm if warm < 255 else 255,  # what a servo that heats on and on comes to
             memory[self._async_flag],
             self.status,
-            self._moving_bits & ((1 if speed else 0) | (2 if abs(setpoint_counts - counts) > REACHED_COUNTS else 0)),
+            self._moving_bits & moving,
             target if 0 <= target <= MAX_WORD else _word(target),
             current if current >= 0 else -current | 0x8000,
         )
-        self._pack_into(memory, FEEDBACK, *fields[: self._reported])
+        memory[self._span] = block[: self._size]
 
     def _current(self, winding: float, speed: float, now: float, settings: LoopSettings) -> int:
         """Reading (register units) for what drives the winding, N m, at a speed, counts/s."""
@@ -113,14 +122,25 @@ class FeedbackBlock:
         limit = self._limit
         units = 0.0
         if settings.enable != OFF:
-            units = min(self._law.turning(winding, speed), limit)
+            units = self._turning(winding, speed)
+            units = min(units, limit)
             if winding < 0.0:
                 units = -units
         share = exp((self._measured_at - now) / self._filter_s)
         self._measured_at = now
         self._measured_units = measured = units + share * (self._measured_units - units)
-        noisy = round(measured + self._noise(0.0, self._noise_units))
+        noisy = round(measured + self._noise() * self._noise_units)
         return noisy if -limit <= noisy <= limit else limit if noisy > 0 else -limit
+
+
+def standard_normal(random: Random) -> Iterator[float]:
+    """Yield what `random.gauss(0.0, 1.0)` would return, one after another, at half of what it takes."""
+    uniform = random.random
+    while True:
+        angle = uniform() * tau
+        radius = sqrt(-2.0 * log(1.0 - uniform()))
+        yield cos(angle) * radius
+        yield sin(angle) * radius
 
 
 def _word(value: int) -> int:

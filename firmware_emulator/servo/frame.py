@@ -29,28 +29,24 @@ class Frame:
         self._turns = 0
         self._offset = 0
         self._wraps = wraps
-        self._scale = mounting.direction / (RAD_PER_COUNT * COUNTS_PER_TURN / counts_per_turn)
+        self.counts_per_rad = mounting.direction / (RAD_PER_COUNT * COUNTS_PER_TURN / counts_per_turn)
+        """Counts per shaft angle with the mounting's sign."""
         self._zero = mounting.zero_counts
-        # Rounds to the nearest count, at one add per reading.
-        self._rounding_zero = self._zero + 0.5
+        self.rounding_zero = self._zero + 0.5
+        """Reading at shaft angle zero and half a count, so that `floor` rounds to the nearest."""
 
     @property
     def offset(self) -> int:
         """The part of the shift that the offset register holds, counts, -2048..2047."""
         return self._offset
 
-    @property
-    def counts_per_rad(self) -> float:
-        """Counts per shaft angle with the mounting's sign."""
-        return self._scale
-
     def counts(self, angle: float) -> int:
         """Return the reading at a shaft angle (rad)."""
-        return math.floor(self._rounding_zero + self._scale * angle)
+        return math.floor(self.rounding_zero + self.counts_per_rad * angle)
 
     def angle(self, counts: float) -> float:
         """Return the shaft angle (rad) at a reading."""
-        return (counts - self._zero) / self._scale
+        return (counts - self._zero) / self.counts_per_rad
 
     def calibrate(self, angle: float, value: int) -> None:
         """Shift the counts so that this shaft angle (rad) reads `value`."""
@@ -71,4 +67,4 @@ class Frame:
     def _place(self, turns: int) -> None:
         self._turns = turns
         self._zero = self._mounting.zero_counts - self._offset - turns * COUNTS_PER_TURN
-        self._rounding_zero = self._zero + 0.5
+        self.rounding_zero = self._zero + 0.5

@@ -1,11 +1,13 @@
 import math
 from itertools import pairwise
+from random import Random
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_emulator.servo.electrical import CurrentLaw, effort_limit, static_current, temperature_after
+from firmware_emulator.servo.feedback import standard_normal
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT, ServoParameters
 from firmware_emulator.servo.profile import plan
@@ -139,3 +141,9 @@ def test_calibration_makes_the_present_angle_read_the_value_and_shifts_all_else(
 def test_a_frame_is_right_both_ways(direction, zero, angle):
     frame = Frame(Mounting(0, direction, zero))
     assert abs(frame.angle(frame.counts(angle)) - angle) <= 0.51 * RAD_PER_COUNT
+
+
+@given(st.integers(), st.integers(0, 30))
+def test_the_noise_is_that_of_the_standard_library(seed, count):
+    noise, library = standard_normal(Random(seed)), Random(seed)
+    assert [next(noise) for _ in range(count)] == [library.gauss(0.0, 1.0) for _ in range(count)]
