@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES
+from aero.exit_code import Exit
 from firmware_emulator.plant import Drive, ShaftState
 from model.built import build_built
 from model.compiled_hand import SHAFTS, UNPOWERED, CompiledHand
@@ -30,6 +31,12 @@ NOTICEABLE = 0.003
 """Change of the supply from which on the drives are updated, fraction of nominal."""
 LEAST_SUPPLY = 0.3
 """What a supply keeps, share of nominal."""
+
+
+class DivergedError(ArithmeticError):
+    """A hand cannot be simulated as its unit and its faults say; the message has the drives under which it failed."""
+
+    exit_code = Exit.USAGE
 
 
 class Glimpse(NamedTuple):
@@ -87,7 +94,7 @@ class BuiltHandPlant:
         """Integrate to exactly `t` (s) with the present drives; nothing happens when `t` is not later than `time`.
 
         Raises:
-            ArithmeticError: the physics diverged.
+            DivergedError: the physics diverged.
         """
         span = t - self._time
         if span <= 0.0:
@@ -108,8 +115,9 @@ class BuiltHandPlant:
             model.opt.timestep = step
         if any(self._warnings.tolist()):
             # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
-            raise ArithmeticError(
-                f"the built hand's physics failed between {self._time} and {t} s under the drives (setpoint, "
+            raise DivergedError(
+                "a hand with these numbers of its unit and these faults cannot be simulated: the built hand's physics "
+                f"failed between {self._time} and {t} s under the drives (setpoint, "
                 f"stiffness, damping, torque, limit; a row a shaft) {self._asked}"
             )
         self._state = None

@@ -18,6 +18,10 @@ CURRENT_UNIT_MA = 6.5
 """One unit of a current or torque register, mA, nominal."""
 
 
+LEAST = 1e-3
+"""Least value of what a law of the motor divides by, in its own unit."""
+
+
 @dataclass(frozen=True)
 class ServoParameters:
     """An HLS3606M at 6 V.
@@ -91,11 +95,10 @@ class ServoParameters:
                 f"stall torque and no-load speed must be positive, got {self.stall_torque:g} N m and "
                 f"{self.no_load_speed_counts:g} counts/s"
             )
-        if min(self.current_turning_counts, self.current_fading_counts) <= 0.0:
-            raise ValueError(
-                "the speeds of the current's law must be positive, got "
-                f"{self.current_turning_counts:g} and {self.current_fading_counts:g} counts/s"
-            )
+        # Divided by, as squares: a smaller one would underflow.
+        for name in ("current_knee_counts", "current_turning_counts", "current_fading_counts", "heating_knee_a"):
+            if getattr(self, name) < LEAST:
+                raise ValueError(f"{name} must be at least {LEAST:g}, got {getattr(self, name):g}")
         if not self.current_filter_s > 0.0:
             raise ValueError(f"the current's time constant must be positive, got {self.current_filter_s:g} s")
         for name, most in (("voltage", 25.5), ("rest_temperature_c", 255.0), ("start_temperature_c", 255.0)):

@@ -13,7 +13,7 @@ import click
 
 from aero.exit_code import Exit
 from hil.cli.command_table import commands, is_ours
-from hil.cli.exits import Ended, ctrl_c_exits, run
+from hil.cli.exits import Ended, ctrl_c_exits, other_package, run
 from hil.cli.logs import log_nowhere, with_log
 from hil.cli.pipes import survive_closed_pipes
 
@@ -49,7 +49,7 @@ class LazyGroup(click.Group):
             with ctrl_c_exits():
                 command: click.Command = getattr(import_module(module), attribute)
         except ImportError as error:
-            if is_ours(error.name):
+            if is_ours(error.name) or other_package(error):
                 raise
             needs = (
                 f"`aero-hil {cmd_name}` needs the extra `{row.extra}`; from a checkout: pip install -e '.[{row.extra}]'"
@@ -68,6 +68,8 @@ class LazyGroup(click.Group):
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
         _name_drawing_library()
+        # Figures are files here; a notebook names a backend of its own kernel, which no other program has.
+        os.environ["MPLBACKEND"] = "agg"
         survive_closed_pipes()
         log_nowhere()
         run(

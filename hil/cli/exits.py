@@ -80,6 +80,8 @@ def ending(error: BaseException) -> tuple[int, str]:
         named = os.environ.get("MUJOCO_GL", "")
         said = f"MUJOCO_GL={named}: MuJoCo cannot load this OpenGL here ({type(error).__name__}: {error})"
         return Exit.USAGE, f"{said}; unset it, or set it to `egl` where there is no display"
+    if isinstance(error, ImportError) and (said := other_package(error)):
+        return Exit.USAGE, said
     if isinstance(error, ModuleNotFoundError) and not is_ours(error.name):
         said = f"{error.name} is not installed; an extra brings it, from a checkout: pip install -e '.[hil]'"
         return Exit.USAGE, f"{said}. `aero-hil doctor` lists the extras"
@@ -88,6 +90,19 @@ def ending(error: BaseException) -> tuple[int, str]:
     if (code := code_of(error)) is not Exit.DEFECT:
         return code, str(error)
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
+
+
+def other_package(error: ImportError) -> str:
+    """Return which other package has the name of one that is needed, such as `serial` on PyPI; empty where none has."""
+    top, _, part = (error.name or "").partition(".")
+    if is_ours(top) or (isinstance(error, ModuleNotFoundError) and not part):
+        return ""
+    found = sys.modules.get(top)
+    where = getattr(found, "__file__", None) or f"a folder {top!r}"
+    return (
+        f"{where} is not the package `{top}` that aero-hil needs ({error}): rename it, or install the right one "
+        f"(`serial` comes with pyserial)"
+    )
 
 
 @contextmanager

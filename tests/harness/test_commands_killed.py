@@ -42,10 +42,11 @@ def kept_by(name, folder, code):
         with opened(folder / "kept", read_only=True) as store:
             return f"{len(list(store.outcomes()))} outcomes"
     if name == "calibrate":
-        if not (folder / "unit.toml").exists():
+        unfinished = folder / "unit.unfinished.toml"
+        if not unfinished.exists():
             return "no unit"
-        assert load_unit(str(folder / "unit.toml")).hand
-        return "a unit"
+        assert load_unit(f"unfinished:{unfinished}").hand
+        return "an unfinished unit"
     found = folder / "kept" / "evaluation.json"
     return f"{len(json.loads(found.read_text())['results'])} results" if found.exists() else "no evaluation"
 

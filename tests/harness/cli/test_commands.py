@@ -168,3 +168,23 @@ def test_python_m_runs_the_commands(module):
     )
     assert done.returncode == 2
     assert "Usage: aero-hil " in done.stderr
+
+
+def test_another_package_named_serial_is_named(tmp_path):
+    """What PyPI calls `serial` is not pyserial; installing the extra `hil` would not help."""
+    (tmp_path / "serial.py").write_text("")
+    command = [sys.executable, "-m", "hil.cli", "validate", "--dry-run"]
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert f"{tmp_path}/serial.py is not the package `serial` that aero-hil needs" in line
+    assert "extra" not in line
+
+
+@pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "none-such"])
+def test_the_backend_of_a_notebook_is_no_matter(backend):
+    command = [sys.executable, "-m", "hil.cli", "calibrate", "--help"]
+    environment = os.environ | {"MPLBACKEND": backend}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
