@@ -21,6 +21,7 @@ from aero.policy.settings import PolicySettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.whole_file import write_whole
 from hil.cli.options import SEED
+from hil.cli.output import echo
 from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 
@@ -54,7 +55,7 @@ def main(*, first_seed: int, hands: int) -> None:
     seeds = range(first_seed, first_seed + hands)
     text = as_toml(corrections_of(seeds, find_policy(DEFAULT).settings), seeds)
     write_whole(Path(str(files("aero.policy.shipped") / FILE)), text)
-    click.echo(text)
+    echo(text)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from aero.exit_code import Exit
 from hil.cli.command_table import commands, is_ours
 from hil.cli.exits import Ended, ctrl_c_exits, other_package, run
 from hil.cli.logs import log_nowhere, with_log
-from hil.cli.pipes import survive_closed_pipes
+from hil.cli.output import echo, survive_closed_pipes
 
 
 class LazyGroup(click.Group):
@@ -55,7 +55,7 @@ class LazyGroup(click.Group):
                 f"`aero-hil {cmd_name}` needs the extra `{row.extra}`; from a checkout: pip install -e '.[{row.extra}]'"
             )
             if ctx is not None and ctx.meta.get("help"):
-                click.echo(f"{row.summary} {needs}")
+                echo(f"{row.summary} {needs}")
                 ctx.exit()
             raise Ended(f"{needs} ({error})", Exit.USAGE) from error
         return with_log(command)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from hil.cli.exits import usage_errors
+from hil.cli.output import echo
 from hil.verdict import baseline as baselines
 
 
@@ -21,4 +22,4 @@ def baseline(*, results: Path, folder: Path, even_so: bool) -> None:
     """
     with usage_errors():
         baselines.store(results, folder, even_so=even_so)
-    click.echo(f"baseline {folder}; compare with `aero-hil validate --baseline {folder}`")
+    echo(f"baseline {folder}; compare with `aero-hil validate --baseline {folder}`")

@@ -22,6 +22,7 @@ from firmware_emulator.links.in_process import InProcessLink, WireEntry
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import usage_errors
 from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation, recording_ended
+from hil.cli.output import echo
 from hil.cli.viewing import viewing, with_view
 from hil.faults import Schedule, parse_fault
 from hil.faults.host import refuse_at_a_port
@@ -119,12 +120,12 @@ def emulate(
             codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
             observer.follow(EmulatedSource(electronics, workbench.mechanics, codec))
             if server.url is not None:
-                click.echo(f"also {server.url}")
-            click.echo(f"ready {server.name}")
+                echo(f"also {server.url}")
+            echo(f"ready {server.name}")
             server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
     if parent is not None:
         for fault in schedule.unfired():
-            click.echo(f"{NEVER_FIRED} {fault}")
+            echo(f"{NEVER_FIRED} {fault}")
     schedule.require_all_fired()
     if file is not None and file.failure is not None:
         raise file.failure
@@ -141,4 +142,4 @@ def _late(delays: DelayLog, late_s: float, *, tell: bool) -> None:
         _LOG.info("this computer held the emulated board up for %.0f ms", 1e3 * late_s)
         if tell:
             with suppress(OSError):  # it has gone, which `parent` shows
-                click.echo(f"{LATE} {late_s:.4f}")
+                echo(f"{LATE} {late_s:.4f}")

@@ -21,6 +21,7 @@ from click.core import ParameterSource
 
 from aero.exit_code import Exit
 from hil.cli.command_table import is_ours
+from hil.cli.output import echo, printable
 from hil.recordings.errors import FULL_DISK, CannotBeWrittenError, UnwritablePlaceError
 
 _LOG = logging.getLogger(__name__)
@@ -38,7 +39,7 @@ class Ended(click.ClickException):
     """An ending with one line and its exit code."""
 
     def __init__(self, message: str, code: int) -> None:
-        super().__init__(message)
+        super().__init__(printable(message))
         self.exit_code = code  # type: ignore[misc]  # Click reads it of the instance
 
 
@@ -117,7 +118,7 @@ def ctrl_c_exits() -> Iterator[None]:
         return
 
     def leave(_number: int, _frame: object) -> None:
-        click.echo("Error: interrupted", err=True)
+        echo("Error: interrupted", err=True)
         os._exit(INTERRUPTED)
 
     before = signal.signal(signal.SIGINT, leave)
@@ -162,7 +163,7 @@ def _announce(signals: socket.socket) -> None:
     while received := signals.recv(1):
         if received[0] in STOPPING:
             with suppress(OSError, ValueError):  # the terminal may be closed
-                click.echo("Stopping…", err=True)
+                echo("Stopping…", err=True)
             return
 
 
@@ -178,7 +179,7 @@ def run(command: Callable[[], Any]) -> None:
         sys.exit(error.exit_code)
     except SystemExit as error:
         if error.code in TERMINATED:
-            click.echo("Error: terminated", err=True)
+            echo("Error: terminated", err=True)
         raise
     except Exception as error:
         code, line = ending(error)
@@ -187,5 +188,5 @@ def run(command: Callable[[], Any]) -> None:
     else:
         return
     _LOG.info("ended with %d: %s", code, line)
-    click.echo(f"Error: {line}", err=True)
+    echo(f"Error: {line}", err=True)
     sys.exit(code)

@@ -8,6 +8,7 @@ import click
 
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
+from hil.cli.output import echo
 from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.output import prepared_file
 from hil.report.foxglove.export import LAYOUT, export, layout
@@ -43,4 +44,4 @@ def export_command(*, recording: Path, out: Path | None, layout_file: Path | Non
     if layout_file is not None:
         write_whole(layout_file, layout())
     grown = path.stat().st_size / recording.stat().st_size
-    click.echo(f"{path}: {path.stat().st_size / 1e6:.1f} MB, {grown:.2f} times the recording")
+    echo(f"{path}: {path.stat().st_size / 1e6:.1f} MB, {grown:.2f} times the recording")

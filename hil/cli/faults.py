@@ -7,6 +7,7 @@ import json
 import click
 
 from aero.channels import Channel
+from hil.cli.output import echo
 from hil.faults.catalogue import CATALOGUE, begins, severities, where
 from hil.faults.fault import Fault, FaultLayer
 
@@ -36,15 +37,15 @@ def faults(*, words: tuple[str, ...], as_json: bool) -> None:
             }
             for fault in chosen
         ]
-        click.echo(json.dumps(rows, indent=1))
+        echo(json.dumps(rows, indent=1))
         return
     formatter = click.HelpFormatter(max_width=100)
     for layer in FaultLayer:
         if of_layer := [fault for fault in chosen if fault.layer is layer]:
             with formatter.section(layer.label):
                 formatter.write_dl([(fault.name, _row(fault)) for fault in of_layer], col_max=22)
-    click.echo(formatter.getvalue().strip() or f"No fault has {' and '.join(words)} in its row.")
-    click.echo("\nWritten NAME[:CHANNEL][=SEVERITY][@SECONDS], as in motor_weak:ring=0.4@5")
+    echo(formatter.getvalue().strip() or f"No fault has {' and '.join(words)} in its row.")
+    echo("\nWritten NAME[:CHANNEL][=SEVERITY][@SECONDS], as in motor_weak:ring=0.4@5")
 
 
 def _has(fault: Fault, word: str) -> bool:

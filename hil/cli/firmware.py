@@ -17,6 +17,7 @@ from firmware_emulator.native.build import FirmwareBuildError, build
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SEED
+from hil.cli.output import echo
 from hil.recordings.output import prepared_file
 
 
@@ -56,11 +57,9 @@ def build_command(
         compiler = build(source, out, library=library, hand=hand, sanitize=sanitizers, defines=defines)
     except FirmwareBuildError as error:
         raise Ended(str(error), Exit.USAGE) from error
-    click.echo(f"{out} made with {compiler.command[-1] if len(compiler.command) == 1 else 'zig c++'}")
+    echo(f"{out} made with {compiler.command[-1] if len(compiler.command) == 1 else 'zig c++'}")
     if compiler.long_bits != 32:
-        click.echo(
-            "Its `long` has 64 bits, so positions do not wrap as on the chip: it finds errors, do not compare it."
-        )
+        echo("Its `long` has 64 bits, so positions do not wrap as on the chip: it finds errors, do not compare it.")
 
 
 @firmware.command("compare")
@@ -113,13 +112,13 @@ def compare_command(
                 kept.append(Recorded(kind, session, outcome.second))
             if outcome.difference is not None:
                 differing += 1
-                click.echo("\n".join([f"{name}:", *outcome.difference.lines((first, second))]))
+                echo("\n".join([f"{name}:", *outcome.difference.lines((first, second))]))
     except TraceFileError as error:
         raise Ended(str(error), Exit.USAGE) from error
     if write is not None:
         write_traces(write, kept)
     verdict = f"{differing} sessions differ" if differing else "no difference"
-    click.echo(f"{verdict}: {frames} frames, {packets} servo packets, {seconds:.0f} s of hand time")
+    echo(f"{verdict}: {frames} frames, {packets} servo packets, {seconds:.0f} s of hand time")
     sys.exit(1 if differing else 0)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from hil.cli.exits import usage_errors
+from hil.cli.output import echo, printable
 
 PACKAGES = ("aero", "hil")
 """Whose lines are shown and kept."""
@@ -71,7 +72,7 @@ class LogFile(logging.FileHandler):
     def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - the name is logging's
         """Say why there are no more lines."""
         self._failed = True
-        click.echo(f"the log in {self._path} ends here, the command continues: {sys.exception()}", err=True)
+        echo(f"the log in {self._path} ends here, the command continues: {sys.exception()}", err=True)
 
     def close(self) -> None:
         """Close the file; what cannot be written any more has been said."""
@@ -79,10 +80,18 @@ class LogFile(logging.FileHandler):
             super().close()
 
 
+class _Printable(logging.Formatter):
+    """Shows what a line holds of a board or a file as every other line does."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line."""
+        return printable(super().format(record))
+
+
 def _add(context: click.Context, handler: logging.Handler, level: int) -> None:
     """Send lines to a handler until the command has ended."""
     handler.setLevel(level)
-    handler.setFormatter(logging.Formatter(FORMAT))
+    handler.setFormatter(_Printable(FORMAT))
     context.call_on_close(handler.close)
     for name in PACKAGES:
         logger = logging.getLogger(name)

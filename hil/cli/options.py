@@ -15,6 +15,7 @@ from click.core import ParameterSource
 
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from hil.cli.exits import usage_errors
+from hil.cli.output import echo
 from hil.targets.hands_file import named_hand
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ RECORD = click.option(
 
 def recording_ended(error: Exception) -> None:
     """Print that `--record` has failed; the command continues to serve the port."""
-    click.echo(f"the recording ends here, the link continues: {error}", err=True)
+    echo(f"the recording ends here, the link continues: {error}", err=True)
 
 
 SEED = click.IntRange(0, 2**32 - 1)

@@ -16,6 +16,7 @@ from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import FAULT_HELP, RECORD, recording_ended
+from hil.cli.output import echo
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
 from hil.recordings.output import prepared_file
@@ -72,7 +73,7 @@ def proxy(
                 )  # fmt: skip
                 files.enter_context(closing(file))
                 between.listeners.append(file.add)
-            click.echo(f"ready {between.name}")
+            echo(f"ready {between.name}")
             between.run(stop=lambda: bool(stopped))
     schedule.require_all_fired()
     if file is not None and file.failure is not None:

@@ -19,6 +19,7 @@ from aero.channels import Channel
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, unsigned_values
 from hil.cli.exits import usage_errors
 from hil.cli.options import ChosenHand, target
+from hil.cli.output import echo
 from hil.cli.reading import RECORDING, read
 from hil.cli.viewing import telling, viewing, with_view
 from hil.recordings.mcap_file import write_recording
@@ -153,7 +154,7 @@ def replay(
     comparison = compare_replies(recorded, replayed)
     if out is not None:
         write_recording(replayed, out)
-    click.echo(f"{comparison.identical} of {comparison.requests} requests answered with the same bytes")
+    echo(f"{comparison.identical} of {comparison.requests} requests answered with the same bytes")
     if not np.isnan(comparison.position_rms).all():
         rms = ", ".join(f"{channel.label} {comparison.position_rms[channel]:.0f}" for channel in Channel)
-        click.echo(f"rms difference of the encoders, of 65535: {rms}")
+        echo(f"rms difference of the encoders, of 65535: {rms}")

@@ -12,6 +12,7 @@ import click
 from aero.exit_code import Exit
 from aero.whole_file import write_whole
 from hil.cli.exits import Ended, usage_errors
+from hil.cli.output import echo
 from hil.cli.reading import RECORDING, judging, read
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file
@@ -56,7 +57,7 @@ def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...])
         prepared_file(out)
     write_whole(out, page)
     if not judged.results and not judged.end.cut:
-        click.echo(BYTES_ALONE)
+        echo(BYTES_ALONE)
     if judged.withheld and not judged.findings:
         raise Ended(f"nothing is judged: {judged.withheld[0].reason}; {out}", Exit.USAGE)
     cut = [str(path) for path, recording in made.items() if not recording.header.finished]
@@ -65,7 +66,7 @@ def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...])
         raise Ended(f"not judged, because incomplete: {', '.join(cut)}{rest}; {out}", Exit.USAGE)
     if judged.end.kind is EndKind.HOST_BUSY:
         raise Ended(f"{judged.end.reason} {out}", Exit.HOST_BUSY)
-    click.echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
+    echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(Exit.WITHIN_LIMITS if judged.passed else Exit.OUT_OF_LIMITS)
 
 

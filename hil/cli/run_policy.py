@@ -28,6 +28,7 @@ from hil.cli.before_moving import before_moving
 from hil.cli.exits import usage_errors
 from hil.cli.film import check_film, write_film
 from hil.cli.options import ChosenHand, Finite, Seconds, target
+from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.cli.viewing import Observer, telling, viewing, with_view
@@ -203,7 +204,7 @@ def _recorded(opened: Target, path: Path | None, observer: Observer, running: Ru
             if recorder.begun:
                 recorder.finish(ended=False)
                 if path:
-                    click.echo(f"recorded until then in {path}", err=True)
+                    echo(f"recorded until then in {path}", err=True)
             raise
     recorder.finish(ended=result.run.ending is Ending.TIME)
     return result

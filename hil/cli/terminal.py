@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import (
     BarColumn,
     Progress,
@@ -16,13 +16,25 @@ from rich.progress import (
     TaskProgressColumn,
     TextColumn,
 )
+from rich.segment import Segment
 from rich.table import Column, Table
 from rich.text import Text
 
+from hil.cli.output import printable
+
+
+class _Terminal(Console):
+    """Rich's console; whatever is printed, tables and bars too, comes through here before it is coloured."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        """Return the parts of what is printed, their text as it can be shown."""
+        for part in super().render(renderable, options):
+            yield part if part.control else Segment(printable(part.text), part.style)
+
 
 def console(*, width: int | None = None, stderr: bool = False) -> Console:
-    """Return the terminal, on which square brackets and colons are only that."""
-    return Console(width=width, stderr=stderr, markup=False, highlight=False, emoji=False)
+    """Return the terminal, on which square brackets, colons and escape sequences are only that."""
+    return _Terminal(width=width, stderr=stderr, markup=False, highlight=False, emoji=False)
 
 
 def _on_stderr() -> Console:

@@ -17,6 +17,7 @@ from hil.checks import DEFAULT, EXPERIMENTS
 from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import Ended, ending, usage_errors
 from hil.cli.options import ChosenHand
+from hil.cli.output import echo
 from hil.cli.run_progress import RunProgress
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
@@ -128,7 +129,7 @@ def _end(result: Validation, folder: Path) -> NoReturn:
     if result.end.error is None:
         sys.exit(Exit.WITHIN_LIMITS if result.passed else Exit.OUT_OF_LIMITS)
     if isinstance(result.end.error, SystemExit):
-        click.echo(f"what was recorded is in {folder}", err=True)
+        echo(f"what was recorded is in {folder}", err=True)
         raise result.end.error
     code, line = ending(result.end.error)
     raise Ended(f"{line}; what was recorded is in {folder}", code)
@@ -140,7 +141,7 @@ def ask_on_terminal(question: Question) -> str:
     Raises:
         KeyboardInterrupt: at the end of the input, and on Ctrl-C.
     """
-    click.echo(question.text)
+    echo(question.text)
     try:
         answer = click.prompt(question.legend, type=click.Choice(list(question.answers)), show_choices=False)
     except click.Abort as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from hil.checks import EXPERIMENTS
+from hil.cli.output import echo
 from hil.cli.reading import RECORDING, judging, read
 from hil.recordings.recording import Header
 from hil.verdict.findings import failed
@@ -38,7 +39,7 @@ def view(*, recording: Path) -> None:
             findings = judge_recordings([recorded]).findings
         failures = failed(findings)
         page.show(Verdicts(len(findings) - len(failures), tuple(finding.sentence for finding in failures)))
-    click.echo(f"view {page.url}", err=True)
+    echo(f"view {page.url}", err=True)
     with suppress(KeyboardInterrupt):
         while True:
             page.tick()

@@ -12,6 +12,7 @@ import click
 
 from aero.exit_code import Exit
 from hil.cli.exits import Ended
+from hil.cli.output import echo
 
 if TYPE_CHECKING:
     from hil.cli.options import ChosenHand
@@ -85,11 +86,11 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Ob
     try:
         feed = Feed(Heading(_title(hand), hand.side, live=True))
     except ChildError as error:
-        click.echo(f"{error}; the hand runs without it", err=True)
+        echo(f"{error}; the hand runs without it", err=True)
     if feed is None:
         yield Nobody()
         return
-    click.echo(f"view {feed.url}", err=True)
+    echo(f"view {feed.url}", err=True)
     try:
         yield feed
     except BaseException:
@@ -99,7 +100,7 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Ob
         feed.abandon()
         return
     if in_terminal := sys.stderr.isatty():
-        click.echo("the page stays until it is closed, or Ctrl-C", err=True)
+        echo("the page stays until it is closed, or Ctrl-C", err=True)
     feed.end(stay=in_terminal)
 
 

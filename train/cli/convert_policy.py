@@ -10,6 +10,7 @@ from aero.policy.file import save
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
 from hil.cli.exits import usage_errors
+from hil.cli.output import echo
 from hil.recordings.output import prepared_file
 from train.convert import Origin, convert
 
@@ -37,4 +38,4 @@ def convert_policy(*, checkpoint: Path, policy: Path, name: str | None, settings
         prepared_file(policy)
         converted = convert(checkpoint, origin, name)
     save(converted, policy)
-    click.echo(f"{policy}: {converted.name}, observes the action {shown_action}, {settings} settings")
+    echo(f"{policy}: {converted.name}, observes the action {shown_action}, {settings} settings")

@@ -15,6 +15,7 @@ import click
 from aero.whole_file import write_whole
 from hil.checks import ALIKE, CHECKS, DEFAULT, DRIVER, WHOLE_RUN
 from hil.cli.exits import usage_errors
+from hil.cli.output import echo
 from hil.recordings.provenance import command_line
 from hil.verdict.limits import Limit, read_limits, read_provenance, without
 from model.units import DEFAULT_LIMITS
@@ -78,7 +79,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool, widen: bool) -> None:
         )
     if population:
         accused, judged = held_out(outcomes, anew)
-        click.echo(f"limits from four fifths of these hands flag {accused} of the other {judged}")
+        echo(f"limits from four fifths of these hands flag {accused} of the other {judged}")
     for kind in made:
         own = base if kind == DEFAULT_LIMITS else own_limits(CHECKS, base, healthy_hands_of(outcomes, kind))
         kept = tuple(limit for limit in read_limits(kind)[1] if limit.experiment not in anew)
@@ -89,7 +90,7 @@ def limits(*, campaign: Path, out: Path, hands_only: bool, widen: bool) -> None:
         path = out / f"{kind}.toml"
         of_file = _beside(read_provenance(kind), provenance, anew)
         write_whole(path, limits_text(both, of_file, extends=extends))
-        click.echo(f"{path}: {len(both) - len(kept)} limits from {len(hands)} healthy hands, {len(kept)} kept")
+        echo(f"{path}: {len(both) - len(kept)} limits from {len(hands)} healthy hands, {len(kept)} kept")
 
 
 def _origin(kind: str, hands: Sequence[Outcome], commands: Sequence[str]) -> dict[str, str | int | float | list[str]]:
@@ -133,7 +134,7 @@ def _widen(out: Path, kind: str, hands: Sequence[Outcome], commands: Sequence[st
     path = out / f"{kind}.toml"
     made = {**present, name: _origin(kind, hands, commands)}
     write_whole(path, limits_text((*wider, *beyond, *new), made, extends=extends))
-    click.echo(f"{path}: {moved} limits widened for {len(hands)} healthy hands, {len(new)} new")
+    echo(f"{path}: {moved} limits widened for {len(hands)} healthy hands, {len(new)} new")
 
 
 def _bounds(limit: Limit) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from aero.channels import Channel
 from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import usage_errors
 from hil.cli.options import ChosenHand, Finite, target
+from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file
@@ -70,9 +71,7 @@ def record_command(
         except BaseException:
             if recorder.begun:
                 recording = recorder.finish(ended=False)
-                click.echo(
-                    f"{out}: {recording.header.duration_s:.0f} of {plan.duration_s:.0f} s were recorded", err=True
-                )
+                echo(f"{out}: {recording.header.duration_s:.0f} of {plan.duration_s:.0f} s were recorded", err=True)
             raise
         recording = recorder.finish()
     console.print(f"{out}: {recording.header.duration_s:.0f} s")

@@ -16,6 +16,7 @@ from feetech_robots.joint_plant import PhysicsFailedError
 from feetech_robots.robot_bus import RobotBus, obey
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SEED
+from hil.cli.output import echo as print_line
 
 
 @click.command()
@@ -43,7 +44,7 @@ def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool,
         with server:
             if orders and sys.stdin is not None:
                 server.also(StandardInput(), Orders(built).take)
-            click.echo(f"ready {server.name}")
+            print_line(f"ready {server.name}")
             try:
                 server.run(stop=lambda: bool(stopped))
             except PhysicsFailedError as error:
@@ -88,6 +89,6 @@ class Orders:
         *lines, self._begun = (self._begun + data).split(b"\n")
         for line in filter(None, lines):
             try:
-                click.echo(obey(self._robot, line.decode(errors="replace")))
+                print_line(obey(self._robot, line.decode(errors="replace")))
             except ValueError as error:
-                click.echo(f"refused: {error}")
+                print_line(f"refused: {error}")

@@ -20,6 +20,7 @@ from feetech_robots.survey import BAUD_RATES, Surveyed, find, survey
 from hil.cli.doctor import exit_code, show
 from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
 from hil.cli.exits import Ended
+from hil.cli.output import echo
 
 FORMAT = 1
 """Number of the shape that `--json` prints; another one when a name in it changes."""
@@ -91,7 +92,7 @@ def check(
     findings = [*judge(found, expect), *moved] if found else [_no_servo(port, echoes)]
     if as_json:
         document = {"format": FORMAT, "verdict": worst(findings), "findings": [one.as_dict() for one in findings]}
-        click.echo(json.dumps(document, indent=2))
+        echo(json.dumps(document, indent=2))
     else:
         for finding in findings:
             show(finding)
@@ -145,7 +146,7 @@ def _on_bus(action: Callable[..., None]) -> Callable[..., None]:
 def scan(setup: ServoSetup) -> None:
     """List the IDs that answer."""
     found = setup.scan()
-    click.echo(" ".join(map(str, found)) if found else "no servo answers; check power and cable")
+    echo(" ".join(map(str, found)) if found else "no servo answers; check power and cable")
 
 
 @servos.command("show")
@@ -165,7 +166,7 @@ def show_servo(setup: ServoSetup, servo: int) -> None:
         "status": one.status,
     }
     for name, value in rows.items():
-        click.echo(f"{name:22} {value}")
+        echo(f"{name:22} {value}")
 
 
 @servos.command()
@@ -175,7 +176,7 @@ def show_servo(setup: ServoSetup, servo: int) -> None:
 def set_id(setup: ServoSetup, servo: int, new: int) -> None:
     """Give SERVO the ID NEW."""
     setup.set_id(servo, new)
-    click.echo(f"servo {servo} is servo {new} now")
+    echo(f"servo {servo} is servo {new} now")
 
 
 @servos.command()
@@ -185,7 +186,7 @@ def set_id(setup: ServoSetup, servo: int, new: int) -> None:
 def set_current(setup: ServoSetup, servo: int, limit: int) -> None:
     """Set the protection current of SERVO (register units, the hand needs 1023)."""
     setup.set_current_limit(servo, limit)
-    click.echo(f"servo {servo} protects itself above {limit} units")
+    echo(f"servo {servo} protects itself above {limit} units")
 
 
 @servos.command()
@@ -196,7 +197,7 @@ def set_current(setup: ServoSetup, servo: int, limit: int) -> None:
 def set_angles(setup: ServoSetup, servo: int, low: int, high: int) -> None:
     """Set the range of goals of SERVO (counts; 0 0 takes the limits away)."""
     setup.set_angle_limits(servo, low, high)
-    click.echo(f"servo {servo} goes from {low} to {high}")
+    echo(f"servo {servo} goes from {low} to {high}")
 
 
 @servos.command()
@@ -205,4 +206,4 @@ def set_angles(setup: ServoSetup, servo: int, low: int, high: int) -> None:
 def centre(setup: ServoSetup, servo: int) -> None:
     """Make the present position of SERVO 2048."""
     setup.centre(servo)
-    click.echo(f"servo {servo} reads 2048 here")
+    echo(f"servo {servo} reads 2048 here")

@@ -15,6 +15,7 @@ from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
 from hil.cli.doctor.hand import examine_port
 from hil.cli.doctor.machine import check_drawing, check_installation, check_jitter, lateness_s
 from hil.cli.exits import usage_errors
+from hil.cli.output import echo, printable
 from hil.targets.hands_file import FILE, add_hand, named_hand, refuse_taken
 
 
@@ -54,9 +55,9 @@ def doctor(port: str | None, save: str | None, as_json: bool) -> None:
             show(finding)
     if as_json:
         document: dict[str, Any] = {"format": FORMAT, "verdict": worst(findings)}
-        click.echo(json.dumps(document | {"findings": [finding.as_dict() for finding in findings]}, indent=2))
+        echo(json.dumps(document | {"findings": [finding.as_dict() for finding in findings]}, indent=2))
     if save is not None:
-        click.echo(_saved(save, port, {finding.check: finding for finding in findings}), err=as_json)
+        echo(_saved(save, port, {finding.check: finding for finding in findings}), err=as_json)
     sys.exit(exit_code(findings))
 
 
@@ -79,8 +80,9 @@ def exit_code(findings: Iterable[Examined]) -> Exit:
 def show(finding: Examined) -> None:
     """Print one line of the table, and what to do."""
     colour = None if "NO_COLOR" in os.environ else COLOURS[finding.verdict]
-    click.echo(f"{click.style(f'{finding.verdict:5}', fg=colour)} {finding.check}: {finding.finding}")
+    said = printable(f"{finding.check}: {finding.finding}")
+    click.echo(f"{click.style(f'{finding.verdict:5}', fg=colour)} {said}")
     if finding.remedy:
-        click.echo(f"      -> {finding.remedy}")
+        echo(f"      -> {finding.remedy}")
     for line in finding.copy:
-        click.echo(f"         {line}")
+        echo(f"         {line}")

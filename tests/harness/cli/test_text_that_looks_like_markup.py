@@ -1,15 +1,22 @@
 """Names and headers are shown as they are: Rich would take what stands in square brackets for markup, and fail."""
 
 import dataclasses
+import io
 import re
 from pathlib import Path
 
+import pytest
 from click.testing import CliRunner
 from damaged_files import write_small_recording
+from rich.table import Table
+from rich.text import Text
 
 from hil.cli import main
+from hil.cli.output import printable
+from hil.cli.terminal import console
 from hil.recordings.mcap_file import read_recording, write_recording
 
+BELL = "\x1b]0;owned"
 ODD = "q[/z]:x:"
 SOURCES = Path(__file__).parents[3]
 
@@ -27,6 +34,37 @@ def test_headers_are_shown_as_they_are(tmp_path):
     result = invoke("report", tmp_path / "a.mcap", "--beside", tmp_path / "b.mcap", "--out", tmp_path / "r.html")
     assert "Traceback" not in result.output
     assert result.exit_code in {0, 2}, result.output
+
+
+def test_escape_sequences_of_a_file_reach_no_terminal(tmp_path):
+    """A recording once moved the cursor and renamed the window of whoever looked at it."""
+    write_small_recording(tmp_path / "a.mcap")
+    made = read_recording(tmp_path / "a.mcap")
+    evil = "\x1b]0;owned\x07\x1b[2J\u202e\x9b31m"
+    header = dataclasses.replace(made.header, target=evil, unit="reference", operator=evil, commit=evil)
+    write_recording(dataclasses.replace(made, header=header), tmp_path / "b.mcap")
+    for line in ("report a.mcap --beside b.mcap --out r.html", "report b.mcap --out r.html", "replay b.mcap"):
+        words = [str(tmp_path / word) if "." in word else word for word in line.split()]
+        result = invoke(*words)
+        assert not set(result.output) & set("\x1b\x07\u202e\x9b"), line
+    assert printable(evil) == r"\x1b]0;owned\x07\x1b[2J\u202e\x9b31m"
+
+
+@pytest.mark.parametrize("shown", [Text(BELL), f"{BELL}", Table(BELL)])
+def test_whatever_is_printed_is_printable(shown):
+    stream = io.StringIO()
+    terminal = console(width=80)
+    terminal.file = stream
+    terminal.print(shown)
+    assert "\x1b" not in stream.getvalue()
+    assert "x1b]0" in stream.getvalue()
+
+
+def test_there_is_one_way_to_print():
+    places = [path for folder in ("hil/cli", "train/cli") for path in (SOURCES / folder).rglob("*.py")]
+    own = {"output.py", "machine.py"}  # the function itself, and a line of a child process that draws
+    found = {path.name for path in places if re.search(r"click\.s?echo\(|(?<![.\w])print\(", path.read_text())}
+    assert found - own == {"__init__.py"}, "doctor colours one word of a line"
 
 
 def test_there_is_one_terminal():
