@@ -114,7 +114,7 @@ def run(
             console.print(line)
         write_results(result, folder)
         if as_json:
-            click.echo((folder / "checks.json").read_text(encoding="utf-8"), nl=False)
+            echo((folder / "checks.json").read_text(encoding="utf-8").rstrip("\n"))
     _end(result, folder)
 
 
