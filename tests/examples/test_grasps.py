@@ -4,12 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from grasps.__main__ import REPORTED_SEEDS, table
-from grasps.object_plant import HeldObject
 from grasps.own_hand import make_grasp
 from grasps.skin import Skin, with_skin
 from grasps.taxonomy import GRASPS
-from grasps.trial import Result, codes_of, hold
+from grasps.trial import codes_of, hold
 
 from aero.channels import Channel
 from hil.targets.opening import open_target
@@ -61,27 +59,6 @@ def test_the_table_has_33_different_grasps():
     for grasp in GRASPS:
         assert all(0.0 <= share <= 1.0 for share in grasp.closure), grasp.name
         assert len(grasp.closure) == len(Channel), grasp.name
-
-
-def test_a_precision_grasp_is_of_the_last_links_and_off_the_palm():
-    grasp = NAMED["tip pinch"]
-    assert grasp.shortfall({"index_distal", "thumb_distal"}) == ""
-    assert grasp.shortfall({"index_middle", "thumb_distal"}) == "not touched by index"
-    assert grasp.shortfall({"index_distal", "thumb_distal", "palm"}) == "lies against the palm"
-
-
-def test_an_object_needs_as_many_sizes_as_its_shape_has():
-    with pytest.raises(ValueError, match="a box has 3 positive sizes"):
-        HeldObject("box", (10.0, 10.0), 0.1)
-
-
-def test_the_printed_table_counts_what_holds():
-    held = Result(11, "ideal", "", 12, 0.001, (), ())
-    lost = replace(held, failure="taken by gravity to the wrist")
-    names = ["ideal", *(f"plausible:{seed}" for seed in REPORTED_SEEDS[:2])]
-    text = table(names, {"power sphere": [held, held, lost]})
-    assert "| 11 | power sphere | yes | 1 | taken by gravity to the wrist (1) |" in text
-    assert "| held, of 1 | 1 | 0 to 1 a hand |" in text
 
 
 def test_channels_begin_to_close_when_they_are_told_to():

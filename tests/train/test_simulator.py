@@ -64,16 +64,6 @@ def test_a_batch_does_what_single_scenes_do(model, starts):
         np.testing.assert_allclose(sensors[k, -1], data.sensordata, atol=1e-6)
 
 
-def test_the_batch_does_not_depend_on_the_number_of_threads(model, starts):
-    results = []
-    for threads in (1, 2):
-        with Simulator([model] * BATCH, threads=threads) as simulator:
-            controls = np.broadcast_to(NOMINAL, (BATCH, 20, 7))
-            results.append(simulator.advance(simulator.at(starts), controls))
-    np.testing.assert_array_equal(results[0][0], results[1][0])
-    np.testing.assert_array_equal(results[0][1], results[1][1])
-
-
 def test_the_sensors_of_a_start_see_the_start(model, starts):
     with Simulator([model] * BATCH, threads=1) as simulator:
         signals = unpack(simulator.sensors_at(starts, NOMINAL))

@@ -50,11 +50,6 @@ def test_a_cable_that_never_pulls_is_slack_all_the_way():
     assert load.spring == 0.0
 
 
-def test_one_level_has_no_load():
-    with pytest.raises(ValueError, match="at least two levels"):
-        loads(staircase(levels=1))
-
-
 def load(springs, frictions=None, travel=None):
     springs = np.array(springs, float)
     travel = np.arange(1.0, len(springs) + 1) if travel is None else travel
@@ -78,24 +73,6 @@ def test_spring_and_friction_are_those_of_the_middle_of_the_sweep():
     assert load([0.7, 9.0], [0.2, 9.0]).friction == pytest.approx(0.2)
 
 
-def test_each_level_is_read_at_its_end_on_both_ways():
-    """The currents are 5 A but in the last two samples before each change."""
-    recording = staircase(levels=4, hand_tau=0.02)
-    ends = np.flatnonzero(np.diff(recording["command"].values, axis=0).any(axis=1))
-    held = np.zeros(len(recording["currents"].times), bool)
-    held[np.concatenate([ends, ends - 1, [len(held) - 1]])] = True
-    currents = np.where(held[:, None], recording["currents"].values, 5.0)
-    for channel, found in loads(replaced(recording, "currents", currents)).items():
-        np.testing.assert_allclose(found.spring_a, [0.175, 0.35, 0.525])
-        np.testing.assert_allclose(found.friction_a, 0.0, atol=1e-12)
-        np.testing.assert_allclose(found.travel_mm, 1e3 * RANGES[channel] * np.array([0.25, 0.5, 0.75]), rtol=1e-6)
-
-
-def test_two_levels_are_enough():
-    (spring,) = loads(staircase(levels=2))[Channel.RING].spring_a
-    assert spring == pytest.approx(0.35)
-
-
 def test_a_load_that_grows_evenly_has_its_shape():
     """Of twenty levels the fourth to the ninth, and the twelfth to the seventeenth, the fourth 25 % above the third."""
     springs = np.arange(1, 21) / 20
@@ -105,8 +82,3 @@ def test_a_load_that_grows_evenly_has_its_shape():
     assert found.friction_line == pytest.approx((0.1, 0.0), abs=1e-9)
     assert load(springs, 0.1 + 0.2 * (np.arange(20) % 2)).friction_line[1] == pytest.approx(0.1, rel=0.05)
     assert found.closing(0.5) == pytest.approx(0.5 + 0.1 + 0.25, abs=0.08)
-
-
-def test_a_cable_without_load_has_no_shape():
-    for number in (load(np.zeros(20)).spring_shape, load(np.zeros(20)).load_jump, *load(np.zeros(20)).friction_line):
-        assert np.isnan(number)

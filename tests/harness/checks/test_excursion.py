@@ -8,7 +8,6 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks import EXPERIMENTS
 from hil.checks.excursion import check as excursion
 from hil.checks.shared.signals import find_steps
 from hil.recordings.recording import Series
@@ -85,27 +84,11 @@ def stale(percent, dt=0.02):
     return excursion.stale(dt * np.arange(len(percent)), codes)
 
 
-def test_the_thumbs_base_is_stopped_by_the_palm_and_all_others_by_their_own_stop():
-    judged = {label: bool(EXPERIMENTS["excursion"].metric("closed_angle", label).checks) for label in LABELS}
-    assert judged == {label: label == "thumb_cmc_flexion" for label in LABELS}
-
-
-def test_one_repeated_reading_of_a_moving_finger_is_stale():
-    """Two readings come between two motions, and one of them repeats the reading before it; then it is one of three."""
-    assert stale((0, 10, 20, 20, 30, 40, 50)) == pytest.approx(1 / 2)
-    assert stale((50, 40, 30, 20, 10, 10, 0)) == pytest.approx(1 / 3)
-
-
 def test_a_reading_counts_between_motions_of_more_than_a_fiftieth():
     """A finger that sets out, arrives or creeps may stand; 2.1 % from one reading to the next is motion."""
     assert math.isnan(stale((0, 0, 0, 10, 10, 10)))
     assert math.isnan(stale((0, 1.9, 1.9, 3.8, 3.8)))
     assert stale((0, 2.1, 2.1, 4.2)) == 1.0
-
-
-def test_readings_that_come_faster_than_they_are_refreshed_may_repeat():
-    assert math.isnan(stale((0, 10, 10, 20), dt=0.014))
-    assert stale((0, 10, 10, 20), dt=0.016) == 1.0
 
 
 def test_the_share_of_a_recording_is_in_per_cent():

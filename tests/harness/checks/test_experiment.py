@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from aero.channels import Channel
 from hil import open_target
 from hil.checks import EXPERIMENTS
-from hil.checks.shared.experiment import last_before, map_of, one_closed, record
-from hil.checks.shared.signals import at_times, closing_current, display_unit, find_steps, rms
+from hil.checks.shared.experiment import map_of, record
+from hil.checks.shared.signals import find_steps
 from model.units.conditions import Conditions
 from tests.support.synthetic import HEADER
 
@@ -44,36 +43,9 @@ def test_a_metric_is_that_of_its_subject(subject):
         EXPERIMENTS["staircase"].metric("tracking_rms", "hand")
 
 
-def test_the_last_sample_before_a_time_is_not_the_one_at_it():
-    times, values = np.array([0.0, 1.0, 2.0]), np.array([[5.0], [6.0], [7.0]])
-    assert [float(last_before(times, values, t)[0]) for t in (0.5, 1.0, 1.5, 9.0)] == [5.0, 5.0, 6.0, 7.0]
-    with pytest.raises(ValueError, match=r"no sample before 0\.00 s"):
-        last_before(times, values, 0.0)
-
-
-def test_one_channel_is_closed_by_a_part_of_its_window():
-    assert one_closed(Channel.RING, 0.5).tolist() == [0, 0, 32768, 0, 0, 0, 0]
-    assert one_closed(Channel.INDEX, 1.0).tolist() == [65535, 0, 0, 0, 0, 0, 0]
-
-
 def test_the_map_of_a_recording_is_that_of_its_header():
     codec = map_of(HEADER)
     assert (codec.window.name, codec.window.hand) == ("homed", "right")
-
-
-def test_positive_current_closes():
-    """All servos of a right hand but the flexor's; a left hand is mirrored."""
-    assert closing_current(np.ones((2, 7)), "right").tolist() == [[1, 1, 1, 1, 1, 1, -1]] * 2
-    assert closing_current(np.ones(7), "left").tolist() == [-1, -1, -1, -1, -1, -1, 1]
-
-
-def test_signals_are_interpolated_scaled_and_squared():
-    values = np.array([[0.0, 10.0], [1.0, 20.0]])
-    np.testing.assert_allclose(at_times(np.array([0.0, 2.0]), values, np.array([0.5, 9.0])), [[0.25, 12.5], [1, 20]])
-    assert display_unit("m") == ("mm", 1000.0)
-    assert display_unit("rad") == ("mrad", 1000.0)
-    assert rms(np.array([3.0, -4.0])) == pytest.approx(np.sqrt(12.5))
-    assert np.isnan(rms(np.array([])))
 
 
 def test_a_late_host_leaves_out_samples_and_keeps_to_the_plan():

@@ -7,7 +7,7 @@ import pytest
 from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
-from hil.checks.staircase.residual_sources import Attribution, residual_sources
+from hil.checks.staircase.residual_sources import residual_sources
 from hil.checks.staircase.tracking import residuals
 
 RING = Channel.RING
@@ -49,14 +49,6 @@ def test_a_blocked_top_is_called_stopped(perfect):
     assert attribution.share["stopped"] > 0.5
 
 
-def test_the_words_name_the_sweep_that_couples(perfect):
-    hand = perfect["hand"].values.copy()
-    hand[:, Channel.THUMB_FLEXOR] += 0.05 * hand[:, Channel.THUMB_CMC_FLEXION]
-    recording = replaced(perfect, "hand", hand)
-    where = residual_sources(recording)[Channel.THUMB_FLEXOR].where
-    assert where == "100% while others are swept (most: thumb_cmc_flexion)"
-
-
 @pytest.mark.parametrize(("series", "source"), [("hand", "hand"), ("model", "simulator"), ("goal", "map")])
 def test_a_constant_error_is_attributed_to_its_source(perfect, series, source):
     error = 0.02 * RANGES[RING]
@@ -88,39 +80,3 @@ def test_shares_and_rms_of_each_part_are_the_recorded_ones(perfect):
     assert found.share["stopped"] == 0.0
     assert math.isnan(found.rms["stopped"])
     assert found.where.split(", ")[0].endswith("while others are swept (most: index)")
-
-
-def test_parts_below_a_tenth_of_the_squares_are_not_named():
-    shares = {"closing": 0.1, "opening": 0.09, "stopped": 0.51, "others": 0.3}
-    attribution = Attribution({}, shares, {}, RING)
-    assert attribution.where == (
-        "51% where it stands still although the command moves on, 30% while others are swept (most: ring), "
-        "10% while it closes"
-    )
-    assert Attribution({}, {"others": 1.0}, {}, None).where == "100% while others are swept"
-
-
-def test_a_channel_without_any_residual_has_no_shares(perfect):
-    """Not even of the channel during whose sweep it was largest."""
-    still = replaced(perfect, "model", perfect["hand"].values)
-    for found in residual_sources(still).values():
-        assert set(found.share.values()) == {0.0}
-        assert found.worst_other is None
-
-
-@pytest.mark.parametrize(("part", "stopped"), [(0.24, True), (0.26, False)])
-def test_a_hand_that_covers_less_than_a_quarter_of_a_step_stands_still(perfect, part, stopped):
-    hand = perfect["hand"].values.copy()
-    hand[:, RING] *= part
-    share = residual_sources(replaced(perfect, "hand", hand))[RING].share
-    assert (share["stopped"] > 0.9) is stopped
-
-
-@pytest.mark.parametrize("other", [Channel.INDEX, Channel.PINKY, Channel.THUMB_FLEXOR])
-def test_the_worst_sweep_is_that_of_another_channel(perfect, other):
-    """The ring is off by 3 % during its own sweep, and by 1 % during another's, before or after it."""
-    hand = perfect["hand"].values.copy()
-    for channel, part in ((RING, 0.03), (other, 0.01)):
-        own = ~windows(perfect, channel)[2]
-        hand[own, RING] += part * RANGES[RING]
-    assert residual_sources(replaced(perfect, "hand", hand))[RING].worst_other is other

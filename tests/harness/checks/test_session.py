@@ -36,12 +36,6 @@ def test_a_reply_with_the_opcode_of_another_request_is_none():
     assert found["stray_bytes"] == 0.0
 
 
-def test_a_reply_that_comes_twice_is_stray():
-    found = measured(*((0x22, reply(0x22), reply(0x22)) if i == 3 else (0x22, reply(0x22)) for i in range(10)))
-    assert found["stray_bytes"] == pytest.approx(1600.0)
-    assert found["lost_replies"] == 0.0
-
-
 def test_a_reply_that_is_late_is_not_lost():
     """As the driver does it: a query of another kind after 0.1 s, and the late reply and its own come one by one."""
     found = measured((0x22,), (0x24, reply(0x22)), (0x11, reply(0x24)), (0x22,), (0x24, reply(0x22) + reply(0x24)))
@@ -51,11 +45,6 @@ def test_a_reply_that_is_late_is_not_lost():
 def test_a_reply_to_a_later_request_shows_that_the_earlier_one_is_lost():
     found = measured((0x22,), (0x24, reply(0x24)), (0x22, reply(0x22)), (0x25, reply(0x25)))
     assert found["lost_replies"] == pytest.approx(25.0)
-
-
-def test_of_two_replies_that_are_due_the_first_may_be_the_lost_one():
-    found = measured((0x22,), (0x24,), (0x25, reply(0x24) + reply(0x25)), (0x22,))
-    assert found["lost_replies"] == pytest.approx(50.0)
 
 
 def test_only_measurements_can_lose_a_reply():

@@ -135,67 +135,6 @@ def test_excursions_are_those_of_the_channels_own_sweep():
         assert getattr(staircase_metrics(moved)[Channel.RING], name) == pytest.approx(46.0, rel=1e-3)
 
 
-def test_steps_that_only_one_of_both_answers_do_not_match():
-    """Either trace covers 70 % of each of the ring's steps, or 100 %; four fifths are needed."""
-    full = staircase(tau=0.02, hand_tau=0.02)
-    short = np.where(np.arange(7) == Channel.RING, 0.7, 1.0)
-    for name in ("hand", "model"):
-        row = staircase_metrics(replaced(full, name, full[name].values * short))[Channel.RING]
-        assert row.matched_steps == 0
-        assert math.isnan(row.rise_hand_ms)
-        assert math.isnan(row.rise_model_ms)
-        assert math.isnan(row.overshoot_hand_percent)
-
-
-def answer(times, values, *, start=0.0, end=9.0, after=1.0):
-    return respond(CommandStep(0, start, end, 0.0, after), np.array(times, float), np.array(values, float))
-
-
-def test_rise_and_overshoot_of_a_few_samples():
-    """10 % is crossed 0.2 s after the first sample, 90 % 0.8 s after the second; the third goes 20 % too far."""
-    response = answer([0, 1, 2, 3], [0, 0.5, 1.0, 1.0])
-    assert (response.change, response.rise, response.rise_on_grid) == pytest.approx((1.0, 1.6, 1.0))
-    response = answer([0, 1, 2, 3, 4], [2.0, 1.5, 1.0, 0.8, 1.0], after=-1.0)
-    assert (response.change, response.overshoot) == pytest.approx((-1.0, 0.2))
-    assert response.rise == pytest.approx(1.6)
-
-
-def test_a_step_is_judged_from_the_sample_at_its_start_to_the_last_before_its_end():
-    response = answer([0, 1, 2, 3, 4], [9.0, 0.0, 1.0, 2.0, 9.0], start=1.0, end=4.0)
-    assert response.change == 2.0
-    response = answer([0, 1, 2, 3, 4], [9.0, 0.0, 1.0, 2.0, 9.0], start=1.5, end=3.5)
-    assert response.change == 2.0
-    assert answer([1, 2, 3], [0.0, 1.0, 2.0], start=0.5, end=3.5).change == 2.0
-    assert answer([0, 1], [0.0, 1.0]).change == 1.0
-    with pytest.raises(ValueError, match=r"no samples between 1\.000 s and 2\.000 s"):
-        answer([0, 1, 2, 3], [0.0, 1.0, 2.0, 3.0], start=1.0, end=2.0)
-
-
-@pytest.mark.parametrize(("change", "asked", "answers"), [(0.8, 1.0, True), (0.79, 1.0, False), (-0.8, -1.0, True)])
-def test_four_fifths_of_a_step_are_an_answer(change, asked, answers):
-    step = CommandStep(0, 0.0, 9.0, 3.0, 3.0 + asked)
-    assert Response(change, 0.1, 0.1, 0.0).answers(step) is answers
-    assert Response(-change, 0.1, 0.1, 0.0).answers(step) is False
-
-
-def test_a_trace_is_quiet_within_a_two_hundredth_of_its_range():
-    t = 0.02 * np.arange(20)
-    for height, still in ((0.0049, True), (0.0051, False)):
-        trace = np.where(np.arange(20) == 10, height, 0.0)[:, None]
-        assert quiet_trace(t, trace, np.ones(1))[10:16, 0].tolist() == [still] * 6
-        assert quiet_trace(t, trace, np.ones(1))[[9, 16], 0].all()
-
-
-def test_before_the_first_command_nothing_is_quiet():
-    quiet = quiet_command(np.array([1.0]), np.zeros((1, 7)), np.array([0.0, 0.9, 1.39, 1.4]))
-    assert quiet.tolist() == [False, False, False, True]
-
-
-def test_samples_exactly_at_a_tenth_and_at_nine_tenths_are_the_crossings():
-    response = answer([0, 1, 2, 3], [0, 1, 9, 10], after=10.0)
-    assert (response.rise, response.rise_on_grid) == pytest.approx((1.0, 1.0))
-
-
 def test_of_a_host_that_is_late_now_and_then_the_steps_in_time_count():
     """A rise reads 0.05 s in steps that were sampled every 20 ms, and longer in those that were not."""
     in_time, late = Response(1.0, 0.05, 0.06, 0.0, gap=0.0203), Response(1.0, 0.08, 0.06, 0.0, gap=0.035)
@@ -223,12 +162,6 @@ def test_a_staircase_that_the_host_sampled_late_has_no_rise(period_s, told):
         assert row.matched_steps == 8
         assert math.isfinite(row.rise_hand_ms) == told
         assert ("rise_hand_ms" in channel_numbers(row)) == told
-
-
-def test_the_gap_is_the_coarser_of_both_crossings():
-    step = CommandStep(channel=0, start=0.0, end=1.0, before=0.0, after=1.0)
-    times, values = np.array([0.0, 0.02, 0.05, 0.07, 0.9]), np.array([0.0, 0.0, 0.5, 0.95, 1.0])
-    assert respond(step, times, values).gap == pytest.approx(0.03)
 
 
 def answered(*onsets, gap=0.02):

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from aero.exit_code import Exit
-from aero.firmware import FIRMWARE
 from hil.cli.doctor import exit_code
 from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.cli.doctor.hand import (
@@ -27,7 +26,7 @@ from hil.cli.doctor.hand import (
     check_ports,
     holders,
 )
-from hil.cli.doctor.machine import Attempt, check_drawing, check_jitter, install_command, needs
+from hil.cli.doctor.machine import check_jitter, install_command, needs
 from hil.cli.exits import ending
 from hil.targets.pty_process import serve_in_process
 
@@ -48,11 +47,6 @@ def test_the_fingerprint_of_an_emulated_board_names_its_version_and_moves_nothin
     assert np.abs(np.subtract(first.codes, second.codes)).max() < 200  # three counts of the narrowest window
 
 
-def test_versions_that_answer_alike_stand_together() -> None:
-    answers = Answers(HOMED, knows_limits=True, knows_calibrate_mid=False, boot_text="")
-    assert candidates(answers) == tuple(version for version in FIRMWARE if version not in ("pre", "main"))
-
-
 def test_a_boot_text_narrows_the_versions_down() -> None:
     answers = Answers(HOMED, knows_limits=True, knows_calibrate_mid=False, boot_text="[BOOT] Auto Homing")
     assert candidates(answers) == ("0.1.3",)
@@ -64,12 +58,6 @@ def test_a_restart_without_homing_shows_in_the_thumb() -> None:
     assert found.verdict is Verdict.LOOK
     assert "home" in found.remedy
     assert check_calibration(HOMED).verdict is Verdict.OK
-
-
-def test_a_hand_at_its_ends_is_not_called_restarted() -> None:
-    found = check_calibration((0,) * 7)
-    assert not found.data["restarted"]
-    assert len(found.data["at_end"]) == 7
 
 
 def test_a_port_that_does_not_answer_is_a_finding() -> None:
@@ -113,15 +101,6 @@ def test_a_package_that_is_missing_is_no_defect_but_a_missing_module_of_ours_is(
     assert ending(ModuleNotFoundError("No module named 'hil.x'", name="hil.x"))[0] == Exit.DEFECT
 
 
-def test_a_named_port_that_is_not_there_is_not_called_usable() -> None:
-    (found,) = check_ports([], "/dev/there-is-no-such-port")
-    assert "is no port of this machine" in found.finding
-
-
-def test_a_machine_without_ports_is_no_fault() -> None:
-    assert [finding.verdict for finding in check_ports([])] == [Verdict.OK]
-
-
 def test_who_holds_a_port_is_named_but_not_who_serves_it() -> None:
     master, slave = pty.openpty()
     reading = [sys.executable, "-c", "import sys; sys.stdin.read()"]
@@ -138,14 +117,6 @@ def test_who_holds_a_port_is_named_but_not_who_serves_it() -> None:
 @pytest.mark.parametrize(("late_s", "verdict"), [(0.001, "ok"), (0.05, "look"), (10.0, "wrong")])
 def test_jitter_is_judged_by_what_the_guard_needs(late_s: float, verdict: str) -> None:
     assert check_jitter(np.array([0.0, late_s])).verdict == verdict
-
-
-def test_drawing_names_the_opengl_that_works(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("MUJOCO_GL", raising=False)
-    monkeypatch.setattr(sys, "platform", "linux")
-    found = check_drawing(lambda backend: Attempt(True, backend == "osmesa", "no display"), present=True)
-    assert found.verdict is Verdict.LOOK
-    assert "MUJOCO_GL=osmesa" in found.remedy
 
 
 def test_an_extra_without_its_packages_is_not_usable() -> None:

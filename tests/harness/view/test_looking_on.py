@@ -2,18 +2,15 @@
 
 import threading
 from contextlib import contextmanager, nullcontext
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from recorded import staircase_of
 
-from aero.channels import CABLES, Channel, Joint
+from aero.channels import CABLES, Channel
 from hil import GroundTruth, open_target
 from hil.checks.staircase.check import Staircase
 from hil.faults import parse_fault
-from hil.targets.wire_log import WireRecord
-from hil.view.frame import Note, Verdicts, ViewEnd, ViewFrame, line, message
 from hil.view.sources import WireSource, frames, source_of
 
 HALF_CLOSED = [0.6, 0.7, 0.8, 0.9, 0.5, 0.3, 0.6]
@@ -95,20 +92,6 @@ def test_a_hand_at_rest_is_commanded_where_it_is():
     np.testing.assert_allclose(frame.commanded_joints, frame.joints, atol=np.deg2rad(5.0))
 
 
-def test_nothing_is_commanded_while_a_hand_pulls_with_a_torque():
-    with open_target() as target:
-        target.hand.command_torques([200] * 7)
-        target.clock.sleep_until(target.clock.now() + 0.5)
-        frame = source_of(target).frame()
-    assert np.isnan(frame.commanded).all()
-    assert np.isnan(frame.commanded_joints).all()
-
-
-def exchange(source, *sent_and_received):
-    for i, (direction, data) in enumerate(sent_and_received):
-        source.take(WireRecord(float(i), direction, data))
-
-
 def test_of_any_other_hand_what_its_link_says_is_seen():
     with open_target() as target:
         source = WireSource(target.map)
@@ -143,18 +126,6 @@ def test_a_joint_is_not_shown_beyond_its_stop():
         assert wire.frame().joints.min() == 0.0
 
 
-def test_replies_in_pieces_are_put_together_and_boot_text_is_left_out():
-    with open_target() as target:
-        codes = target.hand.read_codes()
-        wire = target.wire.since(0, 0.0)
-        source = WireSource(target.map)
-    request, reply = next((a.data, b.data) for a, b in pairwise(wire) if b.data[:1] == b"\x22")
-    text = ("from_hand", b"[BOOT] and more text than one frame has")
-    exchange(source, ("to_hand", request), ("from_hand", reply[:5]), ("from_hand", reply[5:]), text)
-    np.testing.assert_allclose(source.frame().measured, target.map.angles_from_codes(codes))
-    assert source.frame().t == 2.0
-
-
 def test_a_recording_is_played_as_it_was():
     with open_target() as target:
         recording = staircase_of(target, Staircase(levels=2))
@@ -163,13 +134,3 @@ def test_a_recording_is_played_as_it_was():
     assert np.all(np.diff(times) >= 1 / 30)
     assert times[-1] > 0.9 * recording.header.duration_s
     assert np.ptp([frame.joints for frame in played], axis=0).max() > 0.3
-
-
-def test_what_travels_to_the_page_arrives_as_it_was():
-    unknown = ViewFrame(1.5, np.linspace(0.0, 1.5, len(Joint)))
-    for sent in (Note(0.25, 'a "line"\nof two', "warning"), Verdicts(3, ("one", "two")), ViewEnd(stay=True)):
-        assert line(sent).count("\n") == 1
-        assert message(line(sent)) == sent
-    arrived = message(line(unknown))
-    for name, value in vars(unknown).items():
-        np.testing.assert_array_equal(getattr(arrived, name), value)

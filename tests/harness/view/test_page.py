@@ -101,17 +101,6 @@ def test_what_comes_from_a_recording_is_text_and_no_markup():
     assert "&lt;b&gt;" in numbers(Heading("<b>", "right", live=False), ViewFrame(0.0, np.zeros(16)), "")
 
 
-def test_the_table_says_what_is_known_and_nothing_else():
-    frame = ViewFrame(2.5, np.zeros(16), measured=np.deg2rad([90.0] * 7), currents=np.full(7, 1.25))
-    table = numbers(heading(), frame, "live")
-    assert "2.50 s" in table
-    assert table.count("90.0°") == table.count("1.25 A") == 7
-    assert table.count("\N{EN DASH}") == 21  # nothing commanded, no temperature, cable not known
-    assert "-0.0" not in numbers(heading(), ViewFrame(0.0, np.zeros(16), measured=np.full(7, -1e-5)), "live")
-    assert "tension not known" in table
-    assert "slack cable" not in table
-
-
 def test_a_hand_is_driven_to_the_same_bytes_with_and_without_a_page():
     def moved(feed):
         with open_target(seed=5) as target:
@@ -137,17 +126,6 @@ def test_without_a_browser_the_end_waits_for_nobody():
     feed.end(stay=False)
     with pytest.raises(OSError, match=r"refused|reset"):
         asked(feed.url)
-
-
-def test_a_page_that_dies_is_said_once_and_the_hand_goes_on(capfd):
-    with open_target() as target:
-        feed = Feed(heading())
-        os.kill(feed.pid, signal.SIGKILL)
-        feed.follow(source_of(target))
-        until(lambda: feed.note("still there") or not feed.sending)
-        assert target.hand.read_codes().shape == (7,)
-        feed.end(stay=True)
-    assert capfd.readouterr().err.count("the hand continues") == 1
 
 
 class Failing:
@@ -230,14 +208,6 @@ def test_a_recording_is_served_until_ctrl_c(tmp_path):
         served.send_signal(signal.SIGINT)
         printed, errors = served.communicate(timeout=PATIENCE_S)
     assert (served.returncode, printed, errors) == (0, "", "Stopping…\n")
-
-
-def test_a_recording_without_positions_cannot_be_shown(tmp_path):
-    recording_of(tmp_path / "run.mcap", reads=False)
-    refused = run(tmp_path, "view", tmp_path / "run.mcap")
-    assert refused.returncode == 2
-    said = "this recording of 'policy' holds no position of the hand, so nothing to show"
-    assert refused.stderr == f"Error: {tmp_path / 'run.mcap'}: {said}\n"
 
 
 @pytest.mark.slow
