@@ -1,0 +1,50 @@
+"""Faults outside the catalogue are felt as those in it are, and are gone with their part."""
+
+from contextlib import suppress
+
+import pytest
+from strangers import STRANGERS
+
+from aero.errors import AeroError
+from hil import open_target
+from hil.faults import CATALOGUE
+from hil.faults.workbench import Workbench
+
+CLOSED = (64000, 62000, 60000, 58000, 45000, 48000, 45000)
+
+
+def bytes_of(*faults, seconds=12.0):
+    """What comes back of a hand that closes and opens, from then on, whatever fails."""
+    with suppress(AeroError, ConnectionError), open_target(seed=3, faults=faults) as target:
+        hand, clock = target.hand, target.clock
+        for step in range(round(seconds / 0.3)):
+            hand.command_codes([round(0.1 * (step % 20) * code) if step % 20 < 10 else 0 for code in CLOSED])
+            clock.sleep_until(clock.now() + 0.3)
+            hand.read_codes()
+            hand.read_currents()
+        return target.wire.since(0, 0.0)
+    return []
+
+
+def test_none_is_in_the_catalogue_and_each_is_there_once():
+    names = [fault.name for fault in STRANGERS]
+    assert len(set(names)) == len(names) >= 30
+    assert not set(names) & set(CATALOGUE)
+
+
+@pytest.mark.parametrize("fault", STRANGERS, ids=lambda fault: fault.name)
+def test_a_stranger_changes_what_the_driver_sees(fault):
+    seconds = 12.0 if fault.at_s < 10.0 else fault.at_s + 10.0
+    assert bytes_of(fault, seconds=seconds) != bytes_of(seconds=seconds)
+
+
+@pytest.mark.parametrize("fault", STRANGERS, ids=lambda fault: fault.name)
+def test_a_stranger_is_gone_with_its_part(fault):
+    with open_target(seed=3) as target:
+        bench = target.get(Workbench)
+        before = bench.assembly.unit
+        target.inject(fault)
+        target.act(f"replace {fault.part.name.lower()}{f' {fault.channel.label}' if fault.channel is not None else ''}")
+        assert bench.present == ()
+        assert bench.assembly.unit == before
+        assert bench.assembly.link.is_idle
