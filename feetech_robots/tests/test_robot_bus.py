@@ -312,3 +312,15 @@ def test_the_fixture_serves_the_robot_of_the_mark_or_the_option(pytester):
     result = pytester.runpytest()
     result.assert_outcomes(passed=1, errors=1)
     result.stdout.fnmatch_lines(["*bus_target needs a robot*--bus-robot=PATH*"])
+
+
+def test_a_joint_starts_within_its_range(pendulum):
+    """One that starts beyond it was flung: by 0 where 0 is no angle of it, or by start_deg."""
+    beyond = PENDULUM.replace("-115 115", "20 60")
+    assert beyond != PENDULUM
+    built = pendulum(("start_deg = 10.0", ""), mjcf=beyond)
+    assert built.joint_deg("swing") == pytest.approx(20.0)
+    assert built.plant.moved == ["swing turns 20 to 60 degrees, so it starts at 20; start_deg says where"]
+    with pytest.raises(ValueError, match="swing turns 20 to 60 degrees, and cannot start at 10"):
+        pendulum(mjcf=beyond)
+    assert pendulum(("start_deg = 10.0", "start_deg = 30.0"), mjcf=beyond).plant.moved == []

@@ -23,7 +23,7 @@ from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import usage_errors
 from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation, recording_ended
 from hil.cli.output import echo
-from hil.cli.viewing import viewing, with_view
+from hil.cli.viewing import Observer, viewing, with_view
 from hil.faults import Schedule, parse_fault
 from hil.faults.host import refuse_at_a_port
 from hil.recordings.output import prepared_file
@@ -104,7 +104,7 @@ def emulate(
             )
         with ExitStack() as files, server, closing(electronics), viewing(view, hand, stay=False) as observer:
             delays = DelayLog()
-            server.on_late = partial(_late, delays, tell=parent is not None)
+            server.on_late = partial(_late, delays, observer, tell=parent is not None)
             if record is not None:
                 # An extra that a hand without a recording does not need.
                 from hil.recordings.wire_file import WireFile  # noqa: PLC0415
@@ -135,10 +135,11 @@ def _record(file: WireFile, entry: WireEntry) -> None:
     file.add("to_hand" if entry[1] == ">" else "from_hand", entry[2])
 
 
-def _late(delays: DelayLog, late_s: float, *, tell: bool) -> None:
+def _late(delays: DelayLog, observer: Observer, late_s: float, *, tell: bool) -> None:
     """Note that the board runs late; tell the program that started it."""
     delays.add(late_s, Loop.BOARD)
     if late_s >= LEAST_S:
+        observer.give_way()
         _LOG.info("this computer held the emulated board up for %.0f ms", 1e3 * late_s)
         if tell:
             with suppress(OSError):  # it has gone, which `parent` shows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -100,6 +101,11 @@ class TimeLeftColumn(ProgressColumn):
         return Text(time_left(task))
 
 
+def _moves(console: Console) -> bool:
+    """Return whether a bar may move: FORCE_COLOR asks for colours in a log too, and Rich takes it for a terminal."""
+    return console.is_terminal and ("FORCE_COLOR" not in os.environ or console.file.isatty())
+
+
 class ProgressBar(Progress):
     """Rich's bar on standard error, which alone shows nothing where its output is redirected."""
 
@@ -121,7 +127,7 @@ class ProgressBar(Progress):
         # Rich would take what is printed meanwhile to this console, also what goes into a pipe.
         options["redirect_stdout"] = sys.stdout.isatty()
         # Where nobody sees a bar, Rich would leave an empty line.
-        options["disable"] = options.get("disable", False) or not chosen.is_terminal
+        options["disable"] = options.get("disable", False) or not _moves(chosen)
         super().__init__(*columns, console=chosen, transient=True, **options)
 
     @classmethod
@@ -145,7 +151,7 @@ class ProgressBar(Progress):
         self._say(task_id)
 
     def _say(self, task_id: TaskID) -> None:
-        if not self._lines or self.console.is_terminal or self.get_time() < self._said_at + LINE_S:
+        if not self._lines or _moves(self.console) or self.get_time() < self._said_at + LINE_S:
             return
         self._said_at = self.get_time()
         task = next(task for task in self.tasks if task.id == task_id)

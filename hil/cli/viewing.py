@@ -45,6 +45,10 @@ class Observer(Protocol):
         """Receive an event."""
         ...
 
+    def give_way(self) -> None:
+        """Look less often for a while, because the hand or its board is late."""
+        ...
+
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:
         """Receive the verdicts so far."""
         ...
@@ -57,6 +61,9 @@ class Nobody:
         """Do nothing."""
 
     def note(self, text: str, severity: Severity = "info") -> None:
+        """Do nothing."""
+
+    def give_way(self) -> None:
         """Do nothing."""
 
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:

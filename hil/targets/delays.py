@@ -62,6 +62,27 @@ class DelayLog:
         return tuple(delay._replace(t=delay.t - start) for delay in late)
 
 
+LOOK_BACK_S = 3.0
+"""A hand is asked again and again for at most this long before it is given up, s."""
+NOTEWORTHY_S = 0.1
+"""Time held up, s, that can make a hand look silent: a reply is waited for as long."""
+
+
+TRIES = 3
+"""How often a hand is asked for its first reading while this computer is held up."""
+
+
+def held_up(log: DelayLog) -> str:
+    """Return, in words to put before what a hand is blamed for, that the computer was busy; empty where it was not."""
+    late = log.since(WallClock().now() - LOOK_BACK_S)
+    if (total := sum(delay.by_s for delay in late)) < NOTEWORTHY_S:
+        return ""
+    return (
+        f"this computer was held up for {total:.1f} s in the last {LOOK_BACK_S:g} s, which may be all that is wrong: "
+        "end what else runs here and try again. Otherwise: "
+    )
+
+
 class TimedClock(WallClock):
     """The wall clock of a program's loop; how much too late a wait ended goes to a log."""
 

@@ -17,14 +17,14 @@ from aero.clock import Clock
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.hand import Hand
-from aero.safety import GuardedHand, Standby, Thresholds, unwinding
+from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 from hil.faults.fault import Injection
 from hil.faults.host import refuse_at_a_port
 from hil.faults.schedule import Schedule
 from hil.faults.workbench import Workbench
-from hil.targets.delays import DelayLog, TimedClock, TimedTransport
+from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
 from hil.targets.hands_file import named_hand
 from hil.targets.pty_process import serve_in_process
@@ -236,11 +236,31 @@ def _serial(request: OpenRequest, port: str) -> Iterator[tuple[Hand, Clock, Wire
             standby=standby,
         ) as hand,
     ):
+        _first_reading(hand, request.delays, port)
+        try:
+            yield hand, clock, wire
+        except (AeroError, SafetyStopError) as error:
+            # What could be this computer is said first.
+            if busy := held_up(request.delays):
+                error.args = (f"{busy}{error}", *error.args[1:])
+            raise
+
+
+def _first_reading(hand: Hand, delays: DelayLog, port: str) -> None:
+    """Read a hand that has just been opened, again where this computer was too busy to hear it.
+
+    Raises:
+        NoHandError: it does not answer.
+    """
+    for tries_left in reversed(range(TRIES)):
         try:
             hand.read_codes()
         except (AeroError, ConnectionError) as error:
-            raise NoHandError(f"no hand answers at {port!r}: {error}") from error
-        yield hand, clock, wire
+            busy = held_up(delays)
+            if not (busy and tries_left) or isinstance(error, ConnectionError):
+                raise NoHandError(f"{busy}no hand answers at {port!r}: {error}") from error
+        else:
+            return
 
 
 def _drive(

@@ -16,7 +16,7 @@ from queue import SimpleQueue
 from hil.view.frame import Heading, Message, ViewEnd, message
 from hil.view.web_page import Page
 
-POLITENESS = 10
+POLITENESS = 19
 """How far the page steps back, on a busy machine, behind the program that drives the hand; the shell's `nice`."""
 ALIVE_S = 1.0
 """Time between signs of life, s."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict
@@ -22,6 +23,10 @@ START_S = 60.0
 """Time in which the page has to be there, s."""
 SILENT_S = 15.0
 """Time without a sign of life after which the page is not waited for, s; it gives one a second."""
+SHARE = 0.05
+"""Largest part of the time that frames may take of the process that drives or emulates the hand."""
+GIVE_WAY_S = 1.0
+"""Pause after a board was late, s."""
 STOP_S = 5.0
 """Time that the page has to end, s."""
 
@@ -48,6 +53,9 @@ class Feed:
             self._source: Source | None = None
             self._ended = threading.Event()
             self._time = 0.0
+            self._pause_s = 1.0 / FRAMES_PER_S
+            """Time to the next frame, s."""
+            self._late_s = 0.0
             self._thread = threading.Thread(target=self._run, name="view", daemon=True)
             self._thread.start()
         except BaseException:  # a page without its feed would stay
@@ -63,6 +71,10 @@ class Feed:
     def sending(self) -> bool:
         """Whether frames go to the page."""
         return self._thread.is_alive()
+
+    def give_way(self) -> None:
+        """Take no frame for a while, because the hand or its board is late."""
+        self._late_s = GIVE_WAY_S
 
     def follow(self, source: Source) -> None:
         """Show this hand from now on."""
@@ -101,8 +113,12 @@ class Feed:
     def _run(self) -> None:
         """Take frames and send them until the end; a page that has gone is said once and changes nothing else."""
         try:
-            while not self._ended.wait(1.0 / FRAMES_PER_S):
+            while not self._ended.wait(self._pause_s):
+                begin = time.monotonic()
                 self._send()
+                # On a busy computer a frame takes long, and the hand is waiting for the same core.
+                self._pause_s = max(1.0 / FRAMES_PER_S, (time.monotonic() - begin) / SHARE, self._late_s)
+                self._late_s = 0.0
             self._send()
         except Exception as error:  # who watches does not end what is watched
             if not self._ended.is_set():

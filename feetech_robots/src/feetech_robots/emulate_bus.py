@@ -44,6 +44,8 @@ def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool,
         with server:
             if orders and sys.stdin is not None:
                 server.also(StandardInput(), Orders(built).take)
+            for line in built.plant.moved:
+                print_line(line, err=True)
             print_line(f"ready {server.name}")
             try:
                 server.run(stop=lambda: bool(stopped))

@@ -94,12 +94,34 @@ class JointPlant:
         self._drives = [UNPOWERED] * self._count
         self._setpoints = np.zeros(self._count)
         self._time = 0.0
-        self.data.qpos[self._qpos] = [shaft.start for shaft in shafts]
+        self.moved: list[str] = []
+        """What starts elsewhere than at its angle, in sentences."""
+        self.data.qpos[self._qpos] = [self._start(shaft) for shaft in shafts]
         for dof, geared in zip(self._dofs, shafts, strict=True):
             if geared.damping is not None:
                 model.dof_damping[dof] = geared.damping
         for shaft in range(self._count):
             self.drive(shaft, UNPOWERED)
+
+    def _start(self, shaft: GearedShaft) -> float:
+        """Return the angle (rad) at which a joint starts; one that is flung from beyond its range would hide the rest.
+
+        Raises:
+            ValueError: an angle beyond the range was asked for.
+        """
+        joint = self.model.joint(shaft.joint)
+        if not self.model.jnt_limited[joint.id] or joint.range[0] <= shaft.start <= joint.range[1]:
+            return shaft.start
+        span = f"{math.degrees(joint.range[0]):g} to {math.degrees(joint.range[1]):g} degrees"
+        if shaft.start != 0.0:
+            raise ValueError(
+                f"{self._path}: {shaft.joint} turns {span}, and cannot start at {math.degrees(shaft.start):g}"
+            )
+        nearest = float(np.clip(0.0, *joint.range))
+        self.moved.append(
+            f"{shaft.joint} turns {span}, so it starts at {math.degrees(nearest):g}; start_deg says where"
+        )
+        return nearest
 
     @property
     def time(self) -> float:

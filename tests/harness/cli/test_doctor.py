@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aero.errors import LinkTimeoutError
 from aero.exit_code import Exit
-from hil.cli.doctor import exit_code
+from hil.cli.doctor import exit_code, hand
 from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.cli.doctor.hand import (
     HAND_USB,
@@ -158,3 +159,18 @@ def test_the_command_prints_json_and_says_that_no_hand_answers() -> None:
     assert ran.returncode == Exit.NO_HAND, ran.stderr
     assert (printed["format"], printed["verdict"]) == (1, "wrong")
     assert {"python", "extras", "drawing", "jitter", "ports", "answer"} <= {row["check"] for row in printed["findings"]}
+
+
+def test_a_busy_computer_asks_again_and_is_named_before_the_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def silent(port: str) -> hand.Answers:
+        asked.append(port)
+        raise LinkTimeoutError("no reply")
+
+    monkeypatch.setattr(hand, "ask", silent)
+    for load, tries, said in ((1.0, 1, "no reply"), (11.0, 3, "this computer is busy (load 11 on 2 cores)")):
+        asked.clear()
+        monkeypatch.setattr(hand, "_load", lambda load=load: (load, 2))
+        answer = next(hand.check_hand("port"))
+        assert (len(asked), answer.finding[: len(said)]) == (tries, said)

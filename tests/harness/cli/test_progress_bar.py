@@ -42,6 +42,12 @@ def test_a_terminal_gets_no_lines():
     assert "calibrating [/z]: " not in watched(terminal=True)
 
 
+def test_colours_in_a_log_are_no_moving_bar(monkeypatch):
+    """It made 92 kB of a log of 2.7 kB."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert watched(terminal=None) == watched(terminal=False)
+
+
 def test_no_time_is_promised_before_enough_is_done():
     now = [100.0]
     with ProgressBar(console=Console(file=io.StringIO()), get_time=lambda: now[0], auto_refresh=False) as bar:
