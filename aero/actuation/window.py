@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.actuation.arrays import finite_numbers, whole_numbers
+from aero.actuation.arrays import whole_numbers
 from aero.channels import Channel
 from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE
@@ -125,18 +125,6 @@ class CommandWindow:
         steps = whole * np.abs(grasp - extend) // MAX_CODE
         counts: NDArray[np.int64] = extend + np.sign(grasp - extend) * steps
         return counts
-
-    def codes_from_counts(self, counts: ArrayLike) -> NDArray[np.int64]:
-        """Return the codes (..., 7) that the board reports for encoder counts (..., 7), 0 and 65535 beyond the ends.
-
-        Raises:
-            ValueError: not finite, or another shape.
-        """
-        finite = finite_numbers(counts, len(Channel), "counts")
-        extend, grasp = np.array(self.extend_counts), np.array(self.grasp_counts)
-        into = np.sign(grasp - extend) * (np.rint(finite).astype(np.int64) - extend)
-        codes: NDArray[np.int64] = np.clip(into * MAX_CODE // np.abs(grasp - extend), 0, MAX_CODE)
-        return codes
 
     def _closing_sign(self) -> NDArray[np.int64]:
         extend, grasp = np.array(_BASELINE[self.hand])

@@ -10,8 +10,6 @@ from firmware_emulator.servo.models import model_of
 
 COUNTS_PER_TURN = 4096
 RAD_PER_COUNT = 2.0 * math.pi / COUNTS_PER_TURN
-SPEED_UNIT_COUNTS = 50.0
-"""One unit of a speed register, counts/s (0.732 rpm)."""
 ACCELERATION_UNIT_COUNTS = 100.0
 """One unit of the acceleration register, counts/s²."""
 CURRENT_UNIT_MA = 6.5

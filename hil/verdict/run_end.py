@@ -7,7 +7,6 @@ from enum import Enum
 
 from aero.channels import Channel
 from aero.errors import AeroError
-from aero.protocol import Opcode
 from aero.safety import SafetyReason, SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.faults import FaultNeverFiredError
@@ -123,8 +122,6 @@ class EndKind(Enum):
     """Everything was run, and the guard could not leave the hand open and weak as it does after every program."""
 
 
-LIMIT_REQUESTS = (Opcode.SET_SPE, Opcode.SET_TOR)
-"""Requests that a board of firmware `pre` does not answer."""
 SAYS_NOTHING = {EndKind.INTERRUPTED, EndKind.INCOMPLETE, EndKind.NOT_WRITTEN, EndKind.HOST_BUSY}
 """Endings that say nothing about the hand."""
 
@@ -160,11 +157,6 @@ class RunEnd:
     def channel(self) -> Channel | None:
         """The channel for which the guard stopped the hand; None for every other end."""
         return self.error.channel if isinstance(self.error, SafetyStopError) else None
-
-    @property
-    def unanswered_limit(self) -> bool:
-        """Whether the guard stopped a hand that leaves its first limit unanswered."""
-        return isinstance(self.error, SafetyStopError) and self.error.unanswered in LIMIT_REQUESTS
 
     @property
     def error_name(self) -> str:

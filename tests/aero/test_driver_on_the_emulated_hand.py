@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from aero import ActuationMap, AeroHand, Channel, CommandWindow
-from aero.actuation.fingerprint import check_readings
 from aero.channels import FINGERS
-from aero.errors import RefusedError, WindowMismatchError
+from aero.errors import RefusedError
 from aero.firmware import FIRMWARE
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
@@ -137,25 +136,6 @@ def test_a_restart_is_noticed_and_leaves_the_mixed_state(caplog):
     codec = ActuationMap.for_firmware("0.2.0", "mixed")
     shafts = rig.shafts_deg_after(codec.codes_from_angles(np.deg2rad(ANGLES_DEG)))
     np.testing.assert_allclose(shafts, ANGLES_DEG, atol=TOLERANCE_DEG)
-
-
-def test_the_mixed_state_shows_in_what_the_hand_reports():
-    rig = Rig(firmware="0.2.0")
-    homed = ActuationMap.for_firmware("0.2.0").window
-    readings = []
-    for step in range(24):
-        clock = rig.electronics.clock
-        rig.hand.command_codes([2000 * step + 7000] * 7)
-        clock.sleep_until(clock.now() + 0.1)
-        readings.append(rig.hand.read_codes())
-    check_readings(homed, readings)
-    rig.electronics.reset("reset")
-    for step in range(24):
-        rig.hand.command_codes([2000 * step + 7000] * 7)
-        clock.sleep_until(clock.now() + 0.1)
-        readings.append(rig.hand.read_codes())
-    with pytest.raises(WindowMismatchError, match="thumb_abduction"):
-        check_readings(homed, readings[24:])
 
 
 @pytest.mark.parametrize("stray", [1, 7, 15])

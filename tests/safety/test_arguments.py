@@ -13,8 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aero import ActuationMap, AeroHand, Channel, CommandWindow
-from aero.actuation import fingerprint, load_coefficients, representations
-from aero.actuation.representations import convert
+from aero.actuation import fingerprint, load_coefficients
 from aero.clock import WallClock
 from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
@@ -192,18 +191,13 @@ def test_a_driver_takes_no_patience_that_is_none(name, wrong):
 CODEC = ActuationMap.for_firmware("0.2.0")
 CONVERSIONS = {
     "counts_from_codes": (EDGES.counts_from_codes, 7),
-    "codes_from_counts": (EDGES.codes_from_counts, 7),
     "angles_from_codes": (CODEC.angles_from_codes, 7),
     "codes_from_angles": (CODEC.codes_from_angles, 7),
     "codes_from_lengths": (CODEC.codes_from_lengths, 7),
     "codes_from_joints": (CODEC.codes_from_joints, 16),
     "codes_from_compact": (CODEC.codes_from_compact, 7),
     "saturating_codes": (CODEC.saturating_codes, 7),
-    "sdk_codes_from_joints": (representations.sdk_codes_from_joints, 16),
-    "sdk_codes_from_angles": (representations.sdk_codes_from_angles, 7),
-    "check_readings": (lambda codes: fingerprint.check_readings(EDGES, codes), 7),
     "fits_span": (lambda codes: fingerprint.fits_span(codes, 1025), 7),
-    "convert": (lambda values: convert(CODEC, values, "angles", "codes"), 7),
 }
 """What ends in codes or begins with them, with its width."""
 
@@ -235,15 +229,9 @@ def test_what_a_map_is_made_of_cannot_be_changed_from_outside():
     mine = dataclasses.replace(paper, finger_winding=radii)
     radii[0] = 1.0
     assert mine == paper
-    values = np.zeros(7)
-    converted = convert(CODEC, values, "angles", "angles").values
-    values[:] = 9.0
-    assert not converted.any()
 
 
-@pytest.mark.parametrize(
-    "array", [CODEC.winding_matrix, CODEC.excursion_rad, CODEC.window_rad, representations.SDK_LIMITS_DEG]
-)
+@pytest.mark.parametrize("array", [CODEC.winding_matrix, CODEC.excursion_rad, CODEC.window_rad])
 def test_constants_cannot_be_written(array):
     with pytest.raises(ValueError, match="read-only"):
         array[0] = MAX_CODE
