@@ -12,7 +12,7 @@ from hil.verdict.failures import RUN, Failures
 from hil.verdict.parts import Suspect
 from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, neighbour, steps
 
-SURE = 0.85
+SURE = 0.8
 """Likelihood from which on a suspect that a step convicts is told."""
 REMAINS = 0.1
 """Likelihood from which on a suspect is named among those that remain."""
@@ -81,9 +81,7 @@ class DiagnosisCase:
     @property
     def convicted(self) -> Suspect | None:
         """The suspect that a step has convicted, None where none is."""
-        likely = self.likely
-        proven = [one.proposal.step.convicted(one.outcome, one.proposal.at) for one in self.done]
-        return next((s for s in proven if s is not None and likely.get(s, 0.0) >= SURE), None)
+        return _proven(self.likely, self.done)
 
     @property
     def remaining(self) -> tuple[Suspect, ...]:
@@ -124,9 +122,7 @@ class DiagnosisCase:
             chance = sum(joint.values())
             after = _normalised(joint)
             gained += chance * (_bits(likely) - _bits(after))
-            proven = step.convicted(outcome, proposal.at)
-            if proven is not None and after.get(proven, 0.0) >= SURE:
-                convicts += chance
+            convicts += chance * (_proven(after, (*self.done, Done(proposal, outcome))) is not None)
         return (gained + convicts) / (step.minutes + HANDLING + (FETCHING if step.tool else 0.0))
 
 
@@ -165,6 +161,17 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
         if max(here, after.weight(after.off) - same) < GONE_BELOW * on(before, at)
         else StepOutcome.STAYS
     )
+
+
+def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | None:
+    """Return the likeliest suspect that an outcome proves, None where those proven are not likely enough together.
+
+    Two digits may be at fault together, as where their cables are exchanged.
+    """
+    found = [one.proposal.step.convicted(one.outcome, one.proposal.at) for one in done]
+    proven = [s for s in likely if any(f and f.part is s.part and f.channel in (None, s.channel) for f in found)]
+    of_one_part = [s for s in proven if s.part is proven[0].part]
+    return proven[0] if sum(likely[s] for s in of_one_part) >= SURE else None
 
 
 def _normalised(weights: Mapping[Suspect, float]) -> dict[Suspect, float]:

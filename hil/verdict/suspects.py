@@ -116,7 +116,7 @@ def restarts(signs: RunSigns) -> Iterable[Clue]:
     """A board that said its boot text."""
     # What was lost or changed with the restart is no sign of anything else.
     if signs.failures.hand("session/restarts"):
-        yield Clue("the board restarted", _all(signs), _hand(board=0.6, supply=0.35, usb=0.05))
+        yield Clue("the board restarted", _all(signs), _hand(board=0.5, supply=0.3, setup=0.15, usb=0.05))
     if signs.end.kind is EndKind.FIRMWARE:
         yield Clue("the firmware program ended", _all(signs), _hand(board=0.95))
 
@@ -144,7 +144,7 @@ def standing_readings(signs: RunSigns) -> Iterable[Clue]:
     own = signs.failures.keys(lambda check, _: check in STANDS_STILL)
     still = signs.failures.on("excursion/stale") | signs.failures.on("response/standstill")
     if signs.end.stop is SafetyReason.STALE or signs.failures.hand("presence/distinct_readings"):
-        yield Clue("no reading changes", _all(signs), _hand(bus=0.6, usb=0.25, board=0.15))
+        yield Clue("no reading changes", _all(signs), _hand(bus=0.5, servo=0.25, usb=0.15, board=0.1))
     elif own and len(still) != 1:
         yield Clue("readings of several channels stand still on the way", own, _hand(usb=0.5, bus=0.5))
     if contradicted := signs.failures.hand("presence/boot_contradictions"):
@@ -222,12 +222,15 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         if not own and not ended:
             continue
         sensed = failures.weight(own & failures.keys(lambda check, _: check in SENSORS))
-        servo = 0.35 + 0.5 * sensed / (failures.weight(own) or 1.0)
+        still = failures.weight(own & failures.keys(lambda check, _: check in STANDS_STILL))
+        everything = failures.weight(own) or 1.0
+        # What answers only now and then stands still and jumps; nothing mechanical does.
+        servo, bus = 0.35 + 0.5 * sensed / everything, 0.03 + 0.3 * still / everything
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): 0.85 - servo}
         only = ended and len(_channels(failures)) <= 1
         keys = _all(signs) if only else own | _with(failures, channel)
         yield Clue(
-            f"readings of the {subject_words(channel.label)} are off", keys, weights | _hand(setup=0.12, bus=0.03)
+            f"readings of the {subject_words(channel.label)} are off", keys, weights | _hand(setup=0.12, bus=bus)
         )
 
 
