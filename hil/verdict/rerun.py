@@ -34,7 +34,7 @@ def rerun(
     if proposal.step.homes:
         target.begin(stops=list(Channel))
         target.hand.home()
-    run = validate(target, case.experiments or AT_LEAST, folder=folder, progress=progress)
+    run = validate(target, case.experiments or AT_LEAST, folder=folder, from_opening=False, progress=progress)
     return outcome_of_run(Judge.of_target(target), case, proposal, run), run
 
 

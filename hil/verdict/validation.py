@@ -36,6 +36,7 @@ def validate(
     *,
     baseline: Path | None = None,
     folder: Path | None = None,
+    from_opening: bool = True,
     progress: Progress = silent,
     on_result: Callable[[Validation], None] = lambda _: None,
 ) -> Validation:
@@ -51,6 +52,7 @@ def validate(
         names: experiments to run, keys of `EXPERIMENTS`.
         baseline: folder of the hand's own earlier figures, to compare with.
         folder: where recordings are written as they are made, NAME.mcap and session.mcap; nowhere when None.
+        from_opening: judge the link since the hand was opened; else from now on.
         progress: called with the finished part of the present experiment.
         on_result: called with everything so far after each experiment.
 
@@ -81,7 +83,7 @@ def validate(
         return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")
 
     with _recorded(recorder(WHOLE_RUN.name)) as session:
-        session.begin(from_opening=True)
+        session.begin(from_opening=from_opening)
         with _own_limits(target) as set_limits:
             for name in chosen:
                 gate = _failed_gate(results)

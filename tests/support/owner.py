@@ -1,0 +1,137 @@
+"""An emulated owner: does the steps of a case on an emulated hand, and answers from what is there."""
+
+from dataclasses import dataclass
+from time import perf_counter
+
+from aero.channels import Channel
+from aero.errors import AeroError
+from firmware_emulator.servo.registers import REGISTERS
+from hil.faults import FaultNeverFiredError
+from hil.faults.fault import FaultLayer
+from hil.faults.part import Part
+from hil.faults.servo import servo_of
+from hil.faults.winding import NEIGHBOUR
+from hil.faults.workbench import Workbench
+from hil.targets.opening import open_target
+from hil.verdict.rerun import rerun
+from hil.verdict.steps import StepOutcome
+from hil.verdict.validation import validate
+
+ACTS = {
+    "power": ("power_off", "power_on"),
+    "empty": ("let_go",),
+    "computer": ("replace computer",),
+    "cable": ("replace usb",),
+    "plugs": ("replace bus",),
+    "flash": ("replace board",),
+    "exchange": ("exchange_servos {at} {beside}",),
+}
+"""What an owner does for a step, as the prompt of `emulate` takes it."""
+STARTS_S = 90
+"""For how long the owner waits after power returned, s."""
+
+
+@dataclass(frozen=True)
+class Played:
+    """A case that was played to its end."""
+
+    faults: tuple
+    found: bool
+    """Whether the validation failed."""
+    case: object = None
+    outcomes: tuple = ()
+    passed_on_the_broken_hand: bool = False
+    seconds: float = 0.0
+
+    @property
+    def minutes(self):
+        return sum(done.proposal.step.minutes for done in self.case.done) if self.case else 0.0
+
+    @property
+    def right(self):
+        """Whether the convicted part is that of a fault, on its channel or one that it is about."""
+        convicted = self.case.convicted
+        return any(is_right(convicted, fault) for fault in self.faults)
+
+
+def is_right(suspect, fault):
+    """Return whether a suspect is the part of a fault."""
+    on = {None, fault.channel}
+    if fault.fault.layer in (FaultLayer.WINDING, FaultLayer.SERVO) and fault.channel is not None:
+        on.add(NEIGHBOUR.get(fault.channel))
+    return suspect.part in fault.parts and (suspect.channel in on or fault.channel is None)
+
+
+class Owner:
+    """Does what a step says."""
+
+    def __init__(self, target):
+        self.target = target
+        self.bench = target.get(Workbench)
+
+    def does(self, proposal):
+        """Do a step; return the answer where it asks, None where what shows the failure is to be run."""
+        name = proposal.step.name
+        if proposal.step.asks:
+            seen = {"voltage": self._sees_low, "version": self._sees_version, "registers": self._sees_registers}[name]
+            return StepOutcome.SEEN if seen() else StepOutcome.STAYS
+        for words in ACTS.get(name, ()):
+            at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
+            self.target.act(words.format(at=at, beside=beside))
+        if name in ACTS and name != "empty":
+            self._wait()
+        return None
+
+    def _wait(self):
+        """Wait until the board answers again: it may home for up to 45 s after power returned."""
+        clock = self.target.clock
+        for _ in range(STARTS_S):
+            clock.sleep_until(clock.now() + 1.0)
+            try:
+                self.target.hand.read_codes()
+            except (AeroError, OSError):
+                continue
+            break
+
+    def _sees_low(self):
+        return any(fault.part is Part.SUPPLY for fault in self.bench.present)
+
+    def _sees_version(self):
+        return any(fault.fault.layer is FaultLayer.FIRMWARE for fault in self.bench.present)
+
+    def _sees_registers(self):
+        """Return whether one servo has another register than all others have."""
+        return _differ([servo_of(self.bench.hand, channel) for channel in Channel])
+
+
+def _differ(servos):
+    names = [name for name in REGISTERS if name not in ("id", "position_offset")]
+    for name in names:
+        values = [servo.memory.get(name) for servo in servos]
+        if any(values.count(value) == 1 and values.count(max(set(values), key=values.count)) >= 5 for value in values):
+            return True
+    return False
+
+
+def play(faults, unit, seed, firmware, hand):
+    """Play one case: validate, then step by step until it ends."""
+    start = perf_counter()
+    case, found, outcomes = None, False, []
+    broken = False
+    try:
+        with open_target(unit=unit, seed=seed, firmware=firmware, hand=hand, homed=True, faults=faults) as target:
+            run = validate(target)
+            found = not run.passed
+            case = run.diagnosis.case
+            owner = Owner(target)
+            while case is not None and (proposal := case.next_step) is not None:
+                outcome = owner.does(proposal)
+                if outcome is None:
+                    outcome, after = rerun(target, case, proposal)
+                    if outcome is None:
+                        break
+                    broken |= proposal.step.name == "again" and after.passed
+                case = case.after(proposal, outcome)
+    except (FaultNeverFiredError, AeroError, OSError) as error:
+        outcomes.append(type(error).__name__)
+    return Played(tuple(faults), found, case, tuple(outcomes), broken, perf_counter() - start)
