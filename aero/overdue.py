@@ -92,6 +92,9 @@ class Overdue:
         return any(bytes((opcode, FILLER)).startswith(data[:2]) for opcode, _ in self._waiting)
 
     def probe(self, wanted: Opcode) -> Opcode:
-        """Return the query of another kind whose reply settles most of what is waiting."""
+        """Return the query of another kind whose reply settles most of what is waiting, and can least be an old one."""
         oldest = {opcode: -place for place, opcode in enumerate(reversed(self.opcodes))}
-        return max((query for query in READINGS if query is not wanted), key=lambda query: oldest.get(query, 1))
+        return max(
+            (query for query in READINGS if query is not wanted),
+            key=lambda query: (oldest.get(query, 1), -self._passed.get(query, -inf)),
+        )

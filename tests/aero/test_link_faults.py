@@ -188,9 +188,10 @@ def test_what_no_driver_can_see_in_a_frame_without_a_checksum(counting, fault):
     spoiled = [False]
 
     def sometimes(data):
-        spoiled[0] = random.uniform() < 0.3
-        found["spoiled"] += spoiled[0]
-        return fault(data, random) if spoiled[0] else [(0.0, data)]
+        now = random.uniform() < 0.3
+        spoiled[0] |= now
+        found["spoiled"] += now
+        return fault(data, random) if now else [(0.0, data)]
 
     spoil(board, sometimes)
     for _ in range(3 * EXCHANGES):
