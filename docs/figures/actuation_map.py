@@ -99,16 +99,6 @@ def coefficients() -> Rows:
     return comparison(identified())
 
 
-def fits() -> Rows:
-    """How much of the variance the fits explain."""
-    forward, inverse = identified().regression, identified().inverse
-    explained = (*forward.r_squared, *(fit.r_squared[0] for fit in inverse))
-    return [
-        ("R²", "CMC", "MCP", "IP", "CMC cable, inverse", "flexor cable, inverse"),
-        ("staircases", *(f"{value:.5f}" for value in explained)),
-    ]
-
-
 @dataclass(frozen=True)
 class Residuals:
     """How far coefficients are from what the simulator did; the last axis is CMC, MCP, IP or the two cables."""
@@ -251,4 +241,4 @@ def radii() -> Rows:
     return rows
 
 
-TABLES = (windows, agreement, coefficients, fits, residuals, radii)
+TABLES = (windows, agreement, coefficients, residuals, radii)

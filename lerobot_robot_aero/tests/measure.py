@@ -1,4 +1,4 @@
-"""Measure the figures of docs/lerobot.md, in real time.
+"""Measure the figures of lerobot_robot_aero/lerobot.md, in real time.
 
 `PYTHONPATH=docs python lerobot_robot_aero/tests/measure.py FOLDER` runs the page's commands in a folder and stores the
 result, `docs/figures/stored/lerobot.commands.json`.

@@ -1,4 +1,4 @@
-"""LeRobot's commands as docs/lerobot.md shows them, for the tests and for the figures of the page."""
+"""LeRobot's commands as lerobot_robot_aero/lerobot.md shows them, for the tests and for the figures of the page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import subprocess
 import sysconfig
 from pathlib import Path
 
-PAGE = Path(__file__).parents[2] / "docs" / "lerobot.md"
+PAGE = Path(__file__).parents[1] / "lerobot.md"
 OPENED = "stopped and opened slowly. The program ended."
 """What the guard logs of a hand that it has left open."""
 PATIENCE_S = 240.0

@@ -1,4 +1,4 @@
-"""LeRobot's own commands as docs/lerobot.md shows them, in real time, on emulated hands."""
+"""LeRobot's own commands as lerobot_robot_aero/lerobot.md shows them, in real time, on emulated hands."""
 
 import re
 import shutil

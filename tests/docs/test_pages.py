@@ -20,7 +20,6 @@ from hil.recordings.mcap_file import read_recording
 pytestmark = pytest.mark.slow
 ELSEWHERE = {
     "tutorial": "tests/docs/test_first_hour.py, with its output",
-    "lerobot": "lerobot_robot_aero/tests, which needs LeRobot",
     "firmware": "tests/firmware, with a firmware of our own",
     "grasps": "tests/examples",
 }
