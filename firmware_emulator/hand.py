@@ -109,7 +109,8 @@ class EmulatedHand:
         self._profile = profile_of(firmware)
         self._config = config
         self._nvs = nvs if nvs is not None else Nvs()
-        self._host_latency_s = host_latency_s
+        self.host_latency_s = host_latency_s
+        """Time from a write on the host to the firmware acting on it, s."""
         self._program = program
         self.board: Board | ProgramBoard = self._new_board()
         if start == "homed":
@@ -173,7 +174,7 @@ class EmulatedHand:
             hand=self._config,
             nvs=self._nvs,
             transmit=self._transmit,
-            host_latency_s=self._host_latency_s,
+            host_latency_s=self.host_latency_s,
         )
 
     def _new_program_board(self, program: Path) -> ProgramBoard:
@@ -183,7 +184,7 @@ class EmulatedHand:
             program=program,
             nvs=self._nvs,
             transmit=self._transmit,
-            host_latency_s=self._host_latency_s,
+            host_latency_s=self.host_latency_s,
         )
 
     def _resume(self) -> None:
@@ -195,7 +196,7 @@ class EmulatedHand:
             return
         # The program homes on a bus of its own, where every servo is at its stop; the servos here are then left as
         # homing leaves them, and the program continues with them.
-        ready = rehearse(self._program, nvs=self._nvs, host_latency_s=self._host_latency_s)
+        ready = rehearse(self._program, nvs=self._nvs, host_latency_s=self.host_latency_s)
         self.board = ready.board
         board.start(self._take_over(board, ready))
 

@@ -1,17 +1,23 @@
-"""Replay of a recorded run into an emulated hand, through every byte of the path, and what it reads there."""
+"""Replay of a recorded run into an emulated hand, and what its board answers there.
+
+A calibration is hundreds of replays, so that nothing is sent for a reading: it is taken from the board's memory when
+the board would answer. A test holds the replay to what a driver gets through every byte.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aero import AeroHand
+from aero.driver import CURRENT_A_PER_UNIT
 from aero.firmware import DEFAULT_FIRMWARE
-from aero.protocol import MAX_CODE
+from aero.protocol import MAX_CODE, make_positions
+from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, HandSide
-from firmware_emulator.links.in_process import InProcessLink
+from firmware_emulator.kernel import on_grid
 from hil.targets.emulated_hand import build_emulated
 from model.units import Unit
 from train.identification.trace import Trace, closing_current_sign
@@ -64,25 +70,38 @@ def replay(
         read = trace.temperatures[np.isfinite(trace.temperatures[:, shaft]), shaft]
         if len(read):
             servo.heat_to(read[0] + HALF_A_DEGREE)
-    clock = electronics.clock
+    clock, board, latency_s = electronics.clock, electronics.board, electronics.host_latency_s
+    assert isinstance(board, Board)
     n, m = len(trace.t_command), len(trace.t_read)
     times = np.concatenate([trace.t_command, trace.t_read])
     # A read at the time of a write comes first: a live policy reads, then commands.
     order = np.lexsort((np.r_[np.ones(n), np.zeros(m)], times))
-    counts = np.full(trace.counts.shape, np.nan)
-    amperes, degrees = counts.copy(), counts.copy()
-    sign = closing_current_sign(side)
-    with AeroHand(InProcessLink(electronics), clock) as hand:
-        hand.command_codes(trace.codes[0])
-        start = clock.now() + SETTLE_S + phase_s - times.min()
-        for event in order.tolist():
-            clock.sleep_until(start + times[event])
-            if event < n:
-                hand.command_codes(trace.codes[event])
-                continue
-            row = event - n
-            counts[row] = np.rint(hand.read_codes() * trace.spans_counts / MAX_CODE)
-            if currents:
-                amperes[row] = hand.read_currents() * sign
-                degrees[row] = hand.read_temperatures()
-    return ReplayedTrace(counts, amperes, degrees)
+    frames = [make_positions(codes) for codes in trace.codes]
+    answers: dict[str, list[Sequence[int]]] = {"positions": [], "currents": [], "temperatures": []}
+    asked = tuple(answers) if currents else ("positions",)
+    electronics.receive(frames[0])
+    start = clock.now() + SETTLE_S + phase_s - times.min()
+    for event, t in zip(order.tolist(), (start + times[order]).tolist(), strict=True):
+        clock.sleep_until(t)
+        if event < n:
+            electronics.receive(frames[event])
+            continue
+        for field in asked:
+            # One question after the other, each answered at once when it has arrived.
+            clock.sleep_until(on_grid(clock.now() + latency_s))
+            answers[field].append(getattr(board.telemetry, field))
+    words = {field: _by_shaft(rows) for field, rows in answers.items() if rows}
+    unread = np.full(trace.counts.shape, np.nan)
+    return ReplayedTrace(
+        np.rint(words["positions"] * trace.spans_counts / MAX_CODE),
+        words["currents"] * CURRENT_A_PER_UNIT * closing_current_sign(side) if currents else unread,
+        words["temperatures"] if currents else unread.copy(),
+    )
+
+
+def _by_shaft(rows: Sequence[Sequence[int]]) -> NDArray[np.float64]:
+    """Return rows (m, 7) by servo ID in command order."""
+    words = np.array(rows, float)
+    ordered = np.empty_like(words)
+    ordered[:, list(SHAFT_OF_SERVO)] = words
+    return ordered

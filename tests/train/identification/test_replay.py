@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 from recorded import excitation_of
 
+from aero import AeroHand
 from aero.channels import FINGERS, Channel
+from aero.firmware import DEFAULT_FIRMWARE
+from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError, Thresholds
+from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
+from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth
 from hil.recordings.recorder import Recorder
+from hil.targets.emulated_hand import build_emulated
 from hil.targets.opening import open_target
 from model.units import load_unit
 from train.cli.calibrate import trace_svg
@@ -15,7 +21,7 @@ from train.identification.calibration import calibrate
 from train.identification.excitation import Excitation, play
 from train.identification.replay_score import held_out_rms
 from train.identification.search import pooled_rms, search
-from train.identification.trace import Trace
+from train.identification.trace import Trace, closing_current_sign
 from train.identification.trace_replay import replay
 from train.identification.unit_file import unit_toml
 from train.identification.unit_parameters import FREE, UnitModel
@@ -52,6 +58,37 @@ def test_a_hand_predicts_itself(trace):
     assert np.abs(predicted.counts[-1] - trace.counts[-1]).max() <= 3.0
     assert np.isfinite(predicted.currents).all()
     assert np.isfinite(predicted.temperatures).all()
+
+
+def through_every_byte(trace, unit, phase_s):
+    """Replay with a driver on the link, as the trace was recorded."""
+    electronics, _ = build_emulated(unit, firmware=DEFAULT_FIRMWARE, hand="right", seed=0)
+    for servo, shaft in zip(electronics.servos, SHAFT_OF_SERVO, strict=True):
+        servo.heat_to(trace.temperatures[0, shaft] + 0.5)
+    events = sorted(
+        [(t, 1, i) for i, t in enumerate(trace.t_command)] + [(t, 0, i) for i, t in enumerate(trace.t_read)]
+    )
+    clock, read = electronics.clock, []
+    with AeroHand(InProcessLink(electronics), clock) as hand:
+        hand.command_codes(trace.codes[0])
+        start = clock.now() + 0.5 + phase_s - events[0][0]
+        for t, is_command, row in events:
+            clock.sleep_until(start + t)
+            if is_command:
+                hand.command_codes(trace.codes[row])
+            else:
+                read.append((hand.read_codes(), hand.read_currents(), hand.read_temperatures()))
+    codes, currents, temperatures = (np.array(rows) for rows in zip(*read, strict=True))
+    counts = np.rint(codes * trace.spans_counts / MAX_CODE)
+    return counts, currents * closing_current_sign("right"), temperatures
+
+
+@pytest.mark.parametrize("phase_s", [0.0, 0.0025, 0.0071])
+def test_a_replay_reads_what_a_driver_gets_through_every_byte(trace, phase_s):
+    predicted = replay(trace, REFERENCE, phase_s=phase_s)
+    read = predicted.counts, predicted.currents, predicted.temperatures
+    for of_replay, of_driver in zip(read, through_every_byte(trace, REFERENCE, phase_s), strict=True):
+        assert np.array_equal(of_replay, of_driver)
 
 
 def test_the_phase_of_the_telemetry_is_what_is_left(trace):
