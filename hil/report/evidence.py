@@ -146,16 +146,24 @@ def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Eviden
         end = min(where.end, where.start + LONGEST_S)
         worst = where.worst if channel is bad else None
         columns.append(
-            PlotColumn((channel,), max(0.0, where.start - PADDING_S), end + PADDING_S, channel.title, at=worst)
+            PlotColumn(
+                (channel,),
+                max(0.0, where.start - PADDING_S),
+                end + PADDING_S,
+                channel.title,
+                at=worst,
+                zero=where.start,
+            )
         )
     if columns[0].at is None and finding.subject in CHANNELS:
         columns[0] = replace(columns[0], at=_moment(result.recording, columns, unit))
     name = result.recording.header.experiment
     fine = finding.subject != "hand" and not any(f.subject == healthy.label for f in failed(validation.findings))
     marked = "This shows here" if columns[0].at is None else "The red line marks where this shows most"
-    caption = f"{JUDGED[name].title}. {marked}: {finding.sentence}."
+    caption = f"{JUDGED[name].title}. Time counts from each channel's own command. {marked}: {finding.sentence}."
     title = _title(channels, ", which passed every check" if fine else "")
-    return FirstPlot(title, caption, Plot("first-plot", name, ROWS_OF_UNIT.get(unit, ROWS[:3]), tuple(columns)))
+    rows = ROWS_OF_UNIT.get(unit, ROWS[:3])
+    return FirstPlot(title, caption, Plot("first-plot", name, rows, tuple(columns), together=True))
 
 
 def _agrees(recording: Recording) -> tuple[bool, bool]:

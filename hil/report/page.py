@@ -24,8 +24,9 @@ from hil.recordings.recording import Recording
 from hil.report.beside_paper import compared, like_with_like, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_seen
 from hil.report.finger_map import DIGITS, MARKS, verdicts
+from hil.report.measured import MeasuredNumber, readings_of
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
-from hil.verdict.findings import Finding, failed
+from hil.verdict.findings import Finding, Why, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import EndKind
 
@@ -55,6 +56,11 @@ class Section:
     failed: int
     plot: Plot | None
     details: Details | None
+
+    @property
+    def measured(self) -> list[MeasuredNumber]:
+        """Everything that it measured, in the order of the hand's parts."""
+        return [one for one in readings_of(self.name, self.result) if one.subject in SUBJECTS]
 
 
 @dataclass(frozen=True)
@@ -217,13 +223,15 @@ def _shown(validation: Validation, seen: Mapping[Finding, Evidence]) -> Iterable
 
 
 def withheld_lines(validation: Validation) -> dict[str, list[str]]:
-    """Return what was not judged by the reason, each as one line."""
-    found: dict[str, dict[str, list[str]]] = {}
-    for one in validation.withheld:
-        subjects = found.setdefault(one.reason, {}).setdefault(f"{one.words} ({one.experiment})", [])
+    """Return what was not judged by the reason, each as one line; of one cause the longest delay is named."""
+    found: dict[Why, dict[str, list[str]]] = {}
+    reasons: dict[Why, str] = {}
+    for one in sorted(validation.withheld, key=lambda one: one.held_up_s):
+        reasons[one.why] = one.reason
+        subjects = found.setdefault(one.why, {}).setdefault(f"{one.words} ({one.experiment})", [])
         subjects.append(subject_words(one.subject))
     return {
-        reason: [f"{words}: {', '.join(subjects)}" for words, subjects in of.items()] for reason, of in found.items()
+        reasons[why]: [f"{words}: {', '.join(subjects)}" for words, subjects in of.items()] for why, of in found.items()
     }
 
 

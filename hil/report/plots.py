@@ -44,6 +44,8 @@ class PlotColumn:
     """Seconds to shade."""
     at: float | None = None
     """Instant to mark with a line, s."""
+    zero: float = 0.0
+    """Instant that counts as zero where columns are drawn together, s."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +57,13 @@ class Plot:
     experiment: str
     rows: tuple[str, ...]
     columns: tuple[PlotColumn, ...]
+    together: bool = False
+    """Whether all columns are drawn on one time axis, each counted from its own zero."""
 
     @property
     def json(self) -> str:
         """The figure as `templates/plots.js` reads it."""
-        return json.dumps({"experiment": self.experiment, "rows": self.rows, "columns": [*map(asdict, self.columns)]})
+        return json.dumps(asdict(self))
 
 
 def has_samples(recording: Recording, series: str) -> bool:

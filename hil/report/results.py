@@ -1,4 +1,4 @@
-"""The folder of results that a validation leaves: recordings, `checks.json`, `metrics.json`, the report."""
+"""The folder of results that a validation leaves: recordings, checks, measured numbers, the report."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
 from hil.recordings.output import json_text
 from hil.report.beside_paper import compared, length_unit
+from hil.report.measured import measured_csv
 from hil.report.page import render_report
 from hil.verdict import baseline
 from hil.verdict.case_file import HandOfCase, write_case
@@ -20,12 +21,13 @@ from hil.verdict.judged_run import Validation
 
 
 def write_figures(validation: Validation, out: Path) -> None:
-    """Write `checks.json`, and `metrics.json` when there is something to compare with the paper, into a folder.
+    """Write `checks.json`, `measured.csv` and, when there is something to compare with the paper, `metrics.json`.
 
     Raises:
         OSError: the folder cannot be written.
     """
     write_whole(out / "checks.json", json_text(checks_json(validation)))
+    write_whole(out / "measured.csv", measured_csv(validation.judged))
     if (metrics := metrics_json(validation)) is not None:
         write_whole(out / "metrics.json", json_text(metrics))
 

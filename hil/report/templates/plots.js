@@ -44,15 +44,18 @@
       return a[i] - b[j] - (part ? part * (b[j + 1] - b[j]) : 0);
     })];
   }
+  const since = ([x, y], zero) => (zero ? [x.map((t) => t - zero), y] : [x, y]);
   const has = (experiment, name) => (DERIVED[name] || [name]).every((part) => readings.series[experiment][part]);
 
   function chart(figure, plot, column, row, last) {
-    const [unit, drawn] = ROWS[row], many = column.channels.length > 1;
-    const parts = column.channels.flatMap((channel) => drawn.filter((part) => has(plot.experiment, part[1])).map(
-      ([label, name, pen, dash, steps]) => ({
+    const sources = plot.together ? plot.columns : [column], [unit, drawn] = ROWS[row];
+    const many = sources.flatMap((source) => source.channels).length > 1;
+    const zero = (source) => (plot.together ? source.zero : 0);
+    const parts = sources.flatMap((source, i) => source.channels.flatMap((channel) => drawn.filter(
+      (part) => has(plot.experiment, part[1])).map(([label, name, pen, dash, steps]) => ({
         label: many ? `${CHANNELS[channel]}, ${label}` : label, dash,
-        unit: unit || (channel === 4 ? "mrad" : "mm"), xy: series(plot.experiment, name, channel), steps,
-        stroke: many ? PALETTE[channel] : colour(pen) })));
+        unit: unit || (channel === 4 ? "mrad" : "mm"), xy: since(series(plot.experiment, name, channel), zero(source)), steps,
+        stroke: plot.together ? colour(i ? "reading" : "bad") : many ? PALETTE[channel] : colour(pen) }))));
     const units = [...new Set(parts.map((part) => part.unit))];
     // The columns of a row share their scale until the reader zooms; noise does not fill it.
     const extent = (columns, unit) => {
@@ -71,15 +74,15 @@
       return low > high ? [0, 1] : [low - room, high + room];
     };
     const range = (unit) => {
-      const [first, last] = extent([column], unit), whole = padded(unit, ...extent(plot.columns, unit));
+      const [first, last] = extent(sources, unit), whole = padded(unit, ...extent(plot.columns, unit));
       return (u, low, high) => low == null || low <= first && high >= last ? whole : padded(unit, low, high);
     };
-    const axis = { stroke: colour("ink"), grid: { stroke: colour("line"), width: 1 }, ticks: { show: false }, space: 22,
+    const axis = { stroke: colour("ink"), grid: { stroke: colour("line"), width: 1 }, ticks: { show: false }, space: 15,
       font: "12px system-ui, sans-serif", labelFont: "11px system-ui, sans-serif" };
     const holder = document.createElement("div");
     holder.className = row === plot.rows[0] ? "" : "lower";
     const mark = (u) => {
-      const { left, top, width, height } = u.bbox, x = (t) => u.valToPos(t, "x", true);
+      const { left, top, width, height } = u.bbox, x = (t) => u.valToPos(t - zero(column), "x", true);
       u.ctx.save();
       u.ctx.beginPath(); u.ctx.rect(left, top, width, height); u.ctx.clip();
       if (column.mark) { u.ctx.fillStyle = colour("found"); u.ctx.fillRect(x(column.mark[0]), top,
@@ -90,12 +93,12 @@
     };
     const value = (unit) => (u, v) => (v == null ? "\u2013" : `${+v.toPrecision(4)} ${unit}`);
     const made = new uPlot({
-      width: 300, height: (row === plot.rows[0] ? 165 : 115) + (last ? 22 : 0),
+      width: 300, height: (row === plot.rows[0] ? 170 : 125) + (last ? 22 : 0),
       scales: { x: { time: false, range: (u, low, high) => [low, high] },
         ...Object.fromEntries(units.map((unit) => [unit, { range: range(unit) }])) },
       axes: [{ ...axis, space: 55, size: last ? 40 : 6, values: last ? undefined : () => [], label: last ? "time, s" : undefined,
         labelSize: 16, labelGap: -2 },
-        ...units.map((unit, i) => ({ ...axis, scale: unit, side: i ? 1 : 3, size: 46, label: `${row}, ${unit}`,
+        ...units.map((unit, i) => ({ ...axis, scale: unit, side: i ? 1 : 3, size: 46, label: `${row}, ${unit.split(" ")[0]}`,
           labelSize: 18, grid: i ? { show: false } : axis.grid }))],
       cursor: { sync: { key: `${figure.id}-${plot.columns.indexOf(column)}` }, y: false, drag: { x: true, y: false },
         // Between two samples of a trace the one before is shown.
@@ -105,8 +108,10 @@
         points: { show: !part.steps && part.xy[0].length < 20 }, paths: part.steps ? uPlot.paths.stepped({ align: 1 }) : undefined }))],
       hooks: { drawAxes: [mark] },
     }, uPlot.join(parts.map((part) => part.xy)), holder);
-    made.setScale("x", { min: column.start, max: column.end });
-    made.over.ondblclick = () => made.setScale("x", { min: column.start, max: column.end });
+    const seconds = { min: Math.min(...sources.map((one) => one.start - zero(one))),
+      max: Math.max(...sources.map((one) => one.end - zero(one))) };
+    made.setScale("x", seconds);
+    made.over.ondblclick = () => made.setScale("x", seconds);
     return [holder, made];
   }
 
@@ -114,9 +119,9 @@
     const plot = figure.plot, body = figure.querySelector(".plots");
     figure.charts?.forEach((one) => one.destroy());
     figure.charts = [];
-    body.replaceChildren(...plot.columns.map((column) => {
+    body.replaceChildren(...(plot.together ? plot.columns.slice(0, 1) : plot.columns).map((column) => {
       const side = document.createElement("div");
-      if (column.title) side.append(Object.assign(document.createElement("b"), { textContent: column.title }));
+      if (column.title && !plot.together) side.append(Object.assign(document.createElement("b"), { textContent: column.title }));
       const rows = plot.rows.filter((row) => ROWS[row][1].some((part) => has(plot.experiment, part[1])));
       for (const row of rows) {
         const [holder, made] = chart(figure, plot, column, row, row === rows.at(-1));

@@ -42,8 +42,24 @@ def tab(validated, tmp_path_factory):
         assert [request for request in tab.requests if not request.startswith("file:")] == []
 
 
-def test_the_first_plot_has_two_columns_of_three_rows(tab):
-    assert tab.evaluate(CHARTS.format("#first-plot")) == 6
+def test_the_first_plot_has_both_fingers_on_one_time_axis_in_three_rows(tab):
+    assert tab.evaluate(CHARTS.format("#first-plot")) == 3
+    assert {"Ring, position", "Middle, position"} <= set(tab.evaluate(f"{FIRST}.series.map((one) => one.label)"))
+    starts = [
+        column["start"] - column["zero"]
+        for column in tab.evaluate("document.querySelector('#first-plot').plot.columns")
+    ]
+    assert tab.evaluate(f"{FIRST}.scales.x.min") == pytest.approx(min(starts))
+
+
+def test_a_click_on_a_head_sorts_what_was_measured(tab):
+    table = "document.querySelector('#run-staircase .sortable')"
+    shown = f"[...{table}.tBodies[0].rows].map((row) => row.cells[2].dataset.value).filter(Boolean).map(Number)"
+    for direction in (1, -1):
+        tab.evaluate(f"{table}.tHead.rows[0].cells[2].click()")
+        values = tab.evaluate(shown)
+        assert values == sorted(values, reverse=direction < 0)
+    assert len(values) > 20
 
 
 def test_the_values_under_the_cursor_are_shown(tab):
