@@ -17,7 +17,7 @@ from hil.checks.shared.declaration import Metric
 from hil.cli.command_table import commands as commands_of_all
 from hil.verdict.limits import Limit, load_limits
 
-KIND, FIRMWARE = "aero_hand_open", DEFAULT_FIRMWARE
+FIRMWARE = DEFAULT_FIRMWARE
 """Of the limits that are shown: what `aero-hil validate` takes when nothing else is asked for."""
 
 
@@ -46,9 +46,9 @@ def api() -> Iterator[str]:
 
 def checks() -> Iterator[str]:
     """Give the page of what each experiment measures, and the limits for a hand as it is shipped."""
-    limits = load_limits(KIND, FIRMWARE)
+    limits = load_limits(FIRMWARE)
     yield "# Checks and limits\n"
-    yield f"What each experiment measures, and the limits of the kind `{KIND}` with firmware {FIRMWARE}, not guarded."
+    yield f"What each experiment measures, and the limits with firmware {FIRMWARE}, not guarded."
     yield "Every check is named `experiment.metric`, as in `checks.json`. [Campaigns](../campaign.md) says where limits"
     yield "come from. A number without a limit is measured and not judged.\n"
     for name, measuring in JUDGED.items():

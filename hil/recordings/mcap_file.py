@@ -41,6 +41,8 @@ METADATA = "aero-hil"
 FOREIGN = "protobuf"
 """Encoding of messages that are for other programs alone, see `hil.report.foxglove`."""
 FORMAT = "1"
+FORMER_FIELDS = {"limits"}
+"""Of a header, in recordings of earlier versions: a kind of hand, of which there is one now."""
 DIGEST = "sha256"
 """Of the header; recordings of version 0.1.0 have none."""
 SERIES_PREFIX = "aero.series."
@@ -336,10 +338,11 @@ def _header(record: Metadata, path: Path) -> Header:
             "use the aero-hil version that wrote it"
         )
     content = json.loads(record.metadata["header"])
-    check_header(content)
     if record.metadata.get(DIGEST, digest(content)) != digest(content):
         raise UnusableFileError(f"{path} is damaged: its header does not fit its SHA-256")
-    return Header(**content)
+    known = {name: value for name, value in content.items() if name not in FORMER_FIELDS}
+    check_header(known)
+    return Header(**known)
 
 
 class _Table:

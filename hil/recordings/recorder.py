@@ -218,7 +218,6 @@ class Recorder:
             command=command_line(),
             operator=operator(),
             hand_id=target.hand_id,
-            limits=target.limits,
             faults=" ".join(map(str, target.wrong)),
         )
 

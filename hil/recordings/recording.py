@@ -66,8 +66,6 @@ class Header:
     """Who ran it, when that was said."""
     hand_id: str = ""
     """Name or serial number of the individual hand."""
-    limits: str = ""
-    """Kind of hand whose limits it is judged by; empty in recordings of version 0.1.0."""
     faults: str = ""
     """What was made wrong with an emulated hand, as `hil.faults.parse_fault` reads it, with blanks between."""
 
@@ -237,7 +235,7 @@ FIELD_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
         ("experiment", "target", "firmware", "map", "window", "unit", "commit", "host", "command", "operator"),
         (_text, "a text"),
     ),
-    **dict.fromkeys(("hand_id", "limits", "faults"), (_text, "a text")),
+    **dict.fromkeys(("hand_id", "faults"), (_text, "a text")),
     "hand": (lambda value: value in get_args(Side), "right or left"),
     "seed": (_whole, "a whole number from 0 on"),
     "parameters": (_table(lambda value: _text(value) or _number(value)), "texts and finite numbers by name"),

@@ -25,7 +25,6 @@ from hil.recordings.series_layout import LABELS, SERIES_UNITS
 from hil.targets.delays import DelayLog
 from hil.targets.wire_log import Direction, WireRecord
 from model.geometry import Side
-from model.units import DEFAULT_LIMITS
 
 SESSION = "session"
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
@@ -91,7 +90,6 @@ class WireFile:
             host=host(),
             command=command_line(),
             operator=operator(),
-            limits=DEFAULT_LIMITS,
             finished=False,
         )
         with writing(path):

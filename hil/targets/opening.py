@@ -32,7 +32,7 @@ from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model.geometry import Side
 from model.scene import Cube
-from model.units import DEFAULT_LIMITS, Unit
+from model.units import Unit
 from model.units.conditions import Conditions
 from model.units.naming import unit_named
 
@@ -144,7 +144,7 @@ class OpenRequest:
     def granted(self, hand: Hand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the target, with `more` in place of what was asked."""
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
-        asked = {"unit": self.unit.name, "limits": self.unit.limits, "hand_id": self.hand_id} | more
+        asked = {"unit": self.unit.name, "hand_id": self.hand_id} | more
         asked |= {"faults": self.schedule.faults, "delays": self.delays}
         return Target(self.name, hand, watched, self.map, self.firmware, self.side, seed=self.seed, wire=wire, **asked)
 
@@ -204,7 +204,7 @@ def _pty(request: OpenRequest) -> Iterator[Target]:
 def _physical(request: OpenRequest) -> Iterator[Target]:
     with _serial(request, request.name) as (hand, clock, wire):
         known = request.hand_id or serial_number(request.name)
-        yield request.granted(hand, clock, wire, unit=PHYSICAL, limits=DEFAULT_LIMITS, hand_id=known)
+        yield request.granted(hand, clock, wire, unit=PHYSICAL, hand_id=known)
 
 
 def serial_number(port: str) -> str:

@@ -93,8 +93,6 @@ class Target:
     side: Side
     unit: str
     """Unit file of an emulated hand, `physical` for one on a port."""
-    limits: str
-    """Kind of hand whose limits it is judged by."""
     seed: int
     hand_id: str
     """Name or serial number of the individual hand, empty when it is not known."""

@@ -37,10 +37,10 @@ ROUNDED_COUNTS = 2.0
 """Room for the rounding of whole degrees, counts."""
 
 
-def limits_of_others(kind: str, named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...]]:
+def limits_of_others(named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...]]:
     """Return, by the oldest version of each other group that moves alike, the limits of its hands."""
     others = [group[0] for group in VERSION_GROUPS if named not in group]
-    return {version: load_limits(kind, version, guarded=guarded) for version in others}
+    return {version: load_limits(version, guarded=guarded) for version in others}
 
 
 def moved_windows(numbers: Mapping[str, Measured], off: Mapping[Key, float | None]) -> dict[Channel, float]:

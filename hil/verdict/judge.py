@@ -17,9 +17,9 @@ from hil.checks.shared.experiment import Experiment, Measuring, reading
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
 from hil.checks.shared.signals import find_steps, own_stretch
 from hil.checks.shared.subjects import CHANNELS
-from hil.recordings.errors import CannotBeMeasuredError, UnusableFileError
+from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
-from hil.targets.target import PHYSICAL, Target
+from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, that_show
 from hil.verdict.diagnosis import Diagnosis, NextStep, command_again
 from hil.verdict.failures import Failures
@@ -30,8 +30,6 @@ from hil.verdict.limits import Key, Limit, compare, excesses, load_limits
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
 from hil.verdict.suspects import Clue, RunSigns, clues, suspected
-from model.units import DEFAULT_LIMITS, shipped_units
-from model.units.naming import PLAUSIBLE, unit_named
 
 BAD_S = 0.05
 """Scheduling delay of this computer from which a stretch counts as busy, s."""
@@ -47,30 +45,22 @@ IN_STEP_S = 0.002
 
 
 class Judge:
-    """Judges runs of one kind of hand with one firmware, guarded or not."""
+    """Judges runs of hands with one firmware, guarded or not."""
 
-    def __init__(self, kind: str, firmware: str, *, guarded: bool) -> None:
-        """Load the limits of such hands.
-
-        Raises:
-            ValueError: there are none, or their file has a mistake.
-        """
-        self._kind, self._firmware, self._guarded = kind, firmware, guarded
-        self.limits: tuple[Limit, ...] = load_limits(kind, firmware, guarded=guarded)
+    def __init__(self, firmware: str, *, guarded: bool) -> None:
+        """Load the limits of such hands."""
+        self._firmware, self._guarded = firmware, guarded
+        self.limits: tuple[Limit, ...] = load_limits(firmware, guarded=guarded)
 
     @classmethod
     def of_target(cls, target: Target) -> Judge:
         """Return the judge of a hand that is open."""
-        return cls(target.limits, target.firmware, guarded=target.guard is not None)
+        return cls(target.firmware, guarded=target.guard is not None)
 
     @classmethod
     def of_recording(cls, header: Header) -> Judge:
-        """Return the judge of the hand of a recording.
-
-        Raises:
-            ValueError: the header does not name its limits, and its unit is none that ships.
-        """
-        return cls(header.limits or _limits_of_unit(header.unit), header.firmware, guarded=bool(header.safety))
+        """Return the judge of the hand of a recording."""
+        return cls(header.firmware, guarded=bool(header.safety))
 
     def experiment(self, experiment: Experiment, recording: Recording) -> Result:
         """Measure and judge one experiment; a hand that moved in no way that can be measured fails."""
@@ -171,7 +161,7 @@ class Judge:
         """
         numbers = {name: measured for name, measured in numbers.items() if not _asks(name)}
         failures = Failures.of(numbers, self.limits, end)
-        others = limits_of_others(self._kind, self._firmware, guarded=self._guarded)
+        others = limits_of_others(self._firmware, guarded=self._guarded)
         return RunSigns(failures, end, reads_as(numbers, excesses(numbers, self.limits), self._firmware, others))
 
 
@@ -303,20 +293,6 @@ def _worst(measured: Sequence[Measured]) -> Measured:
         subject: {name: max(one[subject][name] for one in measured) for name in metrics}
         for subject, metrics in measured[0].items()
     }
-
-
-def _limits_of_unit(unit: str) -> str:
-    """Return the kind of hand of a recording that does not name it, as those of version 0.1.0 do not.
-
-    Raises:
-        UnusableFileError: the unit was a file, which is not opened because a recording names it.
-    """
-    if unit == PHYSICAL or unit.startswith(PLAUSIBLE):
-        return DEFAULT_LIMITS
-    if unit not in shipped_units():
-        said = f"this recording of unit {unit!r} does not say which limits it is judged by; record it again"
-        raise UnusableFileError(said)
-    return unit_named(unit).limits
 
 
 def _not_measured(name: str, reason: str) -> Finding:

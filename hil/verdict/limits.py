@@ -1,34 +1,36 @@
 """Limits as data, and the one function that compares measured numbers with them.
 
-One TOML file in `hil/data/limits` for each kind of hand. A limit bounds one metric of one experiment on one or more
-subjects (a channel, or `hand`) and says where the bound comes from. What it means when a metric is out of its bounds
-stands with the experiment that measures it.
+`hil/data/limits.csv` has a row for each metric of an experiment, the subjects whose readings are alike (channels, or
+`hand`) and the firmware; `hil/data/population.toml` says from which hands `aero-hil limits make` made it. A bound that
+is given stands with its check, as does what it means when a metric is out of its bounds.
 """
 
 from __future__ import annotations
 
+import csv
 import math
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any
 
 from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS, Measured, Measuring
-from hil.checks.shared.declaration import Check, Metric
+from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.subjects import SUBJECTS
-from hil.recordings.errors import UnusableFileError
 from hil.verdict.findings import Finding, MissingReadingError, Why, Withheld
 
-LIMITS = resources.files("hil") / "data" / "limits"
+TABLE = resources.files("hil") / "data" / "limits.csv"
+COLUMNS = (
+    "experiment", "metric", "subjects", "firmware", "guarded", "healthy_from", "healthy_to", "at_least", "at_most",
+    "readings",
+)  # fmt: skip
+GUARDED = {"": None, "no": False, "yes": True}
 BEYOND_GIVEN = 3.0
 """Excess of a reading beyond a bound that is given, or at the end of its scale: there are no margins to count."""
 NARROWEST = 0.05
 """Half the range of healthy readings is at least this part of the distance from them to the limit."""
-REQUIRED = ("experiment", "metric", "subjects", "source")
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,6 @@ class Limit:
     experiment: str
     metric: str
     subjects: tuple[str, ...]
-    source: str
-    """Where the bound comes from."""
     at_least: float = -math.inf
     at_most: float = math.inf
     firmware: tuple[str, ...] = ()
@@ -48,6 +48,15 @@ class Limit:
     """Whether it holds for a hand that is guarded, and weaker at its stops, or for one that is not; None for both."""
     healthy: tuple[float, float] | None = None
     """Least and greatest reading of the healthy hands that it was computed from; None for a bound that is given."""
+    readings: int = 0
+    """Of healthy hands, that it was computed from."""
+    given_by: str = ""
+    """Where a bound that is given comes from."""
+
+    @property
+    def source(self) -> str:
+        """Where the bound comes from."""
+        return self.given_by or f"{self.readings} readings of healthy hands with such firmware"
 
     def holds_for(self, firmware: str, *, guarded: bool) -> bool:
         """Return whether it is one for hands with a version of the firmware, or one like it, guarded or not."""
@@ -113,105 +122,85 @@ class Limit:
         )
 
 
-def kinds() -> tuple[str, ...]:
-    """Return the kinds of hand for which there are limits."""
-    files = (entry.name for entry in LIMITS.iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
-
-
 @cache
-def load_limits(kind: str, firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
-    """Return the limits for one kind of hand and one firmware, guarded or not.
-
-    A kind may extend another: its own limits then stand in place of the other's on the same metric of a subject, and
-    are at least as wide, also where the other's were widened later.
-    A bound that a check gives itself holds for every kind whose file says nothing else.
+def load_limits(firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
+    """Return the limits for hands with one firmware, guarded or not: those of the table, and those that checks give.
 
     Raises:
-        ValueError: there is no such kind, or its file has a mistake; the message says which.
+        ValueError: the table has a mistake; the message says which.
     """
-    extends, limits = read_limits(kind)
-    own = tuple(limit for limit in limits if limit.holds_for(firmware, guarded=guarded))
-    if extends:
-        extended = load_limits(extends, firmware, guarded=guarded)
-        return tuple(_holding(limit, extended) for limit in own) + without(extended, own)
-    given = tuple(limit for limit in given_limits() if limit.holds_for(firmware, guarded=guarded))
-    return own + without(given, own)
-
-
-def _holding(limit: Limit, extended: tuple[Limit, ...]) -> Limit:
-    """Return a limit, and its healthy readings, moved out to hold those of another kind on the same metric."""
-    same = [limit] + [
-        other
-        for other in extended
-        if (other.experiment, other.metric) == (limit.experiment, limit.metric)
-        and not set(other.subjects).isdisjoint(limit.subjects)
-    ]
-    healthy = [one.healthy for one in same if one.healthy is not None]
-    return replace(
-        limit,
-        at_least=min(one.at_least for one in same),
-        at_most=max(one.at_most for one in same),
-        healthy=(min(low for low, _ in healthy), max(high for _, high in healthy)) if healthy else None,
-    )
+    return tuple(limit for limit in (*_table(), *given_limits()) if limit.holds_for(firmware, guarded=guarded))
 
 
 @cache
+def _table() -> tuple[Limit, ...]:
+    return parse_limits(TABLE.read_text(encoding="utf-8"))
+
+
 def given_limits() -> tuple[Limit, ...]:
-    """Return the bounds that the checks give themselves, which hold for every kind of hand."""
-    return tuple(given_limit(check) for check in CHECKS if check.given)
-
-
-def given_limit(check: Check) -> Limit:
-    """Return the limit of a check that gives its bound."""
-    return Limit(
-        check.experiment,
-        check.metric,
-        check.subjects,
-        check.source,
-        check.at_least,
-        check.at_most,
-        firmware=check.firmware,
+    """Return the bounds that the checks give themselves."""
+    return tuple(
+        Limit(
+            check.experiment,
+            check.metric,
+            check.subjects,
+            check.at_least,
+            check.at_most,
+            firmware=check.firmware,
+            given_by=check.source,
+        )
+        for check in CHECKS
+        if check.given
     )
 
 
-def read_limits(kind: str) -> tuple[str, tuple[Limit, ...]]:
-    """Return the kind that a kind of hand extends, empty for none, and its own limits for all versions.
-
-    Raises:
-        ValueError: there is no such kind, or its file has a mistake; the message says which.
-    """
-    table = _table(kind)
-    if unknown := sorted(table.keys() - {"extends", "limit", "provenance"}):
-        raise ValueError(f"limits of {kind}: unknown {', '.join(unknown)}; known are extends, limit, provenance")
-    return table.get("extends", ""), tuple(parse_limit(entry) for entry in table.get("limit", ()))
-
-
-def read_provenance(kind: str) -> Mapping[str, Any]:
-    """Return what made the limits of a kind of hand; tables within say what made an experiment's again, or widened all.
-
-    Raises:
-        ValueError: there is no such kind.
-    """
-    found: Mapping[str, Any] = _table(kind)["provenance"]
-    return found
-
-
-def _table(kind: str) -> dict[str, Any]:
-    if kind not in kinds():
-        raise UnusableFileError(f"there are no limits for {kind!r}; there are {', '.join(kinds())}")
-    return tomllib.loads(LIMITS.joinpath(f"{kind}.toml").read_text(encoding="utf-8"))
-
-
-def without(limits: tuple[Limit, ...], own: tuple[Limit, ...]) -> tuple[Limit, ...]:
-    """Return `limits` less every subject for which `own` has a limit on the same metric."""
-    taken = {(limit.experiment, limit.metric, subject) for limit in own for subject in limit.subjects}
-    left = []
+def limits_text(limits: Iterable[Limit]) -> str:
+    """Return computed limits as the CSV that `parse_limits` reads."""
+    guards = {value: text for text, value in GUARDED.items()}
+    lines = [",".join(COLUMNS)]
     for limit in limits:
-        subjects = tuple(s for s in limit.subjects if (limit.experiment, limit.metric, s) not in taken)
-        if subjects:
-            left.append(replace(limit, subjects=subjects))
-    return tuple(left)
+        assert limit.healthy is not None
+        bounds = (f"{bound:g}" if math.isfinite(bound) else "" for bound in (limit.at_least, limit.at_most))
+        texts = (" ".join(limit.subjects), " ".join(limit.firmware), guards[limit.guarded])
+        healthy = (f"{reading:.6g}" for reading in limit.healthy)
+        lines.append(",".join((limit.experiment, limit.metric, *texts, *healthy, *bounds, str(limit.readings))))
+    return "\n".join(lines) + "\n"
+
+
+def parse_limits(text: str) -> tuple[Limit, ...]:
+    """Return the limits of a table.
+
+    Raises:
+        ValueError: it has other columns, or a row has a mistake; the message names the row.
+    """
+    rows = csv.DictReader(text.splitlines())
+    if tuple(rows.fieldnames or ()) != COLUMNS:
+        raise ValueError(f"a table of limits has the columns {', '.join(COLUMNS)}, not {rows.fieldnames}")
+    return tuple(_parse_row(row) for row in rows)
+
+
+def _parse_row(row: Mapping[str, str]) -> Limit:
+    try:
+        limit = Limit(
+            row["experiment"],
+            row["metric"],
+            tuple(row["subjects"].split()),
+            float(row["at_least"] or -math.inf),
+            float(row["at_most"] or math.inf),
+            tuple(row["firmware"].split()),
+            GUARDED[row["guarded"]],
+            (float(row["healthy_from"]), float(row["healthy_to"])),
+            int(row["readings"]),
+        )
+    except (LookupError, ValueError, TypeError, AttributeError) as error:
+        raise ValueError(f"limit {dict(row)}: {error}") from error
+    if not limit.subjects or not set(limit.subjects) <= set(SUBJECTS):
+        raise ValueError(f"limit {dict(row)}: subjects are some of {', '.join(SUBJECTS)}")
+    if not limit.at_least < limit.at_most:
+        raise ValueError(f"limit {dict(row)}: at_least is the lower of two bounds")
+    if math.isinf(limit.at_least) and math.isinf(limit.at_most):
+        raise ValueError(f"limit {dict(row)}: give at_least, at_most, or both")
+    return limit
 
 
 def compare(
@@ -281,21 +270,3 @@ def excesses(numbers: Mapping[str, Measured], limits: Iterable[Limit]) -> dict[K
         for subject in limit.subjects
         if (value := reading(numbers.get(limit.experiment, {}), subject, limit.metric)) is not None
     }
-
-
-def parse_limit(table: Mapping[str, Any]) -> Limit:
-    """Make a limit of one table of a limits file.
-
-    Raises:
-        ValueError: a key is unknown or missing, or the bound is none.
-    """
-    unknown, missing = table.keys() - {field.name for field in fields(Limit)}, set(REQUIRED) - table.keys()
-    if unknown or missing:
-        raise ValueError(f"limit {dict(table)}: unknown keys {sorted(unknown)}, missing keys {sorted(missing)}")
-    if not table["subjects"] or any(subject not in SUBJECTS for subject in table["subjects"]):
-        raise ValueError(f"limit on {table['metric']}: subjects are some of {', '.join(SUBJECTS)}")
-    sequences = {key: tuple(table[key]) for key in ("subjects", "firmware", "healthy") if key in table}
-    limit = Limit(**{**table, **sequences})
-    if not limit.at_least < limit.at_most or (math.isinf(limit.at_least) and math.isinf(limit.at_most)):
-        raise ValueError(f"limit on {limit.metric}: give at_least, at_most, or both with at_least the lower")
-    return limit

@@ -156,7 +156,7 @@ def _own_limits(target: Target) -> Iterator[Callable[[], None]]:
                     (hand.set_speed if opcode is Opcode.SET_SPE else hand.set_torque)(channel, value)
 
 
-ONE_HAND = ("hand", "firmware", "window", "unit", "hand_id", "limits", "faults")
+ONE_HAND = ("hand", "firmware", "window", "unit", "hand_id", "faults")
 """Fields of a header that recordings of one hand agree in; what is empty is not known."""
 
 

@@ -22,7 +22,6 @@ from firmware_emulator.servo.parameters import ServoParameters
 from model import BuiltHandParameters
 
 T = TypeVar("T")
-DEFAULT_LIMITS = "aero_hand_open"
 
 
 @dataclass(frozen=True)
@@ -33,8 +32,6 @@ class Unit:
     """Name of the shipped file, or path of the user's."""
     description: str = ""
     """Which hand it is, and where its numbers come from."""
-    limits: str = DEFAULT_LIMITS
-    """Kind of hand whose limits it is judged by."""
     unfinished: bool = False
     """Whether it is what a fit had found when it was stopped."""
     hand: BuiltHandParameters = field(default_factory=BuiltHandParameters)

@@ -2,11 +2,8 @@
 
 from dataclasses import replace
 
-import numpy as np
-
-from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS
-from train.campaign.trial import Outcome, healthy_hands, shipped_hands
+from train.campaign.trial import Outcome
 
 
 def numbers(value=0.0, **changed):
@@ -25,18 +22,3 @@ def numbers(value=0.0, **changed):
 def outcome(trial, **more):
     """Return a run that ended well with all its numbers."""
     return replace(Outcome(trial, numbers(), (), "", "", 10.0, 9.0, 192.0, commit="abc"), **more)
-
-
-def healthy_campaign(count=24, seed=0):
-    """Return healthy outcomes of every group of firmware and the shipped units, normally spread."""
-    draw = np.random.default_rng(seed)
-    trials = [*shipped_hands(), *(t for group in VERSION_GROUPS for t in healthy_hands(50, count, group[-1:]))]
-    found = []
-    for trial in trials:
-        table = numbers()
-        for rows in table.values():
-            for row in rows.values():
-                for metric in row:
-                    row[metric] += float(draw.normal(0.0, 0.01))
-        found.append(outcome(trial, numbers=table))
-    return found

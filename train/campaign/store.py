@@ -26,7 +26,6 @@ CREATE TABLE IF NOT EXISTS trials (
 CREATE TABLE IF NOT EXISTS numbers (
     key VARCHAR, experiment VARCHAR, subject VARCHAR, metric VARCHAR, value DOUBLE
 );
-CREATE TABLE IF NOT EXISTS commands (command VARCHAR PRIMARY KEY);
 """
 
 _COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit, suspects"
@@ -90,19 +89,6 @@ class Store:
             raise OSError(f"cannot write to the campaign {self._path}: {_line(error)}") from error
         self._keys.add(key)
 
-    def note_command(self, command: str) -> None:
-        """Keep a command that trials came from, once."""
-        with _read(self._path):
-            self._connection.execute("INSERT OR IGNORE INTO commands VALUES (?)", (command,))
-
-    def commands(self) -> tuple[str, ...]:
-        """Return the commands that the trials came from, as they were first given; none from before they were kept."""
-        with _read(self._path):
-            if not self._connection.execute("SELECT 1 FROM duckdb_tables() WHERE table_name = 'commands'").fetchall():
-                return ()
-            rows = self._connection.execute("SELECT command FROM commands ORDER BY rowid").fetchall()
-        return tuple(command for (command,) in rows)
-
     def keys(self) -> frozenset[str]:
         """Return the keys of all trials that are done."""
         return frozenset(self._keys)
@@ -111,17 +97,6 @@ class Store:
         """Return everything, in the order in which it came."""
         with _read(self._path):
             yield from self._outcomes()
-
-    def whole_outcomes(self) -> list[Outcome]:
-        """Return everything, for what is computed from all readings of a hand.
-
-        Raises:
-            StoreError: hands were not read to the end.
-        """
-        found = list(self.outcomes())
-        if any(outcome.trial.stop_early for outcome in found):
-            raise StoreError(f"{self._path} was made with --stop-early, so readings are missing; run it without")
-        return found
 
     def _outcomes(self) -> Iterator[Outcome]:
         numbers: dict[str, dict[str, dict[str, dict[str, float]]]] = {}

@@ -20,7 +20,6 @@ from hil.verdict.judge import Judge
 from hil.verdict.limits import Key, excesses, load_limits, within_limits
 from hil.verdict.run_end import FINISHED
 from hil.verdict.suspects import clues, suspected
-from model.units.naming import unit_named
 from train.campaign.trial import Outcome, written
 
 CONFIDENCE = 0.95
@@ -74,7 +73,7 @@ def flagged(outcome: Outcome) -> bool:
 def judged(outcome: Outcome) -> dict[Key, float | None]:
     """Return the excesses of a trial by the present limits of its hand."""
     trial = outcome.trial
-    limits = load_limits(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded)
+    limits = load_limits(trial.firmware, guarded=trial.guarded)
     return excesses(_numbers(outcome), limits)
 
 
@@ -91,7 +90,7 @@ def told(outcome: Outcome) -> tuple[str, ...]:
     trial = outcome.trial
     if outcome.ended:
         return outcome.suspects
-    judge = Judge(unit_named(trial.unit).limits, trial.firmware, guarded=trial.guarded)
+    judge = Judge(trial.firmware, guarded=trial.guarded)
     signs = judge.signs(_numbers(outcome), FINISHED)
     return tuple(map(written, Diagnosis(suspected(signs, clues(signs))).leading))
 

@@ -11,7 +11,7 @@ from typing import Any, Self, get_args
 import numpy as np
 
 from aero.errors import AeroError
-from aero.firmware import DEFAULT_FIRMWARE, VERSION_GROUPS
+from aero.firmware import DEFAULT_FIRMWARE
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT
 from hil.faults import FaultNeverFiredError, parse_fault
@@ -24,7 +24,6 @@ from hil.verdict.parts import Suspect
 from hil.verdict.run_end import FINISHED, EndKind
 from hil.verdict.validation import validate
 from model.geometry import Side
-from model.units import shipped_units
 from model.units.conditions import KINDS, drawn
 from model.units.naming import PLAUSIBLE
 
@@ -184,16 +183,6 @@ def healthy_hands(
     return [
         Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i, guarded=guarded, conditions=found)
         for i, (found, guarded, version, side) in enumerate(kinds)
-    ]
-
-
-def shipped_hands(seed: int = 0) -> list[Trial]:
-    """Return trials of the shipped units: one firmware of each group, homed and in ideal zeros, sides in turn."""
-    versions = [group[-1] for group in VERSION_GROUPS]
-    kinds = product(shipped_units(), versions, (True, False))
-    return [
-        Trial(unit, side, version, seed, homed)
-        for (unit, version, homed), side in zip(kinds, cycle(SIDES), strict=False)
     ]
 
 

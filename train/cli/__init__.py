@@ -6,7 +6,7 @@ from hil.cli.command_table import Command
 
 COMMANDS: dict[str, Command] = {
     "campaign": Command("train.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
-    "limits": Command("train.cli.limits:limits", "Compute limits from the healthy hands of a campaign.", "campaign"),
+    "limits": Command("train.cli.limits:limits", "Make the limits from a population of healthy hands.", "campaign"),
     "calibrate": Command("train.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
     "record": Command("train.cli.record:record_command", "Excite a hand and record what calibration needs."),
     "train": Command("train.cli.train:train", "Train a policy."),

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from functools import partial, wraps
 from itertools import count as count_from
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
@@ -21,16 +24,59 @@ from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
-from hil.recordings.provenance import command_line
 from model.units.conditions import KINDS
 from train.campaign.conduct import AHEAD, check_address, cluster, conduct, usable_cores
-from train.campaign.store import NAME, missing, opened
+from train.campaign.store import NAME, Store, missing, opened
 from train.campaign.summary import flagged, render_campaign
-from train.campaign.trial import USUAL_FIRMWARE, Outcome, faulty_hands, healthy_hands, shipped_hands
+from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands
 from train.workers import worker_processes
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""
+
+
+Workers = Callable[[], AbstractContextManager[Executor]]
+"""Yields what runs trials; called again when it has died."""
+
+
+@dataclass(frozen=True)
+class Execution:
+    """Where trials run."""
+
+    workers: int | None
+    scheduler: str | None
+    trust_network: bool
+
+    @property
+    def count(self) -> int:
+        """Number of trials at a time on this machine."""
+        return self.workers or usable_cores()
+
+    def executor(self) -> Workers:
+        """Return what runs the trials.
+
+        Raises:
+            NoSchedulerError: the address of the scheduler may not be used.
+        """
+        if self.scheduler is None:
+            return partial(worker_processes, self.count)
+        check_address(self.scheduler, trusted=self.trust_network)
+        return partial(cluster, self.scheduler)
+
+
+def execution_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command with the options of `Execution`, which it takes as `execution`."""
+
+    @click.option(
+        "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
+    )
+    @click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers: tls://HOST:8786.")
+    @click.option("--trust-network", is_flag=True, help="Allow a --scheduler on a network without TLS.")
+    @wraps(command)
+    def chosen(*, workers: int | None, scheduler: str | None, trust_network: bool, **others: Any) -> None:
+        command(execution=Execution(workers, scheduler, trust_network), **others)
+
+    return chosen
 
 
 @click.command()
@@ -39,7 +85,6 @@ MOST = 1_000_000
     "--condition", "conditions", multiple=True, type=click.Choice(KINDS),
     help="Find all healthy hands under conditions of this kind, repeatable; without it half of them under every kind.",
 )  # fmt: skip
-@click.option("--shipped", is_flag=True, help="The shipped units, homed and in ideal zeros, on each kind of firmware.")
 @click.option(
     "--fault", "faults", multiple=True,
     help="A fault as `aero-hil faults` lists it, several for one hand with commas between, or `all` for each of the "
@@ -50,31 +95,24 @@ MOST = 1_000_000
 @click.option("--firmware", type=click.Choice(list(FIRMWARE)), multiple=True, default=USUAL_FIRMWARE, show_default=True,
               help="Version on the boards; several take turns.")  # fmt: skip
 @click.option("--only", "names", multiple=True, type=click.Choice(list(EXPERIMENTS)), help="Run only this experiment.")
-@click.option(
-    "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
-)
 @click.option("--stop-early", is_flag=True, help="End a hand's run with the first experiment that fails a check.")
-@click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers, for example tls://HOST:8786.")
-@click.option("--trust-network", is_flag=True, help="Allow a --scheduler on a network without TLS; docs/campaign.md.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path),
     help="Folder of the campaign; an interrupted one is resumed. campaign/DATE-AND-TIME if not given.",
 )  # fmt: skip
+@execution_options
 def campaign(
     *,
     healthy: int,
     conditions: tuple[str, ...],
-    shipped: bool,
     faults: tuple[str, ...],
     hands: int,
     first_seed: int,
     firmware: tuple[str, ...],
     names: tuple[str, ...],
-    workers: int | None,
     stop_early: bool,
-    scheduler: str | None,
-    trust_network: bool,
     out: Path | None,
+    execution: Execution,
 ) -> None:
     """Validate many emulated hands, and store every number in OUT/campaign.duckdb.
 
@@ -84,23 +122,35 @@ def campaign(
     console = new_console()
     with usage_errors():
         trials = healthy_hands(first_seed, healthy, firmware, conditions or None) if healthy else []
-        trials += shipped_hands() if shipped else []
         trials += faulty_hands(_written(faults), first_seed, hands, firmware)
         if names:
             trials = [replace(trial, experiments=names) for trial in trials]
         trials = [replace(trial, stop_early=stop_early) for trial in trials]
         if not trials:
-            raise ValueError("nothing to run; give --healthy, --shipped or --fault")
-        if scheduler is not None:
-            check_address(scheduler, trusted=trust_network)
+            raise ValueError("nothing to run; give --healthy or --fault")
+        execution.executor()  # refuses an address before anything is made
         folder = prepared_folder(out) if out is not None else run_folder(Path("campaign"))
         opening = opened(folder)
-    count = workers or usable_cores()
-    executor = partial(cluster, scheduler) if scheduler is not None else partial(worker_processes, count)
-    with unwinding(), opening as store, ProgressBar() as bar:
-        store.note_command(command_line())
-        left = missing(trials, store.keys())
-        console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}")
+    with opening as store:
+        try:
+            run_trials(console, trials, store, execution, folder)
+        finally:  # also of a campaign that was interrupted
+            _summarise(console, folder, list(store.outcomes()))
+
+
+def run_trials(console: Console, trials: Sequence[Trial], store: Store, execution: Execution, folder: Path) -> None:
+    """Run the trials that a store lacks, and store each outcome as it comes.
+
+    Args:
+        console: for progress.
+        trials: all trials.
+        store: open for writing.
+        execution: where they run.
+        folder: of the store, for messages.
+    """
+    left = missing(trials, store.keys())
+    console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}")
+    with unwinding(), ProgressBar() as bar:
         task, ended = bar.add_task(f"0 of {len(left)} runs", total=len(left)), count_from(1)
 
         def keep(outcome: Outcome) -> None:
@@ -109,12 +159,10 @@ def campaign(
             bar.update(task, completed=done, description=f"{done} of {len(left)} runs")
 
         try:
-            conduct(left, executor, keep, at_once=AHEAD * count)
-        finally:  # also of a campaign that was interrupted
-            outcomes = list(store.outcomes())
+            conduct(left, execution.executor(), keep, at_once=AHEAD * execution.count)
+        finally:
             if (still := len(missing(trials, store.keys()))) > 0:
                 console.print(f"{still} of {len(trials)} runs are left; the same command with --out {folder} continues")
-            _summarise(console, folder, outcomes)
 
 
 def _summarise(console: Console, folder: Path, outcomes: Sequence[Outcome]) -> None:

@@ -51,8 +51,6 @@ def unit_toml(
     told = told or {}
     lines = [f"description = {json.dumps(description, ensure_ascii=False)}"]
     default = Unit()
-    if unit.limits != default.limits:
-        lines.append(f"limits = {json.dumps(unit.limits)}")
     if unit.unfinished:
         lines.append("unfinished = true")
     for section in ("hand", "servos"):

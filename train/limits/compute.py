@@ -9,7 +9,7 @@ Pareto distribution, which is what the excesses over a high threshold tend to wh
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.stats import genpareto, lmoment
 
 from hil.checks.shared.declaration import Check
-from hil.verdict.limits import Limit, given_limit
+from hil.verdict.limits import Limit
 
 Floats = NDArray[np.float64]
 
@@ -33,8 +33,6 @@ range of 2.5 standard deviations in 6 readings, 3.6 in 18, 5.8 in 300: with it t
 the middle in each case."""
 LEAST_EXCESSES = 8
 """Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
-LEAST_HANDS = math.ceil(LEAST_EXCESSES / TAIL)
-"""Healthy hands without a guard, and with one, from which on the tail of a reading of the whole hand is fitted."""
 ROUNDING = 1e-9
 """Part of the mean excess below which its spread is that of rounding alone."""
 SHAPES = (-0.5, 0.1)
@@ -52,21 +50,16 @@ class Healthy:
     firmware: tuple[str, ...]
     population: Readings
     """Readings whose tails are fitted."""
-    shipped: Readings
-    """Readings of single hands that no limit may flag."""
     guarded: bool = False
     """Whether the driver guards them, so that they are weaker at their stops."""
 
 
-def computed_limits(
-    checks: Sequence[Check], groups: Sequence[Healthy], experiments: Collection[str] | None = None
-) -> tuple[Limit, ...]:
-    """Return the limits of checks, those with the same bounds in several groups of firmware as one.
+def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
+    """Return the limits of the checks whose bounds are not given.
 
     Args:
         checks: all checks, which share the chance of a false alarm.
         groups: healthy hands.
-        experiments: whose limits are computed; all when None.
 
     Raises:
         ValueError: a check has no healthy readings.
@@ -74,10 +67,7 @@ def computed_limits(
     sides = sum({"both": 2}.get(check.side or "", 1) for check in checks)
     found: list[Limit] = []
     for check in checks:
-        if experiments is not None and check.experiment not in experiments:
-            continue
         if check.given:
-            found.append(given_limit(check))
             continue
         versions = {v for group in groups for v in group.firmware if not check.firmware or v in check.firmware}
         meant = [group for group in groups if versions.intersection(group.firmware)]
@@ -101,10 +91,7 @@ def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance:
             raise ValueError(f"no healthy hand of firmware {group.firmware[-1]} measured {named}; run every experiment")
     deviations = np.concatenate([_deviations(group, check) for group in groups])
     beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
-    return [
-        _limit(check, group, tuple(v for v in group.firmware if v in versions), beyond, deviations.size)
-        for group in groups
-    ]
+    return [_limit(check, group, tuple(v for v in group.firmware if v in versions), beyond) for group in groups]
 
 
 def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
@@ -126,6 +113,7 @@ def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
                     healthy=(low, high),
                     at_least=min(limit.at_least, other.at_least),
                     at_most=max(limit.at_most, other.at_most),
+                    readings=limit.readings + other.readings,
                 )
             )
         else:
@@ -139,27 +127,24 @@ def _deviations(group: Healthy, check: Check) -> Floats:
     return values - np.median(values) if values.size else values
 
 
-def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float], count: int) -> Limit:
+def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float]) -> Limit:
     """Return a limit from a group's median and how far readings of all groups go above and below theirs."""
     values = _pooled(group.population, check)
-    held = np.concatenate([values, _pooled(group.shipped, check), np.array(check.recorded or ())])
+    held = np.concatenate([values, np.array(check.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
     # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.
     most = FURTHEST * (1.0 + FEW / values.size) * float(np.ptp(values))
     upper = max(min(median + beyond[0], float(values.max()) + most), high + check.floor)
     lower = min(max(median - beyond[1], float(values.min()) - most), low - check.floor)
-    source = f"{values.size} readings of healthy hands with such firmware, spread of {count}"
-    if check.recorded:
-        source += f"; {check.recorded_by}"
     return Limit(
         check.experiment,
         check.metric,
         check.subjects,
-        source,
         at_least=-math.inf if check.side == "above" else _outward(lower, -1),
         at_most=math.inf if check.side == "below" else _outward(upper, 1),
         firmware=firmware,
         healthy=(float(f"{low:.6g}"), float(f"{high:.6g}")),
+        readings=values.size,
     )
 
 
@@ -176,89 +161,10 @@ def upper_bound(values: Floats, chance: float) -> float:
     return threshold + float(genpareto.isf(chance / TAIL, shape, scale=mean * (1.0 - shape)))
 
 
-def own_limits(checks: Sequence[Check], base: Sequence[Limit], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
-    """Return the limits of a kind of hand that departs from the population, where it does.
-
-    Args:
-        checks: all checks.
-        base: limits of the population.
-        groups: readings of the kind's own hands, as `shipped`.
-    """
-    found = []
-    for check in checks:
-        for group in groups:
-            values = _pooled(group.shipped, check)
-            firmware = tuple(v for v in group.firmware if not check.firmware or v in check.firmware)
-            if check.given or not values.size or not firmware:
-                continue
-            key = check.experiment, check.metric, check.subjects
-            for limit in base:
-                same = (limit.experiment, limit.metric, limit.subjects) == key
-                if same and firmware[0] in limit.firmware:
-                    found += _widened(limit, values, check.floor)
-    return tuple(found)
-
-
-def widened(checks: Sequence[Check], limits: Sequence[Limit], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
-    """Return limits in their order, moved out where they do not hold a reading with the floor of its check.
-
-    Args:
-        checks: all checks.
-        limits: what is widened.
-        groups: healthy hands, those of the population and shipped ones alike.
-    """
-    known = {(check.experiment, check.metric, check.subjects): check for check in checks if not check.given}
-    found = []
-    for limit in limits:
-        check = known.get((limit.experiment, limit.metric, limit.subjects))
-        parts = [
-            _pooled(readings, check)
-            for group in groups
-            for readings in (group.population, group.shipped)
-            if check is not None and limit.holds_for(group.firmware[-1], guarded=group.guarded)
-        ]
-        values = np.concatenate([np.empty(0), *parts])
-        found.append(limit if check is None or not values.size else _held(limit, values, check.floor))
-    return tuple(found)
-
-
-def _held(limit: Limit, values: Floats, floor: float) -> Limit:
-    """Return a limit that holds some readings as well."""
-    low, high = float(values.min()), float(values.max())
-    at_least = limit.at_least if low - floor >= limit.at_least else _outward(low - floor, -1)
-    at_most = limit.at_most if high + floor <= limit.at_most else _outward(high + floor, 1)
-    moved = (at_least, at_most) != (limit.at_least, limit.at_most)
-    more = f"; widened for one of {values.size} more, {_short(low)} to {_short(high)}" if moved else ""
-    known = limit.healthy or (low, high)
-    healthy = (float(f"{min(known[0], low):.6g}"), float(f"{max(known[1], high):.6g}"))
-    return replace(limit, source=limit.source + more, at_least=at_least, at_most=at_most, healthy=healthy)
-
-
-def _widened(limit: Limit, values: Floats, floor: float) -> list[Limit]:
-    """Return a limit that holds the readings of one hand as well; nothing when it does already."""
-    low, high = float(values.min()) - floor, float(values.max()) + floor
-    if low >= limit.at_least and high <= limit.at_most:
-        return []
-    known = limit.healthy or (low, high)
-    return [
-        replace(
-            limit,
-            source=f"{values.size} readings of this hand, {_short(values.min())} to {_short(values.max())}",
-            healthy=(min(known[0], low + floor), max(known[1], high - floor)),
-            at_least=limit.at_least if math.isinf(limit.at_least) else min(limit.at_least, _outward(low, -1)),
-            at_most=limit.at_most if math.isinf(limit.at_most) else max(limit.at_most, _outward(high, 1)),
-        )
-    ]
-
-
 def _pooled(readings: Readings, check: Check) -> Floats:
     parts = [readings.get((check.experiment, check.metric, subject), np.empty(0)) for subject in check.subjects]
     values = np.concatenate(parts)
     return values[np.isfinite(values)]
-
-
-def _short(value: float) -> str:
-    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
 
 def _outward(value: float, sign: int) -> float:

@@ -1,76 +1,69 @@
-"""Healthy hands of a campaign as limits are computed from them, and how well limits hold those they are not from."""
+"""The population that limits are made from: hands that are drawn, their readings, and how well limits hold others.
+
+Every healthy hand counts alike: both sides, homed and in ideal zeros, with and without a guard, with and without
+conditions, with each firmware.
+"""
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import cycle, islice, product
 
 import numpy as np
 
 from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS
 from hil.verdict.limits import excesses, within_limits
-from model.units import DEFAULT_LIMITS, load_unit
+from model.units.conditions import KINDS
 from model.units.naming import PLAUSIBLE
-from train.campaign.trial import Outcome
-from train.limits.compute import LEAST_HANDS, Healthy, Readings, computed_limits
+from train.campaign.trial import SIDES, USUAL_FIRMWARE, Outcome, Trial
+from train.limits.compute import Healthy, Readings, computed_limits
+
+GENERATOR = "model/units/plausible.py and model/units/conditions.py"
+USUAL, RARE = (400_000, 448), ((401_000, "pre"), (402_000, "0.1.1"), (403_000, "0.1.2"))
+"""First seed and number of the hands with usual firmware; first seeds of others."""
+RARE_HANDS = 64
+SHORT, SHORT_HANDS = 404_000, 80
+"""First seed and number of the hands that only go through the short staircase, which no run has by default."""
+FOLDS = 7
+"""Parts of the population, each judged by limits from the others. Ten hands and sixteen kinds of them take turns, of
+which seven is no divisor: each part has all of them."""
 
 
-def healthy_hands_of(outcomes: Iterable[Outcome], kind: str = DEFAULT_LIMITS) -> tuple[Healthy, ...]:
-    """Return the healthy hands of one kind by group of firmware; groups without any are left out.
+def drawn() -> list[Trial]:
+    """Return the trials of the population, in an order in which every beginning is a fair sample."""
+    usual, rare = _hands(*USUAL, USUAL_FIRMWARE), [_hands(first, RARE_HANDS, (named,)) for first, named in RARE]
+    share = len(usual) // RARE_HANDS
+    mixed = [
+        trial
+        for place in range(RARE_HANDS)
+        for trial in (*usual[share * place : share * (place + 1)], *(hands[place] for hands in rare))
+    ]
+    every = (*USUAL_FIRMWARE, *(named for _, named in RARE))
+    short = [replace(trial, experiments=("short_staircase",)) for trial in _hands(SHORT, SHORT_HANDS, every)]
+    return [*mixed, *short]
 
-    The population stands for the default kind; a shipped unit stands for the kind that it names.
-    """
-    population: dict[tuple[bool, int], list[Outcome]] = defaultdict(list)
-    shipped: dict[tuple[bool, int], list[Outcome]] = defaultdict(list)
+
+def _hands(first: int, count: int, firmware: Sequence[str]) -> list[Trial]:
+    kinds = islice(cycle(product(((), KINDS), (False, True), firmware, (True, False), SIDES[::-1])), count)
+    return [
+        Trial(f"{PLAUSIBLE}{first + i}", side, named, first + i, homed=homed, guarded=guarded, conditions=under)
+        for i, (under, guarded, named, homed, side) in enumerate(kinds)
+    ]
+
+
+def healthy_hands_of(outcomes: Iterable[Outcome]) -> tuple[Healthy, ...]:
+    """Return the readings of healthy hands by group of firmware and guard; groups without any are left out."""
+    found: dict[tuple[bool, int], list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
-        trial = outcome.trial
-        if trial.faults:
-            continue
-        group = next(i for i, versions in enumerate(VERSION_GROUPS) if trial.firmware in versions)
-        if kind_of(trial.unit) == kind:
-            hands = population if trial.unit.startswith(PLAUSIBLE) else shipped
-            hands[trial.guarded, group].append(outcome)
+        group = next(i for i, versions in enumerate(VERSION_GROUPS) if outcome.trial.firmware in versions)
+        found[outcome.trial.guarded, group].append(outcome)
     return tuple(
-        Healthy(
-            VERSION_GROUPS[group],
-            _readings(population[guarded, group]),
-            _readings(shipped[guarded, group]),
-            guarded,
-        )
-        for guarded, group in sorted({*population, *shipped})
+        Healthy(VERSION_GROUPS[group], _readings(hands), guarded=guarded)
+        for (guarded, group), hands in sorted(found.items())
     )
-
-
-def require_enough(outcomes: Iterable[Outcome]) -> None:
-    """See that the population is large enough for limits.
-
-    Raises:
-        ValueError: it is not; the message says how many hands are needed.
-    """
-    enough = 8 * math.ceil(2 * LEAST_HANDS / 8)  # both guards and both kinds of condition take turns in eights
-    kinds = [trial.guarded for outcome in outcomes if (trial := outcome.trial).unit.startswith(PLAUSIBLE)]
-    free, guarded = kinds.count(False), kinds.count(True)
-    if min(free, guarded) < LEAST_HANDS:
-        raise ValueError(
-            f"{free} healthy hands without a guard and {guarded} with one are too few for limits: {LEAST_HANDS} of "
-            f"each are needed, so that the tail of a reading can be fitted; `aero-hil campaign --healthy {enough}` has "
-            "them"
-        )
-
-
-def kind_of(unit: str) -> str:
-    """Return the kind of hand that a unit stands for."""
-    return DEFAULT_LIMITS if unit.startswith(PLAUSIBLE) else load_unit(unit).limits
-
-
-def kinds_of(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    """Return the kinds whose healthy hands are in a campaign; the default kind needs hands of the population."""
-    units = {outcome.trial.unit for outcome in outcomes if not outcome.trial.faults}
-    population = any(unit.startswith(PLAUSIBLE) for unit in units)
-    own = {kind_of(unit) for unit in units} - {DEFAULT_LIMITS}
-    return (*((DEFAULT_LIMITS,) if population else ()), *sorted(own))
 
 
 def _readings(outcomes: Iterable[Outcome]) -> Readings:
@@ -83,31 +76,18 @@ def _readings(outcomes: Iterable[Outcome]) -> Readings:
     return {key: np.array(values) for key, values in found.items()}
 
 
-FOLDS = 5
-"""Parts of a campaign, each of which is judged by limits from the others."""
-
-
-def held_out(outcomes: Sequence[Outcome], experiments: Collection[str]) -> tuple[int, int]:
-    """Return how many hands of the population are flagged by limits from the other parts, and how many were judged.
+def held_out(outcomes: Sequence[Outcome]) -> tuple[int, int]:
+    """Return how many hands are flagged by limits from the other parts of the population, and how many were judged.
 
     The limits that ship are made from all parts, so they flag somewhat fewer.
-
-    Args:
-        outcomes: of healthy hands.
-        experiments: whose limits are made.
     """
-    hands = [outcome for outcome in outcomes if outcome.trial.unit.startswith(PLAUSIBLE)]
-    others = [outcome for outcome in outcomes if not outcome.trial.unit.startswith(PLAUSIBLE)]
-    accused = judged = 0
+    flagged = judged = 0
     for part in range(FOLDS):
-        rest = [hand for place, hand in enumerate(hands) if place % FOLDS != part]
-        try:
-            limits = computed_limits(CHECKS, healthy_hands_of([*rest, *others]), experiments)
-        except ValueError:  # the only hands of some firmware are in this part
-            continue
-        for hand in hands[part::FOLDS]:
+        rest = [hand for place, hand in enumerate(outcomes) if place % FOLDS != part]
+        limits = computed_limits(CHECKS, healthy_hands_of(rest))
+        for hand in outcomes[part::FOLDS]:
             trial = hand.trial
             own = [limit for limit in limits if limit.holds_for(trial.firmware, guarded=trial.guarded)]
-            accused += not all(within_limits(excess) for excess in excesses(hand.numbers, own).values())
+            flagged += not all(map(within_limits, excesses(hand.numbers, own).values()))
             judged += 1
-    return accused, judged
+    return flagged, judged

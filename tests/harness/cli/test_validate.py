@@ -41,9 +41,9 @@ def run_short(monkeypatch, *arguments):
     def run(target, recorder, progress):
         run_staircase(target, recorder, RoutedHand(target.side), SHORT, progress=progress)
 
-    def tracking_limits(kind, firmware, *, guarded):
+    def tracking_limits(firmware, *, guarded):
         """The others, and the thumb's, are made for twenty levels."""
-        limits = load_limits(kind, firmware, guarded=guarded)
+        limits = load_limits(firmware, guarded=guarded)
         return tuple(limit for limit in limits if limit.metric == "tracking_rms" and "index" in limit.subjects)
 
     monkeypatch.setitem(EXPERIMENTS, "staircase", dataclasses.replace(EXPERIMENTS["staircase"], run=run))

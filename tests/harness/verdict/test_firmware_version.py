@@ -1,27 +1,38 @@
-"""A healthy hand that runs another firmware than was named, judged by kept readings of healthy hands."""
+"""A healthy hand that runs another firmware than was named, judged by readings of healthy hands."""
 
-from importlib import resources
+import json
+from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
 from aero.firmware import firmware_of
 from hil.verdict.firmware_version import limits_of_others, may_be_unhomed, other_versions
 from hil.verdict.limits import excesses, load_limits
-from model.units import DEFAULT_LIMITS
-from train.limits.kept_readings import parse_kept
 
-KEPT = parse_kept(
-    (resources.files("hil") / "data" / "limits" / "hands" / f"{DEFAULT_LIMITS}.json").read_text(encoding="utf-8")
-)
+
+@dataclass(frozen=True)
+class Read:
+    """A hand of the population, with what it read: `train.limits.population` draws it."""
+
+    unit: str
+    firmware: str
+    guarded: bool
+    numbers: dict[str, dict[str, dict[str, float]]]
+
+
+KEPT = [
+    Read(**table) for table in json.loads(Path(__file__).with_name("healthy_hands.json").read_text(encoding="utf-8"))
+]
 NAMED = ("pre", "0.1.0", "0.1.5", "0.2.0")
 
 
 def told(hand, named, numbers=None):
     """Return what is said of a kept hand when a version is named, whatever it ran."""
     numbers = numbers or hand.numbers
-    guarded = hand.trial.guarded
-    off = excesses(numbers, load_limits(DEFAULT_LIMITS, named, guarded=guarded))
-    return other_versions(numbers, off, named, limits_of_others(DEFAULT_LIMITS, named, guarded=guarded))
+    guarded = hand.guarded
+    off = excesses(numbers, load_limits(named, guarded=guarded))
+    return other_versions(numbers, off, named, limits_of_others(named, guarded=guarded))
 
 
 def differ(one, other):
@@ -31,14 +42,14 @@ def differ(one, other):
 
 
 @pytest.mark.parametrize("named", NAMED)
-@pytest.mark.parametrize("hand", KEPT, ids=lambda hand: f"{hand.trial.unit}-{hand.trial.firmware}")
+@pytest.mark.parametrize("hand", KEPT, ids=lambda hand: f"{hand.unit}-{hand.firmware}")
 def test_a_healthy_hand_with_another_firmware_is_told_from_the_named_one(hand, named):
     found = told(hand, named)
-    assert bool(found) == differ(hand.trial.firmware, named)
+    assert bool(found) == differ(hand.firmware, named)
 
 
 def test_zeros_that_were_lost_look_alike_where_the_named_firmware_shifts_windows():
-    older = next(hand for hand in KEPT if len(firmware_of(hand.trial.firmware).calibration_states) == 1)
+    older = next(hand for hand in KEPT if len(firmware_of(hand.firmware).calibration_states) == 1)
     assert may_be_unhomed("0.2.0", told(older, "0.2.0"))
 
 
@@ -51,16 +62,16 @@ def test_a_finger_that_is_off_as_well_is_no_other_versions(named):
 
 
 def test_one_reading_alone_is_not_enough():
-    hand = next(hand for hand in KEPT if hand.trial.firmware == "0.2.0")
+    hand = next(hand for hand in KEPT if hand.firmware == "0.2.0")
     off = {("excursion", "closed_percent", "thumb_cmc_flexion"): 9.0}
-    others = limits_of_others(DEFAULT_LIMITS, "0.1.5", guarded=hand.trial.guarded)
+    others = limits_of_others("0.1.5", guarded=hand.guarded)
     assert other_versions(hand.numbers, off, "0.1.5", others) == ()
 
 
 def told_with(off):
     """Return what is said of a kept hand of 0.2.0 of which 0.1.5 was named, when these readings are off by 0.1.5."""
-    hand = next(hand for hand in KEPT if hand.trial.firmware == "0.2.0")
-    others = limits_of_others(DEFAULT_LIMITS, "0.1.5", guarded=hand.trial.guarded)
+    hand = next(hand for hand in KEPT if hand.firmware == "0.2.0")
+    others = limits_of_others("0.1.5", guarded=hand.guarded)
     return other_versions(hand.numbers, off, "0.1.5", others)
 
 
@@ -84,7 +95,7 @@ def test_readings_that_versions_share_are_not_enough():
 
 
 def test_what_the_map_of_the_named_version_reads_does_not_count():
-    hand = next(hand for hand in KEPT if hand.trial.firmware == "0.2.0")
+    hand = next(hand for hand in KEPT if hand.firmware == "0.2.0")
     numbers = {name: {on: dict(found) for on, found in table.items()} for name, table in hand.numbers.items()}
     # `--unit plausible:199001 --firmware 0.1.5 --fault board_runs_0.2.0` reads 61°; hands of 0.2.0 read up to 54°.
     numbers["excursion"]["thumb_cmc_flexion"]["closed_angle"] = 61.0

@@ -61,7 +61,7 @@ def test_a_finding_is_a_sentence():
 
 def test_what_ended_a_run_says_itself_what_happened():
     end = RunEnd(EndKind.STOPPED, "audit", "two processes.", SafetyStopError("", SafetyReason.FORKED))
-    diagnosis = Judge("aero_hand_open", "0.2.0", guarded=True).diagnosis(Validation({}, end, 1.0))
+    diagnosis = Judge("0.2.0", guarded=True).diagnosis(Validation({}, end, 1.0))
     assert (diagnosis.place, diagnosis.sentence) == ("", "")
     assert diagnosis.step.do == end.finding.remedy
 

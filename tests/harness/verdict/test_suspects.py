@@ -118,10 +118,10 @@ def test_suspects_sum_to_one_and_every_failure_is_some_rules(off):
 
 def test_what_is_not_measurable_accuses_nobody():
     measured = {"presence": {"hand": {"round_trip": math.nan}}, "staircase": {"ring": {"spring": math.nan}}}
-    failed = Failures.of(measured, load_limits("aero_hand_open", "0.2.0"))
+    failed = Failures.of(measured, load_limits("0.2.0"))
     assert not failed.off
     assert not failed.sides.get(("staircase", "spring", "ring"))
-    assert Judge("aero_hand_open", "0.2.0", guarded=False).signs(measured, FINISHED).failures == failed
+    assert Judge("0.2.0", guarded=False).signs(measured, FINISHED).failures == failed
 
 
 def test_every_check_that_a_rule_names_is_judged():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from train.campaign.store import StoreError, missing, opened
+from train.campaign.store import missing, opened
 from train.campaign.trial import Outcome, Trial
 
 NUMBER = st.floats(-1e6, 1e6)
@@ -32,15 +32,6 @@ def test_what_comes_out_is_what_went_in(tmp_path_factory, numbers):
         store.add(outcome(3, numbers))
     with opened(folder, read_only=True) as store:
         assert list(store.outcomes()) == [outcome(3, numbers)]
-
-
-def test_hands_that_were_not_read_to_the_end_make_no_limits(tmp_path):
-    with opened(tmp_path) as store:
-        store.add(outcome(1))
-        assert store.whole_outcomes() == [outcome(1)]
-        store.add(outcome(2, stop_early=True))
-        with pytest.raises(StoreError, match="--stop-early"):
-            store.whole_outcomes()
 
 
 def test_a_number_that_could_not_be_measured_stays_one(tmp_path):

@@ -1,16 +1,13 @@
 """What a campaign says about its checks, on outcomes whose answer is known."""
 
-import tomllib
 from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
-from outcomes import healthy_campaign, outcome
+from outcomes import outcome
 
-from aero.firmware import VERSION_GROUPS
 from hil.faults import parse_fault
-from hil.verdict.limits import Limit, kinds, parse_limit
-from train.campaign.store import opened
+from hil.verdict.limits import Limit
 from train.campaign.summary import (
     Share,
     detections,
@@ -20,19 +17,16 @@ from train.campaign.summary import (
     right_part,
     told,
 )
-from train.campaign.trial import Trial, faulty_hands, healthy_hands, shipped_hands
+from train.campaign.trial import Trial, faulty_hands, healthy_hands
 from train.cli.campaign import campaign
-from train.cli.limits import limits
 
-TRACKING = Limit(
-    "staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), "", at_most=1.0, healthy=(-0.5, 0.5)
-)
+TRACKING = Limit("staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), at_most=1.0, healthy=(-0.5, 0.5))
 
 
 @pytest.fixture(autouse=True)
 def one_limit(monkeypatch):
     for judging in ("train.campaign.summary", "hil.verdict.judge"):
-        monkeypatch.setattr(f"{judging}.load_limits", lambda kind, firmware, guarded: (TRACKING,))
+        monkeypatch.setattr(f"{judging}.load_limits", lambda firmware, guarded: (TRACKING,))
 
 
 def faulty(tracking, fault="cable_snapped:index=1.0", on="index", **more):
@@ -121,7 +115,6 @@ def test_plans_take_sides_and_firmware_in_turn():
     }
     assert len({trial.unit for trial in hands}) == 8
     assert all(trial.homed and not trial.faults for trial in hands)
-    assert {trial.firmware for trial in shipped_hands()} == {group[-1] for group in VERSION_GROUPS}
     dead, other = "motor_dead:ring=1.0", "board_runs_0.2.0=1.0"
     faulty = faulty_hands([dead, other], 0, 2)
     assert [trial.faults for trial in faulty] == [(dead,), (dead,), (other,), (other,)]
@@ -137,45 +130,3 @@ def test_faults_that_cannot_share_a_hand_are_refused_before_anything_runs(tmp_pa
     assert result.exit_code == 2
     assert "cannot be combined" in result.output
     assert not (tmp_path / "campaign").exists()
-
-
-def test_the_commands_write_what_ships(tmp_path):
-    with opened(tmp_path / "campaign") as store:
-        for done in healthy_campaign():
-            store.add(done)
-        store.add(faulty(4.0))
-    result = CliRunner().invoke(limits, [str(tmp_path / "campaign"), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 0, result.output
-    written = {path.name for path in (tmp_path / "out").iterdir()}
-    assert written == {*(f"{kind}.toml" for kind in kinds()), "hands"}
-    tables = {kind: tomllib.loads((tmp_path / "out" / f"{kind}.toml").read_text()) for kind in kinds()}
-    assert {kind: table["provenance"]["hands"] for kind, table in tables.items()} == {
-        "aero_hand_open": 130,
-        "ideal_hand": 10,
-        "paper_hand": 10,
-    }
-    assert all(map(parse_limit, tables["aero_hand_open"]["limit"]))
-
-
-def test_shipped_units_alone_make_their_own_limits_anew(tmp_path):
-    """The limits of the population stay as they are; the commands that made a file stand in it."""
-    with opened(tmp_path / "campaign") as store:
-        store.note_command("aero-hil campaign --shipped --out campaign")
-        for done in healthy_campaign():
-            if not done.trial.unit.startswith("plausible"):
-                store.add(done)
-    result = CliRunner().invoke(limits, [str(tmp_path / "campaign"), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 0, result.output
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"hands", "ideal_hand.toml", "paper_hand.toml"}
-    table = tomllib.loads((tmp_path / "out" / "paper_hand.toml").read_text())
-    assert table["extends"] == "aero_hand_open"
-    assert table["provenance"]["commands"][0] == "aero-hil campaign --shipped --out campaign"
-
-
-def test_a_campaign_of_no_healthy_hand_makes_no_limits(tmp_path):
-    with opened(tmp_path / "campaign") as store:
-        store.add(faulty(4.0))
-    result = CliRunner().invoke(limits, [str(tmp_path / "campaign"), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 2
-    assert "no healthy hand" in result.output
-    assert not (tmp_path / "out").exists()

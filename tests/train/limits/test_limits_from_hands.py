@@ -5,28 +5,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import expon, uniform
 
 from hil.checks.shared.declaration import Check, parse_metric
-from hil.verdict.limits import Limit, parse_limit
-from train.cli.limits import limits_text
-from train.limits.compute import Healthy, computed_limits, upper_bound, widened
+from hil.verdict.limits import Limit, limits_text, parse_limits
+from train.limits.compute import Healthy, computed_limits, upper_bound
 
 CHECK = Check("staircase", "take_up", ("index", "ring"), side="both", floor=0.1)
 VERSIONS = ("0.1.3", "0.1.4", "0.1.5")
 
 
-def healthy(values, shipped=()):
-    readings = {("staircase", "take_up", "index"): np.asarray(values, float)}
-    return Healthy(VERSIONS, readings, {("staircase", "take_up", "ring"): np.asarray(shipped, float)})
+def healthy(values):
+    return Healthy(VERSIONS, {("staircase", "take_up", "index"): np.asarray(values, float)})
 
 
-@given(st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.lists(st.floats(-150, 150), max_size=3))
-def test_a_limit_holds_every_healthy_reading_and_the_floor(values, shipped):
-    (limit,) = computed_limits([CHECK], [healthy(values, shipped)])
-    every = [*values, *shipped]
+@given(st.lists(st.floats(-100, 100), min_size=1, max_size=60))
+def test_a_limit_holds_every_healthy_reading_and_the_floor(every):
+    (limit,) = computed_limits([CHECK], [healthy(every)])
     # Limits are written with six figures.
     assert limit.at_least <= min(every) - 0.1 + 1e-9
     assert limit.at_most >= max(every) + 0.1 - 1e-9
@@ -49,17 +46,14 @@ def test_a_far_quantile_is_met_by_its_tail(law, factor):
     assert law.isf(chance) / factor < np.median(found) < law.isf(chance) * factor
 
 
-def test_a_file_of_limits_is_read_as_it_was_written():
+def test_a_table_of_limits_is_read_as_it_was_written():
     limits = computed_limits([CHECK], [healthy([0.0, 1.0])])
-    import tomllib  # noqa: PLC0415
-
-    table = tomllib.loads(limits_text(limits, {"hands": 2}))
-    assert tuple(map(parse_limit, table["limit"])) == limits
+    assert parse_limits(limits_text(limits)) == limits
 
 
 @given(st.floats(-50, 50))
 def test_excess_is_one_at_the_limit_and_zero_among_the_healthy(value):
-    limit = Limit("staircase", "take_up", ("index",), "", at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
+    limit = Limit("staircase", "take_up", ("index",), at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
     excess = limit.excess(value)
     assert (abs(excess) > 1.0) == (not -3.0 <= value <= 4.0)
     assert (excess == 0.0) == (-1.0 <= value <= 2.0)
@@ -69,24 +63,24 @@ def test_excess_is_one_at_the_limit_and_zero_among_the_healthy(value):
 @pytest.mark.parametrize(("low", "high"), [(-3.0, 4.0), (-math.inf, 4.0), (-3.0, math.inf)])
 @given(value=st.floats(-50, 50))
 def test_an_excess_above_one_is_a_reading_out_of_limits(low, high, value):
-    limit = Limit("staircase", "take_up", ("index",), "", at_least=low, at_most=high, healthy=(-1.0, 2.0))
+    limit = Limit("staircase", "take_up", ("index",), at_least=low, at_most=high, healthy=(-1.0, 2.0))
     assert (abs(limit.excess(value)) > 1.0) == (not low <= value <= high)
 
 
 @given(st.floats(-50, 50))
 def test_a_place_is_one_at_the_greatest_healthy_reading(value):
-    limit = Limit("staircase", "take_up", ("index",), "", at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
+    limit = Limit("staircase", "take_up", ("index",), at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
     assert (abs(limit.side(value)) <= 1.0) == (-1.0 <= value <= 2.0)
     assert limit.side(0.5) == 0.0
 
 
 def test_a_place_is_finite_where_all_healthy_hands_read_the_same():
-    limit = Limit("staircase", "take_up", ("index",), "", at_most=1.0, healthy=(0.0, 0.0))
+    limit = Limit("staircase", "take_up", ("index",), at_most=1.0, healthy=(0.0, 0.0))
     assert limit.side(0.1) == pytest.approx(2.0)
 
 
 def test_a_reading_that_could_not_be_measured_lies_nowhere():
-    limit = Limit("staircase", "take_up", ("index",), "", at_most=4.0, healthy=(-1.0, 2.0))
+    limit = Limit("staircase", "take_up", ("index",), at_most=4.0, healthy=(-1.0, 2.0))
     assert limit.excess(math.nan) is None
     assert limit.side(math.nan) == 0.0
 
@@ -112,7 +106,7 @@ READINGS = st.lists(st.floats(-3, 3), min_size=20, max_size=60)
 @given(READINGS, READINGS)
 def test_a_limit_for_both_holds_what_each_needs(free, guarded):
     hands = [
-        Healthy(VERSIONS, {("staircase", "take_up", "index"): np.array(readings)}, {}, guarded=weaker)
+        Healthy(VERSIONS, {("staircase", "take_up", "index"): np.array(readings)}, guarded=weaker)
         for readings, weaker in ((free, False), (guarded, True))
     ]
     together = computed_limits([CHECK], hands)
@@ -121,29 +115,3 @@ def test_a_limit_for_both_holds_what_each_needs(free, guarded):
             (alone,) = computed_limits([CHECK], [replace(kind, guarded=False)])
             assert together[0].at_least <= alone.at_least
             assert together[0].at_most >= alone.at_most
-
-
-@given(st.lists(st.floats(-100, 100), min_size=1, max_size=20), st.lists(st.floats(-150, 150), min_size=1, max_size=5))
-def test_a_widened_limit_holds_the_readings_before_and_the_new_ones(before, new):
-    (limit,) = computed_limits([CHECK], [healthy(before)])
-    (wider,) = widened([CHECK], [limit], [healthy(new)])
-    assert wider.at_least <= min(limit.at_least, min(new) - 0.1 + 1e-9)
-    assert wider.at_most >= max(limit.at_most, max(new) + 0.1 - 1e-9)
-    every = (*before, *new, *limit.healthy)
-    assert wider.healthy == pytest.approx((min(every), max(every)), rel=1e-5, abs=1e-6)
-    inside = min(new) - 0.1 - limit.at_least, limit.at_most - max(new) - 0.1
-    assume(min(map(abs, inside)) > 1e-9)  # where a limit touches a reading, rounding decides
-    held = min(inside) > 0.0
-    assert (("widened" in wider.source) is False) == held
-    if held:
-        assert (wider.at_least, wider.at_most) == (limit.at_least, limit.at_most)
-
-
-def test_a_limit_is_widened_by_hands_that_it_is_for_and_by_no_others():
-    (limit,) = computed_limits([CHECK], [healthy([0.0, 1.0])])
-    guarded = replace(limit, guarded=True)
-    far = healthy([50.0])
-    assert widened([CHECK], [guarded], [far]) == (guarded,)
-    assert widened([CHECK], [limit], [replace(far, firmware=("0.2.0",))]) == (limit,)
-    assert widened([CHECK], [guarded], [replace(far, guarded=True)])[0].at_most == 50.1
-    assert widened([], [limit], [far]) == (limit,)
