@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -21,6 +21,7 @@ from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.in_process import InProcessLink, WireEntry
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import usage_errors
+from hil.cli.hands_on import HandsOn
 from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation, recording_ended
 from hil.cli.output import echo
 from hil.cli.viewing import Observer, viewing, with_view
@@ -73,9 +74,9 @@ def emulate(
 ) -> None:
     """Serve an emulated hand until it is interrupted.
 
-    Prints one line `ready PATH` when a client may open PATH.
+    Prints one line `ready PATH` when a client may open PATH. Words typed then are done to the hand: `inject
+    motor_dead:ring`, `clear motor_dead:ring`, `exchange_servos ring pinky`; `help` lists them.
     """
-    file: WireFile | None = None
     if bus_echo and bus_link is None:
         raise click.UsageError("--bus-echo needs --bus-link: it is the adapter of that terminal")
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
@@ -95,6 +96,7 @@ def emulate(
                 program=hand.program,
                 schedule=schedule,
             )
+            workbench.at_a_port = True
             electronics.bus.collides = bus_collide
             electronics.says_rom_text = True
             if homed:  # on virtual time, a tenth of what it takes a client
@@ -102,7 +104,23 @@ def emulate(
             server = PtyServer(
                 electronics, link=link, bus_link=bus_link, bus_port=bus_port, bus_echo=bus_echo, listen=listen
             )
-        with ExitStack() as files, server, closing(electronics), viewing(view, hand, stay=False) as observer:
+        file: WireFile | None = None
+
+        def tell(text: str, severity: Literal["info", "error"]) -> None:
+            echo(text, err=True)
+            observer.note(text, severity)
+            if file is not None:
+                file.note(text, severity)
+
+        hands_on = HandsOn(workbench, tell, reads=parent is None)
+        server.listeners.append(hands_on.heard)
+
+        def stop() -> bool:
+            hands_on.serve()
+            return bool(stopped) or (parent is not None and os.getppid() != parent)
+
+        page = viewing(view, hand, stay=False, on_words=hands_on.put)
+        with ExitStack() as files, server, closing(electronics), page as observer:
             delays = DelayLog()
             server.on_late = partial(_late, delays, observer, tell=parent is not None)
             if record is not None:
@@ -122,7 +140,7 @@ def emulate(
             if server.url is not None:
                 echo(f"also {server.url}")
             echo(f"ready {server.name}")
-            server.run(stop=lambda: bool(stopped) or (parent is not None and os.getppid() != parent))
+            server.run(stop)
     if parent is not None:
         for fault in schedule.unfired():
             echo(f"{NEVER_FIRED} {fault}")

@@ -71,7 +71,9 @@ class Nobody:
 
 
 @contextmanager
-def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Observer]:
+def viewing(
+    wanted: bool, hand: ChosenHand, *, stay: bool = True, on_words: Callable[[str], object] | None = None
+) -> Iterator[Observer]:
     """Serve a page for the time of a command, where it is wanted, and say its address on standard error.
 
     Put it around everything that a command does with a hand: when the page is waited for, the hand is done with.
@@ -81,6 +83,7 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Ob
         hand: what the command is about.
         stay: whether the page stays after the command: while a browser looks at it, and in a terminal until one has
             looked at it, or Ctrl-C.
+        on_words: takes what is done to the hand on the page, in another thread; nothing can be done when None.
     """
     if not wanted:
         yield Nobody()
@@ -91,7 +94,7 @@ def viewing(wanted: bool, hand: ChosenHand, *, stay: bool = True) -> Iterator[Ob
 
     feed: Feed | None = None
     try:
-        feed = Feed(Heading(_title(hand), hand.side, live=True))
+        feed = Feed(Heading(_title(hand), hand.side, live=True, hands_on=on_words is not None), on_words)
     except ChildError as error:
         echo(f"{error}; the hand runs without it", err=True)
     if feed is None:

@@ -22,6 +22,7 @@ from hil.faults.active import Active
 from hil.faults.assembly import HandAssembly
 from hil.faults.cable import NEVER_TAUT_M
 from hil.faults.fault import AssemblyStage, FaultLayer, Injection
+from hil.faults.host import refuse_at_a_port
 from hil.faults.part import Part
 from hil.faults.schedule import Schedule, refuse_rivals
 from hil.faults.servo import servo_of
@@ -57,6 +58,8 @@ class Workbench:
         self.assembly = assembly
         self.done: list[tuple[float, str]] = []
         """What was done, and when, s on the hand's clock."""
+        self.at_a_port = False
+        """Whether the hand's program is behind a port, where no fault of its own end can be put."""
         self._schedule = schedule
         self._present: dict[Injection, Active] = {}
         self._cables_off: dict[Channel, tuple[Active, list[Injection]]] = {}
@@ -111,6 +114,8 @@ class Workbench:
         if not fault.fault.later:
             raise ValueError(f"{fault.name} is built in and cannot begin on a running hand; give it at the opening")
         refuse_rivals((*self._present, fault))
+        if self.at_a_port:
+            refuse_at_a_port((fault,))
         self._put(fault)
         self._note(f"injected {fault}")
 

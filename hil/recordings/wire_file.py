@@ -20,7 +20,7 @@ from aero.protocol import FILLER, FRAME_SIZE, Opcode, parse_reply, signed_values
 from hil.recordings.errors import CannotBeWrittenError, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
-from hil.recordings.recording import DELAYS, Header, Recording, Series, delay_series
+from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
 from hil.recordings.series_layout import LABELS, SERIES_UNITS
 from hil.targets.delays import DelayLog
 from hil.targets.wire_log import Direction, WireRecord
@@ -105,6 +105,10 @@ class WireFile:
         while len(self._unfinished) >= FRAME_SIZE:
             frame, self._unfinished = self._unfinished[:FRAME_SIZE], self._unfinished[FRAME_SIZE:]
             self._write(RecordingFile.add_wire, WireRecord(t, direction, frame))
+
+    def note(self, text: str, severity: Severity) -> None:
+        """Add an event that happens now."""
+        self._write(RecordingFile.add_event, Event(self._clock.now() - self._start, severity, text))
 
     def close(self) -> None:
         """Complete and close the file."""

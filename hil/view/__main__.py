@@ -13,7 +13,7 @@ import threading
 import time
 from queue import SimpleQueue
 
-from hil.view.frame import Heading, Message, ViewEnd, message
+from hil.view.frame import DO, Heading, Message, ViewEnd, message
 from hil.view.web_page import Page
 
 POLITENESS = 19
@@ -51,7 +51,7 @@ def main() -> None:
     """Serve the page that the first line of the input describes."""
     if hasattr(os, "nice"):
         os.nice(POLITENESS)
-    page = Page(Heading(**json.loads(sys.stdin.readline())))
+    page = Page(Heading(**json.loads(sys.stdin.readline())), on_words=lambda words: print(DO, words, flush=True))
     print("ready", page.url, flush=True)
     received: SimpleQueue[Message | None] = SimpleQueue()
 

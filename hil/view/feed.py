@@ -10,13 +10,13 @@ import json
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from queue import SimpleQueue
 
 from aero.child_process import ChildError, ChildProcess
-from hil.view.frame import Heading, Message, Note, Severity, Verdicts, ViewEnd, line
+from hil.view.frame import DO, Heading, Message, Note, Severity, Verdicts, ViewEnd, line
 from hil.view.sources import FRAMES_PER_S, Source
 
 START_S = 60.0
@@ -34,15 +34,20 @@ STOP_S = 5.0
 class Feed:
     """A page that shows a hand which this process drives."""
 
-    def __init__(self, heading: Heading) -> None:
+    def __init__(self, heading: Heading, on_words: Callable[[str], object] | None = None) -> None:
         """Start the page's process and wait until the page can be opened.
+
+        Args:
+            heading: of the page.
+            on_words: called in a thread of its own with what a person does to the hand on the page.
 
         Raises:
             ChildError: it did not start; it has said why on standard error.
         """
         self._alive = threading.Event()
+        self._on_words = on_words
         self._page = ChildProcess(
-            [sys.executable, "-P", "-m", "hil.view"], "the page", on_line=lambda _: self._alive.set(), own_errors=False
+            [sys.executable, "-P", "-m", "hil.view"], "the page", on_line=self._heard, own_errors=False
         )
         try:
             with suppress(BrokenPipeError):
@@ -109,6 +114,12 @@ class Feed:
         with suppress(ChildError):
             self._page.end(STOP_S)
         self._thread.join()
+
+    def _heard(self, said: str) -> None:
+        self._alive.set()
+        word, _, words = said.partition(" ")
+        if word == DO and self._on_words is not None:
+            self._on_words(words)
 
     def _run(self) -> None:
         """Take frames and send them until the end; a page that has gone is said once and changes nothing else."""

@@ -30,6 +30,8 @@ class Heading:
     side: Side
     live: bool
     """Whether frames come while it is looked at."""
+    hands_on: bool = False
+    """Whether the page can do something to the hand, an emulated one that its program serves on a port."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,10 @@ class ViewEnd:
 
 
 Message = ViewFrame | Note | Verdicts | ViewEnd
+
+
+DO = "do"
+"""First word of the line in which the page's process says what a person does to the hand."""
 
 
 def line(sent: Message) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from bisect import bisect_right
 from collections import deque
+from collections.abc import Callable
 from contextlib import redirect_stdout
+from functools import partial
 from io import StringIO
 from typing import Literal
 
@@ -14,6 +16,9 @@ import viser
 from viser import uplot
 
 from aero.channels import Channel
+from hil.faults.acts import ACTS
+from hil.faults.catalogue import CATALOGUE
+from hil.faults.part import Part
 from hil.view import panel
 from hil.view.access_token import new_token, requiring_token
 from hil.view.frame import Heading, Message, Note, Verdicts, ViewFrame
@@ -34,19 +39,23 @@ PANEL_PX, PLOT_PX = 500, 180
 AXIS_PX = 60
 """Width of an axis that has room for "-100.0"."""
 
+OF_A_CHANNEL = ("servo", "digit", "bus")
+"""Parts of which one is replaced at a time."""
 Mode = Literal["Play", "Pause", "Live"]
 
 
 class Page:
     """A page that is served from this process until `close`."""
 
-    def __init__(self, heading: Heading, port: int = PORT) -> None:
-        """Serve an empty page on the loopback address.
+    def __init__(
+        self, heading: Heading, port: int = PORT, *, on_words: Callable[[str], object] = lambda _words: None
+    ) -> None:
+        """Serve an empty page on the loopback address; `on_words` takes what a person does to the hand.
 
         Raises:
             RuntimeError: the page would not be guarded by its token.
         """
-        self._heading = heading
+        self._heading, self._on_words = heading, on_words
         self._frames: deque[ViewFrame] = deque(maxlen=KEPT if heading.live else None)
         self._notes: list[Note] = []
         self._verdicts: Verdicts | None = None
@@ -122,6 +131,8 @@ class Page:
         self._time = gui.add_slider("Time, s", 0.0, 1.0, 0.01, 0.0)
         self._buttons = gui.add_button_group("", ("Play", "Pause", *(("Live",) if self._heading.live else ())))
         self._found = gui.add_html("")
+        if self._heading.hands_on:
+            self._add_controls(gui)
         with gui.add_folder("Plots"):
             self._channel = gui.add_dropdown("Channel", [channel.label for channel in Channel])
             self._angles = self._plot("Shaft angle, °", ANGLE_COLOURS)
@@ -129,6 +140,40 @@ class Page:
             self._currents = self._plot("Currents, A", lines)
         self._time.on_update(self._moved)
         self._buttons.on_click(self._pressed)
+
+    def _add_controls(self, gui: viser.GuiApi) -> None:
+        """Add a slider a channel, which commands it as a host would, and the acts of a person."""
+        with gui.add_folder("Command, % of the window"):
+            for channel in Channel:
+                slider = gui.add_slider(panel.title(channel), 0.0, 100.0, 1.0, 0.0)
+                slider.on_update(partial(self._commanded, channel))
+        with gui.add_folder("Do to the hand"):
+            self._act = gui.add_dropdown("Act", [" ".join((name, *one.takes)) for name, one in ACTS.items()])
+            self._fault = gui.add_dropdown("Fault", list(CATALOGUE))
+            self._part = gui.add_dropdown("Part", [part.name.lower() for part in Part])
+            self._on = [gui.add_dropdown(name, [channel.label for channel in Channel]) for name in ("On", "With")]
+            gui.add_button("Do it").on_click(self._do)
+
+    def _commanded(self, channel: Channel, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client is not None:
+            self._on_words(f"command {channel.label} {event.target.value:g}")
+
+    def _do(self, _event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        self._on_words(self._chosen())
+
+    def _chosen(self) -> str:
+        """Return the words of the act that is chosen; what it does not take is left out."""
+        name, *takes = self._act.value.split()
+        fault, channels = CATALOGUE[self._fault.value], iter(dropdown.value for dropdown in self._on)
+        words = [name]
+        for kind in takes:
+            if kind == "FAULT":
+                words.append(fault.name + (f":{next(channels)}" if fault.channels else ""))
+            elif kind == "PART":
+                words.append(self._part.value)
+            elif kind == "CHANNEL" or self._part.value in OF_A_CHANNEL:
+                words.append(next(channels))
+        return " ".join(words)
 
     def _plot(self, title: str, lines: dict[str, str]) -> viser.GuiUplotHandle:
         """Add a plot over the hand's time with a line for each name and colour."""

@@ -226,7 +226,7 @@ class Contact(ShaftFault):
             self.drive(shaft, drive)
 
 
-def in_registers(name, words, values, severity=None):
+def in_registers(name, words, values, severity=None, at_s=0.0):
     """A fault that is other settings in a servo, in EEPROM and in what is copied from it; `values` makes them."""
 
     def inject(assembly, fault):
@@ -243,7 +243,7 @@ def in_registers(name, words, values, severity=None):
 
         return Active(lambda: put(wrong), lambda: put(right))
 
-    return Fault(name, FaultLayer.SERVO, Part.SERVO, words, inject, ALL, severity)
+    return Fault(name, FaultLayer.SERVO, Part.SERVO, words, inject, ALL, severity, at_s)
 
 
 def angle_limit(assembly, fault):
@@ -506,7 +506,14 @@ FAULTS = (
         lambda assembly, fault: {"max_torque": round(fault.severity), "torque_limit": round(fault.severity)},
         Severity("0.1 %", (500, 300, 150), 0, 1000),
     ),
-    in_registers("angle_limit_left", "an angle limit was left in a servo", angle_limit, share("travel", 0.9, 0.6, 0.4)),
+    # Homing puts limits and windows right, and waits for no clock: what it mends comes later.
+    in_registers(
+        "angle_limit_left",
+        "an angle limit was left in a servo",
+        angle_limit,
+        share("travel", 0.9, 0.6, 0.4),
+        20.0,
+    ),
     in_registers(
         "other_gains",
         "a servo has the gains of another batch",
@@ -610,7 +617,7 @@ FAULTS = (
         clock_set,
         (),
         Severity("s", (0.3, 1.0, 3.0)),
-        8.0,
+        25.0,
         alike=(Part.DRIVER,),
     ),
     on_frames(
@@ -647,6 +654,7 @@ FAULTS = (
         mixed_windows,
         (),
         Severity("counts", (100, 250, 500)),
+        20.0,
         alike=(Part.BOARD,),
     ),
     unit(
