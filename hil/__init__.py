@@ -11,6 +11,7 @@ from pkgutil import extend_path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from hil.targets.hand_spec import HandSpec
     from hil.targets.opening import open_target
     from hil.targets.target import GroundTruth, MissingCapabilityError, NoHandError, Target
 
@@ -19,6 +20,7 @@ __path__ = extend_path(__path__, __name__)
 
 _HOMES = {
     "GroundTruth": "hil.targets.target",
+    "HandSpec": "hil.targets.hand_spec",
     "MissingCapabilityError": "hil.targets.target",
     "NoHandError": "hil.targets.target",
     "Target": "hil.targets.target",
@@ -26,7 +28,7 @@ _HOMES = {
 }
 """Public name to the module that defines it."""
 
-__all__ = ["GroundTruth", "MissingCapabilityError", "NoHandError", "Target", "open_target"]
+__all__ = ["GroundTruth", "HandSpec", "MissingCapabilityError", "NoHandError", "Target", "open_target"]
 
 
 def __getattr__(name: str) -> object:

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import click
 
-from hil.cli.options import ChosenHand, target
+from hil.cli.options import target
+from hil.targets.hand_spec import HandSpec
 
 
 @click.command()
 @click.argument("case", type=click.Path(exists=True, file_okay=False, path_type=Path), default="validation/latest")
 @target
-def diagnose(*, hand: ChosenHand, case: Path) -> None:
+def diagnose(*, hand: HandSpec, case: Path) -> None:
     """Isolate the part at fault of a hand that failed: the next step, then only what shows the failure, compared.
 
     CASE is the folder of the run that failed, validation/latest if not given. Ctrl-C puts the case down; the same

@@ -10,10 +10,11 @@ import click
 
 from aero.exit_code import Exit
 from hil.cli.exits import usage_errors
-from hil.cli.options import ChosenHand
+from hil.cli.options import open_hand
 from hil.cli.terminal import ProgressBar, console
 from hil.report.case_page import write_case_page
 from hil.report.results import write_results
+from hil.targets.hand_spec import HandSpec
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import read_case, write_case
 from hil.verdict.case_words import asked, came_of, conclusion, why
@@ -21,7 +22,7 @@ from hil.verdict.rerun import rerun
 from hil.verdict.steps import StepOutcome
 
 
-def run(hand: ChosenHand, folder: Path) -> None:
+def run(hand: HandSpec, folder: Path) -> None:
     """Go through the steps of a case until it ends, and end the program with its exit code.
 
     Args:
@@ -53,7 +54,7 @@ def run(hand: ChosenHand, folder: Path) -> None:
     sys.exit(Exit.WITHIN_LIMITS if gone else Exit.OUT_OF_LIMITS)
 
 
-def _taken(hand: ChosenHand, case: DiagnosisCase, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
+def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
     """Let a person do a step, and return what came of it with what the person noted.
 
     Raises:
@@ -68,7 +69,7 @@ def _taken(hand: ChosenHand, case: DiagnosisCase, proposal: Proposal, folder: Pa
     except click.Abort as error:
         raise KeyboardInterrupt from error
     bar = ProgressBar()
-    with hand.open() as opened, bar:
+    with open_hand(hand) as opened, bar:
         task = bar.add_task("opening", total=1.0)
         folder.mkdir(exist_ok=True)
         outcome, done = rerun(

@@ -22,14 +22,14 @@ from firmware_emulator.links.in_process import InProcessLink, WireEntry
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import usage_errors
 from hil.cli.hands_on import HandsOn
-from hil.cli.options import FAULT_HELP, RECORD, ChosenHand, HostAndPort, emulation, recording_ended
+from hil.cli.options import FAULT_HELP, RECORD, HostAndPort, emulation, recording_ended
 from hil.cli.output import echo
 from hil.cli.viewing import Observer, viewing, with_view
 from hil.faults import Schedule, parse_fault
-from hil.faults.host import refuse_at_a_port
 from hil.recordings.output import prepared_file
 from hil.targets.delays import LATE, LEAST_S, DelayLog, Loop
 from hil.targets.emulated_hand import build_emulated
+from hil.targets.hand_spec import HandSpec
 from hil.targets.pty_process import NEVER_FIRED
 from hil.view.sources import EmulatedSource
 from model.units.naming import unit_named
@@ -57,7 +57,7 @@ _LOG = logging.getLogger(__name__)
 @click.option("--homed", is_flag=True, hidden=True, help="Home the hand before it is served.")
 def emulate(
     *,
-    hand: ChosenHand,
+    hand: HandSpec,
     link: Path | None,
     bus_link: Path | None,
     bus_port: str | None,
@@ -81,25 +81,22 @@ def emulate(
         raise click.UsageError("--bus-echo needs --bus-link: it is the adapter of that terminal")
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
-            schedule = Schedule(map(parse_fault, faults), hand.seed)
-            refuse_at_a_port(schedule.faults)
+            hand = replace(hand, target="pty", faults=tuple(map(parse_fault, faults)), homed=homed)
+            schedule = Schedule(hand.faults, hand.seed)
             unit = unit_named(hand.unit)
             if servo_model is not None:
                 unit = replace(unit, servos=replace(unit.servos, model=servo_model))
             electronics, workbench = build_emulated(
                 unit,
-                firmware=hand.firmware,
-                hand=hand.side,
-                seed=hand.seed,
+                hand,
                 start="homed" if bus_port is None else "bare",
                 nvs=Nvs(state),
-                program=hand.program,
                 schedule=schedule,
             )
             workbench.at_a_port = True
             electronics.bus.collides = bus_collide
             electronics.says_rom_text = True
-            if homed:  # on virtual time, a tenth of what it takes a client
+            if hand.homed:  # on virtual time, a tenth of what it takes a client
                 AeroHand(InProcessLink(electronics), electronics.clock).home()
             server = PtyServer(
                 electronics, link=link, bus_link=bus_link, bus_port=bus_port, bus_echo=bus_echo, listen=listen

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
 from functools import update_wrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,65 +15,22 @@ from click.core import ParameterSource
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from hil.cli.exits import usage_errors
 from hil.cli.output import echo
-from hil.targets.hands_file import named_hand
+from hil.targets.hand_spec import HandSpec
 
 if TYPE_CHECKING:
-    from aero.safety import Thresholds
-    from hil.faults import Injection
     from hil.targets.target import Target
-    from model.scene import Cube
 
 AnyFunction = Callable[..., Any]
 
 FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, may be given several times; `aero-hil faults` lists the names."
 
 
-@dataclass(frozen=True)
-class ChosenHand:
-    """The hand that the options of a command name."""
+def open_hand(hand: HandSpec, **fields: Any) -> AbstractContextManager[Target]:
+    """Return a hand as a context manager, with other fields where they are given; see `hil.open_target`."""
+    from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
 
-    target: str
-    firmware: str
-    side: Literal["right", "left"]
-    unit: str
-    seed: int
-    program: Path | None
-    """Firmware program on its board, in place of the emulated firmware."""
-    hand_id: str = ""
-    twin: str | None = None
-    """Unit of this hand, of `hands.toml`."""
-    baseline: Path | None = None
-    """Folder of its earlier figures, of `hands.toml`."""
-
-    def open(
-        self,
-        *,
-        guarded: bool | None = None,
-        thresholds: Thresholds | None = None,
-        homed: bool = False,
-        faults: Iterable[Injection] = (),
-        cube: Cube | None = None,
-    ) -> AbstractContextManager[Target]:
-        """Return the hand as a context manager, see `hil.open_target`."""
-        from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
-
-        with usage_errors():
-            return _unwound(
-                open_target(
-                    self.target,
-                    firmware=self.firmware,
-                    hand=self.side,
-                    unit=self.unit,
-                    seed=self.seed,
-                    guarded=guarded,
-                    thresholds=thresholds,
-                    hand_id=self.hand_id,
-                    firmware_program=self.program,
-                    homed=homed,
-                    faults=faults,
-                    cube=cube,
-                )
-            )
+    with usage_errors():
+        return _unwound(open_target(hand, **fields))
 
 
 @contextmanager
@@ -164,7 +120,7 @@ class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from C
 
 
 def emulation(command: AnyFunction) -> AnyFunction:
-    """Add the options that choose an emulated hand, given to the command as one `hand: ChosenHand`."""
+    """Add the options that choose an emulated hand, given to the command as one `hand: HandSpec`."""
 
     def with_hand(
         *,
@@ -176,15 +132,15 @@ def emulation(command: AnyFunction) -> AnyFunction:
         **others: Any,
     ) -> Any:
         with usage_errors():
-            named = named_hand(others.pop("target_name", "emulated"))
-        if named.firmware is not None and not _asked_for("firmware"):
-            firmware = named.firmware
-        if named.side is not None and not _asked_for("side"):
-            side = named.side
-        hand_id = others.pop("hand_id", "") or named.name
-        chosen = ChosenHand(
-            named.port, firmware, side, unit, seed, firmware_program, hand_id, named.twin, named.baseline
-        )
+            chosen = HandSpec.named(
+                others.pop("target_name", "emulated"),
+                firmware=firmware if _asked_for("firmware") else None,
+                hand=side if _asked_for("side") else None,
+                unit=unit,
+                seed=seed,
+                firmware_program=firmware_program,
+                hand_id=others.pop("hand_id", ""),
+            )
         return command(hand=chosen, **others)
 
     wrapped: AnyFunction = update_wrapper(with_hand, command)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from aero.channels import Channel
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, unsigned_values
 from hil.cli.exits import usage_errors
-from hil.cli.options import ChosenHand, target
+from hil.cli.options import open_hand, target
 from hil.cli.output import echo
 from hil.cli.reading import RECORDING, read
 from hil.cli.viewing import telling, viewing, with_view
@@ -27,6 +27,7 @@ from hil.recordings.output import prepared_file
 from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recorder import Progress, silent
 from hil.recordings.recording import Recording
+from hil.targets.hand_spec import HandSpec
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 from hil.view.sources import source_of
@@ -137,7 +138,7 @@ def _read_until(target: Target, t: float) -> None:
 def replay(
     *,
     recording: Path,
-    hand: ChosenHand,
+    hand: HandSpec,
     view: bool,
     out: Path | None,
 ) -> None:
@@ -146,7 +147,7 @@ def replay(
     with usage_errors():
         if out is not None:
             prepared_file(out)
-    with viewing(view, hand) as observer, hand.open() as opened:
+    with viewing(view, hand) as observer, open_hand(hand) as opened:
         with usage_errors():
             check_replayable(recorded, opened)
         observer.follow(source_of(opened))

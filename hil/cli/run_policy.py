@@ -27,7 +27,7 @@ from aero.safety import Thresholds
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import usage_errors
 from hil.cli.film import check_film, write_film
-from hil.cli.options import ChosenHand, Finite, Seconds, target
+from hil.cli.options import Finite, Seconds, open_hand, target
 from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
@@ -35,6 +35,7 @@ from hil.cli.viewing import Observer, telling, viewing, with_view
 from hil.recordings.output import prepared_file
 from hil.recordings.policy_run import PolicyRun, record_policy
 from hil.recordings.recorder import Recorder
+from hil.targets.hand_spec import HandSpec
 from hil.targets.target import GroundTruth, Target
 from hil.view.sources import source_of
 from model.cube_plant import CubePlant, CubeWatch
@@ -77,7 +78,7 @@ MOST_A = 4.5
 def run_policy(
     *,
     policy_name: str,
-    hand: ChosenHand,
+    hand: HandSpec,
     seconds: float,
     dry_run: bool,
     preset: str | None,
@@ -125,7 +126,7 @@ def run_policy(
     if hand.target == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
     with viewing(view, hand) as observer:
-        with hand.open(guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
+        with open_hand(hand, guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
             observer.follow(source_of(opened))
             console.print(_before_moving(opened, policy, settings))
             truth = opened.find(GroundTruth)

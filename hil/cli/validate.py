@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
-from hil.cli.options import FAULT_HELP, ChosenHand, NewFolder, target
+from hil.cli.options import FAULT_HELP, NewFolder, target
 from hil.cli.viewing import with_view
+from hil.targets.hand_spec import HandSpec
 
 
 class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
@@ -55,7 +56,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 )  # fmt: skip
 def validate(
     *,
-    hand: ChosenHand,
+    hand: HandSpec,
     names: tuple[str, ...],
     baseline: Path | None,
     zeros: str,

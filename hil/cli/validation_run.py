@@ -16,7 +16,7 @@ from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import Ended, ending, usage_errors
-from hil.cli.options import ChosenHand
+from hil.cli.options import open_hand
 from hil.cli.output import echo
 from hil.cli.run_progress import RunProgress
 from hil.cli.terminal import ProgressBar
@@ -26,6 +26,7 @@ from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import claimed, emptied, prepared_folder, run_folder
 from hil.report.results import write_figures, write_results
 from hil.report.text import run_text
+from hil.targets.hand_spec import HandSpec
 from hil.targets.target import Onlooker, Question
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
@@ -36,7 +37,7 @@ from hil.view.sources import source_of
 
 
 def run(
-    hand: ChosenHand,
+    hand: HandSpec,
     names: Sequence[str],
     *,
     baseline: Path | None,
@@ -64,7 +65,7 @@ def run(
     with usage_errors():
         if baseline is not None:
             load(baseline)
-        opening = hand.open(homed=homed, faults=[parse_fault(text) for text in faults])
+        opening = open_hand(hand, homed=homed, faults=[parse_fault(text) for text in faults])
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")

@@ -15,7 +15,7 @@ from hil.cli.exits import Ended
 from hil.cli.output import echo
 
 if TYPE_CHECKING:
-    from hil.cli.options import ChosenHand
+    from hil.targets.hand_spec import HandSpec
     from hil.view.frame import Severity
     from hil.view.sources import Source
 
@@ -72,7 +72,7 @@ class Nobody:
 
 @contextmanager
 def viewing(
-    wanted: bool, hand: ChosenHand, *, stay: bool = True, on_words: Callable[[str], object] | None = None
+    wanted: bool, hand: HandSpec, *, stay: bool = True, on_words: Callable[[str], object] | None = None
 ) -> Iterator[Observer]:
     """Serve a page for the time of a command, where it is wanted, and say its address on standard error.
 
@@ -94,7 +94,7 @@ def viewing(
 
     feed: Feed | None = None
     try:
-        feed = Feed(Heading(_title(hand), hand.side, live=True, hands_on=on_words is not None), on_words)
+        feed = Feed(Heading(hand.describe(), hand.side, live=True, hands_on=on_words is not None), on_words)
     except ChildError as error:
         echo(f"{error}; the hand runs without it", err=True)
     if feed is None:
@@ -126,9 +126,3 @@ def telling(observer: Observer, progress: Callable[[float, str], Any]) -> Callab
             observer.note(doing)
 
     return tell
-
-
-def _title(hand: ChosenHand) -> str:
-    if hand.target in ("emulated", "pty"):
-        return f"Emulated {hand.side} hand, firmware {hand.firmware}, unit {hand.unit}"
-    return f"{hand.side.capitalize()} hand on {hand.target}, firmware {hand.firmware}"

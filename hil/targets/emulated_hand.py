@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from random import Random
-from typing import Literal
 
 from aero import AeroHand
 from aero.channels import Channel
@@ -19,8 +17,8 @@ from hil.faults.faulty_hand import FaultyHand, build_faulty
 from hil.faults.host import Passing, ProgramEnd
 from hil.faults.schedule import Schedule
 from hil.faults.workbench import Workbench
+from hil.targets.hand_spec import HandSpec
 from model.cube_plant import CubePlant
-from model.scene import Cube
 from model.units import Unit
 from model.units.conditions import Conditions
 
@@ -30,37 +28,34 @@ Rewire = Callable[[Plant], Plant]
 
 def build_emulated(
     unit: Unit,
+    spec: HandSpec,
     *,
-    firmware: str,
-    hand: Literal["right", "left"],
-    seed: int,
     start: Start = "homed",
     nvs: Nvs | None = None,
     rewire: Rewire | None = None,
-    program: Path | None = None,
     schedule: Schedule | None = None,
-    cube: Cube | None = None,
 ) -> tuple[FaultyHand, Workbench]:
     """Return the electronics of an emulated hand, and the bench that it lies on, with its mechanics.
 
-    `start`, `nvs` and `program` are `EmulatedHand`'s; `rewire` puts something between the two; the
-    faults of `schedule` are injected at their channels and times. A `cube` makes the mechanics a `CubePlant`.
+    `start` and `nvs` are `EmulatedHand`'s; `rewire` puts something between the two; the faults of `schedule`, none when
+    None, are injected at their channels and times. A cube of `spec` makes the mechanics a `CubePlant`.
 
     Raises:
-        ValueError: an unknown firmware or side; a fault that this hand cannot have.
+        ValueError: a fault that this hand cannot have.
         FirmwareProgramError: the program does not run, or does not home.
     """
+    cube, side = spec.cube, spec.side
     return build_faulty(
         unit,
-        schedule or Schedule(seed=seed),
-        firmware=firmware,
-        hand=hand,
-        seed=seed,
+        schedule or Schedule(seed=spec.seed),
+        firmware=spec.firmware,
+        hand=side,
+        seed=spec.seed,
         start=start,
         nvs=nvs,
-        program=program,
+        program=spec.firmware_program,
         rewire=rewire,
-        mechanics=None if cube is None else lambda built: CubePlant(built.hand, hand, cube),
+        mechanics=None if cube is None else lambda built: CubePlant(built.hand, side, cube),
     )
 
 

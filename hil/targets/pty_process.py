@@ -5,15 +5,13 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Literal
 
 from aero.child_process import ChildError, ChildProcess
-from hil.faults.fault import Injection
 from hil.faults.schedule import FaultNeverFiredError
 from hil.targets.delays import LATE, DelayLog, Loop
+from hil.targets.hand_spec import HandSpec
 
 _LOG = logging.getLogger(__name__)
 START_S = 120.0
@@ -41,30 +39,14 @@ class _Heard:
 
 
 @contextmanager
-def serve_in_process(
-    *,
-    firmware: str,
-    hand: Literal["right", "left"],
-    unit: str,
-    seed: int,
-    delays: DelayLog | None = None,
-    program: Path | None = None,
-    faults: Sequence[Injection] = (),
-    homed: bool = False,
-) -> Iterator[str]:
+def serve_in_process(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[str]:
     """Start an emulated hand on a pseudo-terminal and yield the path a client may open; its delays go to `delays`.
 
     Raises:
         FaultNeverFiredError: a fault had no effect until it was stopped.
         ChildError: it did not start, or did not stop cleanly; the message carries what it printed.
     """
-    command = [sys.executable, "-P", "-m", "hil.cli", "emulate", "--firmware", firmware, "--hand", hand]
-    command += ["--unit", unit, "--seed", str(seed), "--parent", str(os.getpid())]
-    if program is not None:
-        command += ["--firmware-program", str(program)]
-    for fault in faults:
-        command += ["--fault", str(fault)]
-    command += ["--homed"] * homed
+    command = [sys.executable, "-P", "-m", "hil.cli", "emulate", *spec.emulation_argv(), "--parent", str(os.getpid())]
     heard = _Heard(delays or DelayLog())
     child = ChildProcess(command, "`aero-hil emulate`", on_line=heard.take)
     path = child.wait_ready(START_S)

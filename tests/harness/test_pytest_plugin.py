@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from hil.cli import main
+from hil.targets.hand_spec import HandSpec
 from hil.targets.pty_process import serve_in_process
 
 pytest_plugins = ["pytester"]
@@ -536,7 +537,7 @@ def test_marks_of_other_tests_mean_what_their_project_says(pytester):
 
 def test_one_worker_of_xdist_uses_the_port_and_says_what_it_skips(pytester):
     pytester.makepyfile(SUITE.format(there=True))
-    with serve_in_process(firmware="0.2.0", hand="right", unit="reference", seed=0) as port:
+    with serve_in_process(HandSpec()) as port:
         result = pytester.runpytest_subprocess(f"--hil={port}", "-n", "1", "--hil-still")
     result.assert_outcomes(passed=2, skipped=4)
     result.stdout.fnmatch_lines(["*aero-hil: left out*"])

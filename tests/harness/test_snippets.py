@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from pages import environment
 
+from hil.targets.hand_spec import HandSpec
 from hil.targets.pty_process import serve_in_process
 
 ROOT = Path(__file__).parents[2]
@@ -23,7 +24,7 @@ SNIPPETS = [
 
 @pytest.fixture(scope="module")
 def port():
-    with serve_in_process(firmware="0.2.0", hand="right", unit="reference", seed=0) as path:
+    with serve_in_process(HandSpec()) as path:
         yield path
 
 

@@ -18,6 +18,7 @@ import pytest
 from aero.protocol import MAX_CODE
 from firmware_emulator.links.pty import PtyServer
 from hil.targets.emulated_hand import build_emulated
+from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-terminals")]
@@ -59,7 +60,7 @@ def test_a_process_that_is_ended_leaves_the_hand_open(seed, tmp_path):
     program, ending, after_s = a_program(chance), ENDINGS[seed % len(ENDINGS)], chance.uniform(0.0, 10.0)
     print(f"# {ending.name} after {after_s:.1f} s\n{program}")
     (tmp_path / "program.py").write_text(program)
-    electronics, workbench = build_emulated(load_unit("reference"), firmware="0.2.0", hand="right", seed=seed)
+    electronics, workbench = build_emulated(load_unit("reference"), HandSpec(seed=seed))
     ended, opened, leave = threading.Event(), threading.Event(), threading.Event()
 
     def look():

@@ -13,6 +13,7 @@ from aero.safety import Thresholds
 from aero.safety.__main__ import LONGEST_S, open_what_was_left
 from aero.usb_port import UsbPort
 from hil.targets.emulated_hand import build_emulated
+from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
 
 FIST = [0xE000] * 4 + [0] * 3
@@ -22,7 +23,7 @@ class Left:
     """An emulated hand that a killed program left as a fist, at full torque, and its port."""
 
     def __init__(self):
-        self.electronics, _plant = build_emulated(load_unit("reference"), firmware="0.2.0", hand="right", seed=3)
+        self.electronics, _plant = build_emulated(load_unit("reference"), HandSpec(seed=3))
         self.clock, self.present = self.electronics.clock, True
         AeroHand(FailingLink(self.electronics), self.clock).command_codes(FIST)
         self.clock.sleep_until(self.clock.now() + 1.0)

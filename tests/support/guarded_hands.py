@@ -5,13 +5,12 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from aero.actuation import ActuationMap
 from aero.protocol import MAX_CODE
-from aero.safety import Thresholds
 from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth
 from hil.targets.emulated_hand import build_emulated
-from hil.targets.opening import OpenRequest, in_process
+from hil.targets.hand_spec import HandSpec
+from hil.targets.opening import Opening, in_process
 from model.units import load_unit
 
 
@@ -58,10 +57,9 @@ def guarded(*, firmware="0.2.0", rewire=None, thresholds=None, link=InProcessLin
     """A guarded target on the reference unit, with `servos` parameters changed."""
     unit = load_unit("reference")
     unit = dataclasses.replace(unit, servos=dataclasses.replace(unit.servos, **(servos or {})))
-    electronics, workbench = build_emulated(unit, firmware=firmware, hand="right", seed=3, rewire=rewire)
-    codec = ActuationMap.for_firmware(firmware)
-    request = OpenRequest("emulated", codec, firmware, "right", unit, 3, thresholds or Thresholds())
-    with in_process(request, workbench, link(electronics)) as target:
+    spec = HandSpec(firmware=firmware, seed=3, guarded=True, thresholds=thresholds)
+    electronics, workbench = build_emulated(unit, spec, rewire=rewire)
+    with in_process(Opening(spec, unit), workbench, link(electronics)) as target:
         yield target
 
 

@@ -9,12 +9,13 @@ import click
 from aero.channels import Channel
 from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import usage_errors
-from hil.cli.options import ChosenHand, Finite, target
+from hil.cli.options import Finite, open_hand, target
 from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
+from hil.targets.hand_spec import HandSpec
 from train.identification.excitation import EXPERIMENT, MOTIONS, REACH, excitation, play
 
 LABELS = tuple(channel.label for channel in Channel)
@@ -38,7 +39,7 @@ LABELS = tuple(channel.label for channel in Channel)
 )  # fmt: skip
 def record_command(
     *,
-    hand: ChosenHand,
+    hand: HandSpec,
     excite: str,
     scale: float,
     channels: tuple[str, ...],
@@ -55,7 +56,7 @@ def record_command(
     with usage_errors():
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
         prepared_file(out)
-    with hand.open() as opened:
+    with open_hand(hand) as opened:
         furthest = tuple(plan.fractions.max(axis=0))
         if dry_run:
             console.print(readings(opened, furthest))

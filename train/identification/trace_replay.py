@@ -19,6 +19,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, HandSide
 from firmware_emulator.kernel import on_grid
 from hil.targets.emulated_hand import build_emulated
+from hil.targets.hand_spec import HandSpec
 from model.units import Unit
 from train.identification.trace import Trace, closing_current_sign
 
@@ -65,7 +66,7 @@ def replay(
         currents: whether currents and temperatures are read too, after each position.
     """
     alike = replace(unit, hand=replace(unit.hand, cable_friction_spread=0.0))
-    electronics, _ = build_emulated(alike, firmware=firmware, hand=side, seed=seed)
+    electronics, _ = build_emulated(alike, HandSpec(firmware=firmware, side=side, seed=seed))
     for servo, shaft in zip(electronics.servos, SHAFT_OF_SERVO, strict=True):
         read = trace.temperatures[np.isfinite(trace.temperatures[:, shaft]), shaft]
         if len(read):

@@ -12,8 +12,7 @@ from aero.safety import SafetyStopError
 from hil.checks import EXPERIMENTS
 from hil.checks.staircase.check import Staircase, run_staircase
 from hil.checks.staircase.tracking import staircase_metrics
-from hil.cli import main
-from hil.cli.options import ChosenHand
+from hil.cli import main, validation_run
 from hil.recordings.mcap_file import read_recording
 from hil.verdict import judge
 from hil.verdict.limits import load_limits
@@ -143,15 +142,15 @@ def test_a_fault_without_effect_is_exit_2_and_no_verdict_and_the_report_is_there
 
 
 def test_a_hand_that_may_not_be_open_at_the_end_is_not_within_limits(monkeypatch, tmp_path):
-    open_hand = ChosenHand.open
+    open_hand = validation_run.open_hand
 
     @contextmanager
-    def stays_closed(self, **options):
-        with open_hand(self, **options) as target:
+    def stays_closed(hand, **fields):
+        with open_hand(hand, **fields) as target:
             yield target
         raise SafetyStopError("it may still be closed")
 
-    monkeypatch.setattr(ChosenHand, "open", stays_closed)
+    monkeypatch.setattr(validation_run, "open_hand", stays_closed)
     run = CliRunner().invoke(main, ["validate", "--only", "presence", "--out", str(tmp_path)])
     assert run.exit_code == 4  # docs/commands.md
     checks = json.loads((tmp_path / "checks.json").read_text())

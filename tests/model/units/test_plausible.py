@@ -6,6 +6,7 @@ from aero import AeroHand
 from aero.channels import Joint
 from firmware_emulator.links.in_process import InProcessLink
 from hil.targets.emulated_hand import build_emulated
+from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
 from model.units.plausible import CMC_STOP_RAD, RANGES, START_C, TAKE_UP_M, THENAR_M, plausible_unit
 
@@ -41,7 +42,7 @@ def test_same_seed_same_unit():
 @given(seeds, st.lists(st.lists(st.integers(0, 65535), min_size=7, max_size=7), min_size=1, max_size=3))
 @settings(max_examples=8, deadline=None)
 def test_every_plausible_hand_obeys_any_commands_and_opens(seed, commands):
-    electronics, workbench = build_emulated(plausible_unit(seed), firmware="0.2.0", hand="right", seed=seed)
+    electronics, workbench = build_emulated(plausible_unit(seed), HandSpec(seed=seed))
     clock = electronics.clock
     with AeroHand(InProcessLink(electronics), clock) as hand:
         for codes in commands:

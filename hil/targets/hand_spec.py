@@ -1,0 +1,163 @@
+"""Which hand, where and how: one object, whether options, `hands.toml`, pytest or Python say it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Self, get_args
+
+from aero.firmware import DEFAULT_FIRMWARE, firmware_of
+from hil.targets.hands_file import IN_SOFTWARE, named_hand
+
+if TYPE_CHECKING:
+    from aero.safety import Thresholds
+    from hil.faults.fault import Injection
+    from model.scene import Cube
+    from model.units.conditions import Conditions
+
+Side = Literal["right", "left"]
+
+
+@dataclass(frozen=True)
+class HandSpec:
+    """A hand that can be opened by `hil.open_target`.
+
+    Raises:
+        ValueError: an unknown firmware or side; a firmware program or faults for a physical hand; faults that cannot be
+            combined; a cube or conditions for another hand than an `emulated` one.
+    """
+
+    target: str = "emulated"
+    """`emulated` (this process, virtual time), `pty` (own process, real time), or the path or URL of a port."""
+    firmware: str = DEFAULT_FIRMWARE
+    """Version that is emulated, or that the physical hand runs; no board can report its own."""
+    side: Side = "right"
+    unit: str = "reference"
+    """Shipped name, `plausible:SEED` or `.toml` path of an emulated hand; a physical hand has none."""
+    seed: int = 0
+    """Of an emulated hand's noise, and of the chances of its faults."""
+    guarded: bool | None = None
+    """Whether the hand is guarded; a physical one is unless this is False."""
+    thresholds: Thresholds | None = None
+    """When a guarded hand is stopped; the defaults when None."""
+    hand_id: str = ""
+    """Name of the individual hand, for its recordings; the serial number of its USB port when empty."""
+    firmware_program: Path | None = None
+    """What `aero-hil firmware build` made, on the board of an emulated hand; `firmware` says what it was made from."""
+    homed: bool = False
+    """Whether an emulated hand is homed when it is opened, as every physical one has been; else its zeros are ideal."""
+    faults: tuple[Injection, ...] = ()
+    """What is wrong with an emulated hand, see `hil.faults`."""
+    cube: Cube | None = None
+    """Lies ready beside an `emulated` hand, whose ground truth is then a `model.cube_plant.CubePlant`."""
+    conditions: Conditions | None = None
+    """How an `emulated` hand is found, none of which is a fault; as its unit says when None."""
+    twin: str | None = None
+    """Unit of this physical hand, of `hands.toml`."""
+    baseline: Path | None = None
+    """Folder of its earlier figures, of `hands.toml`."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "faults", tuple(self.faults))
+        firmware_of(self.firmware)
+        if self.side not in get_args(Side):
+            raise ValueError(f"a hand is right or left, not {self.side!r}")
+        if self.firmware_program is not None and not self.in_software:
+            raise ValueError(
+                f"a firmware program runs on an emulated hand, not on {self.target!r}; give `emulated` or `pty`"
+            )
+        if self.faults:
+            self._check_faults()
+        for what, place, given in (
+            ("a cube is put", "into", self.cube),
+            ("conditions are those", "of", self.conditions),
+        ):
+            if given is not None and self.target != "emulated":
+                raise ValueError(f"{what} {place} a hand in this process, `emulated`, not {place} {self.target!r}")
+
+    def _check_faults(self) -> None:
+        # Whoever has faults has loaded what they act on; help has not.
+        from hil.faults.host import refuse_at_a_port  # noqa: PLC0415
+        from hil.faults.schedule import Schedule  # noqa: PLC0415
+
+        Schedule(self.faults, self.seed)
+        if not self.in_software:
+            raise ValueError(
+                f"faults are injected into an emulated hand, not into {self.target!r}; "
+                "see `aero-hil proxy` for its link"
+            )
+        if self.target == "pty":
+            refuse_at_a_port(self.faults)
+
+    @classmethod
+    def named(
+        cls,
+        target: str = "emulated",
+        *,
+        firmware: str | None = None,
+        hand: Side | None = None,
+        hand_id: str = "",
+        firmware_program: Path | str | None = None,
+        faults: Iterable[Injection] = (),
+        **others: Any,
+    ) -> Self:
+        """Return the hand of a target or of a name in `hands.toml`, see `hil.targets.hands_file`.
+
+        Args:
+            target: `emulated`, `pty`, the path or pyserial URL of a port, or a name.
+            firmware: version; that of `hands.toml` when None, else 0.2.0.
+            hand: side; that of `hands.toml` when None, else right.
+            hand_id: name of the individual hand; that in `hands.toml` when empty.
+            firmware_program: path of the program.
+            faults: of an emulated hand.
+            others: the other fields.
+
+        Raises:
+            ValueError: an unknown name, a mistake in `hands.toml`, or what `HandSpec` refuses.
+        """
+        known = named_hand(target)
+        return cls(
+            target=known.port,
+            firmware=firmware or known.firmware or DEFAULT_FIRMWARE,
+            side=hand or known.side or "right",
+            hand_id=hand_id or known.name,
+            firmware_program=None if firmware_program is None else Path(firmware_program),
+            faults=tuple(faults),
+            **{"twin": known.twin, "baseline": known.baseline, **others},
+        )
+
+    @property
+    def in_software(self) -> bool:
+        """Whether it is an emulated hand."""
+        return self.target in IN_SOFTWARE
+
+    @property
+    def guard(self) -> Thresholds | None:
+        """When its guard stops it; None for an unguarded hand."""
+        from aero.safety import Thresholds  # noqa: PLC0415 - help is quick
+
+        guarded = not self.in_software if self.guarded is None else self.guarded
+        return (self.thresholds or Thresholds()) if guarded else None
+
+    def describe(self) -> str:
+        """Return which hand it is, for people."""
+        if self.in_software:
+            return f"Emulated {self.side} hand, firmware {self.firmware}, unit {self.unit}"
+        return f"{self.side.capitalize()} hand on {self.target}, firmware {self.firmware}"
+
+    def argv(self) -> list[str]:
+        """Return the options that give a command this hand; `hil.cli.options` reads them back."""
+        words = ["--hil", self.target]
+        if self.hand_id:
+            words += ["--hand-id", self.hand_id]
+        return words + self.emulation_argv()
+
+    def emulation_argv(self) -> list[str]:
+        """Return the options that give `aero-hil emulate` this hand."""
+        words = ["--firmware", self.firmware, "--hand", self.side, "--unit", self.unit, "--seed", str(self.seed)]
+        if self.firmware_program is not None:
+            words += ["--firmware-program", str(self.firmware_program)]
+        for fault in self.faults:
+            words += ["--fault", str(fault)]
+        return words + ["--homed"] * self.homed

@@ -1,0 +1,106 @@
+"""One hand, whoever says it: from options, `hands.toml` and Python, and to a command line and back."""
+
+from dataclasses import replace
+
+import click
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aero.firmware import FIRMWARE
+from aero.safety import Thresholds
+from hil import open_target
+from hil.cli.options import FAULT_HELP, emulation, target
+from hil.faults import parse_fault
+from hil.targets.hand_spec import HandSpec
+from model.scene import Cube
+from model.units.conditions import Conditions
+
+FAULTS = ("motor_weak:ring=0.4", "encoder_offset:index=100@5", "motor_dead:pinky", "link_silent@3")
+SPECS = st.builds(
+    HandSpec,
+    target=st.sampled_from(["emulated", "pty"]),
+    firmware=st.sampled_from(list(FIRMWARE)),
+    side=st.sampled_from(["right", "left"]),
+    unit=st.sampled_from(["reference", "plausible:7", "a folder/mine.toml", "unfinished:x.toml", "--odd.toml"]),
+    seed=st.integers(0, 2**32 - 1),
+    hand_id=st.sampled_from(["", "bench-left", "a b"]),
+    homed=st.booleans(),
+    faults=st.lists(st.sampled_from(FAULTS), max_size=2, unique=True).map(lambda texts: tuple(map(parse_fault, texts))),
+)
+
+
+def read_back(argv):
+    """Return the hand that a command with all options of a hand gets."""
+    found = []
+
+    @click.command()
+    @target
+    @click.option("--fault", "faults", multiple=True, help=FAULT_HELP)
+    @click.option("--homed", is_flag=True)
+    def command(*, hand, faults, homed):
+        found.append(replace(hand, faults=tuple(map(parse_fault, faults)), homed=homed))
+
+    done = CliRunner().invoke(command, argv, standalone_mode=False)
+    assert done.exception is None, done.exception
+    return found[0]
+
+
+@given(spec=SPECS)
+def test_a_hand_goes_to_a_command_line_and_back(spec):
+    assert read_back(spec.argv()) == spec
+
+
+@given(spec=SPECS)
+def test_the_process_that_serves_a_hand_gets_the_same_one(spec):
+    """`aero-hil emulate` has no target and no name: it is the target."""
+
+    @click.command()
+    @emulation
+    @click.option("--fault", "faults", multiple=True)
+    @click.option("--homed", is_flag=True)
+    def serve(*, hand, faults, homed):
+        return replace(hand, faults=tuple(map(parse_fault, faults)), homed=homed)
+
+    served = CliRunner().invoke(serve, spec.emulation_argv(), standalone_mode=False).return_value
+    assert served == replace(spec, target="emulated", hand_id="")
+
+
+def test_hands_toml_options_and_python_say_the_same_hand(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hands.toml").write_text('[bench]\nport = "pty"\nfirmware = "0.1.5"\nside = "left"\ntwin = "ideal"\n')
+    expected = HandSpec("pty", "0.1.5", "left", hand_id="bench", twin="ideal")
+    assert HandSpec.named("bench") == expected
+    assert read_back(["--hil", "bench"]) == expected
+    assert HandSpec.named("bench", hand="right") == replace(expected, side="right")
+    assert read_back(["--hil", "bench", "--hand", "right"]) == replace(expected, side="right")
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"firmware": "9.9"}, "unknown firmware '9.9'"),
+        ({"side": "both"}, "right or left, not 'both'"),
+        ({"target": "/dev/x", "firmware_program": "p"}, "a firmware program runs on an emulated hand"),
+        ({"target": "/dev/x", "faults": (parse_fault("motor_dead:ring"),)}, "see `aero-hil proxy`"),
+        ({"target": "pty", "cube": Cube()}, "in this process"),
+        ({"target": "pty", "conditions": Conditions()}, "in this process"),
+    ],
+)
+def test_what_cannot_be_is_refused_once(fields, message):
+    with pytest.raises(ValueError, match=message):
+        HandSpec(**fields)
+
+
+def test_a_physical_hand_is_guarded_unless_it_must_not_be():
+    assert HandSpec().guard is None
+    assert HandSpec("/dev/x").guard == Thresholds()
+    assert HandSpec("/dev/x", guarded=False).guard is None
+    assert HandSpec(guarded=True, thresholds=Thresholds(current_a=1.0)).guard == Thresholds(current_a=1.0)
+
+
+def test_a_hand_is_opened_by_its_spec_and_in_short():
+    spec = HandSpec(firmware="0.1.5", side="left", seed=3)
+    with open_target(spec) as target_, open_target("emulated", firmware="0.1.5", hand="left", seed=3) as short:
+        assert target_.describe() == short.describe() == "left hand on emulated, firmware 0.1.5, unit reference, seed 3"
