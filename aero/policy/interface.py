@@ -22,7 +22,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -39,6 +38,7 @@ from aero.exit_code import Exit
 from aero.policy.settings import PolicySettings, checked_count, checked_number
 from aero.policy.task import ACTION_SIZE, CHANNELS, ShownAction
 from aero.regular_file import read_text
+from aero.user_toml import parse_toml
 
 Floats = NDArray[np.float64]
 Row = tuple[float, ...]
@@ -208,7 +208,7 @@ class Interface:
             PolicyFileError: no such file, or something in it that is unknown, missing or does not fit; one line.
         """
         try:
-            return cls._parsed(tomllib.loads(read_text(path)))
+            return cls._parsed(parse_toml(read_text(path)))
         except FileNotFoundError as error:
             raise PolicyFileError(
                 f"{path} is missing: it says what the policy observes and what its action means; copy "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import socket
 from collections.abc import Callable
 from enum import Enum, auto
@@ -59,7 +60,10 @@ class ModemLines:
         return request is Request.RESET
 
 
+_LOG = logging.getLogger(__name__)
 READ_SIZE = 4096
+LONGEST_OPTION = 256
+"""Most bytes of a Telnet option that has not ended; those of RFC 2217 have up to 10."""
 
 
 class _Board:
@@ -109,7 +113,8 @@ class NetworkPort(Closing):
         Raises:
             OSError: the address cannot be listened on.
         """
-        self._listener = socket.create_server((host, port))
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
+        self._listener = socket.create_server((host, port), family=family)
         self._listener.setblocking(False)
         self._reset = reset
         self._client: socket.socket | None = None
@@ -120,7 +125,7 @@ class NetworkPort(Closing):
     def name(self) -> str:
         """The URL that clients open."""
         host, port = self._listener.getsockname()[:2]
-        return f"rfc2217://{host}:{port}"
+        return f"rfc2217://[{host}]:{port}" if ":" in host else f"rfc2217://{host}:{port}"
 
     def fileno(self) -> int:
         """Return the descriptor to wait on: a client's while there is one."""
@@ -140,7 +145,17 @@ class NetworkPort(Closing):
         if not data or self._manager is None:
             self.hang_up()
             return b""
-        return b"".join(self._manager.filter(data))
+        try:
+            data = b"".join(self._manager.filter(data))
+            unended = len(self._manager.suboption or b"")
+        except Exception as error:  # pyserial's server trusts its client: what is too short or unknown raises anything
+            _LOG.info("%s: a client was dropped, whose Telnet option is wrong: %r", self.name, error)
+            self.hang_up()
+            return b""
+        if unended > LONGEST_OPTION:
+            _LOG.info("%s: a client was dropped, whose Telnet option does not end", self.name)
+            self.hang_up()
+        return data
 
     def write(self, data: bytes) -> None:
         """Send to the client; what does not fit because nobody reads is lost, as on the board."""

@@ -83,7 +83,7 @@ class NewFolder(click.Path):
 
 
 class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
-    """`HOST:PORT`; port 0 is any free one."""
+    """`HOST:PORT`, `[HOST]:PORT` for IPv6; port 0 is any free one."""
 
     name = "host:port"
 
@@ -92,7 +92,7 @@ class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only fr
         host, colon, port = str(value).rpartition(":")
         if not (host and colon and port.isdigit() and int(port) < 2**16):
             self.fail(f"{value!r} is no HOST:PORT, such as localhost:4000", param, ctx)
-        return host, int(port)
+        return host.removeprefix("[").removesuffix("]"), int(port)
 
 
 LONGEST_S = 7 * 86_400.0

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import re
 import sys
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -17,6 +16,7 @@ from typing import Any, Literal
 
 from aero.firmware import FIRMWARE
 from aero.regular_file import read_text
+from aero.user_toml import parse_toml
 from aero.whole_file import write_whole
 
 FILE = "hands.toml"
@@ -93,7 +93,7 @@ def read_hands(path: Path) -> dict[str, NamedHand]:
         ValueError: it cannot be read, is no TOML, or has a key or a value that is not allowed.
     """
     try:
-        tables = tomllib.loads(read_text(path))
+        tables = parse_toml(read_text(path))
     except OSError as error:
         raise ValueError(f"{path}: {error}") from error
     except ValueError as error:

@@ -86,7 +86,7 @@ class HostileLink:
         self.sent += 1
         if self._spoilt:
             self.damaged.add(self.sent)
-        return [(0.002, struct.pack("<BB7H", frame[0], 0, *[self.sent] * 7))]
+        return [(0.002, struct.pack("<BB7H", frame[0], 0, *[self.sent & 0xFFFF] * 7))]
 
     def _down(self, delay_s, data, whole=False):
         now = self.clock.now()
@@ -146,7 +146,8 @@ def judged(words, before, link):
     fresh = {number & 0xFFFF for number in range(before + 1, link.sent + 1)}
     if numbers <= fresh and len(numbers) == 1:
         return "right"
-    if len(numbers) > 1 or not numbers.isdisjoint(number & 0xFFFF for number in link.damaged):
+    damaged = {number & 0xFFFF for number in link.damaged if number > link.sent - 0x8000}
+    if len(numbers) > 1 or not numbers.isdisjoint(damaged):
         return "damaged"
     return "another"
 

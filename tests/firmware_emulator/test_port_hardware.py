@@ -1,8 +1,10 @@
 """The board's port as hardware: modem lines, resets, a port that goes away, and what a pseudo-terminal cannot carry."""
 
+import socket
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from urllib.parse import urlsplit
 
 import pytest
 import serial
@@ -76,6 +78,36 @@ def test_a_client_over_the_network_is_answered_and_may_come_back():
             with serial.serial_for_url(server.url, baud, timeout=PATIENCE_S) as port:
                 assert answers(port)
                 assert port.cts
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        pytest.param(b"\xff\xfa\xff\xf0", id="empty"),
+        pytest.param(b"\xff\xfa\x2c\x01\xff\xf0", id="short"),
+        pytest.param(b"\xff\xfa\x2c\x05\xfe\xff\xf0", id="unknown"),
+        pytest.param(b"\xff\xf0", id="no beginning"),
+        pytest.param(b"\xff\xfa" + b"x" * 100_000, id="no end"),
+    ],
+)
+def test_a_client_with_a_wrong_telnet_option_is_dropped_and_the_next_one_is_served(sent):
+    with served(listen=("localhost", 0)) as server:
+        address = urlsplit(server.url)
+        with socket.create_connection((address.hostname, address.port), PATIENCE_S) as client, suppress(OSError):
+            client.sendall(sent)
+            client.settimeout(0.3)
+            while client.recv(4096):
+                pass
+        with serial.serial_for_url(server.url, timeout=PATIENCE_S) as port:
+            assert answers(port)
+
+
+@pytest.mark.skipif(not socket.has_ipv6, reason="no IPv6 here")
+def test_a_board_is_served_over_ipv6():
+    with served(listen=("::1", 0)) as server:
+        assert server.url.startswith("rfc2217://[::1]:")
+        with serial.serial_for_url(server.url, timeout=PATIENCE_S) as port:
+            assert answers(port)
 
 
 def test_a_guarded_program_moves_a_hand_over_the_network():

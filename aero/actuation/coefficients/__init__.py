@@ -7,7 +7,6 @@ Two files are shipped: `paper`, the published ones and the default, and `identif
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from aero.regular_file import read_text
+from aero.user_toml import parse_toml
 
 SHIPPED = ("paper", "identified")
 _FINGER_JOINTS = ("mcp", "pip", "dip")
@@ -101,7 +101,7 @@ def load_coefficients(name_or_path: str | Path) -> Coefficients:
 
 def coefficients_from_toml(text: str) -> Coefficients:
     """Parse a coefficient file; what is not in `Coefficients` is provenance for people and ignored."""
-    data = tomllib.loads(text)
+    data = parse_toml(text)
     try:
         mechanism, simulation = data["mechanism"], data["simulation"]
         return Coefficients(
