@@ -16,6 +16,7 @@ from promised_program import PromisedProgram
 
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
+from hil.faults import CATALOGUE
 
 SEARCH_S = float(os.environ.get("PROMISE_SEARCH_S", "120"))
 HOW = settings(
@@ -31,7 +32,6 @@ poses = st.lists(st.sampled_from([0, MAX_CODE, MAX_CODE // 2, MAX_CODE // 4]), m
 channels = st.integers(0, 6)
 seconds = st.floats(0.0, 3.0).map(lambda s: round(s, 2))
 moments = st.floats(0.0, 3.0).map(lambda s: round(s, 3))
-labels = st.sampled_from(["thumb_abduction", "thumb_cmc_flexion", "thumb_flexor", "index", "middle", "ring", "pinky"])
 kinds = st.one_of(
     st.sampled_from(["digit_jammed", "motor_dead", "gear_jammed", "cable_snapped"]),
     st.floats(0.2, 1.0).map(lambda x: f"motor_runaway={x:.2f}"),
@@ -41,12 +41,15 @@ kinds = st.one_of(
 )
 
 
-def placed(kind, label, at_s):
-    name, _, severity = kind.partition("=")
-    return f"{name}:{label}{'=' + severity if severity else ''}@{at_s}"
+def placed(kind):
+    """Return faults of a kind on one of the channels that can have it."""
+    name, equals, severity = kind.partition("=")
+    labels = st.sampled_from([channel.label for channel in CATALOGUE[name].channels])
+    at_s = st.floats(1.0, 12.0).map(lambda s: round(s, 2))
+    return st.builds(lambda label, at_s: f"{name}:{label}{equals}{severity}@{at_s}", labels, at_s)
 
 
-built_faults = st.builds(placed, kinds, labels, st.floats(1.0, 12.0).map(lambda s: round(s, 2)))
+built_faults = kinds.flatmap(placed)
 link_faults = st.one_of(
     st.sampled_from(["reply_lost", "command_lost", "reply_cut", "reply_truncated"]).flatmap(
         lambda name: st.floats(0.02, 0.5).map(lambda share: f"{name}={share:.2f}")
