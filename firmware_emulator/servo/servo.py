@@ -221,6 +221,15 @@ class Servo:
         if not self.memory.get("phase") & MULTI_TURN:
             self.frame.forget_turns(self._angle())
 
+    def _change_mode(self) -> None:
+        """Forget turns that a servo does not count: a wheel that gets a position goes there, not back all its turns."""
+        if self.memory.get("phase") & MULTI_TURN:
+            return
+        self._stay_in_one_turn()
+        self.feedback.invalidate()
+        self._motion = None
+        self._setpoint_counts = float(self.frame.counts(self._angle()))
+
     def _angle(self) -> float:
         return self._shafts.sample().angles[self._mounting.shaft]
 
@@ -236,6 +245,8 @@ class Servo:
         if wanted.enable and not self._wanted.enable:
             self._protection.release()
             self._stay_in_one_turn()
+        elif wanted.enable and wanted.mode != self._wanted.mode:
+            self._change_mode()
         self._wanted = wanted
         if wanted.enable == control.OFF:
             # Nothing that was on its way to the loop may switch the torque on again.

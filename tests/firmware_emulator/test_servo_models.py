@@ -161,6 +161,26 @@ def test_an_sts_servo_reads_0_to_4095_and_goes_where_it_reads_whatever_turned_it
     assert one.bench.angles()[0] == pytest.approx(200 * RAD_PER_COUNT, abs=2 * RAD_PER_COUNT)
 
 
+@pytest.mark.parametrize("speed", [3000, 3000 | 1 << 15])
+def test_a_wheel_that_is_put_into_position_mode_does_not_unwind_its_turns(speed):
+    """Its torque stays on meanwhile; it turns to the goal by less than a turn."""
+    one = One("STS3215")
+    one.write(40, 1)
+    one.write(33, 1)
+    one.write(46, speed)
+    one.wait(6.0)
+    before = one.bench.angles()[0]
+    assert abs(before) > 4 * math.tau
+    one.write(46, 0)
+    one.wait(0.5)
+    one.write(33, 0)
+    one.write(46, 3000)
+    one.write(42, 2048)
+    one.wait(8.0)
+    assert one.read(56) == pytest.approx(2048, abs=2)
+    assert abs(one.bench.angles()[0] - before) < 1.5 * math.tau
+
+
 def test_an_sms_servo_begins_at_115200():
     one = One("SM8512BL")
     assert one.port.baud == 115_200
