@@ -8,6 +8,7 @@ import hil
 from aero.channels import Channel
 from figures import Rows
 from hil.checks import EXPERIMENTS
+from hil.checks.excursion.check import simulated_fist
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.verdict.judged_run import Validation
 from hil.verdict.validation import validate
@@ -53,6 +54,8 @@ def staircase() -> Rows:
 def excursion() -> Rows:
     """Excursion of the paper's hand and of the simulator from open to a fist, the paper's figures in brackets."""
     found = validation("paper", "pre", "excursion").results["excursion"].measured
+    # Metres and radians, shown in thousandths.
+    simulated = simulated_fist("pre", "homed", "right")
     rows = [["channel", "hand", "simulator", "excursion &#124;Δ&#124;"]]
     for channel in Channel:
         here = found[channel.label]
@@ -62,7 +65,7 @@ def excursion() -> Rows:
             [
                 f"{channel.title}, {travel.unit}",
                 f"{here['fist_travel']:.{digits}f} ({travel.paper[channel.label]:.{digits}f})",
-                f"{here['fist_travel_model']:.{digits}f}",
+                f"{1e3 * simulated[channel]:.{digits}f}",
                 f"{here['fist_difference']:.{digits}f} ({difference.paper[channel.label]:.{digits}f})",
             ]
         )

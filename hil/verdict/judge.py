@@ -11,7 +11,6 @@ import numpy as np
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
-from hil.checks.alike.check import PACES
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import Experiment, Measuring, reading
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
@@ -94,14 +93,7 @@ class Judge:
         measured = ALIKE.measure({name: result.measured for name, result in results.items()})
         if not any(measured.values()):
             return None
-        sources = {experiment for _, experiment, _ in PACES} & results.keys()
-        held_up_s = max((_for_times(results[name].recording) for name in sources), default=0.0)
-        return self._compared(
-            ALIKE,
-            list(results.values())[-1].recording,
-            measured,
-            lambda _subject, metric: held_up_s if metric.timed and held_up_s >= LATE_S else 0.0,
-        )
+        return self._compared(ALIKE, list(results.values())[-1].recording, measured)
 
     def _compared(
         self, measuring: Measuring, recording: Recording, measured: Measured, late: Late | None = None

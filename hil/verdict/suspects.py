@@ -31,13 +31,11 @@ TIMES = (
 )
 STANDS_STILL = (
     "presence/distinct_readings",
-    "excursion/stale_readings",
     "excursion/stale",
-    "response/longest_standstill",
     "response/standstill",
     "staircase/late_steps",
 )
-JUMPS = ("response/backward_readings", "staircase/lower_byte", "staircase/overshoot_hand_percent")
+JUMPS = ("response/backward_readings", "staircase/overshoot_hand_percent")
 TORQUE = {
     "excursion/closed_percent": -1,
     "excursion/fist_travel": -1,
@@ -59,7 +57,7 @@ TORQUE = {
     "coupling/stop_without_abduction": -1,
 }
 """Readings that too little torque moves, and to which side."""
-SENSORS = ("presence/temperature", "alike/temperature", "alike/warmed", "staircase/resolution", "alike/held_again")
+SENSORS = ("presence/temperature", "alike/temperature", "staircase/resolution", "alike/held_again")
 """Readings that a servo makes by itself, whatever it pulls."""
 MOVED = "audit/others_moved"
 OF_THE_LINK = ("session/", "presence/", "driver/", "run/")

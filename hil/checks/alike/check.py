@@ -10,11 +10,9 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from aero.channels import CABLES, FINGERS, Channel
+from aero.channels import CABLES, Channel
 from hil.checks.shared.experiment import Measured, finite
 
-PACES = (("rise", "staircase", "rise_hand_ms"), ("opening", "excursion", "opening_ms"))
-"""Readings that compare times of the fingers, with the experiment and the metric that they come from."""
 LEAST_A = 0.1
 """Current from which on two of one posture are compared, A."""
 
@@ -22,21 +20,15 @@ LEAST_A = 0.1
 def measure(numbers: Mapping[str, Measured]) -> Measured:
     """Return, by channel, its readings beside those of the others, and its load beside that of a later time.
 
-    `temperature` and `warmed` are °C less the median of the other six; `rise` and `opening` % of the median of the
-    other three fingers; `held_again` the current of the grasp that is held, % of that at the same place in the
-    staircase. One that the others do not let be compared is left out.
+    `temperature` is °C less the median of the other six; `held_again` the current of the grasp that is held, % of that
+    at the same place in the staircase. One that the others do not let be compared is left out.
 
     Args:
         numbers: what was measured, by experiment.
     """
     found: dict[str, dict[str, float]] = {channel.label: {} for channel in Channel}
-    for name, experiment, metric in (("temperature", "presence", "temperature"), ("warmed", "staircase", "warmed")):
-        for channel, value, others in _beside(numbers.get(experiment, {}), metric, tuple(Channel)):
-            found[channel.label][name] = value - others
-    for name, experiment, metric in PACES:
-        for channel, value, others in _beside(numbers.get(experiment, {}), metric, FINGERS):
-            if others > 0.0:
-                found[channel.label][name] = 100.0 * value / others
+    for channel, value, others in _beside(numbers.get("presence", {}), "temperature"):
+        found[channel.label]["temperature"] = value - others
     for channel in CABLES:
         held = finite(numbers.get("holding", {}), channel.label, "holding_current")
         later = finite(numbers.get("staircase", {}), channel.label, "held")
@@ -45,10 +37,10 @@ def measure(numbers: Mapping[str, Measured]) -> Measured:
     return found
 
 
-def _beside(measured: Measured, metric: str, channels: tuple[Channel, ...]) -> Iterator[tuple[Channel, float, float]]:
+def _beside(measured: Measured, metric: str) -> Iterator[tuple[Channel, float, float]]:
     """Yield each channel's reading, and the median of the others'."""
-    values = {c: value for c in channels if (value := finite(measured, c.label, metric)) is not None}
+    values = {c: value for c in Channel if (value := finite(measured, c.label, metric)) is not None}
     for channel, value in values.items():
         others = [other for one, other in values.items() if one != channel]
-        if len(others) >= len(channels) // 2:
+        if len(others) >= len(Channel) // 2:
             yield channel, value, float(np.median(others))

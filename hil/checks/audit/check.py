@@ -35,15 +35,15 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, in per cent of the nudge, how far each channel followed, came back, and moved with the others."""
+    """Return, in per cent of the nudge, how far each channel followed, and moved with the others."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     pull = closing_current(currents.values, recording.header.hand)
     spans, readings = map_of(recording.header).window.spans_counts(), codes.values.astype(int)
     found: dict[str, dict[str, float]] = {}
     steps = find_steps(commands.times, commands.values)
     require(len(steps) == 2 * len(Channel), "nudges")
-    for step, opening in zip(steps[::2], steps[1::2], strict=True):
-        start, nudged, back = (last_before(codes.times, codes.values, t) for t in (step.start, step.end, opening.end))
+    for step in steps[::2]:
+        start, nudged = (last_before(codes.times, codes.values, t) for t in (step.start, step.end))
         moved = (nudged - start) / (NUDGE * MAX_CODE) * 100.0
         others = np.delete(moved, step.channel)
         # Currents are read seldom; one that was read after the command to open says nothing about the nudge.
@@ -51,7 +51,6 @@ def measure(recording: Recording) -> Measured:
         found[Channel(step.channel).label] = {
             "followed": float(moved[step.channel]),
             "others_moved": float(np.abs(others).max()),
-            "came_back": 100.0 - float(back[step.channel] - start[step.channel]) / (NUDGE * MAX_CODE) * 100.0,
             "pull": float(pulled - before),
             "quantum_fits": 100.0 * float(fits_span(readings[:, step.channel], spans[step.channel]).mean()),
         }

@@ -36,7 +36,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return where CMC flexion stops (% of its window) without and with abduction, and by how much that moves it."""
+    """Return where CMC flexion stops (% of its window) without and with abduction."""
     codes, commands = recording["codes"], recording["command_codes"]
     closing = [
         step
@@ -46,14 +46,9 @@ def measure(recording: Recording) -> Measured:
     require(len(closing) == len(ABDUCTIONS), "closings")
     rows = np.array([last_before(codes.times, codes.values, step.end) for step in closing]) * 100.0 / MAX_CODE
     stops = rows[:, Channel.THUMB_CMC_FLEXION]
-    before = np.array([last_before(codes.times, codes.values, step.start) for step in closing]) * 100.0 / MAX_CODE
-    dragged = np.abs(rows - before)[:, Channel.THUMB_FLEXOR]
     return {
         Channel.THUMB_CMC_FLEXION.label: {
             "stop_without_abduction": float(stops[0]),
-            "stop_half_abducted": float(stops[1]),
             "stop_abducted": float(stops[2]),
-            "stop_shift": float(stops[2] - stops[0]),
         },
-        Channel.THUMB_FLEXOR.label: {"dragged_by_cmc": float(dragged.max())},
     }

@@ -37,6 +37,8 @@ _SERVO_OF_CHANNEL = np.argsort(SHAFT_OF_SERVO)
 _NOTHING = np.empty((0, len(Channel)))
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
 """Series of readings to the request that brings them."""
+STEP = {"codes": 1.0, "currents": CURRENT_A, "temperatures": 1.0}
+"""Smallest difference of two readings."""
 
 
 @dataclass(frozen=True)
@@ -59,15 +61,14 @@ class _Request:
 def measure(recording: Recording) -> Measured:
     """Return the largest differences between commands and bytes and between bytes and readings, 0 without either.
 
-    By channel: `sent` and `mapped` (codes), `read_codes` (codes), `read_currents` (A), `read_temperatures` (degC),
-    `mapped_back` (mm, mrad), `mapped_bias` (codes), the mean of `mapped`; of the hand: `unsent`, commands that no frame
-    followed, `extra`, frames that no command asked for, and `limits`, speed and torque limits that are not those that
-    a validation sets.
+    By channel: `sent` and `mapped` (codes), `read_wrong` (steps of the reading, over all kinds), `mapped_back` (mm,
+    mrad), `mapped_bias` (codes), the mean of `mapped`; of the hand: `unsent`, commands that no frame followed, `extra`,
+    frames that no command asked for, and `limits`, speed and torque limits that are not those that a validation sets.
     """
     requests = list(_requests(recording))
     sent, unsent, extra = _sent(recording, requests)
-    found = dict.fromkeys(("mapped", "mapped_back", *(f"read_{name}" for name in READ)), _NOTHING)
-    found |= {"sent": sent, **dict(_mapped(recording)), **dict(_read(recording, requests))}
+    found = dict.fromkeys(("mapped", "mapped_back"), _NOTHING) | dict(_mapped(recording))
+    found |= {"sent": sent, "read_wrong": np.vstack([_NOTHING, *_read(recording, requests)])}
     worst = {name: np.abs(rows).max(axis=0, initial=0.0) for name, rows in found.items()}
     by_channel = {c.label: {name: float(values[c]) for name, values in worst.items()} for c in Channel}
     bias = np.abs(found["mapped"].mean(axis=0)) if len(found["mapped"]) else np.zeros(len(Channel))
@@ -141,11 +142,12 @@ def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
         yield "mapped_back", 1e3 * (series["hand"].values - lengths)
 
 
-def _read(recording: Recording, requests: Sequence[_Request]) -> Iterator[tuple[str, Floats]]:
+def _read(recording: Recording, requests: Sequence[_Request]) -> Iterator[Floats]:
+    """Yield the readings of each kind less their replies, (n, 7) in steps of the reading."""
     orderly = _in_order(requests)
     for name, opcode in READ.items():
         if name in recording.series:
-            yield f"read_{name}", _unlike(recording.series[name], requests, opcode, orderly)
+            yield _unlike(recording.series[name], requests, opcode, orderly) / STEP[name]
 
 
 def _in_order(requests: Sequence[_Request]) -> NDArray[np.bool_]:

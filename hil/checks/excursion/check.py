@@ -16,7 +16,7 @@ from aero.actuation import ActuationMap
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed, require
-from hil.checks.shared.signals import CommandStep, closing_current, display_unit, find_steps
+from hil.checks.shared.signals import closing_current, display_unit, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.recordings.series_layout import LENGTH_UNITS
@@ -41,12 +41,6 @@ SETTLE_S = 2.0
 """Time in which the simulator comes to rest, s."""
 MOVING = 0.02
 """Part of the window from one reading to the next from which a channel moves."""
-STROKE = (0.2, 0.8)
-"""Parts of a stroke between which it is timed."""
-SHORTEST = 0.1
-"""Part of the window that a stroke has at least."""
-LATE_SAMPLE_S = 0.025
-"""Time between two samples, s, from which on the host was too late to time a stroke."""
 REFRESHED_S = 0.015
 """Time in which every firmware but `pre` has refreshed its readings, s."""
 
@@ -107,7 +101,6 @@ def measure(recording: Recording) -> Measured:
             "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
             "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
             "fist_travel": scale * float(fist_travel[step.channel]),
-            "fist_travel_model": scale * float(model_travel[step.channel]),
             "fist_difference": scale * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
         }
         # A late host may have read it last while the channel was on its way.
@@ -115,35 +108,9 @@ def measure(recording: Recording) -> Measured:
             found[Channel(step.channel).label]["stop_current"] = float(
                 last_before(currents.times, pull, step.end)[step.channel]
             )
-    for step in steps[1 : 2 * len(Channel) : 2]:
-        if (seconds := stroke(step, codes.times, codes.values[:, step.channel])) is not None:
-            found[Channel(step.channel).label]["opening_ms"] = 1e3 * seconds
     for channel in Channel:
         found[channel.label]["stale"] = 100.0 * stale(codes.times, codes.values[:, [channel]])
-    return found | {"hand": {"stale_readings": 100.0 * stale(codes.times, codes.values)}}
-
-
-def stroke(step: CommandStep, times: Floats, codes: Floats) -> float | None:
-    """Return how long a channel takes for the middle of a stroke, `STROKE`, s; NaN of none, None of a late host.
-
-    Args:
-        step: the command.
-        times: (n,) float, s.
-        codes: (n,) float, readings of its channel.
-    """
-    first, last = int(np.searchsorted(times, step.start, side="right")) - 1, int(np.searchsorted(times, step.end))
-    t, way = times[first:last], codes[first:last] - codes[first]
-    if abs(way[-1]) < SHORTEST * abs(step.after - step.before):
-        return np.nan
-    part = way / way[-1]
-    ends = [int(np.argmax(part >= share)) for share in STROKE]
-    if max(float(t[i] - t[i - 1]) for i in ends) > LATE_SAMPLE_S:
-        return None
-    begun, done = (
-        float(t[i - 1] + (share - part[i - 1]) / (part[i] - part[i - 1]) * (t[i] - t[i - 1]))
-        for i, share in zip(ends, STROKE, strict=True)
-    )
-    return done - begun
+    return found
 
 
 def stale(times: Floats, codes: Floats) -> float:

@@ -1,4 +1,4 @@
-"""Holding: currents and heating of a half closed hand that holds still.
+"""Holding: currents of a half closed hand that holds still.
 
 Leaves `codes`, `command_codes`, `currents` and `temperatures`.
 """
@@ -31,8 +31,8 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return each channel's holding current (A, positive closes), its drift, and its warming (degC)."""
-    currents, temperatures, codes = (recording[name] for name in ("currents", "temperatures", "codes"))
+    """Return each channel's holding current (A, positive closes), and its drift."""
+    currents, codes = (recording[name] for name in ("currents", "codes"))
     pull = closing_current(currents.values, recording.header.hand)
     held = (currents.times > OPEN_S + 1.0) & (currents.times < OPEN_S + HOLD_S)
     still = (codes.times > OPEN_S + 1.0) & (codes.times < OPEN_S + HOLD_S)
@@ -41,7 +41,6 @@ def measure(recording: Recording) -> Measured:
         channel.label: {
             "holding_current": float(np.median(pull[held, channel])),
             "creep_percent": 100.0 * float(np.ptp(codes.values[still, channel])) / MAX_CODE,
-            "warming": float(temperatures.values[-1, channel] - temperatures.values[0, channel]),
         }
         for channel in Channel
     }

@@ -40,7 +40,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return the time of the slowest homing (s), and by how much each cable's closed end came out differently (mm)."""
+    """Return by how much each cable's closed end came out differently (mm)."""
     codes, commands = recording["codes"], recording["command_codes"]
     codec = map_of(recording.header)
     found: dict[str, dict[str, float]] = {}
@@ -53,4 +53,4 @@ def measure(recording: Recording) -> Measured:
         closed = np.array([last_before(codes.times, codes.values, step.start) for step in openings]).astype(int)
         travel = codec.travel_from_angles(codec.angles_from_codes(closed))[:, channel]
         found[channel.label] = {"homing_spread": 1e3 * float(np.ptp(travel))}
-    return found | {"hand": {"homing_time": float(recording.header.parameters["slowest_s"])}}
+    return found

@@ -14,7 +14,7 @@ from aero.channels import Channel
 from aero.policy.settings import PAPER_TRAINING
 from hil.checks.shared.experiment import Measured, require
 from hil.checks.shared.side_by_side import follow
-from hil.checks.shared.signals import at_times, display_unit, rms
+from hil.checks.shared.signals import at_times, display_unit
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -57,7 +57,7 @@ def _actions() -> Floats:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, by channel, the hand's delay against the simulator (ms) and their difference with and without it."""
+    """Return, by channel, the hand's delay against the simulator (ms) and what else their traces differ by."""
     hand, model = recording["hand"], recording["model"]
     moving = hand.times > SETTLE_S + LONGEST_DELAY_S
     require(bool(moving.any()), "the motion")
@@ -71,11 +71,8 @@ def measure(recording: Recording) -> Measured:
             for delay in delays
         ]
         best = int(np.argmin([error.std() for error in errors]))
-        zero = int(np.argmin(np.abs(delays)))
         found[channel.label] = {
-            "replay_rms": rms(errors[zero]),
             "replay_delay": 1e3 * float(delays[best]),
             "replay_shape": float(errors[best].std()),
-            "replay_offset": float(errors[best].mean()),
         }
     return found

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE, Opcode
-from hil.checks.shared.exchanges import round_trips
 from hil.checks.shared.experiment import Measured, require
 from hil.checks.shared.signals import CommandStep, find_steps
 from hil.recordings.recorder import Progress, Recorder
@@ -103,18 +102,14 @@ def measure(recording: Recording) -> Measured:
     require(len(fast.times) > 1 and changed.size > 1, "the cycles")
     goals = goal_at(commands, fast.times)
     asked = requests[codes.times >= cycles]
-    _, trips = round_trips(recording.wire)
-    require(bool(trips), "replies")
     swept = [step for step in commanded if step.start >= cycles and step.channel == CHANNEL]
     rate = CYCLES / (codes.times[-1] - cycles) if swept and all_arrived(swept, fast) else np.nan
     still = {finger: standstills(asked, fast.times, fast.values, goals, (finger,)) for finger in FINGERS}
     return {
         **{finger.label: {"standstill": 1e3 * max(found, default=np.nan)} for finger, found in still.items()},
         "hand": {
-            "round_trip": 1e3 * float(np.median(trips)),
             "command_to_motion": 1e3 * float(np.median(delays)),
             "telemetry_period": 1e3 * float(np.median(np.diff(changed))),
-            "longest_standstill": 1e3 * max((one for found in still.values() for one in found), default=np.nan),
             "backward_readings": 100.0 * backward(fast.values, goals),
             "open_close_rate": float(rate),
         },

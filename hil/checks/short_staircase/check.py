@@ -66,7 +66,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, by channel, rise (ms; % of the others'), settled residual in its sweep (mm, mrad), share of a step (%).
+    """Return, by channel, rise (ms; % of the others'), settled residual in its sweep (mm, mrad).
 
     The rise of a channel is withheld where the host was late in all of its steps.
 
@@ -93,7 +93,6 @@ def measure(recording: Recording) -> Measured:
         rises[channel] = 1e3 * float(np.median(in_time)) if in_time else np.nan
         found[channel.label] = {
             "tracking_rms": rms(scale * residual[mine, channel]) if mine.any() else np.nan,
-            "step_percent": 100.0 * float(np.median(parts)),
         }
         if in_time or not made:
             told.append(channel)

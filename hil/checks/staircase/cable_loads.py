@@ -25,8 +25,6 @@ MIDDLE = slice(0.3, 0.8)
 """Part of the sweep whose median stands for the channel: clear of take-up and of end stops."""
 EARLY, LATE = (0.15, 0.45), (0.55, 0.85)
 """Parts of the sweep whose spring loads are compared: clear of take-up, and of the stop, where a motor may stall."""
-LEAST_LEVELS = 4
-"""Levels that a line is laid through."""
 
 
 @dataclass(frozen=True)
@@ -73,25 +71,6 @@ class Load:
             return np.nan
         early, late = (float(half.mean()) for half in halves)
         return late / early if early > TAUT_A else np.nan
-
-    @property
-    def load_jump(self) -> float:
-        """Greatest growth of the spring load from one level to the next, %; NaN where there is no load.
-
-        A joint that sticks moves at once when the others have closed.
-        """
-        load = self.spring_a[self._part(EARLY[0], LATE[1])]
-        return 100.0 * float((load[1:] / load[:-1]).max() - 1.0) if len(load) > 1 and load.min() > TAUT_A else np.nan
-
-    @property
-    def friction_line(self) -> tuple[float, float]:
-        """Friction that no load makes, and the scatter about a line of friction over load, A; NaN without load."""
-        rows = self._part(EARLY[0], LATE[1])
-        load, friction = self.spring_a[rows], self.friction_a[rows]
-        if len(load) < LEAST_LEVELS or float(np.ptp(load)) < TAUT_A:
-            return np.nan, np.nan
-        slope, offset = np.polyfit(load, friction, 1)
-        return float(offset), float(np.sqrt(np.mean((friction - offset - slope * load) ** 2)))
 
     def _part(self, begin: float, end: float) -> slice:
         return slice(int(begin * len(self.spring_a)), max(1, int(end * len(self.spring_a))))

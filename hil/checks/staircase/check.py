@@ -8,17 +8,17 @@ times, and 0.48 s leave settled samples (0.4 s after a change) on every level.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import FINGERS, Channel
+from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import LOOSE_GRASP, Details, Measured, map_of
 from hil.checks.shared.side_by_side import MODEL_STEP_S, SimulatedHand, follow
-from hil.checks.shared.signals import CommandStep, find_steps
+from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.cable_loads import loads
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.checks.staircase.residual_sources import SOURCES, residual_sources
@@ -35,9 +35,6 @@ FULL: Mapping[Channel, float] = dict.fromkeys(Channel, 1.0)
 """Every channel through its whole range."""
 FURTHEST = (1.0,) * len(Channel)
 """How far each channel is sent at most, part of its window, command order."""
-HALF_SAMPLE_S = 0.01
-SMOOTH = 3
-"""Degree of the curve that a finger's distance to its goal follows along a sweep."""
 TEXT = (
     "The residual is the sum of three errors: the simulator's actuator stops short of its command, the map's two "
     "directions are separate fits on the thumb, and the hand stops short of its goal under friction and springs. The "
@@ -153,57 +150,23 @@ def measure(recording: Recording) -> Measured:
         row = found[channel.label]
         row["settled_percent"] = 100.0 * row["settled_samples"] / len(recording["hand"].times)
         row["resolution"] = resolution(recording["codes"].values[:, channel], int(spans[channel]))
-        row["worst_percent"] = 100.0 * abs(row["worst_residual"]) / float(ranges[channel])
+        row["worst_percent"] = 100.0 * abs(row.pop("worst_residual")) / float(ranges[channel])
     for channel, load in loads(recording).items():
-        offset, scatter = load.friction_line
         found[channel.label] |= {
             "take_up": load.take_up_mm,
             "spring": load.spring,
             "friction": load.friction,
             "held": load.closing(LOOSE_GRASP[channel]),
         }
-        of_load = {"spring_shape": load.spring_shape, "load_jump": load.load_jump}
-        of_load |= {"dry_friction": offset, "friction_scatter": scatter}
-        if channel is not Channel.THUMB_CMC_FLEXION:  # of which no check judges them
-            found[channel.label] |= {name: value for name, value in of_load.items() if np.isfinite(value)}
+        if channel is not Channel.THUMB_CMC_FLEXION and np.isfinite(load.spring_shape):  # of which no check judges it
+            found[channel.label]["spring_shape"] = load.spring_shape
     hand, command = recording["hand"], recording["command"]
     steps = find_steps(command.times, command.values)
     for channel in Channel:
         own = [step for step in steps if step.channel == channel]
         share = late_steps(own, [respond(step, hand.times, hand.values[:, channel]) for step in own])
         found[channel.label] |= {} if share is None else {"late_steps": share}
-        if "temperatures" in recording.series:
-            found[channel.label]["warmed"] = float(np.ptp(recording["temperatures"].values[:, channel]))
-    return {**found, "hand": {"lower_byte": lower_byte(recording, steps)}}
-
-
-def lower_byte(recording: Recording, steps: Sequence[CommandStep]) -> float:
-    """Return the part of the lower byte of a finger's commands that it does not follow: 0 when it does, 1 without it.
-
-    A finger stops short of its goal, by a distance that changes slowly along its sweep. What is left of that distance
-    beside a smooth curve follows the commands' lower bytes where these do not arrive.
-    """
-    codes, commands = recording["codes"], recording["command_codes"]
-    left, lower = [], []
-    for finger in FINGERS:
-        ends = [step.end for step in steps if step.channel == finger]
-        ends = ends[: len(ends) // 2][2:-2]
-        read = codes.values[np.searchsorted(codes.times, ends) - 1, finger]
-        sent = commands.values[np.searchsorted(commands.times, np.array(ends) - HALF_SAMPLE_S) - 1, finger]
-        if len(ends) > 2 * SMOOTH:
-            left.append(_rough(read - sent))
-            lower.append(_rough(sent % 256))
-    if not left:
-        return np.nan
-    x, y = np.concatenate(lower), np.concatenate(left)
-    return -float(x @ y / (x @ x))
-
-
-def _rough(values: Floats) -> Floats:
-    """Return values (n,) less a smooth curve through them."""
-    at = np.arange(len(values))
-    rough: Floats = values - np.polyval(np.polyfit(at, values, SMOOTH), at)
-    return rough
+    return found
 
 
 def resolution(codes: NDArray[np.float64], span_counts: int) -> float:
@@ -229,13 +192,12 @@ def details(recording: Recording) -> Details:
     return Details(
         "What the tracking error consists of",
         TEXT,
-        ("Channel", "Tracking RMS", *(f"{source.capitalize()} alone" for source in SOURCES), "Own sweep RMS", "When"),
+        ("Channel", "Tracking RMS", *(f"{source.capitalize()} alone" for source in SOURCES), "When"),
         tuple(
             (
                 f"{channel.title}, {row.unit}",
                 f"{row.tracking_rms:.2f}",
                 *(f"{attributions[channel].source[source]:.2f}" for source in SOURCES),
-                f"{row.sweep_rms:.2f}",
                 attributions[channel].where,
             )
             for channel, row in staircase_metrics(recording).items()

@@ -100,8 +100,6 @@ class ChannelMetrics:
     settled_samples: int
     matched_steps: int
     """Steps of this channel that simulator and hand both answered."""
-    sweep_rms: float
-    """Tracking RMS over the settled samples of this channel's own sweep only."""
     worst_residual: float
     """Settled residual (hand less simulator) of greatest magnitude, with its sign."""
     worst_residual_at_s: float
@@ -131,7 +129,6 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
         kept = scale * residual[mask, channel]
         if not kept.size:
             raise CannotBeMeasuredError(f"{channel.label} has no settled sample; hold each level for more than 0.4 s")
-        sweep = (hand.times[mask] >= own[0].start) & (hand.times[mask] <= own[-1].end)
         worst = int(np.argmax(np.abs(kept)))
         rows[channel] = ChannelMetrics(
             unit=unit,
@@ -143,7 +140,6 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
             overshoot_hand_percent=1e2 * max((h.overshoot for _, h in matched), default=np.nan),
             settled_samples=int(mask.sum()),
             matched_steps=len(matched),
-            sweep_rms=rms(kept[sweep]),
             worst_residual=float(kept[worst]),
             worst_residual_at_s=float(hand.times[mask][worst]),
         )

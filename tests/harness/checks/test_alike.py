@@ -5,8 +5,6 @@ import pytest
 from hil.checks.alike.check import measure
 from tests.support.synthetic import LABELS
 
-FINGERS = LABELS[:4]
-
 
 def rows(metric, **values):
     return {label: {metric: value} for label, value in values.items()}
@@ -14,21 +12,14 @@ def rows(metric, **values):
 
 def test_each_servo_stands_beside_the_median_of_the_others():
     warm = dict.fromkeys(LABELS, 30.0) | {"ring": 45.0}
-    found = measure({"presence": rows("temperature", **warm), "staircase": rows("warmed", **warm)})
-    assert found["ring"] == {"temperature": 15.0, "warmed": 15.0}
-    assert found["index"] == {"temperature": 0.0, "warmed": 0.0}
-
-
-def test_a_finger_stands_beside_the_other_three():
-    times = dict(zip(FINGERS, (50.0, 50.0, 60.0, 40.0), strict=True))
-    found = measure({"staircase": rows("rise_hand_ms", **times), "excursion": rows("opening_ms", **times)})
-    assert found["ring"] == {"rise": pytest.approx(120.0), "opening": pytest.approx(120.0)}
-    assert found["thumb_flexor"] == {}
+    found = measure({"presence": rows("temperature", **warm)})
+    assert found["ring"] == {"temperature": 15.0}
+    assert found["index"] == {"temperature": 0.0}
 
 
 def test_what_most_others_lack_is_left_out():
-    times = {"index": 50.0, "ring": float("nan")}
-    assert measure({"staircase": rows("rise_hand_ms", **times)})["index"] == {}
+    warm = {"index": 50.0, "ring": float("nan")}
+    assert measure({"presence": rows("temperature", **warm)})["index"] == {}
 
 
 def test_the_same_posture_is_compared_where_it_carries_a_load():

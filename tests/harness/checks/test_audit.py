@@ -36,7 +36,6 @@ def test_every_number_is_the_recorded_one():
     for i, label in enumerate(LABELS):
         assert found[label]["followed"] == pytest.approx(80 + i)
         assert found[label]["others_moved"] == pytest.approx(20 + i)
-        assert found[label]["came_back"] == pytest.approx(90 - i)
         assert found[label]["pull"] == pytest.approx(0.1 * (i + 1))
 
 

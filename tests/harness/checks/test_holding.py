@@ -8,18 +8,17 @@ from hil.checks.holding import check as holding
 from tests.support.synthetic import LABELS, held
 
 
-def test_holding_current_creep_and_warming_are_the_recorded_ones():
-    """Currents 0.1 to 0.7 A, a creep of 1 to 7 % while it holds, and a warming of 1 to 7 degC."""
+def test_holding_current_and_creep_are_the_recorded_ones():
+    """Currents 0.1 to 0.7 A and a creep of 1 to 7 % while it holds."""
     each = np.arange(1, 8)
     n = 100
-    temperatures = 30.0 + np.linspace(0.0, 1.0, n)[:, None] * each
     codes = np.full((n, 7), 0.5 * MAX_CODE)
     codes[40:60] += each / 100 * MAX_CODE
     currents = np.where(np.arange(n)[:, None] == 50, 9.0, each / 10 * [1, 1, 1, 1, 1, 1, -1])
-    recording = held("holding", codes, 0.1, dt=0.1, currents=currents, temperatures=temperatures)
+    recording = held("holding", codes, 0.1, dt=0.1, currents=currents)
     found = holding.measure(recording)
     for i, label in zip(each, LABELS, strict=True):
-        assert found[label] == pytest.approx({"holding_current": i / 10, "creep_percent": i, "warming": i})
+        assert found[label] == pytest.approx({"holding_current": i / 10, "creep_percent": i})
 
 
 def test_what_happens_before_and_after_the_hold_is_not_held():
@@ -28,4 +27,4 @@ def test_what_happens_before_and_after_the_hold_is_not_held():
     outside = ((t < 1.95) | (t > 9.05))[:, None] * np.ones(7)
     found = holding.measure(held("holding", outside * MAX_CODE, 0.1, dt=0.1, currents=5.0 * outside))
     for label in LABELS:
-        assert found[label] == {"holding_current": 0.0, "creep_percent": 0.0, "warming": 0.0}
+        assert found[label] == {"holding_current": 0.0, "creep_percent": 0.0}
