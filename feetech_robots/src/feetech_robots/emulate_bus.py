@@ -9,12 +9,10 @@ from pathlib import Path
 
 import click
 
-from aero.exit_code import Exit
 from aero.safety.interrupts import noted
 from feetech_robots.bus_pty import BusServer
-from feetech_robots.joint_plant import PhysicsFailedError
 from feetech_robots.robot_bus import RobotBus, obey
-from hil.cli.exits import Ended, usage_errors
+from hil.cli.exits import usage_errors
 from hil.cli.options import SEED
 from hil.cli.output import echo as print_line
 
@@ -47,10 +45,7 @@ def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool,
             for line in built.plant.moved:
                 print_line(line, err=True)
             print_line(f"ready {server.name}")
-            try:
-                server.run(stop=lambda: bool(stopped))
-            except PhysicsFailedError as error:
-                raise Ended(str(error), Exit.USAGE) from error
+            server.run(stop=lambda: bool(stopped))
 
 
 class StandardInput:
