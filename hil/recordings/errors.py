@@ -47,4 +47,11 @@ def writing(path: Path) -> Iterator[None]:
     except CannotBeWrittenError:
         raise
     except OSError as error:
-        raise CannotBeWrittenError(error.errno, f"cannot be written: {error.strerror or error}", str(path)) from error
+        raise unwritable(path, error) from error
+
+
+def unwritable(path: Path, error: OSError) -> CannotBeWrittenError:
+    """Return what to say of an error of the system when nothing but `path` was written."""
+    if isinstance(error, CannotBeWrittenError):
+        return error
+    return CannotBeWrittenError(error.errno, f"cannot be written: {error.strerror or error}", str(path))

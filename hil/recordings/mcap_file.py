@@ -13,7 +13,7 @@ import json
 import os
 import struct
 from array import array
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from datetime import datetime
@@ -25,14 +25,13 @@ from lz4.frame import LZ4FrameDecompressor
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
-from mcap.writer import Writer
-from numpy.typing import NDArray
 from zstandard import ZstdDecompressor, ZstdError
 
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file, whole
 from hil.recordings.errors import UnusableFileError, writing
+from hil.recordings.mcap_chunks import ChunkWriter, McapMessage
 from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
 from hil.recordings.series_layout import conformed
 from hil.targets.wire_log import Direction, WireRecord
@@ -107,16 +106,15 @@ class RecordingFile:
             OSError: the file cannot be written.
         """
         self._stream = begin_file(path, BUFFER_BYTES)
-        self._writer = Writer(self._stream, CHUNK_BYTES)
         self._experiment = header.experiment
         self._epoch_ns = epoch_ns(header)
         self._channels: dict[str, int] = {}
         self._formats: dict[str, str] = {}
         """Name of a series to the text of a sample, with `%r` for its time and each of its numbers."""
-        self._pending: list[tuple[int, int, bytes]] = []
-        """Channel, log time and content of messages that are not written yet."""
+        self._pending: list[McapMessage] = []
+        """Messages that are not written yet."""
         with uninterrupted():
-            self._writer.start(library="aero-hil")
+            self._writer = ChunkWriter(self._stream, "aero-hil", CHUNK_BYTES)
             self._add_header(header)
         for direction in DIRECTIONS:
             self._channel(TOPIC_OF[direction], "aero.wire", WIRE_SCHEMA)
@@ -134,18 +132,18 @@ class RecordingFile:
         self._channel(f"/{name}", SERIES_PREFIX + name, {"type": "object", "properties": properties})
 
     def add_sample(
-        self, name: str, columns: tuple[str, ...], units: tuple[str, ...], t: float, row: NDArray[np.float64]
+        self, name: str, columns: tuple[str, ...], units: tuple[str, ...], t: float, row: Sequence[float]
     ) -> None:
         """Write one row, (len(columns),), of a series."""
         if name not in self._formats:
             self.add_series(name, columns, units)
         # What `json.dumps` makes of it, at half the cost.
-        self._add_bytes(f"/{name}", t, (self._formats[name] % (t, *row.tolist())).encode())
+        self._add_bytes(f"/{name}", t, (self._formats[name] % (t, *row)).encode())
 
     def add_whole_series(self, name: str, series: Series) -> None:
         """Write all samples of a series."""
         self.add_series(name, series.columns, series.units)
-        for t, row in zip(series.times.tolist(), series.values, strict=True):
+        for t, row in zip(series.times.tolist(), series.values.tolist(), strict=True):
             self.add_sample(name, series.columns, series.units, t, row)
 
     def add_wire(self, record: WireRecord, start: float = 0.0) -> None:
@@ -174,7 +172,7 @@ class RecordingFile:
             with uninterrupted():
                 self._write_pending()
                 self._add_header(header)
-                self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves this one unannotated
+                self._writer.finish()
                 self._stream.flush()
         finally:
             self.close()
@@ -195,8 +193,7 @@ class RecordingFile:
 
     def _register(self, topic: str, schema_name: str, schema_encoding: str, schema: bytes, encoding: str) -> None:
         with uninterrupted():
-            schema_id = self._writer.register_schema(schema_name, schema_encoding, schema)
-            self._channels[topic] = self._writer.register_channel(topic, encoding, schema_id)
+            self._channels[topic] = self._writer.register(topic, encoding, schema_name, schema_encoding, schema)
 
     def _add_bytes(self, topic: str, t: float, content: bytes) -> None:
         self._pending.append((self._channels[topic], self._epoch_ns + round(t * 1e9), content))
@@ -205,8 +202,7 @@ class RecordingFile:
                 self._write_pending()
 
     def _write_pending(self) -> None:
-        for channel, log_time, content in self._pending:
-            self._writer.add_message(channel, log_time, content, log_time)
+        self._writer.add_messages(self._pending)
         self._pending.clear()
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.recordings.errors import CannotBeWrittenError, writing
+from hil.recordings.errors import CannotBeWrittenError, unwritable, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
 from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
@@ -161,7 +161,8 @@ class Recorder:
                 f"a sample of {name} has shape (7,) and a time from {last:.3f} s on; got {sample.shape} at {t:.3f} s"
             )
         # Seven numbers are looked at as numbers, at a quarter of what an array of them takes.
-        if not all(map(isfinite, sample.tolist())):
+        numbers = sample.astype(float).tolist()
+        if not all(map(isfinite, numbers)):
             if name not in self._incomplete:
                 self._incomplete.add(name)
                 self.note(f"{name}: a sample without finite numbers is left out, {sample.tolist()}", "warning")
@@ -169,7 +170,7 @@ class Recorder:
         self._times.setdefault(name, []).append(t)
         self._rows.setdefault(name, []).append(sample)
         if self._file is not None:
-            self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], t, sample.astype(float))
+            self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], t, numbers)
         self._raise_failure()
 
     def _add_event(self, text: str, severity: Severity) -> None:
@@ -187,11 +188,10 @@ class Recorder:
         if self._file is None or self._path is None or self._failure is not None:
             return
         try:
-            with writing(self._path):
-                action(self._file, *arguments)
-        except CannotBeWrittenError as error:
-            self._failure = error
-            _LOG.warning("the recording ends here: %s", error)
+            action(self._file, *arguments)
+        except OSError as error:
+            self._failure = unwritable(self._path, error)
+            _LOG.warning("the recording ends here: %s", self._failure)
 
     def _raise_failure(self) -> None:
         if self._failure is not None:

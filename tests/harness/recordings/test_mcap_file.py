@@ -3,6 +3,7 @@
 import json
 import signal
 from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from mcap.writer import CompressionType, Writer
 from zstandard import ZstdCompressor
 
 from hil.recordings.errors import UnusableFileError
+from hil.recordings.mcap_chunks import ChunkWriter
 from hil.recordings.mcap_file import (
     MOST_TIMES,
     TOGETHER,
@@ -141,14 +143,15 @@ def test_a_recording_that_was_begun_is_not_finished(tmp_path):
 
 
 def test_a_signal_in_the_middle_of_a_record_spoils_nothing(tmp_path, monkeypatch):
-    write = Writer.add_message
+    write = ChunkWriter.add_messages
 
-    def interrupted(self, *arguments):
-        write(self, *arguments)
-        signal.raise_signal(signal.SIGINT)
+    def interrupted(self, messages):
+        for message in messages:
+            write(self, [message])
+            signal.raise_signal(signal.SIGINT)
 
     file = RecordingFile(tmp_path / "run", replace(HEADER, finished=False))
-    monkeypatch.setattr(Writer, "add_message", interrupted)
+    monkeypatch.setattr(ChunkWriter, "add_messages", interrupted)
     records = tuple(WireRecord(0.001 * i, "to_hand", bytes(16)) for i in range(TOGETHER))
     for record in records[:-1]:
         file.add_wire(record)
@@ -200,3 +203,34 @@ def test_a_chunk_that_unpacks_to_more_than_it_says_is_refused():
     for size in (10, 999, 1001):
         with pytest.raises(McapError, match=f"unpacks to {size} bytes, and does not"):
             _unpacked(replace(good, uncompressed_size=size))
+
+
+MESSAGES = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2**63), st.binary(max_size=40)), max_size=40)
+
+
+@given(MESSAGES, st.sampled_from([1, 100, 10_000]))
+def test_a_file_written_by_chunks_is_read_as_one_of_the_library(messages, chunk_bytes):
+    ours, library = BytesIO(), BytesIO()
+    writer = ChunkWriter(ours, "aero-hil", chunk_bytes)
+    channels = [writer.register(f"/{i}", "json", f"schema {i}", "jsonschema", b"{}") for i in range(3)]
+    writer.add_metadata("about", {"key": "value"})
+    for channel, t, content in messages:
+        writer.add_messages([(channels[channel], t, content)])
+    writer.finish()
+    theirs = Writer(library, chunk_size=chunk_bytes)
+    theirs.start(library="aero-hil")
+    schemas = [theirs.register_schema(f"schema {i}", "jsonschema", b"{}") for i in range(3)]
+    channels = [theirs.register_channel(f"/{i}", "json", schema) for i, schema in enumerate(schemas)]
+    theirs.add_metadata("about", {"key": "value"})
+    for channel, t, content in messages:
+        theirs.add_message(channels[channel], t, content, t)
+    theirs.finish()
+    read, expected = (make_reader(BytesIO(file.getvalue()), validate_crcs=True) for file in (ours, library))
+    summary, of_library = read.get_summary(), expected.get_summary()
+    assert list(read.iter_messages()) == list(expected.iter_messages())
+    assert list(read.iter_metadata()) == list(expected.iter_metadata())
+    assert (summary.channels, summary.schemas) == (of_library.channels, of_library.schemas)
+    of_library.statistics.chunk_count = summary.statistics.chunk_count
+    assert summary.statistics == of_library.statistics
+    index = [(chunk.message_start_time, chunk.message_end_time) for chunk in summary.chunk_indexes]
+    assert len(index) == summary.statistics.chunk_count
