@@ -6,26 +6,22 @@ A `Workbench` holds the hand's faults and takes acts, at the present instant and
 from __future__ import annotations
 
 import logging
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from aero.channels import CABLES, Channel
+from aero.channels import Channel
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.homing import home
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
 from hil.faults.active import Active
 from hil.faults.assembly import HandAssembly
-from hil.faults.cable import NEVER_TAUT_M
+from hil.faults.by_hand import TOUCH_S, bend, turn, unloaded
 from hil.faults.fault import AssemblyStage, FaultLayer, Injection
 from hil.faults.host import refuse_at_a_port
 from hil.faults.part import Part
 from hil.faults.schedule import Schedule, refuse_rivals
-from hil.faults.servo import servo_of
 from hil.faults.unit_change import JOINTS, with_values
 from hil.faults.winding import NEIGHBOUR
 from model import BuiltHandPlant
@@ -40,14 +36,6 @@ OF_A_SERVO = ("rotor_inertia", "spool_damping", "spool_friction")
 """What goes along with a servo, by channel, of the mechanics of a unit."""
 HELD_SHARE = 0.55
 """Share of its travel that a digit has around what is held."""
-TOUCH_S = 2.0
-"""For how long a person bends a digit or turns a spool, s."""
-PUSH_NM = 0.12
-"""What a finger is pushed with at each joint, N m."""
-TURN_RAD, TURN_NM, TURN_GAIN, TURN_DAMPING = math.pi, 0.6, 2.0, 0.02
-"""How far a spool is turned by hand, with how much at most, N m, and how: N m/rad, N m s/rad."""
-LOOK_S = 0.01
-"""Period in which a person's fingers follow a spool, s."""
 
 
 class Workbench:
@@ -140,11 +128,13 @@ class Workbench:
     def exchange_servos(self, one: Channel, other: Channel) -> str:
         """Exchange two servos, IDs set anew: faults of a servo go along, those of a digit stay."""
         self._exchange(Part.SERVO, one, other)
+        self.hand.reset("power_on")
         return self._note(f"exchanged the servos of {one.label} and {other.label}, and set their IDs; home the hand")
 
     def exchange_plugs(self, one: Channel, other: Channel) -> str:
         """Exchange the bus plugs of two servos: what is wrong with a plug or its wire goes along."""
         self._exchange(Part.BUS, one, other)
+        self.hand.reset("power_on")
         return self._note(f"exchanged the bus plugs of {one.label} and {other.label}")
 
     def _exchange(self, part: Part, one: Channel, other: Channel) -> None:
@@ -160,7 +150,6 @@ class Workbench:
         if part is Part.SERVO:
             self.assembly.refound(exchanged)
         self._exchanged.append((part, one, other))
-        self.hand.reset("power_on")
 
     def cable_off(self, channel: Channel) -> str:
         """Take a cable off its spool, or the abduction's linkage off its horn: the servo then turns nothing.
@@ -176,7 +165,7 @@ class Workbench:
         ]
         for fault in wound:
             self._take(fault)
-        active = self.assembly.changed(lambda unit: _unloaded(unit, channel))
+        active = self.assembly.changed(lambda unit: unloaded(unit, channel))
         active.begin()
         self._cables_off[channel] = active, wound
         return self._note(f"took the cable of {channel.label} off its spool")
@@ -268,48 +257,12 @@ class Workbench:
 
     def bend(self, channel: Channel) -> str:
         """Bend a digit by hand, closed and then open; by how much it moved is noted when it is let go."""
-        joints, mechanics = list(JOINTS[channel]), self.mechanics
-        start = mechanics.joint_angles()[joints]
-        reached: list[float] = []
-
-        def push(sign: float) -> None:
-            self.assembly.advance()
-            reached.append(float(np.abs(mechanics.joint_angles()[joints] - start).max()))
-            torques = np.zeros(mechanics.joint_angles().size)
-            torques[joints] = sign * PUSH_NM
-            mechanics.push(torques)
-
-        def let_go() -> None:
-            push(0.0)
-            self._note(f"bent {channel.label} by hand: it moved by {math.degrees(max(reached)):.0f} deg")
-
-        push(1.0)
-        kernel = self.hand.kernel
-        kernel.call_at(kernel.now + 0.5 * TOUCH_S, push, -1.0)
-        kernel.call_at(kernel.now + TOUCH_S, let_go)
+        bend(self.assembly, channel, self._note)
         return self._note(f"bending {channel.label} by hand for {TOUCH_S:g} s")
 
     def turn(self, channel: Channel) -> str:
         """Turn a spool by hand, half a turn to close, its torque off; how far it went is noted when it is let go."""
-        servo, mechanics, kernel = servo_of(self.hand, channel), self.mechanics, self.hand.kernel
-        servo.write(servo.model.places["torque_enable"].address, b"\0")
-        start, begun = float(mechanics.angles()[channel]), kernel.now
-
-        def turned() -> float:
-            return float(mechanics.angles()[channel]) - start
-
-        def follow() -> None:
-            self.assembly.advance()
-            part = (kernel.now - begun) / TOUCH_S
-            if part >= 1.0:
-                mechanics.twist(channel, 0.0)
-                self._note(f"turned the spool of {channel.label} by hand by {math.degrees(turned()):.0f} deg")
-                return
-            wanted = TURN_GAIN * (TURN_RAD * part - turned()) - TURN_DAMPING * float(mechanics.speeds()[channel])
-            mechanics.twist(channel, min(max(wanted, -TURN_NM), TURN_NM))
-            kernel.call_at(kernel.now + LOOK_S, follow)
-
-        follow()
+        turn(self.assembly, channel, self._note)
         return self._note(f"turning the spool of {channel.label} by hand for {TOUCH_S:g} s, its torque off")
 
     def voltage(self) -> str:
@@ -369,22 +322,6 @@ class Workbench:
 def _ends(fault: Injection) -> Sequence[Channel]:
     """Return the channels whose cables a fault of winding is about."""
     return [fault.where] if fault.name == "winding_reversed" else [fault.where, NEIGHBOUR[fault.where]]
-
-
-def _unloaded(unit: Unit, channel: Channel) -> Unit:
-    """Return a unit one of whose servos turns nothing."""
-    if channel in CABLES:
-        return with_values(unit, "cable_take_up", [channel], lambda _: NEVER_TAUT_M)
-    # The shaft of abduction is its joint: what is left of it is the servo.
-    nothing: dict[str, Callable[[float], float]] = {
-        "joint_friction": lambda _: 0.0,
-        "spring_open": lambda _: 0.0,
-        "spring_closed": lambda _: 0.0,
-        "closed_stop": lambda stop: stop + math.pi,
-    }
-    for field, value in nothing.items():
-        unit = with_values(unit, field, JOINTS[channel], value)
-    return unit
 
 
 def _undo(active: Active) -> None:

@@ -1,0 +1,86 @@
+"""What a person's fingers do to a hand: bend a digit, turn a spool; and a servo that turns nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from aero.channels import CABLES, Channel
+from hil.faults.assembly import HandAssembly
+from hil.faults.cable import NEVER_TAUT_M
+from hil.faults.servo import servo_of
+from hil.faults.unit_change import JOINTS, with_values
+from model.units import Unit
+
+TOUCH_S = 2.0
+"""For how long a person bends a digit or turns a spool, s."""
+PUSH_NM = 0.12
+"""What a finger is pushed with at each joint, N m."""
+TURN_RAD, TURN_NM, TURN_GAIN, TURN_DAMPING = math.pi, 0.6, 2.0, 0.02
+"""How far a spool is turned by hand, with how much at most, N m, and how: N m/rad, N m s/rad."""
+LOOK_S = 0.01
+"""Period in which a person's fingers follow a spool, s."""
+Tell = Callable[[str], object]
+"""Takes what was felt."""
+
+
+def bend(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
+    """Push a digit closed, then open, from now on; `tell` takes by how much it moved when it is let go."""
+    joints, mechanics, kernel = list(JOINTS[channel]), assembly.mechanics, assembly.hand.kernel
+    start = mechanics.joint_angles()[joints]
+    reached: list[float] = []
+
+    def push(sign: float) -> None:
+        assembly.advance()
+        angles = mechanics.joint_angles()
+        reached.append(float(np.abs(angles[joints] - start).max()))
+        torques = np.zeros(angles.size)
+        torques[joints] = sign * PUSH_NM
+        mechanics.push(torques)
+
+    def let_go() -> None:
+        push(0.0)
+        tell(f"bent {channel.label} by hand: it moved by {math.degrees(max(reached)):.0f} deg")
+
+    push(1.0)
+    kernel.call_at(kernel.now + 0.5 * TOUCH_S, push, -1.0)
+    kernel.call_at(kernel.now + TOUCH_S, let_go)
+
+
+def turn(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
+    """Turn a spool to close, its torque off, from now on; `tell` takes how far it went when it is let go."""
+    servo, mechanics, kernel = servo_of(assembly.hand, channel), assembly.mechanics, assembly.hand.kernel
+    servo.write(servo.model.places["torque_enable"].address, b"\0")
+    start, begun = float(mechanics.angles()[channel]), kernel.now
+
+    def follow() -> None:
+        assembly.advance()
+        turned = float(mechanics.angles()[channel]) - start
+        part = (kernel.now - begun) / TOUCH_S
+        if part >= 1.0:
+            mechanics.twist(channel, 0.0)
+            tell(f"turned the spool of {channel.label} by hand by {math.degrees(turned):.0f} deg")
+            return
+        wanted = TURN_GAIN * (TURN_RAD * part - turned) - TURN_DAMPING * float(mechanics.speeds()[channel])
+        mechanics.twist(channel, min(max(wanted, -TURN_NM), TURN_NM))
+        kernel.call_at(kernel.now + LOOK_S, follow)
+
+    follow()
+
+
+def unloaded(unit: Unit, channel: Channel) -> Unit:
+    """Return a unit one of whose servos turns nothing."""
+    if channel in CABLES:
+        return with_values(unit, "cable_take_up", [channel], lambda _: NEVER_TAUT_M)
+    # The shaft of abduction is its joint: what is left of it is the servo.
+    nothing: dict[str, Callable[[float], float]] = {
+        "joint_friction": lambda _: 0.0,
+        "spring_open": lambda _: 0.0,
+        "spring_closed": lambda _: 0.0,
+        "closed_stop": lambda stop: stop + math.pi,
+    }
+    for field, value in nothing.items():
+        unit = with_values(unit, field, JOINTS[channel], value)
+    return unit
