@@ -7,9 +7,9 @@ import pytest
 
 from aero import Channel
 from hil.cli.hands_on import IDLE_S, HandsOn
-from hil.faults import Schedule
 from hil.recordings.mcap_file import read_recording
 from hil.targets.emulated_hand import build_emulated
+from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
 
 PATIENCE_S = 60.0
@@ -17,9 +17,7 @@ PATIENCE_S = 60.0
 
 @pytest.fixture
 def served():
-    electronics, workbench = build_emulated(
-        load_unit("reference"), firmware="0.2.0", hand="right", seed=3, schedule=Schedule()
-    )
+    electronics, workbench = build_emulated(load_unit("reference"), HandSpec(seed=3))
     workbench.at_a_port = True
     told = []
     return HandsOn(workbench, lambda text, severity: told.append((severity, text))), workbench, electronics, told
