@@ -67,6 +67,16 @@ def test_looking_changes_nothing(arm):
     assert [bytes(servo.memory.bytes[:56]) for servo in bus.robot.chain.servos] == before
 
 
+def test_a_servo_that_counts_turns_is_worth_a_look(arm):
+    bus = arm()
+    memory = bus.servo(3).memory
+    memory.bytes[18] |= 0x10
+    problem = bus.problems()["servo 3 settings"]
+    assert problem.verdict is Verdict.LOOK
+    assert "count turns" in problem.finding
+    assert "register 18" in problem.remedy
+
+
 def test_two_servos_with_one_id_are_told_from_a_bad_line(arm):
     doubled = arm(("id = 4", "id = 3")).problems(range(1, 7))
     assert doubled["servo 3 line"].verdict is Verdict.WRONG

@@ -119,6 +119,12 @@ def _offset(one: Surveyed) -> Iterator[Found]:
 def _settings(one: Surveyed) -> Iterator[Found]:
     if one.mode:
         yield Verdict.LOOK, f"its mode is {one.mode}, not position", "write 0 to register 33 if goals are positions"
+    if one.counts_turns and not one.kind.turns:
+        yield (
+            Verdict.LOOK,
+            "its readings count turns, from one turn below zero to beyond 4095",
+            "clear bit 4 (16) of register 18 if a reading is one turn: calibration and drivers expect 0 to 4095",
+        )
     if not one.response_level:
         yield Verdict.LOOK, "it acknowledges no writes (register 8 is 0)", "write 1 to register 8: drivers wait for it"
     if one.unlocked:

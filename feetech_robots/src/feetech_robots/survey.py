@@ -13,6 +13,7 @@ READS = 20
 TRIES = 3
 """Of what has to be known once."""
 ID, ANGLE_LIMITS, CURRENT, OFFSET, MODE, TORQUE = 5, 9, 28, 31, 33, 40
+PHASE, COUNTS_TURNS = 18, 0x10
 FEEDBACK, FEEDBACK_SIZE = 56, 15
 BAUD_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)
 """By the value of register 6: maker's SDK, `SMS_STS.h`."""
@@ -35,10 +36,12 @@ class ServoKind:
     """Whether an instruction makes the present position the middle."""
     zeros_make_a_motor: bool = False
     """Whether both angle limits at 0 make a motor of it, without positions."""
+    turns: bool = False
+    """Whether its maker ships it counting turns."""
 
 
 KINDS = {
-    2570: ServoKind("HLS3606M", 15, 55, 4095, 1023, calibrates=True),
+    2570: ServoKind("HLS3606M", 15, 55, 4095, 1023, calibrates=True, turns=True),
     777: ServoKind("STS3215", 11, 55, 4095, 511, calibrates=True),
     2825: ServoKind("STS3250", 11, 55, 4095, 511, calibrates=True),
     11272: ServoKind("SM8512BL", 11, 55, 4095, 511),
@@ -78,6 +81,8 @@ class Surveyed:
     voltage_limits_v: tuple[float, float] = (0.0, 0.0)
     offset_word: int = 0
     """As it stands in the register."""
+    counts_turns: bool = False
+    """Whether its readings go on beyond a turn (bit 4 of register 18)."""
     mode: int = 0
     torque: int = 0
     unlocked: bool = False
@@ -159,6 +164,7 @@ def survey(bus: FeetechBus, servo: int, baud: int) -> Surveyed:
         max_temperature_c=head[13],
         voltage_limits_v=(head[15] / 10.0, head[14] / 10.0),
         offset_word=0 if kind.offset_sign_bit is None else word(rest, 0),
+        counts_turns=kind.offset_sign_bit is not None and bool(head[PHASE] & COUNTS_TURNS),
         mode=0 if kind.offset_sign_bit is None else rest[MODE - OFFSET],
         torque=rest[TORQUE - OFFSET],
         unlocked=not rest[kind.lock - OFFSET],

@@ -266,7 +266,7 @@ def options(good, folder, count):
         random = np.random.default_rng(seed)
         words = LINES[random.integers(len(LINES))].split()
         if random.integers(2):
-            words[random.integers(1, len(words))] = WORDS[random.integers(len(WORDS))]
+            words[random.integers(len(words))] = WORDS[random.integers(len(WORDS))]
         else:
             words.insert(random.integers(1, len(words) + 1), WORDS[random.integers(len(WORDS))])
         with pytest.MonkeyPatch.context() as patched:
