@@ -76,7 +76,7 @@ class Calibration:
     def predictions(self) -> tuple[ReplayedTrace, ...]:
         """Return each trace as the fitted unit predicts it."""
         return tuple(
-            replay(trace, self.unit, firmware=self.firmware, phase_s=phase)
+            replay(trace, self.unit, firmware=self.firmware, side=trace.side, phase_s=phase)
             for trace, phase in zip(self.traces, self.found.phases_s, strict=True)
         )
 
@@ -94,7 +94,7 @@ def calibrate(
     report: Report = lambda _line: None,
     progress: Callable[[int, int], None] = lambda _done, _about: None,
 ) -> Calibration:
-    """Fit a unit to traces of one right hand and test it on what was left out.
+    """Fit a unit to traces of one hand and test it on what was left out.
 
     Ctrl-C and a termination (`SystemExit`) return the best unit so far; `found.interrupted` is what came.
 
@@ -171,8 +171,8 @@ def _replays(model: UnitModel) -> int:
 
 
 def _one_firmware(traces: Sequence[Trace], asked: str | None) -> str:
-    if left := [trace.name for trace in traces if trace.side != "right"]:
-        raise UnusableFileError(f"a unit is fitted to a right hand; {', '.join(left)} is of a left one")
+    if len({trace.side for trace in traces}) > 1:
+        raise UnusableFileError("the recordings are of a left and of a right hand; a unit is one hand")
     said = {version for version in (asked, *(trace.firmware for trace in traces)) if version is not None}
     if len(said) > 1:
         several = ", ".join(sorted(said))

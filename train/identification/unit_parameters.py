@@ -210,7 +210,7 @@ def _without_rise(hand: dict[str, Any]) -> dict[str, Any]:
 
 def _misses(trace: Trace, unit: Unit, firmware: str, phase_s: float) -> Floats:
     """Return predicted less recorded counts, by the current where the encoder lies beyond the window."""
-    predicted = replay(trace, unit, firmware=firmware, phase_s=phase_s)
+    predicted = replay(trace, unit, firmware=firmware, side=trace.side, phase_s=phase_s)
     missed = predicted.counts - trace.counts
     pull = (trace.currents - predicted.currents) / (1e-3 * unit.servos.current_floor_ma)
     closed: Floats = np.where(trace.beyond(), pull, missed)

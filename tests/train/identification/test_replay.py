@@ -39,11 +39,11 @@ def short(height=0.3):
     return Excitation(f"short {height}", fractions)
 
 
-def recorded(unit, plan, tmp_path):
+def recorded(unit, plan, tmp_path, side="right"):
     """Record an excitation of a hand of this unit."""
     path = tmp_path / "hand.toml"
     path.write_text(unit_toml(unit, "", {}), encoding="utf-8")
-    with open_target("emulated", unit=str(path), seed=3) as target:
+    with open_target("emulated", unit=str(path), hand=side, seed=3) as target:
         return Trace.from_recording(excitation_of(target, plan), plan.name)
 
 
@@ -196,9 +196,19 @@ def test_an_interruption_leaves_the_hand_open():
     ("changes", "asked", "message"),
     [
         ({"firmware": "pre"}, "0.2.0", "several firmwares, 0.2.0, pre"),
-        ({"side": "left"}, None, "of a left one"),
+        ({"side": "left"}, None, "of a left and of a right hand"),
     ],
 )
 def test_a_recording_is_fitted_as_what_its_header_says(trace, changes, asked, message):
     with pytest.raises(ValueError, match=message):
-        calibrate([dataclasses.replace(trace, **changes)], REFERENCE, firmware=asked)
+        calibrate([trace, dataclasses.replace(trace, **changes)], REFERENCE, firmware=asked)
+
+
+def test_a_left_hand_is_predicted_by_the_unit_that_it_reflects(trace, tmp_path):
+    """Readings of a left hand are those of the right one; replayed as a right hand, its currents would turn round."""
+    left = recorded(REFERENCE, short(), tmp_path, "left")
+    assert left.side == "left"
+    predicted, of_right = replay(left, REFERENCE, side="left"), replay(trace, REFERENCE)
+    np.testing.assert_allclose(predicted.counts, of_right.counts, atol=12.0)
+    assert np.sqrt(np.mean((predicted.counts - left.counts) ** 2)) < 12.0
+    assert np.sqrt(np.mean((predicted.currents - left.currents) ** 2)) < 0.1
