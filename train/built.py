@@ -23,7 +23,7 @@ from model.units import Unit
 from train.hands import TIMESTEP_S, HandRanges, in_training
 from train.scene import add_sensors, tip_geoms
 from train.simulator import STATE_KIND, Floats, Simulator
-from train.task.episode import PHYSICS_STEP_S
+from train.task import PHYSICS_STEP_S
 
 EXTRA = 3 * len(CABLES)
 """Values by which a built hand's state is longer than the routed hand's."""
@@ -41,7 +41,7 @@ _FORCE_OF_TORQUE = np.where([channel in CABLES for channel in Channel], -1.0 / S
 def build_scene(unit: Unit, torque_limit: float | None, cube: Cube = CUBE) -> CompiledHand:
     """Return a built right hand with the cube at training's step, its servos driven in position mode.
 
-    Its sensors are those of `train.task.signals` and then the tensions of the cables.
+    Its sensors are those of `train.task` and then the tensions of the cables.
 
     Args:
         unit: the hand.

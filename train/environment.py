@@ -19,10 +19,7 @@ from aero.policy.task import ACTION_SIZE
 from train import actuation
 from train.physics import Advance
 from train.simulator import Batch, Floats, positions, velocities
-from train.task.episode import Episode, Task, begin, command, finish, observed
-from train.task.grasp import draw_starts
-from train.task.reward import TurningWeight
-from train.task.signals import critic_state, unpack
+from train.task import Episode, Task, TurningWeight, begin, command, critic_state, draw_starts, finish, observed, unpack
 
 STARTS = 8
 """Prepared starts of each environment."""

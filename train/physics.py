@@ -16,7 +16,7 @@ from mujoco import mjx
 
 from train.randomise import Draws
 from train.simulator import Batch
-from train.task.signals import SENSOR_COUNT
+from train.task import SENSOR_COUNT
 
 Advance = Callable[[jax.Array, jax.Array], tuple[jax.Array, jax.Array]]
 """(batch, state), (batch, steps, 7) controls -> (batch, state) at the end, (batch, steps, 43) sensors."""

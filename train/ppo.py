@@ -28,8 +28,7 @@ from train.convert import network
 from train.environment import CubeEnvironment, EnvironmentState, Prices
 from train.recipe import Recipe
 from train.stage import Ramp, TrainingStage
-from train.task.episode import PHYSICS_STEP_S, Task
-from train.task.signals import CRITIC_SIZE
+from train.task import CRITIC_SIZE, PHYSICS_STEP_S, Task
 
 AVERAGE_DECAY = 0.99
 """Share that the moving average of the policy's weights keeps an update."""

@@ -15,9 +15,7 @@ from train.hands import HANDS
 from train.randomise import SERVO_ROWS
 from train.simulator import Floats
 from train.stage import DropPrice, Ramp, Redraw, TrainingStage
-from train.task.episode import Task
-from train.task.grasp import ResetRanges
-from train.task.reward import RewardSettings, TurningWeight, Weights
+from train.task import ResetRanges, RewardSettings, Task, TurningWeight, Weights
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ CUBE_SENSORS = {
 
 
 def build_scene(torque_limit: float | None = None, cube: Cube = CUBE) -> mujoco.MjSpec:
-    """Return the right hand with the cube and every sensor of `train.task.signals`, in that order.
+    """Return the right hand with the cube and every sensor of `train.task`, in that order.
 
     Args:
         torque_limit: share of the servos' stall torque that the actuators may use; None leaves them without a bound,
@@ -41,7 +41,7 @@ def build_scene(torque_limit: float | None = None, cube: Cube = CUBE) -> mujoco.
 
 
 def add_sensors(spec: mujoco.MjSpec) -> None:
-    """Add the sensors of `train.task.signals` behind the lengths: forces, fingertips and cube of any hand."""
+    """Add the sensors of `train.task` behind the lengths: forces, fingertips and cube of any hand."""
     for channel in Channel:
         spec.add_sensor(
             name=f"{channel.label}_force",

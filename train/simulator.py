@@ -13,7 +13,7 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from aero.actuation.arrays import Array
-from train.task.grasp import STATE_POSITIONS, STATE_VELOCITIES
+from train.task import STATE_POSITIONS, STATE_VELOCITIES
 
 Floats = NDArray[np.float64]
 STATE_KIND = mujoco.mjtState.mjSTATE_FULLPHYSICS

@@ -8,8 +8,7 @@ from math import exp
 from train.actuation import IDEAL, ActuationRanges
 from train.hands import HANDS, HandRanges
 from train.randomise import RandomRow
-from train.task.grasp import PAPER_RESET, ResetRanges
-from train.task.reward import PAPER_REWARD, RewardSettings, TurningWeight
+from train.task import PAPER_RESET, PAPER_REWARD, ResetRanges, RewardSettings, TurningWeight
 
 
 @dataclass(frozen=True)

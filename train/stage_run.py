@@ -21,7 +21,7 @@ from train.recipe import Recipe
 from train.scene import build_scene
 from train.simulator import Batch, Simulator
 from train.stage import TrainingStage
-from train.task.signals import SENSOR_COUNT
+from train.task import SENSOR_COUNT
 
 Backend = Literal["native", "mjx"]
 Measure = Mapping[str, float]

@@ -26,9 +26,7 @@ from train.actuation import DRAWS, ActuationRanges
 from train.built import EXTRA, BuiltSimulator, build_scene, draw_scenes
 from train.hands import HANDS, TIMESTEP_S, draw_hand, in_training
 from train.simulator import positions, velocities
-from train.task.episode import Task, begin, command, finish
-from train.task.grasp import NOMINAL_RESET, PAPER_RESET, draw_starts
-from train.task.signals import SENSOR_COUNT, unpack
+from train.task import NOMINAL_RESET, PAPER_RESET, SENSOR_COUNT, Task, begin, command, draw_starts, finish, unpack
 
 BATCH = 3
 NOMINAL = np.array(PAPER_TRAINING.nominal)

@@ -12,8 +12,7 @@ from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 from train.built import BuiltSimulator, build_scene
 from train.hands import HANDS, corrections, draw_hand
-from train.task.grasp import PAPER_RESET, draw_starts
-from train.task.signals import unpack
+from train.task import PAPER_RESET, draw_starts, unpack
 
 SETTINGS = replace(PAPER_TRAINING, torque_limit=0.5)
 ERROR_M = 0.0005

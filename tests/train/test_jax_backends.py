@@ -22,10 +22,18 @@ from train.physics import native, over_mjx  # noqa: E402
 from train.ppo import deployable, load_parameters, save_parameters  # noqa: E402
 from train.scene import build_scene  # noqa: E402
 from train.simulator import Simulator, positions  # noqa: E402
-from train.task.episode import Task, begin, command, finish  # noqa: E402
-from train.task.grasp import PAPER_RESET, draw_starts  # noqa: E402
-from train.task.reward import RewardSettings, TurningWeight, Weights  # noqa: E402
-from train.task.signals import SENSOR_COUNT  # noqa: E402
+from train.task import (  # noqa: E402  # noqa: E402  # noqa: E402
+    PAPER_RESET,
+    SENSOR_COUNT,
+    RewardSettings,
+    Task,
+    TurningWeight,
+    Weights,
+    begin,
+    command,
+    draw_starts,
+    finish,
+)
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)
 HAND_TASK = Task(actuation=actuation.SERVOS, rewarded=RewardSettings(Weights(pushed=-1.0)))

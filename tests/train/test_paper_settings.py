@@ -13,10 +13,21 @@ from train import randomise
 from train.actuation import DRAWS, IDEAL
 from train.recipe import PAPER, on_gpu
 from train.scene import build_scene
-from train.task.episode import PHYSICS_STEP_S, Task, begin, command, finish, observed
-from train.task.grasp import CUBE_CENTRE, PAPER_RESET, draw_starts
-from train.task.reward import PAPER_REWARD, fallen
-from train.task.signals import SENSOR_COUNT, unpack
+from train.task import (
+    CUBE_CENTRE,
+    PAPER_RESET,
+    PAPER_REWARD,
+    PHYSICS_STEP_S,
+    SENSOR_COUNT,
+    Task,
+    begin,
+    command,
+    draw_starts,
+    fallen,
+    finish,
+    observed,
+    unpack,
+)
 
 RANDOMISED = {
     "fingertip friction": ("set", 0.5, 1.0, 5),

@@ -13,7 +13,7 @@ from model.scene import CUBE, Cube
 from train import randomise
 from train.scene import build_scene, tip_geoms
 from train.simulator import Simulator, positions, velocities
-from train.task.grasp import NOMINAL_RESET, draw_starts
+from train.task import NOMINAL_RESET, draw_starts
 
 TORQUE_LIMIT = 0.5
 PERIODS, STEPS = 10, 5

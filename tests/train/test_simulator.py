@@ -6,8 +6,7 @@ from aero.policy.settings import PAPER_TRAINING
 from train import actuation, randomise
 from train.scene import build_scene
 from train.simulator import Simulator, positions, velocities
-from train.task.grasp import PAPER_RESET, draw_starts
-from train.task.signals import SENSOR_COUNT, SENSOR_SIZES, unpack
+from train.task import PAPER_RESET, SENSOR_COUNT, SENSOR_SIZES, draw_starts, unpack
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)
 BATCH = 4

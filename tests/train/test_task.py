@@ -7,19 +7,24 @@ from aero.channels import JOINT_BOX_RAD, Channel
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import targets
 from model.routed import COMMAND_RANGE
+from train import task as grasp
 from train.actuation import DRAWS
-from train.task import grasp
-from train.task.episode import Task, begin, command, finish
-from train.task.reward import (
+from train.task import (
     HELD_RAD,
     PAPER_REWARD,
+    SENSOR_COUNT,
     RewardSettings,
+    Task,
     TurningWeight,
     Weights,
+    begin,
+    command,
+    critic_state,
+    finish,
     reward,
     terms,
+    unpack,
 )
-from train.task.signals import SENSOR_COUNT, critic_state, unpack
 
 seeds = st.integers(0, 2**32 - 1)
 

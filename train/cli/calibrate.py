@@ -56,7 +56,7 @@ def calibrate_command(
     plots: Path | None,
     jobs: int,
 ) -> None:
-    """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one hand, right or left, and write it to a file.
+    """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right or left hand and write it to a file.
 
     Prints each fitted number with its 95 % interval, the fit by channel, and what it is worth on recordings, or on
     parts of them when there are fewer than three, that it has not seen. The last tables replay them through every byte,

@@ -15,9 +15,7 @@ from model.cubes import SETTLING_S
 from train import actuation
 from train.actuation import SPEED_LIMIT
 from train.simulator import Batch, Floats, positions, velocities
-from train.task.episode import Episode, EpisodeOutcome, Task, begin, command, finish, observed
-from train.task.grasp import draw_starts
-from train.task.signals import unpack
+from train.task import Episode, EpisodeOutcome, Task, begin, command, draw_starts, finish, observed, unpack
 
 
 @dataclass(frozen=True)

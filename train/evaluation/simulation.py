@@ -19,8 +19,7 @@ from train.evaluation.rollouts import Episodes, run, task_of
 from train.hands import HANDS, corrections, draw_hand
 from train.scene import build_scene
 from train.simulator import Simulator
-from train.task.episode import Task
-from train.task.grasp import NOMINAL_RESET
+from train.task import NOMINAL_RESET, Task
 
 SERVO_LAG_S = 0.025
 """Closed loop of the physical hand's servos; the lag of the delay sweep."""

@@ -8,7 +8,7 @@ from aero.channels import Channel
 from aero.policy.settings import PAPER_TRAINING
 from train.evaluation.rollouts import run, task_of
 from train.simulator import Batch
-from train.task.signals import SENSOR_COUNT, unpack
+from train.task import SENSOR_COUNT, unpack
 
 HANDS, PERIODS, SUBSTEPS, PERIOD_S = 3, 40, 5, 0.05
 PLACES = unpack(np.arange(SENSOR_COUNT))

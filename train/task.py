@@ -1,0 +1,435 @@
+"""The cube task, from where an episode starts to its reward, as pure functions over NumPy or JAX arrays.
+
+In order: the start, what is sensed, the reward term by term and the end of an episode (paper eq. (reward)), and an
+episode without its physics. One copy for every backend: `train.environment` runs it in JAX over native MuJoCo or MJX,
+`train.evaluation` in NumPy. What deployment shares with training (observation, action) is in `aero.policy.task`.
+
+Sources of the start: paper section "Domain randomisation" (last paragraph); the grasp's joint angles and the centre of
+the cube's draws from the released environment `AeroCubeRotateZAxis`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aero.actuation.arrays import Array, namespace
+from aero.channels import JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
+from aero.policy.settings import PAPER_TRAINING, PolicySettings
+from aero.policy.task import ActionMemory, ShownAction, observe, targets
+from model.cubes import LOST_HEIGHT_M
+from train import actuation
+from train.actuation import IDEAL, ActuationRanges, Parameters, ServoState
+
+NOMINAL_JOINTS = np.array(
+    [
+        *(1.573, 0.347, 0.352),
+        *(1.573, 0.401, 0.406),
+        *(1.573, 0.365, 0.370),
+        *(1.573, 0.515, 0.520),
+        *(0.746, 0.260, -0.002, 1.075),
+    ]
+)
+"""Joint angles with the cube in the nominal grasp, (16,) rad, order of `Joint`."""
+CUBE_CENTRE = np.array([0.1, 0.0, 0.05])
+"""Centre of the drawn cube positions in the world, m."""
+UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+
+STATE_POSITIONS = len(Joint) + 7
+STATE_VELOCITIES = len(Joint) + 6
+
+
+@dataclass(frozen=True)
+class ResetRanges:
+    """How far a start may lie from the nominal grasp."""
+
+    joint_std_rad: float = 0.1
+    """Standard deviation of each joint angle; the draw is clipped to the joint box."""
+    cube_offset_m: float = 0.01
+    """Half width of the uniform cube offset along each axis."""
+    random_orientation: bool = True
+    """Whether the cube's orientation is uniform over SO(3); upright otherwise."""
+
+
+PAPER_RESET = ResetRanges()
+NOMINAL_RESET = ResetRanges(joint_std_rad=0.0, cube_offset_m=0.0, random_orientation=False)
+
+
+def start_positions(ranges: ResetRanges, joint_normal: Array, cube_uniform: Array, orientation_normal: Array) -> Array:
+    """Return generalised positions of a start.
+
+    Args:
+        ranges: how far to go.
+        joint_normal: (..., 16) standard normal draws.
+        cube_uniform: (..., 3) draws from [-1, 1].
+        orientation_normal: (..., 4) standard normal draws; their direction is uniform over SO(3).
+
+    Returns:
+        (..., 23): joint angles (rad), cube position (m), cube orientation (unit quaternion w x y z).
+    """
+    xp = namespace(joint_normal)
+    joints = xp.clip(NOMINAL_JOINTS + ranges.joint_std_rad * joint_normal, JOINT_BOX_RAD[:, 0], JOINT_BOX_RAD[:, 1])
+    cube = CUBE_CENTRE + ranges.cube_offset_m * cube_uniform
+    norm = xp.sqrt(xp.sum(orientation_normal**2, axis=-1, keepdims=True))
+    direction = orientation_normal / norm
+    orientation = direction if ranges.random_orientation else 0 * direction + UPRIGHT
+    return xp.concatenate([joints, cube, orientation], axis=-1)
+
+
+def draw_starts(rng: np.random.Generator, count: int, ranges: ResetRanges) -> NDArray[np.float64]:
+    """Draw `count` starts, (count, 23)."""
+    starts: NDArray[np.float64] = start_positions(
+        ranges,
+        rng.standard_normal((count, len(Joint))),
+        rng.uniform(-1, 1, (count, 3)),
+        rng.standard_normal((count, 4)),
+    )
+    return starts
+
+
+SENSOR_SIZES = {
+    "lengths": len(Channel),
+    "forces": len(Channel),
+    "fingertips": 5 * 3,
+    "cube_position": 3,
+    "cube_orientation": 4,
+    "cube_linear_velocity": 3,
+    "cube_angular_velocity": 3,
+    "cube_contacts": 1,
+}
+"""Sensor blocks of a training scene in the order of its sensor vector, with their widths."""
+_EDGES = np.cumsum([0, *SENSOR_SIZES.values()])
+SENSOR_COUNT = int(_EDGES[-1])
+_SLICES = {name: slice(a, b) for name, (a, b) in zip(SENSOR_SIZES, pairwise(_EDGES), strict=True)}
+_TO_COMMAND_ORDER = np.argsort(OBSERVATION_ORDER)
+
+GRASP_REFERENCE = np.array([0.11, 0.0, 0.0])
+"""Where the critic measures the cube's position error from: the grasp site of the released model, world frame, m."""
+CRITIC_SIZE = 81
+
+
+class Signals(NamedTuple):
+    """One step's signals; leading axes are free. Sensors lag the state by one physics step, as the released task's."""
+
+    lengths: Array
+    """Channel values, (..., 7) in command order, m, abduction rad."""
+    forces: Array
+    """Actuator forces, (..., 7) in command order, N, abduction N m."""
+    fingertips: Array
+    """Fingertip positions in the palm's frame, thumb last, (..., 15), m."""
+    cube_position: Array
+    """World frame, (..., 3), m."""
+    cube_orientation: Array
+    """Unit quaternion w x y z, (..., 4)."""
+    cube_linear_velocity: Array
+    """World frame, (..., 3), m/s."""
+    cube_angular_velocity: Array
+    """World frame, (..., 3), rad/s."""
+    cube_contacts: Array
+    """How many contacts the cube has, (..., 1)."""
+
+
+def unpack(sensors: Array) -> Signals:
+    """Name the parts of sensor vectors (..., 43)."""
+    blocks = {name: sensors[..., part] for name, part in _SLICES.items()}
+    return Signals(**blocks | {"lengths": blocks["lengths"][..., _TO_COMMAND_ORDER]})
+
+
+def critic_state(observation: Array, positions: Array, velocities: Array, signals: Signals) -> Array:
+    """Return the privileged state (paper section "Observation and action").
+
+    Args:
+        observation: the policy's observation, (..., 14).
+        positions: generalised positions, (..., 23), joints first.
+        velocities: generalised velocities, (..., 22), joints first.
+        signals: of the same step.
+
+    Returns:
+        (..., 81): observation, joint angles and velocities, actuator forces, fingertips, cube position error,
+        orientation, angular velocity, linear velocity.
+    """
+    joints = len(Joint)
+    return namespace(observation).concatenate(
+        [
+            observation,
+            positions[..., :joints],
+            velocities[..., :joints],
+            signals.forces,
+            signals.fingertips,
+            signals.cube_position - GRASP_REFERENCE,
+            signals.cube_orientation,
+            signals.cube_angular_velocity,
+            signals.cube_linear_velocity,
+        ],
+        axis=-1,
+    )
+
+
+HELD_RAD = 0.1
+"""How far the thumb's abduction may stand beyond what it was sent in the last two periods and still hold, rad; less
+than half of what the guard allows (0.26, 15 % of its window)."""
+
+Each = float | Array
+"""A number for all environments, or one for each, (batch,)."""
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the reward's terms; the defaults are the paper's."""
+
+    rotation: Each = 1.0
+    """Of the cube's angular velocity about the vertical, mean over the control period, s/rad."""
+    fall: Each = -100.0
+    """Of losing the cube."""
+    action_rate: Each = -1.0
+    """Of the squared change of the action."""
+    cube_speed: Each = 0.0
+    """Of the cube's squared linear speed, mean over the control period, s²/m²."""
+    pushed: Each = 0.0
+    """Of how far the thumb's abduction is pushed away beyond `HELD_RAD`, 1/rad; not a term of the paper's."""
+    pose: Each = 0.0
+    """Of the squared distance of the joints from the nominal grasp, 1/rad²."""
+    effort: Each = 0.0
+    """Of the squared actuator forces, 1/N²."""
+    energy: Each = 0.0
+    """Of the power that the actuators exchange with the hand, absolute, 1/W."""
+
+
+@dataclass(frozen=True)
+class RewardSettings:
+    """What is rewarded."""
+
+    weights: Weights = Weights()
+    """Of the terms."""
+    rotation_cap_rad_s: float = inf
+    """Rotation faster than this earns no more; the paper has no cap."""
+
+
+PAPER_REWARD = RewardSettings()
+
+
+@dataclass(frozen=True)
+class TurningWeight:
+    """How much a hand's turning counts, by the running mean of its rate.
+
+    A hand that turns fast enough earns little by turning faster, so that the gait need not risk the cube for it; a slow
+    one earns more, so that the hands at the slow end are not given up.
+    """
+
+    memory_steps: int = 400
+    """Control steps that the running mean of the rate looks back on."""
+    enough_rad_s: float = 0.9
+    """Rate from which more speed earns the least."""
+    fading_rad_s: float = 0.4
+    """Width below it over which the weight falls to that."""
+    least: float = 0.1
+    """Weight of turning that is fast enough."""
+    slow_rad_s: tuple[float, float] = (0.6, 0.2)
+    """Numerator and offset of the weight of slow turning, numerator / (offset + rate)."""
+    slow_bounds: tuple[float, float] = (0.4, 2.0)
+    """Lowest and highest weight of slow turning."""
+
+    def of(self, rate_rad_s: Array) -> Array:
+        """Return the weight for running means of the rate, (...)."""
+        xp = namespace(rate_rad_s)
+        numerator, offset = self.slow_rad_s
+        fast = xp.clip((self.enough_rad_s - rate_rad_s) / self.fading_rad_s, self.least, 1.0)
+        # A cube that is turned back has no slower weight than one that lies still, and never a negative one.
+        slow = xp.clip(numerator / (offset + xp.maximum(rate_rad_s, 0.0)), *self.slow_bounds)
+        return fast * slow
+
+
+def fallen(cube_height: Array) -> Array:
+    """Return whether the cube is lost, given the height of its centre (m, world frame)."""
+    return cube_height < LOST_HEIGHT_M
+
+
+def terms(
+    period: Signals,
+    joints: Array,
+    *,
+    last_lengths: Array,
+    action: Array,
+    last_action: Array,
+    sent: Array,
+    period_s: float,
+    rotation_cap_rad_s: float,
+) -> dict[str, Array]:
+    """Return every term before weighting, each with the leading axes of `joints`.
+
+    Args:
+        period: the signals of a control period's substeps, leading axes (..., substeps).
+        joints: joint angles at its end, (..., 16), rad.
+        last_lengths: channel values at the end of the period before, (..., 7).
+        action: the period's action, (..., 7).
+        last_action: the one before, (..., 7).
+        sent: the higher of what the two ask for, (..., 7); a thumb that is still on its way is not pushed.
+        period_s: length of the period, s.
+        rotation_cap_rad_s: rotation that is rewarded at most, rad/s.
+
+    The rotation is the mean over the period: sampled once a period, a policy learns to burst at the sampling.
+    """
+    xp = namespace(joints)
+    travel_speed = (period.lengths[..., -1, :] - last_lengths) / period_s
+    forces = period.forces[..., -1, :]
+    away = (period.lengths[..., -1, :] - sent)[..., Channel.THUMB_ABDUCTION]
+    return {
+        "rotation": xp.minimum(xp.mean(period.cube_angular_velocity[..., 2], axis=-1), rotation_cap_rad_s),
+        "fall": xp.where(fallen(period.cube_position[..., -1, 2]), 1.0, 0.0),
+        "action_rate": xp.sum((action - last_action) ** 2, axis=-1),
+        "cube_speed": xp.mean(xp.sum(period.cube_linear_velocity**2, axis=-1), axis=-1),
+        "airborne": xp.mean(xp.where(period.cube_contacts[..., 0] > 0, 0.0, 1.0), axis=-1),
+        "pushed": xp.maximum(away - HELD_RAD, 0.0),
+        "pose": xp.sum((joints[..., : len(Joint)] - NOMINAL_JOINTS) ** 2, axis=-1),
+        "effort": xp.sum(forces**2, axis=-1),
+        "energy": xp.sum(xp.abs(forces * travel_speed), axis=-1),
+    }
+
+
+def reward(values: dict[str, Array], rewarded: RewardSettings, period_s: float) -> Array:
+    """Return the weighted sum of the terms times the control period, (...)."""
+    return sum(getattr(rewarded.weights, field.name) * values[field.name] for field in fields(Weights)) * period_s
+
+
+PHYSICS_STEP_S = 0.010
+
+
+@dataclass(frozen=True)
+class Task:
+    """The whole task; the defaults are the paper's.
+
+    Raises:
+        ValueError: a control period that is not a whole number of physics steps, or actuation out of range.
+    """
+
+    settings: PolicySettings = PAPER_TRAINING
+    """Nominal grasp, scales, noise, rate."""
+    shown_action: ShownAction = ShownAction.LAST
+    """Which action the observation shows."""
+    rewarded: RewardSettings = PAPER_REWARD
+    """What is rewarded."""
+    reset: ResetRanges = PAPER_RESET
+    """Where episodes start."""
+    actuation: ActuationRanges = IDEAL
+    """What the hand does to commands and readings."""
+    episode_steps: int = 500
+    """Control steps after which an episode is cut off."""
+
+    def __post_init__(self) -> None:
+        if abs(self.substeps * PHYSICS_STEP_S - self.settings.period_s) > 1e-9:
+            raise ValueError(f"a control period must be whole {PHYSICS_STEP_S} s steps, got {self.settings.period_s} s")
+        actuation.check(self.actuation, self.settings.period_s)
+
+    @property
+    def substeps(self) -> int:
+        """Physics steps a control period."""
+        return round(self.settings.period_s / PHYSICS_STEP_S)
+
+
+class Episode(NamedTuple):
+    """What an episode remembers besides its physics; leading axes are free."""
+
+    memory: ActionMemory
+    parameters: Parameters
+    servo: ServoState
+    lengths: Array
+    """Simulated channel values at the end of the last period, (..., 7)."""
+    periods: Array
+    """Control periods that have passed, (...)."""
+
+
+class EpisodeOutcome(NamedTuple):
+    """What a control period gave; leading axes as in the episode."""
+
+    observation: Array
+    """(..., 14)"""
+    critic: Array
+    """(..., 81)"""
+    reward: Array
+    lost: Array
+    """Whether the cube has fallen, bool."""
+    terms: dict[str, Array]
+    """The reward's terms before weighting."""
+
+
+def begin(task: Task, sensors: Array, uniform: Array) -> Episode:
+    """Start episodes with the servos at rest on the nominal targets.
+
+    Args:
+        task: the task.
+        sensors: sensors of the start, (..., 43).
+        uniform: draws from [0, 1] for the actuation, (..., `actuation.DRAWS`).
+    """
+    lengths = unpack(sensors).lengths
+    return Episode(
+        memory=ActionMemory.empty(lengths),
+        parameters=actuation.parameters(task.actuation, uniform),
+        servo=actuation.at_rest(0 * lengths + np.array(task.settings.nominal)),
+        lengths=lengths,
+        periods=0 * lengths[..., 0],
+    )
+
+
+def command(task: Task, episode: Episode, action: Array) -> tuple[Episode, Array]:
+    """Turn an action (..., 7) into the controls of the period's physics steps, (..., substeps, 7)."""
+    nominal, scale = np.array(task.settings.nominal), np.array(task.settings.scale)
+    servo, controls = actuation.drive(
+        episode.servo,
+        targets(action, nominal, scale),
+        episode.parameters,
+        nominal,
+        steps=task.substeps,
+        step_s=PHYSICS_STEP_S,
+        ranges=task.actuation,
+    )
+    return episode._replace(memory=episode.memory.after(action), servo=servo), controls
+
+
+def observed(task: Task, episode: Episode, noise: Array) -> Array:
+    """Return the observation, (..., 14), for sensor noise drawn from [-1, 1], (..., 7)."""
+    nominal = np.array(task.settings.nominal)
+    reading = actuation.read(episode.lengths, episode.parameters, nominal, task.actuation.counts)
+    return observe(reading + np.array(task.settings.noise) * noise, episode.memory.shown(task.shown_action))
+
+
+def finish(
+    task: Task, episode: Episode, sensors: Array, *, positions: Array, velocities: Array, noise: Array
+) -> tuple[Episode, EpisodeOutcome]:
+    """Close a control period.
+
+    Args:
+        task: the task.
+        episode: as `command` left it.
+        sensors: of every physics step of the period, (..., substeps, 43).
+        positions: generalised positions at its end, (..., 23).
+        velocities: generalised velocities at its end, (..., 22).
+        noise: draws from [-1, 1], (..., 7).
+    """
+    period, period_s = unpack(sensors), task.settings.period_s
+    nominal, scale = np.array(task.settings.nominal), np.array(task.settings.scale)
+    sent = [targets(action, nominal, scale) for action in episode.memory]
+    last = Signals(*(part[..., -1, :] for part in period))
+    values = terms(
+        period,
+        positions,
+        last_lengths=episode.lengths,
+        action=episode.memory.last,
+        last_action=episode.memory.before_last,
+        sent=namespace(sensors).maximum(*sent),
+        period_s=period_s,
+        rotation_cap_rad_s=task.rewarded.rotation_cap_rad_s,
+    )
+    episode = episode._replace(lengths=last.lengths, periods=episode.periods + 1)
+    observation = observed(task, episode, noise)
+    return episode, EpisodeOutcome(
+        observation=observation,
+        critic=critic_state(observation, positions, velocities, last),
+        reward=reward(values, task.rewarded, period_s),
+        lost=fallen(last.cube_position[..., 2]),
+        terms=values,
+    )
