@@ -39,6 +39,9 @@ AGAIN = 1.5
 TOGETHER_S = 0.04
 """Time in which the replies to requests that were sent together come, s; three take 34 ms at 9600 baud."""
 
+TELNET = (b"\xfb", b"\xfc", b"\xfd", b"\xfe")
+"""What follows the byte 255 where a Telnet server negotiates: WILL, WONT, DO and DONT."""
+
 
 class Answer(NamedTuple):
     """A reply, and the exchange that brought it."""
@@ -347,6 +350,11 @@ class HostLink:
             return DesyncError(
                 f"{asked}, only boot text: the board has just restarted and may be "
                 "homing, for about 4 s with firmware 0.1.3 and later. Check supply and cable if nobody restarted it."
+            )
+        if stray[:1] == b"\xff" and stray[1:2] in TELNET:
+            return DesyncError(
+                f"{asked}, but the first words of a Telnet server ({stray[:FRAME_SIZE].hex(' ')}): open a port that is "
+                "served so as rfc2217://HOST:PORT, not as socket://."
             )
         if stray:
             return DesyncError(

@@ -157,6 +157,14 @@ def test_a_reply_that_comes_after_the_time_out_is_not_taken_for_the_next_one(han
     assert hand.read_codes().tolist() == POSITIONS
 
 
+def test_a_telnet_server_is_named(hand, board):
+    """`socket://` at a port that is served for `rfc2217://`."""
+    board.replies[0x22] = lambda frame: []
+    board.say(0.01, bytes.fromhex("fffb01 fffb03 fffd00 fffb2c"))
+    with pytest.raises(DesyncError, match="Telnet server .*rfc2217://HOST:PORT"):
+        hand.read_codes()
+
+
 def test_stale_bytes_from_before_the_request_are_dropped(hand, board):
     board.say(0.0, reply(0x22, [1] * 7))
     assert hand.read_codes().tolist() == POSITIONS
