@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
 
 import mujoco
 import numpy as np
@@ -68,24 +67,6 @@ def windows() -> Rows:
         shafts = (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION)
         rows.append([name, state, *(f"{low[shaft]:z.2f} to {high[shaft]:.2f}°" for shaft in shafts), reached])
     return rows
-
-
-def agreement() -> Rows:
-    """How far the map is from the SDK's excursions, and its two fits of the thumb cables from each other."""
-    codec = ActuationMap()
-    off = np.abs(np.rad2deg(codec.excursion_rad) - SDK_DEG).max(axis=1)
-    # Both fits are affine, so the largest disagreement over the sensors' ranges is at a corner.
-    thumb = np.array(list(product(*THUMB_RANGES)))
-    fingers = np.array(load_coefficients("paper").finger_lengths)[:, 0]
-    corners = np.hstack([np.broadcast_to(fingers, (len(thumb), len(fingers))), thumb])
-    trip = np.abs(codec.lengths_from_travel(codec.travel_from_lengths(corners)) - corners).max(axis=0)
-    return [
-        ("what", "largest"),
-        ("excursions of the thumb against what the SDK commands", f"{off[4:].max():.4f}°"),
-        ("excursions of the fingers", f"{off[:4].max():.3f}°"),
-        ("CMC cable: length to travel to length, two separate fits", f"{1e3 * trip[5]:.3f} mm"),
-        ("flexor cable", f"{1e3 * trip[6]:.3f} mm"),
-    ]
 
 
 @cache
@@ -241,4 +222,4 @@ def radii() -> Rows:
     return rows
 
 
-TABLES = (windows, agreement, coefficients, residuals, radii)
+TABLES = (windows, coefficients, residuals, radii)

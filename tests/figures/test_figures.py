@@ -12,7 +12,7 @@ from figures import STORED, functions, load, pages, written
 MARKED = [
     (page, name) for page in pages() for name in re.findall(r'table\("([\w.]+)"', page.read_text(encoding="utf-8"))
 ]
-IN_SECONDS = {"actuation_map.windows", "actuation_map.agreement", "electronics.current"}
+IN_SECONDS = {"actuation_map.windows", "electronics.current"}
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 
 

@@ -87,11 +87,3 @@ def test_a_bus_port_that_goes_away_ends_it_with_one_line(tmp_path):
     assert process.returncode == 3
     assert "servos' port" in errors.replace("\n", " ")
     assert "Traceback" not in errors
-
-
-def test_a_state_that_is_none_is_refused_with_the_remedy(tmp_path):
-    state = tmp_path / "state.json"
-    state.write_text("no state")
-    refused = CliRunner().invoke(main, ["emulate", "--state", str(state)])
-    assert refused.exit_code == 2
-    assert "delete it" in refused.output.replace("\n", " ")

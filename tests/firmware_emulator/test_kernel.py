@@ -16,22 +16,6 @@ def test_events_run_in_time_order_and_ties_in_the_order_of_scheduling(times):
     assert kernel.now == 100
 
 
-def test_a_task_reads_top_to_bottom():
-    kernel = Kernel()
-    seen = []
-
-    def task():
-        seen.append(kernel.now)
-        yield 1.5
-        seen.append(kernel.now)
-
-    kernel.spawn(task())
-    kernel.run_until(1.0)
-    assert seen == [0.0]
-    kernel.run_until(2.0)
-    assert seen == [0.0, 1.5]
-
-
 def test_a_task_that_waits_behind_runs_after_what_is_due_at_the_same_instant():
     kernel = Kernel()
     seen = []
@@ -62,23 +46,6 @@ def test_a_wait_tells_whether_the_signal_or_the_deadline_came_first():
     kernel.call_at(2.0, signal.fire)
     kernel.run_until(5.0)
     assert seen == [(False, 1.0), (True, 2.0)]
-
-
-def test_a_spent_wait_is_not_woken_again():
-    kernel = Kernel()
-    signal = Signal(kernel)
-    seen = []
-
-    def waiter():
-        seen.append((yield signal, 1.0))
-        yield kernel.now + 10.0
-        seen.append(kernel.now)
-
-    kernel.spawn(waiter())
-    for t in (0.5, 0.7, 2.0):
-        kernel.call_at(t, signal.fire)
-    kernel.run_until(20.0)
-    assert seen == [True, 10.5]
 
 
 def test_a_lock_is_held_by_one_task_and_handed_on_in_turn():

@@ -11,8 +11,7 @@ from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo.memory import RegisterFile
 from firmware_emulator.servo.model_file import EEPROM_END
-from firmware_emulator.servo.models import HLS3606M as HLS_MODEL
-from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT, ServoParameters
+from firmware_emulator.servo.parameters import HLS3606M, ServoParameters
 from firmware_emulator.servo.registers import REGISTERS
 
 SHAFT_OF_SERVO_3 = 0
@@ -53,19 +52,6 @@ class Bus:
         self.hand.clock.sleep_until(self.hand.clock.now() + seconds)
 
 
-def test_the_register_table_is_consistent():
-    taken = {}
-    for name, register in REGISTERS.items():
-        assert name == register.name
-        for address in range(register.address, register.address + register.size):
-            assert address not in taken
-            taken[address] = name
-        assert register.low <= abs(register.default) <= register.high
-        assert register.source in "ABC"
-    for source, target in HLS_MODEL.power_up.items():
-        assert REGISTERS[source].address < EEPROM_END <= REGISTERS[target].address
-
-
 @given(st.integers(0, 14), st.binary(min_size=1, max_size=40))
 def test_a_locked_eeprom_forgets_at_power_up_and_an_open_one_does_not(address, data):
     """Whatever is written below the lock itself, which is at 55."""
@@ -95,10 +81,6 @@ def test_bytes_take_ten_microseconds_and_a_servo_a_hundred_to_answer():
         (pytest.approx(pings), 6),
         (pytest.approx(0.00006 + reads), 42),
     ]
-
-
-def test_reads_behind_the_map_are_zero():
-    assert Bus().say(2, bytes((120, 20)))[5:-1] == bytes(20)
 
 
 def test_a_goal_enables_the_torque_and_is_reached_after_the_dead_time():
@@ -254,14 +236,6 @@ def test_reboot_is_silent_and_deaf_for_a_while():
     assert bus.read(46) == 32766
 
 
-def test_restore_keeps_the_id_only():
-    bus = Bus()
-    bus.write(55, 0)
-    bus.write_word(28, 500)
-    bus.say(0x06)
-    assert (bus.read(5, 1), bus.read(28)) == (3, 1023)
-
-
 def test_too_hot_a_servo_lets_go_says_so_and_takes_no_goal():
     bus = Bus()
     bus.write_word(42, 3000)
@@ -349,12 +323,6 @@ def test_angle_limits_bound_goals_only_when_told_so():
         assert bus.position() == pytest.approx(reached, abs=1)
 
 
-def test_an_angle_reads_in_counts_of_its_channel():
-    bus = Bus(Bench(angles=(100 * RAD_PER_COUNT,) * 7))
-    assert bus.position() == 3178
-    assert bus.say(2, bytes((56, 2)), servo=2)[5:7] == round(1115 + 15.2789 / 360 * 4096 + 100).to_bytes(2, "little")
-
-
 def test_a_goal_is_followed_in_the_frame_that_counts_have_now():
     bus = Bus()
     goal = (0, 184, 11, 255, 3, 254, 127)  # 3000 counts
@@ -379,14 +347,3 @@ def test_a_read_that_does_not_fit_into_an_answer_is_not_answered(count):
     assert len(bus.say(2, bytes((0, count)))) == (count + 6) * answered
     assert len(bus.say(0x82, bytes((0, count, 3)), servo=254)) == (count + 6) * answered
     assert bus.say(1) != b""
-
-
-def test_power_up_clears_what_was_reported():
-    bus = Bus(Bench(BenchShaft(friction=0.0, stop_low=0.0, stop_high=0.0)))
-    bus.write_word(28, 300)
-    bus.write(33, 3)
-    bus.write_word(44, 600)
-    bus.wait(2.3)
-    assert bus.servo.status == 0x08
-    bus.servo.power_up()
-    assert bus.servo.status == 0

@@ -186,25 +186,3 @@ def test_an_sms_servo_begins_at_115200():
     assert one.port.baud == 115_200
     assert one.ask(PING) == pack(1, 0)
     assert one.ask(CALIBRATE) == b""
-
-
-NEW = """
-name = "STS3250"
-like = "STS3215"
-number = 2825  # LeRobot 0.6.1
-[physics]
-# 50 kg cm and 0.133 s/60 degrees at 12 V (maker, 2024-01-16).
-stall_torque = 4.9
-no_load_speed_counts = 5133.0
-"""
-
-
-def test_a_new_model_is_one_file(tmp_path):
-    file = tmp_path / "STS3250.toml"
-    file.write_text(NEW, encoding="utf-8")
-    one = One(file)
-    assert one.read(3) == 2825
-    assert one.servo.parameters.stall_torque == 4.9
-    one.write(42, 3000)
-    one.wait(1.5)
-    assert one.read(56) == pytest.approx(3000, abs=2)

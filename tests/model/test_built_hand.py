@@ -12,13 +12,11 @@ from measured_hand import (
     blocked_flexion,
     blocked_flexor,
     closing_errors,
-    opening_seconds,
     tension_after_impact,
 )
 from servo_law import COUNT, STALL, push, settle, towards
 
 from aero.channels import CABLES, FINGERS, Channel, Joint
-from firmware_emulator.plant import Drive
 from model import BuiltHandParameters, BuiltHandPlant, build_built
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 
@@ -152,11 +150,6 @@ def test_load_of_a_closing_finger_is_in_the_recorded_range():
         assert least - 5 <= error <= most + 5, fraction
 
 
-@pytest.mark.parametrize("released", [Drive(powered=False), towards(0.0)])
-def test_a_released_finger_opens_within_half_a_second(released):
-    assert opening_seconds(released) < 0.5
-
-
 @pytest.mark.parametrize("channel", PULLED)
 def test_friction_holds_on_to_the_tension_of_an_impact(plant, channel):
     """A spool run into its stop at full effort stays up to its dry friction above what the motor alone holds."""
@@ -181,23 +174,6 @@ def test_abduction_winds_both_thumb_cables():
     paid = plant.slack() - loose
     assert paid[Channel.THUMB_CMC_FLEXION] == pytest.approx(2.5e-3 * plant.joint_angles()[12], rel=0.05)
     assert paid[Channel.THUMB_FLEXOR] == pytest.approx(2.5e-3 * plant.joint_angles()[12], rel=0.05)
-
-
-def test_every_effect_can_be_switched_off():
-    bare = replace(
-        RIGID,
-        back_emf=0.0,
-        spring_open=NOTHING,
-        spring_closed=NOTHING,
-        joint_damping=NOTHING,
-        abduction_winding=(0.0, 0.0),
-    )
-    plant = BuiltHandPlant(bare)
-    settle(plant, 0.5)
-    assert np.array_equal(plant.angles(), np.zeros(7))
-    plant.drive(0, push(1e-3))
-    settle(plant, 0.5)
-    assert plant.angles()[0] > 0.01
 
 
 def test_left_hand_moves_as_the_right_one():

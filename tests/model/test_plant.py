@@ -31,19 +31,6 @@ def test_starts_at_rest_in_the_extended_pose(plant):
     assert np.abs(plant.joint_angles()).max() < 2e-3
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.lists(st.floats(1e-9, 0.02), min_size=1, max_size=30))
-def test_advances_to_exactly_the_time_asked_for(spans):
-    plant = BuiltHandPlant()
-    plant.drive(0, towards(2.0))
-    t = 0.0
-    for span in spans:
-        t += span
-        plant.advance_to(t)
-        assert plant.time == t
-    assert np.all(np.isfinite(plant.angles()))
-
-
 def test_time_never_goes_backwards(plant):
     plant.drive(0, towards(2.0))
     plant.advance_to(0.1)
@@ -141,16 +128,6 @@ def test_setting_only_the_goal_is_the_same_as_driving_anew():
         settle(plant, 0.1)
     assert np.array_equal(one.angles(), other.angles())
     assert np.array_equal(one.efforts(), other.efforts())
-
-
-@pytest.mark.parametrize("channel", Channel)
-def test_no_load_speed_is_where_back_emf_meets_the_effort(channel):
-    parameters = replace(LOOSE, spool_friction=(0.0,) * 7, closed_stop=(1.5,) * 12 + (60.0,) + (1.0,) * 3)
-    parameters = replace(parameters, joint_friction=(0.0,) * 16, joint_damping=(0.0,) * 16, contacts=False, gravity=0.0)
-    plant = BuiltHandPlant(parameters)
-    plant.drive(channel, push(STALL))
-    settle(plant, 0.3)
-    assert plant.speeds()[channel] == pytest.approx(STALL / parameters.back_emf, rel=1e-3)
 
 
 def test_a_sagging_supply_weakens_the_motor_not_the_reported_effort():

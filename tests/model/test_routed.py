@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from aero.channels import Channel
 from model import build_routed
 from model.routed import COMMAND_RANGE
 from model.scene import CUBE, add_cube, add_light
@@ -17,17 +17,6 @@ SIDES = ("right", "left")
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
     return build_routed().compile()
-
-
-def test_compiled_model_carries_the_joint_constants(model):
-    assert model.dof_armature == pytest.approx(np.full(16, 1.559127e-3), rel=1e-6)
-    assert model.dof_frictionloss == pytest.approx(np.full(16, 0.02))
-    damping = np.asarray(model.dof_damping).reshape(16)
-    assert damping == pytest.approx([0.1, 0.05, 0.05] * 4 + [0.02] * 4)
-    upper = np.array(JOINT_BOX_RAD[:, 1])
-    upper[Joint.THUMB_CMC] = 0.9559
-    assert model.jnt_range[:, 1] == pytest.approx(upper)
-    assert np.all(model.jnt_range[:, 0] == 0.0)
 
 
 def test_compiled_model_carries_options_and_actuators(model):
@@ -57,20 +46,6 @@ def test_compiled_model_carries_the_springs(model):
         assert np.ravel(model.tendon_stiffness[i])[0] == stiffness
         if rest is not None:
             assert model.tendon_lengthspring[i] == pytest.approx([rest, rest])
-
-
-def test_wraps_and_sides(model):
-    """The paper counts 24 wraps on the finger cables, all with a side, and 8 on the thumb, two with one."""
-    wraps = {}
-    for i in range(model.ntendon):
-        start, count = model.tendon_adr[i], model.tendon_num[i]
-        cylinders = [k for k in range(start, start + count) if model.wrap_type[k] == mujoco.mjtWrap.mjWRAP_CYLINDER]
-        wraps[model.tendon(i).name] = (len(cylinders), sum(model.wrap_prm[k] >= 0 for k in cylinders))
-    driven = {name: w for name, w in wraps.items() if not name.endswith("spring")}
-    fingers = np.sum([w for name, w in driven.items() if not name.startswith("thumb")], axis=0)
-    thumb = np.sum([w for name, w in driven.items() if name.startswith("thumb")], axis=0)
-    assert tuple(fingers) == (24, 24)
-    assert tuple(thumb) == (8, 2)
 
 
 def test_only_boxes_collide(model):

@@ -67,20 +67,3 @@ def test_a_command_is_slewed_as_the_loop_of_deployment_does():
         last = slewed(last * codes_per_length, target * codes_per_length, most) / codes_per_length
         expected.append(last)
     np.testing.assert_allclose(sent, expected, rtol=2e-3)  # 12.9 rad/s there, 740°/s here
-
-
-@given(targets, st.floats(-0.001, 0.001), st.floats(0.9, 1.1))
-def test_offset_and_gain_act_on_command_and_reading_in_opposite_ways(target, offset, gain):
-    parameters = params(offset=offset, gain=gain)
-    reached = drive(parameters, [target])[-1]
-    np.testing.assert_allclose(reached, NOMINAL + gain * (target - NOMINAL) + offset, atol=1e-12)
-    np.testing.assert_allclose(actuation.read(reached, parameters, NOMINAL, False), target, atol=1e-12)
-
-
-@given(targets)
-def test_readings_come_in_counts(lengths):
-    reading = actuation.read(lengths, params(), NOMINAL, True)
-    counts = reading / actuation.COUNT
-    np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
-    assert (reading <= lengths + 1e-12).all()
-    assert (lengths - reading < actuation.COUNT + 1e-12).all()

@@ -202,38 +202,6 @@ def test_turning_is_weighted_by_the_running_rate_of_each_hand_which_outlives_its
     assert (np.asarray(after.rate) != 0.0).all()
 
 
-def test_hands_that_are_renewed_begin_with_nothing_and_the_others_go_on(world):
-    task, advance, starts = world
-    environment = CubeEnvironment(task, advance, TurningWeight())
-    state = environment.begin(starts, KEY)._replace(rate=jnp.full(4, 0.5))
-    state, _ = environment.step(state, PUSH, environment.prices)
-    new = tuple(array[:2] + 0.25 for array in starts)
-    renewed = environment.renew(state, jnp.array([3, 0]), new)
-    for before, after in zip(jax.tree.leaves(state.episode), jax.tree.leaves(renewed.episode), strict=True):
-        np.testing.assert_array_equal(before[1:3], after[1:3])
-    np.testing.assert_array_equal(renewed.episode.periods, [0, 1, 1, 0])
-    np.testing.assert_array_equal(np.asarray(renewed.rate)[[0, 3]], 0.0)
-    np.testing.assert_array_equal(renewed.states[1:3], state.states[1:3])
-    np.testing.assert_allclose(np.asarray(renewed.starts[0])[[3, 0]], new[0], rtol=1e-6)
-    assert any(np.allclose(renewed.states[3], start, rtol=1e-6) for start in new[0][0])
-
-
-def test_a_state_that_is_not_finite_counts_as_a_fall_and_restarts(world):
-    task, _, starts = world
-
-    def blows_up(states, controls):
-        return states * jnp.nan, jnp.zeros((4, 5, SENSOR_COUNT)) * jnp.nan
-
-    broken = CubeEnvironment(task, blows_up, TurningWeight())
-    state, made = broken.step(broken.begin(starts, KEY), 0 * PUSH, broken.prices)
-    np.testing.assert_allclose(made.reward, -5.0)
-    np.testing.assert_array_equal(made.over, 1.0)
-    np.testing.assert_array_equal(made.cut, 0.0)
-    np.testing.assert_array_equal(made.lost, 1.0)
-    assert np.isfinite(np.asarray(state.observation["state"])).all()
-    assert np.isfinite(np.asarray(state.rate)).all()
-
-
 @pytest.mark.slow
 def test_mjx_and_native_physics_agree_over_a_second():
     model = build_scene().compile()

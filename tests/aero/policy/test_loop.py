@@ -205,13 +205,6 @@ def test_the_largest_current_of_either_sign_and_the_hottest_servo_are_kept():
     assert (result.peak_current_a, result.peak_temperature_c) == (1.25, 47.0)
 
 
-def test_limits_of_a_run_are_the_documented_ones():
-    """740 deg/s is the no-load speed of the HLS3606M; the others are this project's, in docs/policy.md."""
-    limits = RunLimits()
-    assert limits.shaft_speed_rad_s == pytest.approx(np.deg2rad(740), rel=2e-3)
-    assert (limits.missing_readings, limits.late_s) == (4, 0.5)
-
-
 def test_other_settings_can_be_asked_for():
     _, _, steps = run(replace(SHORT, settings=PAPER_DEPLOYMENT))
     np.testing.assert_allclose(
@@ -272,35 +265,6 @@ def test_an_error_in_the_middle_still_brings_the_hand_back():
     with pytest.raises(KeyboardInterrupt):
         run_policy(policy(), hand, clock, MAP, settings=SHORT, on_step=fail)
     np.testing.assert_array_equal(hand.written[-1][1], FakeHand(StepClock()).codes)
-
-
-def test_a_callback_that_writes_into_what_it_is_given_changes_nothing():
-    """`action` is what the next observation shows."""
-
-    def spoil(step):
-        for name in ("codes", "lengths", "observation", "action", "target", "command", "currents_a"):
-            getattr(step, name)[:] = 9
-
-    written = []
-    for on_step in (lambda _: None, spoil):
-        clock = StepClock()
-        hand = FakeHand(clock)
-        hand.currents[:] = 1.0
-        run_policy(policy(3), hand, clock, MAP, settings=SHORT, on_step=on_step)
-        written.append(np.array([codes for _, codes in hand.written]))
-    np.testing.assert_array_equal(*written)
-
-
-def test_a_script_is_the_callers_own():
-    script, sent = np.zeros((STEPS, 7)), []
-    clock = StepClock()
-
-    def refill(step):
-        sent.append(step.target)
-        script[:] = 1.0
-
-    run_policy(policy(), FakeHand(clock), clock, MAP, settings=SHORT, script=script, on_step=refill)
-    np.testing.assert_allclose(sent, [PAPER_TRAINING.nominal] * STEPS)
 
 
 def test_a_hand_that_its_guard_has_stopped_is_left_as_the_guard_left_it():

@@ -99,11 +99,3 @@ def test_the_place_where_a_cable_begins_to_pull_is_found(slack, spool, spring, r
     pull = np.maximum(pull, 0.0)
     if np.median(pull[-3:]) >= 0.2:
         assert taken_up(wound, pull) == pytest.approx(wound[slack], abs=40)
-
-
-def test_a_cable_that_never_pulls_cannot_be_measured():
-    assert np.isnan(taken_up(np.linspace(0.0, 1150.0, 36), np.full(36, 0.1)))
-
-
-def test_a_cable_that_pulls_from_the_start_has_no_slack():
-    assert taken_up(np.linspace(0.0, 1150.0, 36), np.linspace(0.5, 0.8, 36)) == 0.0

@@ -1,6 +1,5 @@
 """Everything in a recording counts from its beginning, is a copy, and can be read whatever happened meanwhile."""
 
-import logging
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +27,6 @@ def begun(target, tmp_path):
     recorder = Recorder(target, "presence", tmp_path / "a.mcap")
     recorder.begin()
     return recorder
-
-
-def loggers():
-    return [(logger.level, list(logger.handlers)) for logger in map(logging.getLogger, ("aero", "hil"))]
 
 
 def test_samples_events_and_bytes_have_the_time_since_the_beginning(target):
@@ -75,16 +70,6 @@ def test_a_full_disk_closes_the_file_and_leaves_what_was_written(begun, target, 
     assert len(read_recording(tmp_path / "a.mcap")["codes"].times) > 100
     assert len(target.wire.listeners) == before - 1
     assert not [name for name in open_files() if name.endswith("a.mcap")]
-
-
-def test_finishing_lets_go_of_logs_and_link(target, tmp_path):
-    before, listeners = loggers(), len(target.wire.listeners)
-    recorder = Recorder(target, "presence", tmp_path / "a.mcap")
-    recorder.begin()
-    assert loggers() != before
-    recorder.finish(ended=False)
-    assert loggers() == before
-    assert len(target.wire.listeners) == listeners
 
 
 def test_delays_of_both_loops_are_recorded(begun, target, tmp_path, monkeypatch):

@@ -54,23 +54,6 @@ def test_a_name_brings_all_that_the_file_says(folders):
     assert (hand.twin, str(hand.baseline)) == ("mine.toml", "known")
 
 
-def test_the_working_folder_counts_over_the_user_s(folders):
-    work, user = folders
-    (user / "hands.toml").write_text(BENCH + '[other]\nport = "COM4"\n')
-    assert named_hand("bench-left").twin == str(user / "mine.toml")
-    (work / "hands.toml").write_text('[bench-left]\nport = "pty"\n')
-    assert named_hand("bench-left").port == "pty"
-    assert named_hand("other").port == "COM4"
-
-
-@pytest.mark.parametrize(
-    "port", ["emulated", "pty", "/dev/ttyACM0", "COM3", r"\\.\COM12", "socket://bench:4000", "rfc2217://bench:4000"]
-)
-def test_a_port_is_itself_and_reads_no_file(folders, port):
-    (folders[0] / "hands.toml").write_text("[broken")
-    assert named_hand(port).port == port
-
-
 def test_an_unknown_name_offers_the_nearest(folders):
     (folders[0] / "hands.toml").write_text(BENCH)
     with pytest.raises(ValueError, match=r"'bench-lef'. Did you mean `bench-left`.*/dev/ttyACM0"):

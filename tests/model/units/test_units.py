@@ -38,26 +38,6 @@ def test_what_is_left_out_keeps_its_default(name):
     assert getattr(fill(Toy, table, "toy"), name) == getattr(Toy(), name)
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ({"slak_m": 1.0}, "toy: unknown slak_m; known are slack_m, turns"),
-        ({"slack_m": "1"}, "toy.slack_m: a value like 0.5"),
-        ({"slack_m": True}, "toy.slack_m: a value like 0.5"),
-        ({"slack_m": float("nan")}, "toy.slack_m: must be finite"),
-        ({"turns": 1.5}, "toy.turns: must be a whole number"),
-        ({"stretchy": 1}, "toy.stretchy: a value like True"),
-        ({"radii_m": [1.0]}, "toy.radii_m: needs 2 values, has 1"),
-        ({"radii_m": [1.0, "x"]}, "toy.radii_m\\[1\\]: a value like"),
-        ({"radii_m": 1.0}, "toy.radii_m: a value like"),
-        ({"inner": {"width_m": 1.0}}, "toy.inner: unknown width_m"),
-    ],
-)
-def test_what_does_not_fit_is_refused_by_name(table, message):
-    with pytest.raises(ValueError, match=message):
-        fill(Toy, table, "toy")
-
-
 @pytest.mark.parametrize("name", shipped_units())
 def test_the_shipped_units_load(name):
     unit = load_unit(name)
@@ -86,13 +66,6 @@ def test_a_mistake_in_a_users_file_is_named(tmp_path, text, message):
     path.write_text(text)
     with pytest.raises(ValueError, match=message):
         load_unit(str(path))
-
-
-def test_an_unknown_unit_lists_the_shipped(tmp_path):
-    with pytest.raises(ValueError, match=r"shipped are .*reference"):
-        load_unit("golden")
-    with pytest.raises(ValueError, match="No such file"):
-        load_unit(str(tmp_path / "none.toml"))
 
 
 def test_back_emf_has_one_home(tmp_path):

@@ -1,21 +1,15 @@
 import numpy as np
 import pytest
 from figures.actuation_map import RoutedLengths, scores
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from aero.actuation import ActuationMap, load_coefficients
 from aero.actuation.coefficients import coefficients_from_toml
-from aero.channels import THUMB, Channel, Joint
+from aero.channels import Channel, Joint
 from model import RoutedHand
 from train.identification import map_identification
 from train.identification.map_identification import (
-    Capture,
     coefficient_toml,
     identify,
-    least_squares,
-    staircase,
 )
 
 PAPER = load_coefficients("paper")
@@ -75,12 +69,6 @@ def test_the_shipped_file_is_what_identification_gives(result):
     assert (np.abs(difference) < 0.05 * result.regression.standard_errors).all()
 
 
-def test_the_left_hand_is_identified_alike():
-    left, right = (staircase(RoutedHand(hand), THUMB[1]) for hand in ("left", "right"))
-    np.testing.assert_allclose(left.lengths, right.lengths, atol=1e-6)
-    np.testing.assert_allclose(left.joints, right.joints, atol=1e-4)
-
-
 def test_effective_radii_against_the_papers():
     hand = RoutedLengths()
     assert hand.radii(Joint.THUMB_CMC)[Channel.THUMB_CMC_FLEXION] == pytest.approx(12.64e-3, rel=0.01)
@@ -101,38 +89,3 @@ def test_the_script_leaves_coefficients(result, tmp_path, monkeypatch, capsys):
     map_identification.main()
     assert "MCP by flexor cable" in capsys.readouterr().out
     assert load_coefficients(tmp_path / "coefficients.toml").name == "identified"
-
-
-def capture_of(seed, n=60):
-    rng = np.random.default_rng(seed)
-    lengths = np.zeros((n, 7))
-    lengths[:, 4:] = rng.uniform([0, 0.027, 0.084], [1.7, 0.038, 0.110], (n, 3))
-    joints = rng.uniform(0.0, 1.0, (n, 16))
-    return Capture(lengths, joints, np.repeat(np.arange(6), n // 6))
-
-
-def regressors_of(capture):
-    return np.column_stack([capture.lengths[:, 4:], np.ones(len(capture.lengths))])
-
-
-@given(st.integers(0, 99), arrays(np.float64, (2, 4), elements=st.floats(-100.0, 100.0)))
-def test_what_is_linear_in_the_regressors_is_recovered(seed, planted):
-    planted[:, 0] += 200.0
-    capture = capture_of(seed)
-    x = regressors_of(capture)
-    fit = least_squares(x, x @ planted.T, capture.sweep)
-    np.testing.assert_allclose(x @ fit.coefficients.T, x @ planted.T, atol=1e-8)
-
-
-def test_standard_errors_hold_when_errors_are_correlated_within_a_sweep():
-    """Over many draws, the spread of the estimates is the standard error."""
-    rng = np.random.default_rng(3)
-    sweep = np.repeat(np.arange(40), 10)
-    x = np.column_stack([np.repeat(rng.uniform(-1, 1, 40), 10), np.ones(400)])
-    estimates, errors = [], []
-    for _ in range(300):
-        shared = np.repeat(rng.normal(size=40), 10) + 0.1 * rng.normal(size=400)
-        fit = least_squares(x, (2.0 * x[:, 0] + shared)[:, np.newaxis], sweep)
-        estimates.append(fit.coefficients[0, 0])
-        errors.append(fit.standard_errors[0, 0])
-    assert np.mean(errors) == pytest.approx(np.std(estimates), rel=0.1)

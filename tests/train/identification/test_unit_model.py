@@ -1,5 +1,4 @@
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -7,9 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aero.channels import FINGERS, Channel
-from model.units import Unit, load_unit
+from model.units import load_unit
 from model.units.plausible import plausible_unit
-from train.identification.search import Free
 from train.identification.unit_file import unit_toml
 from train.identification.unit_parameters import FREE, apply, identifiable_parameters
 
@@ -27,13 +25,6 @@ def numbers(unit):
 REFERENCE = apply(load_unit("reference"), (), np.zeros(0))
 
 
-def test_zero_is_the_start():
-    unit = REFERENCE
-    moved = apply(unit, FREE, np.zeros(len(FREE)))
-    for name, value in numbers(moved).items():
-        assert np.allclose(value, numbers(unit)[name], rtol=1e-12), name
-
-
 @pytest.mark.parametrize("row", range(len(FREE)))
 def test_a_number_moves_its_own_field_and_what_follows_from_it(row):
     unit = REFERENCE
@@ -45,17 +36,6 @@ def test_a_number_moves_its_own_field_and_what_follows_from_it(row):
     follows = {"servos.no_load_speed_counts": {"hand.back_emf"}, "hand.spring_open": {"hand.spring_closed"}}
     assert changed <= {own} | follows.get(own, set()) | {"servos.stall_torque"}
     assert own in changed
-
-
-def test_additive_and_multiplied():
-    unit = Unit()
-    free = (
-        Free("hand.cable_take_up", (2,), (Channel.RING,), 1e-3, additive=True),
-        Free("servos.duty_per_count", (), tuple(Channel), 0.1),
-    )
-    moved = apply(unit, free, np.array([1.5e-3, math.log(2.0)]))
-    assert moved.hand.cable_take_up == (0.0, 0.0, 1.5e-3, 0.0, 0.0, 0.0, 0.0)
-    assert moved.servos.duty_per_count == pytest.approx(2 * unit.servos.duty_per_count)
 
 
 @given(st.integers(0, 10_000))
