@@ -22,6 +22,7 @@ KNOWN = {
     "ideal": THUMB
     | {
         "audit/followed",
+        "audit/pull",
         "replay/replay_delay",
         "staircase/friction",
         "staircase/overshoot_hand_percent",
