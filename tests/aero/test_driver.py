@@ -161,7 +161,7 @@ def test_a_telnet_server_is_named(hand, board):
     """`socket://` at a port that is served for `rfc2217://`."""
     board.replies[0x22] = lambda frame: []
     board.say(0.01, bytes.fromhex("fffb01 fffb03 fffd00 fffb2c"))
-    with pytest.raises(DesyncError, match="Telnet server .*rfc2217://HOST:PORT"):
+    with pytest.raises(DesyncError, match=r"Telnet server .*rfc2217://HOST:PORT"):
         hand.read_codes()
 
 
