@@ -27,6 +27,7 @@ from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from zstandard import ZstdDecompressor, ZstdError
 
+from aero.actuation import CommandWindow
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file, whole
@@ -338,7 +339,12 @@ def _header(record: Metadata, path: Path) -> Header:
         raise UnusableFileError(f"{path} is damaged: its header does not fit its SHA-256")
     known = {name: value for name, value in content.items() if name not in FORMER_FIELDS}
     check_header(known)
-    return Header(**known)
+    header = Header(**known)
+    try:
+        CommandWindow.for_firmware(header.firmware, header.window, header.hand)
+    except ValueError as error:
+        raise UnusableFileError(f"{path}: {error}; a newer version of aero-hil may have written it") from error
+    return header
 
 
 class _Table:

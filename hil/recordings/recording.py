@@ -69,6 +69,17 @@ class Header:
     faults: str = ""
     """What was made wrong with an emulated hand, as `hil.faults.parse_fault` reads it, with blanks between."""
 
+    def number(self, parameter: str) -> float:
+        """Return a parameter of the experiment that is a number.
+
+        Raises:
+            CannotBeMeasuredError: there is none, or it is no number.
+        """
+        value = self.parameters.get(parameter)
+        if not isinstance(value, int | float):
+            raise CannotBeMeasuredError(f"its header gives no number {parameter!r}")
+        return float(value)
+
 
 @dataclass(frozen=True)
 class Series:

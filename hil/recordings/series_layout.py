@@ -7,14 +7,16 @@ import math
 import numpy as np
 
 from aero.channels import Channel
+from aero.protocol import MAX_CODE
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.recording import Series
 
+CODES = ("codes", "command_codes")
 LABELS = tuple(channel.label for channel in Channel)
 LENGTH_UNITS = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
 SERIES_UNITS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("command", "model", "hand", "goal", "travel"), LENGTH_UNITS),
-    **dict.fromkeys(("codes", "command_codes"), ("u16",) * len(Channel)),
+    **dict.fromkeys(CODES, ("u16",) * len(Channel)),
     "currents": ("A",) * len(Channel),
     "action": ("1",) * len(Channel),
     "temperatures": ("degC",) * len(Channel),
@@ -34,6 +36,8 @@ def conformed(name: str, series: Series) -> Series:
         return series
     if sorted(series.columns) != sorted(LABELS):
         raise UnusableFileError(f"series {name} has the columns {', '.join(series.columns)}, not {', '.join(LABELS)}")
+    if name in CODES and len(series.values) and not 0 <= series.values.min() <= series.values.max() <= MAX_CODE:
+        raise UnusableFileError(f"series {name} holds what is no code: codes are 0 to {MAX_CODE}")
     # Whoever wrote the file may have named them in another order: what counts is the name.
     order = [series.columns.index(label) for label in LABELS]
     given = tuple(series.units[place] for place in order)

@@ -60,7 +60,7 @@ def measure(recording: Recording) -> Measured:
 
 def _contradictions(header: Header) -> int:
     """Return how many things the boot text, if there was one, says against the header."""
-    text = str(header.parameters["boot_text"])
+    text = str(header.parameters.get("boot_text", ""))
     if not text:
         return 0
     board = identify(text)

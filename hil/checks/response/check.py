@@ -92,7 +92,7 @@ def _arrived(codes: NDArray[Any], *, closing: bool) -> bool:
 def measure(recording: Recording) -> Measured:
     """Return delays (ms) and the open-close rate (Hz) of the hand."""
     codes, commands = recording["codes"], recording["command_codes"]
-    cycles = float(recording.header.parameters["cycles_from_s"])
+    cycles = recording.header.number("cycles_from_s")
     commanded = find_steps(commands.times, commands.values)
     steps = [step for step in commanded if step.start < cycles]
     requests = asked_at(codes.times, recording.wire)

@@ -71,7 +71,7 @@ def measure(recording: Recording) -> Measured:
     opening = np.sign(extend - grasp)
     found: dict[str, dict[str, float]] = {channel.label: {} for channel in Channel}
     for channel in Channel:
-        told = float(header.parameters[f"extend_{channel.label}"])
+        told = header.number(f"extend_{channel.label}")
         found[channel.label]["window_moved"] = float(opening[channel]) * (told - extend[channel])
         if channel not in CABLES:
             continue
@@ -84,10 +84,11 @@ def measure(recording: Recording) -> Measured:
         if channel in FINGERS:
             closed = codes.values[commands.values[:, channel] == MAX_CODE, channel][-1]
             left = spans[channel] * (1.0 - closed / MAX_CODE)
-            raw = header.parameters[f"stop_{channel.label}"]
-            if raw != "":
+            if header.parameters.get(f"stop_{channel.label}", "") != "":
                 # Beyond the closed end the reading does not change there, while the servo's own count does.
-                beyond = (opening[channel] * (float(raw) - grasp[channel]) + HALF_TURN) % TURN - HALF_TURN
+                beyond = (
+                    opening[channel] * (header.number(f"stop_{channel.label}") - grasp[channel]) + HALF_TURN
+                ) % TURN - HALF_TURN
                 left = float(beyond)
             found[channel.label]["left_closed"] = float(left)
     return found
