@@ -111,8 +111,8 @@ class Fading(ShaftFault):
         super().advance_to(t)
         if span <= 0.0 or not self.active:
             return
-        works = abs(float(self.behind.efforts()[self.shaft])) > 0.08
-        self.warm = min(max(self.warm + span * (1.0 / self._seconds if works else -0.02), 0.0), 1.0)
+        works = abs(float(self.behind.efforts()[self.shaft])) > 0.02
+        self.warm = min(max(self.warm + span * (1.0 / self._seconds if works else -0.01), 0.0), 1.0)
         if abs(self.warm - self._told) > 0.02:
             self._told = self.warm
             self.renew()
@@ -465,7 +465,7 @@ FAULTS = (
         "a cable runs past a guide: another lever, and it rubs",
         both(
             scaled("winding_scale", lambda fault: [fault.where], lambda by: 1.0 + by),
-            added("cable_friction", lambda fault: [fault.where], lambda by: 2.0 * by),
+            added("cable_friction", lambda fault: [fault.where], lambda by: 5.0 * by),
         ),
         FINGERS,
         Severity("of lever", (0.1, 0.2, 0.3)),
@@ -474,13 +474,14 @@ FAULTS = (
         "joint_play",
         JOINT,
         Part.DIGIT,
-        "a joint has play and its stop is worn",
+        "a joint has play: its stop is worn, its spring leans",
         both(
             added("closed_stop", middle_joint, math.radians),
-            scaled("joint_friction", middle_joint, lambda _: 0.1),
+            scaled("spring_open", middle_joint, lambda deg: 1.0 - deg / 36.0),
+            scaled("spring_closed", middle_joint, lambda deg: 1.0 - deg / 36.0),
         ),
         DIGITS,
-        Severity("deg", (8, 20, 35)),
+        Severity("deg", (20, 34, 36), 0, 36),
     ),
     unit(
         "spring_off_last",
@@ -496,7 +497,7 @@ FAULTS = (
         MOTOR,
         Part.SERVO,
         "a motor fades when it is warm",
-        on_shaft(lambda assembly, fault: Fading(assembly.shafts, fault.where, fault.severity, 25.0)),
+        on_shaft(lambda assembly, fault: Fading(assembly.shafts, fault.where, fault.severity, 15.0)),
         ALL,
         share("torque when warm", 0.5, 0.8, 0.95),
     ),
