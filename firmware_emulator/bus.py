@@ -192,13 +192,13 @@ class ServoBus:
 
     def _listening(self, wanted: int, baud: int) -> list[Servo]:
         """Servos that take a packet for this ID at this baud rate."""
-        now = self.kernel.now
-        addressed = self.servos if wanted == BROADCAST else [s for s in self.servos if s.id == wanted]
-        return [s for s in addressed if s.silent_until <= now and s.baud == baud]
+        now, everyone = self.kernel.now, wanted == BROADCAST
+        return [s for s in self.servos if (everyone or s.id == wanted) and s.silent_until <= now and s.baud == baud]
 
     def _also_written(self, wanted: int, baud: int) -> list[Servo]:
         """Servos whose secondary ID this is; they take writes and answer nothing."""
-        return [s for s in self._listening(BROADCAST, baud) if s.secondary_id == wanted != s.id] if wanted else []
+        own = [s for s in self.servos if s.secondary_id == wanted != s.id] if wanted else []
+        return [s for s in own if s.silent_until <= self.kernel.now and s.baud == baud]
 
     def _single(self, packet: Packet, baud: int) -> list[bytes]:
         execute = EXECUTE.get(packet.code)

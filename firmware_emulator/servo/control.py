@@ -32,6 +32,8 @@ LOOP = (
     "dead_zone_ccw",
 )
 """Registers that `LoopSettings` is read from."""
+GOAL = frozenset({"acceleration", "goal_position", "goal_torque", "goal_pwm", "goal_speed"})
+"""Those of them that a goal consists of."""
 FASTEST = 0x7FFF
 """Speed that stands for no limit, register units."""
 FACTORY_DEAD_ZONE = 1
@@ -74,9 +76,6 @@ class LoopSettings(NamedTuple):
         mode = model.mode_codes[min(get("mode"), len(model.mode_codes) - 1)]
         if model.limits_select_motor and not get("min_angle") and not get("max_angle"):
             mode = PWM
-        speed = get("goal_speed")
-        if not speed and model.zero_speed_is_fastest and mode == POSITION:
-            speed = FASTEST
         factory_p, factory_d = model.places["kp"].default, model.places["kd"].default
         return cls(
             get("torque_enable"),
@@ -84,12 +83,29 @@ class LoopSettings(NamedTuple):
             get("acceleration"),
             get("goal_position"),
             get("goal_pwm" if mode == PWM else "goal_torque"),
-            model.speed_unit_counts * speed,
+            _speed(memory, mode),
             get("protection_current"),
             get("torque_limit"),
             get("kp") / factory_p if factory_p else 1.0,
             get("kd") / factory_d if factory_d else 1.0,
             (get("dead_zone_cw"), get("dead_zone_ccw")),
+        )
+
+    def with_goal_of(self, memory: RegisterFile) -> LoopSettings:
+        """Return what `of` would when nothing but `GOAL` was written since; the torque is on."""
+        get = memory.get
+        return LoopSettings(
+            self.enable,
+            self.mode,
+            get("acceleration"),
+            get("goal_position"),
+            get("goal_pwm" if self.mode == PWM else "goal_torque"),
+            _speed(memory, self.mode),
+            self.current_limit,
+            self.duty_limit,
+            self.gain,
+            self.damping,
+            self.dead_zone,
         )
 
     @property
@@ -162,3 +178,11 @@ class LoopSettings(NamedTuple):
         if acceleration == 0.0 and speed >= fastest:
             return None
         return speed, acceleration or MOTOR_ACCELERATION
+
+
+def _speed(memory: RegisterFile, mode: int) -> float:
+    """Return the speed (counts/s) that the goal asks for."""
+    speed = memory.get("goal_speed")
+    if not speed and memory.model.zero_speed_is_fastest and mode == POSITION:
+        speed = FASTEST
+    return memory.model.speed_unit_counts * speed

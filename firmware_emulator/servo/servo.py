@@ -54,6 +54,10 @@ class Servo:
         self._goal = model.span("goal_position", "goal_speed")
         # Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do.
         self._goal_block = model.places["acceleration"].address
+        goal = range(self._goal_block, self._goal.stop)
+        whole = all(at in model.register_at and model.register_at[at].name in control.GOAL for at in goal)
+        self._goal_size = len(goal) if whole else 0
+        """Bytes of a whole goal; 0 for a model with something else between."""
         self._control = model.span(*control.LOOP)
         self._offset = model.span("offset")
         self._torque = model.places["torque_enable"].address
@@ -64,6 +68,8 @@ class Servo:
         self._shafts = shafts
         self.feedback = FeedbackBlock(self.memory, self.frame, mounting, parameters, Random(f"{seed}/{servo}"))
         self._wanted = self._acting = self._at_power_up()
+        self._asked: LoopSettings | None = None
+        """What the control registers say, None since something else than a goal was written."""
         self._epoch = 0
         self._motion: Trapezoid | None = None
         self._setpoint_counts = 0.0
@@ -102,6 +108,10 @@ class Servo:
         written = range(address, address + len(data))
         if _meet(written, self._goal):
             self.memory.set("torque_enable", control.ON)
+        known, self._asked = self._asked, None
+        if known and known.enable == control.ON and address == self._goal_block and len(data) == self._goal_size:
+            self._control_written(known.with_goal_of(self.memory))
+            return
         if _meet(written, self._control):
             self._control_written()
         if _meet(written, self._offset):
@@ -233,8 +243,9 @@ class Servo:
     def _angle(self) -> float:
         return self._shafts.sample().angles[self._mounting.shaft]
 
-    def _control_written(self) -> None:
-        wanted = LoopSettings.of(self.memory)
+    def _control_written(self, asked: LoopSettings | None = None) -> None:
+        """Follow the control registers, whose settings are `asked` where they are known."""
+        self._asked = wanted = asked or LoopSettings.of(self.memory)
         if self._protection.overloaded:
             if wanted.enable and (not self._wanted.enable or wanted.position != self._wanted.position):
                 self._protection.release()

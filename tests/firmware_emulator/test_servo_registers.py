@@ -3,9 +3,15 @@
 from dataclasses import replace
 
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from firmware_emulator.bench import Bench, BenchShaft
+from firmware_emulator.kernel import Kernel
+from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT
+from firmware_emulator.servo.servo import Servo
+from firmware_emulator.servo.shafts import Shafts
 from tests.firmware_emulator.test_servo import Bus
 
 OPEN = 3278
@@ -183,3 +189,21 @@ def test_a_blocked_hls_servo_is_not_overloaded_and_heats_up_until_its_temperatur
     assert bus.read(65, 1) == 0x04
     assert bus.read(40, 1) == 0
     assert effort(plant) == pytest.approx(0.0, abs=1e-6)
+
+
+GOALS = st.tuples(st.just(41), st.binary(min_size=7, max_size=7))
+WRITES = st.lists(st.one_of(GOALS, st.tuples(st.integers(5, 55), st.binary(min_size=1, max_size=8))), max_size=12)
+
+
+@given(st.sampled_from(["HLS3606M", "STS3215", "SCS0009"]), WRITES)
+@example("SCS0009", [(41, b"\1" * 7), (9, bytes(4)), (41, b"\2" * 7)])
+def test_a_goal_changes_the_settings_as_reading_all_registers_does(name, writes):
+    kernel = Kernel()
+    shafts = Shafts(kernel, Bench(), loop_period_s=0.001, refresh_period_s=0.01)
+    parameters = replace(HLS3606M, model=name)
+    known, anew = (Servo(1, Mounting(0, 1, 2048.0), parameters, kernel, shafts, seed=0) for _ in range(2))
+    for address, data in writes:
+        known.write(address, data)
+        anew._asked = None
+        anew.write(address, data)
+        assert known._wanted == anew._wanted
