@@ -10,7 +10,7 @@ def hand(fault, seed, **more):
     return outcome(Trial(f"plausible:{seed}", seed=seed, faults=fault), numbers={}, **more)
 
 
-def test_shares_of_found_placed_and_explained(monkeypatch):
+def test_shares_of_found_and_of_the_right_part(monkeypatch):
     monkeypatch.setattr(campaign, "MISTAKES", {})
     monkeypatch.setattr(campaign, "MISTAKES_OF_THE_MAP", {})
     stopped = {"stopped": "it stopped", "ended": "SafetyStopError"}
@@ -18,18 +18,16 @@ def test_shares_of_found_placed_and_explained(monkeypatch):
         hand((), 1),
         hand((), 2, **stopped),
         hand(("motor_dead:ring=1.0",), 3),
-        hand(("motor_dead:ring=1.0",), 4, **stopped, place="ring finger", row="no_power"),
-        hand(("motor_dead:ring=1.0",), 5, **stopped, place="index finger", row="weak"),
-        hand(("supply_low=0.4",), 6, **stopped, place="power supply", row="supply"),
+        hand(("motor_dead:ring=1.0",), 4, **stopped, suspects=("SERVO/ring", "DIGIT/ring")),
+        hand(("motor_dead:ring=1.0",), 5, **stopped, suspects=("SERVO/index",)),
+        hand(("supply_low=0.4",), 6, **stopped, suspects=("SUPPLY",)),
     ]
     shares = {name: figure for name, figure, _ in campaign.verdict(runs)}
     assert shares == {
         "": "figure",
         "healthy hands flagged": "1 of 2",
         "faults found": "3 of 4",
-        "location right, of those found": "2 of 3",
-        "cause in the group, where a group has it": "2 of 3",
-        "told that nothing known explains it, where no group has it": "-",
+        "part at fault suspected first, of those found": "2 of 3",
         "supply lower by 0.4: found there": "1 of 1",
         "mistakes of the driver or its map, named so": "-",
     }

@@ -18,7 +18,7 @@ from click.testing import CliRunner
 from policies import policy
 
 from aero.policy.file import save
-from aero.whole_file import write_whole
+from aero.whole_file import whole, write_whole
 from firmware_emulator.firmware.nvs import Nvs
 from hil import open_target
 from hil.cli import main
@@ -252,7 +252,8 @@ def test_a_link_in_place_of_a_result_is_replaced_and_not_followed(tmp_path):
 def test_a_result_that_cannot_be_written_whole_leaves_the_old_one(tmp_path, monkeypatch):
     path = tmp_path / "checks.json"
     path.write_text("old")
-    with pytest.raises(UnicodeEncodeError):
-        write_whole(path, "new \udc80")
+    with pytest.raises(KeyboardInterrupt), whole(path) as draft:
+        draft.write_text("half of the n")
+        raise KeyboardInterrupt
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
