@@ -30,7 +30,7 @@ from .taxonomy import GRASPS
 from .trial import Result, codes_of, hold
 
 REPORTED_SEEDS = range(92000, 92020)
-"""Of the random hands that stand in docs/grasps.md; no posture was tuned on them."""
+"""Of the random hands that stand in examples/grasps/grasps.md; no posture was tuned on them."""
 PLACING_S = 10.0
 """Time for holding the object out to a hand of one's own, s."""
 

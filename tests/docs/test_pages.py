@@ -21,7 +21,6 @@ pytestmark = pytest.mark.slow
 ELSEWHERE = {
     "tutorial": "tests/docs/test_first_hour.py, with its output",
     "firmware": "tests/firmware, with a firmware of our own",
-    "grasps": "tests/examples",
 }
 PAGES = sorted(
     str(path.relative_to(ROOT))
