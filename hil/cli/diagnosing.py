@@ -42,7 +42,7 @@ def run(hand: HandSpec, folder: Path) -> None:
         out.print(f"next step  {asked(proposal)}")
         outcome, note = _taken(hand, case, proposal, folder / f"step-{len(case.done) + 1}")
         if outcome is None:
-            out.print("this run says nothing about the hand; the step is asked again")
+            out.print("this run says nothing about the hand, as where this computer was busy; the step is asked again")
             continue
         case = case.after(proposal, outcome, note)
         write_case(folder, case, about)

@@ -29,7 +29,7 @@ def asked(proposal: Proposal) -> str:
 def why(case: DiagnosisCase, proposal: Proposal) -> str:
     """Return why a step comes next: what its outcomes would prove."""
     said = [
-        f"{outcome.value}: it is the {suspect}"
+        f"{outcome.value}: {suspect}"
         for outcome in proposal.step.outcomes
         if (suspect := proposal.step.convicted(outcome, proposal.at)) is not None
     ]

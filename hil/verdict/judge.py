@@ -134,8 +134,7 @@ class Judge:
                 return _answered(run, answers)
         elif not readings and run.end.error is None:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
-        numbers = {name: without_withheld(measured, name, run.withheld) for name, measured in run.numbers.items()}
-        signs = self.signs(numbers, run.end)
+        signs = self.signs_of(run)
         found = clues(signs)
         show = that_show(signs.failures, [*run.results, *(cut.header.experiment for cut in run.end.cut)])
         case = DiagnosisCase(signs.failures, suspected(signs, found), show)
@@ -143,6 +142,11 @@ class Judge:
             # What ended the run says itself what happened.
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         return _told(run, case, found)
+
+    def signs_of(self, run: Validation) -> RunSigns:
+        """Return what the rules read of a run; what was not judged is evidence of nothing."""
+        numbers = {name: without_withheld(measured, name, run.withheld) for name, measured in run.numbers.items()}
+        return self.signs(numbers, run.end)
 
     def signs(self, numbers: Mapping[str, Measured], end: RunEnd) -> RunSigns:
         """Return what the rules read of a run.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from aero.channels import Channel
+from hil.checks.shared.lateness import VERY_LATE_S
 from hil.recordings.recorder import Progress, silent
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal, outcome_of
@@ -40,6 +41,8 @@ def rerun(
 
 def outcome_of_run(judge: Judge, case: DiagnosisCase, proposal: Proposal, run: Validation) -> StepOutcome | None:
     """Return what became of a failure in a run after a step; None where the run says nothing about the hand."""
-    if run.end.kind in SAYS_NOTHING:
+    # A computer that is held up loses replies, too: what fails then is no sign that the step mended nothing.
+    late = any(one.held_up_s > VERY_LATE_S for one in run.withheld)
+    if run.end.kind in SAYS_NOTHING or (late and not run.passed):
         return None
-    return outcome_of(case.shown, judge.signs(run.numbers, run.end).failures, proposal)
+    return outcome_of(case.shown, judge.signs_of(run).failures, proposal)
