@@ -16,6 +16,8 @@ SURE = 0.8
 """Likelihood from which on a suspect that a step convicts is told."""
 REMAINS = 0.1
 """Likelihood from which on a suspect is named among those that remain."""
+SURE_TOGETHER = 0.88
+"""The same of suspects of one part that steps convict together."""
 HANDLING, FETCHING = 1.0, 5.0
 """What beginning any step costs, and one with a tool besides, min: what needs none comes first."""
 WORTH_A_STEP = 0.02
@@ -104,7 +106,11 @@ class DiagnosisCase:
         tried = {(one.proposal.step.name, one.proposal.at) for one in self.done}
         failing = frozenset(s.channel for s in self.suspects if s.channel is not None)
         found = []
+        # A failure that is gone cannot be seen to go again: only what a person reads says more.
+        gone = any(one.outcome is StepOutcome.GONE for one in self.done)
         for step in steps().values():
+            if gone and not step.asks:
+                continue
             places: list[Channel | None] = [None]
             if step.of_one_channel:
                 places = [s.channel for s in self.likely if s.part in OF_ONE and s.channel is not None]
@@ -171,7 +177,8 @@ def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | 
     found = [one.proposal.step.convicted(one.outcome, one.proposal.at) for one in done]
     proven = [s for s in likely if any(f and f.part is s.part and f.channel in (None, s.channel) for f in found)]
     of_one_part = [s for s in proven if s.part is proven[0].part]
-    return proven[0] if sum(likely[s] for s in of_one_part) >= SURE else None
+    together = sum(likely[s] for s in of_one_part) >= SURE_TOGETHER
+    return proven[0] if together or (proven and likely[proven[0]] >= SURE) else None
 
 
 def _normalised(weights: Mapping[Suspect, float]) -> dict[Suspect, float]:
