@@ -252,8 +252,13 @@ def test_a_link_in_place_of_a_result_is_replaced_and_not_followed(tmp_path):
 def test_a_result_that_cannot_be_written_whole_leaves_the_old_one(tmp_path, monkeypatch):
     path = tmp_path / "checks.json"
     path.write_text("old")
-    with pytest.raises(KeyboardInterrupt), whole(path) as draft:
-        draft.write_text("half of the n")
-        raise KeyboardInterrupt
+
+    def interrupted():
+        with whole(path) as draft:
+            draft.write_text("half of the n")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
