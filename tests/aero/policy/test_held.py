@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from aero.policy.held import EMPTY_A, HELD_A, Held, held_at_the_end
+from aero.policy.held import HELD_A, Held, held_at_the_end
 
 
 def drawn(swing_a, periods=40):
@@ -14,13 +14,13 @@ def drawn(swing_a, periods=40):
 @pytest.mark.parametrize(
     ("currents", "held"),
     [
-        (drawn(EMPTY_A - 0.01), Held.NO),
-        (drawn((EMPTY_A + HELD_A) / 2), Held.UNKNOWN),
+        (drawn(HELD_A - 0.01), Held.UNKNOWN),
         (drawn(HELD_A + 0.01), Held.YES),
         (-drawn(HELD_A + 0.01), Held.YES),
         (drawn(HELD_A + 0.01, 39), Held.UNKNOWN),
         (np.zeros((0, 7)), Held.UNKNOWN),
-        (np.vstack([drawn(2.0), drawn(0.0)]), Held.NO),
+        (np.vstack([drawn(2.0), drawn(0.0)]), Held.UNKNOWN),
+        (np.full((40, 7), np.nan), Held.UNKNOWN),
     ],
 )
 def test_the_last_two_seconds_of_the_thumbs_base_decide(currents, held):
