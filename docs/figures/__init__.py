@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 STORED = Path(__file__).parent / "stored"
-MEASURED = ("validation", "hand_model", "actuation_map", "electronics", "safety")
+MEASURED = ("validation", "diagnosis", "hand_model", "actuation_map", "electronics", "safety")
 """Modules of this package, each named as its page, whose functions measure a table in seconds to a minute."""
 
 Rows = Sequence[Sequence[str]]

@@ -1,5 +1,6 @@
 """An emulated owner: does the steps of a case on an emulated hand, and answers from what is there."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -7,15 +8,18 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from firmware_emulator.servo.registers import REGISTERS
 from hil.faults import FaultNeverFiredError
-from hil.faults.fault import FaultLayer
+from hil.faults.fault import FaultLayer, Injection
 from hil.faults.part import Part
 from hil.faults.servo import servo_of
 from hil.faults.winding import NEIGHBOUR
 from hil.faults.workbench import Workbench
 from hil.targets.opening import open_target
+from hil.verdict.case import DiagnosisCase
+from hil.verdict.parts import Suspect
 from hil.verdict.rerun import rerun
 from hil.verdict.steps import StepOutcome
 from hil.verdict.validation import validate
+from model.geometry import Side
 
 ACTS = {
     "power": ("power_off", "power_on"),
@@ -35,28 +39,28 @@ STARTS_S = 90
 class Played:
     """A case that was played to its end."""
 
-    faults: tuple
+    faults: tuple[Injection, ...]
     found: bool
     """Whether the validation failed."""
-    case: object = None
-    outcomes: tuple = ()
+    case: DiagnosisCase | None = None
+    outcomes: tuple[str, ...] = ()
     passed_on_the_broken_hand: bool = False
     seconds: float = 0.0
 
     @property
-    def minutes(self):
+    def minutes(self) -> float:
         return sum(done.proposal.step.minutes for done in self.case.done) if self.case else 0.0
 
     @property
-    def right(self):
+    def right(self) -> bool:
         """Whether the convicted part is that of a fault, on its channel or one that it is about."""
-        convicted = self.case.convicted
-        return any(is_right(convicted, fault) for fault in self.faults)
+        convicted = None if self.case is None else self.case.convicted
+        return convicted is not None and any(is_right(convicted, fault) for fault in self.faults)
 
 
-def is_right(suspect, fault):
+def is_right(suspect: Suspect, fault: Injection) -> bool:
     """Return whether a suspect is the part of a fault."""
-    on = {None, fault.channel}
+    on: set[Channel | None] = {None, fault.channel}
     if fault.fault.layer in (FaultLayer.WINDING, FaultLayer.SERVO) and fault.channel is not None:
         on.add(NEIGHBOUR.get(fault.channel))
     return suspect.part in fault.parts and (suspect.channel in on or fault.channel is None)
@@ -113,10 +117,10 @@ def _differ(servos):
     return False
 
 
-def play(faults, unit, seed, firmware, hand):
+def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, hand: Side) -> Played:
     """Play one case: validate, then step by step until it ends."""
     start = perf_counter()
-    case, found, outcomes = None, False, []
+    case, found, outcomes = None, False, list[str]()
     broken = False
     try:
         with open_target(unit=unit, seed=seed, firmware=firmware, hand=hand, homed=True, faults=faults) as target:

@@ -1,0 +1,96 @@
+"""Cases that an emulated owner plays to their end: which part they convict, in how many steps and minutes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from random import Random
+from statistics import median
+from typing import NamedTuple
+
+from owner import Played, play
+from strangers import STRANGERS
+
+from figures import Rows
+from hil.faults import CATALOGUE
+from hil.faults.fault import Fault, Injection
+from model.geometry import Side
+
+SEED = 440_000
+"""Of the first hand; each case has a hand of its own."""
+DRAWN, PAIRS, HEALTHY = 46, 8, 10
+WORKERS = 2
+SIDES: tuple[Side, ...] = ("right", "left")
+
+
+class PlayedSet(NamedTuple):
+    """A row of the table."""
+
+    name: str
+    faults: Sequence[Sequence[Injection]]
+
+
+def sets() -> tuple[PlayedSet, ...]:
+    """Return what is played: faults of the catalogue, strangers, two at once, none."""
+    random = Random(SEED)
+
+    def drawn(fault: Fault) -> Injection:
+        channel = random.choice(fault.channels) if fault.channels else None
+        return fault.at(random.choice(fault.steps()[1:] or fault.steps()), channel)
+
+    catalogue = [drawn(fault) for fault in random.sample(list(CATALOGUE.values()), DRAWN)]
+    at_once = [(catalogue[2 * i], catalogue[2 * i + 1]) for i in range(PAIRS)]
+    return (
+        PlayedSet("faults of the catalogue", [(one,) for one in catalogue]),
+        PlayedSet("faults that no rule was written for", [(_injected(one),) for one in STRANGERS]),
+        PlayedSet("two faults at once", at_once),
+        PlayedSet("none", [()] * HEALTHY),
+    )
+
+
+def _injected(one: Fault | Injection) -> Injection:
+    return one.at() if isinstance(one, Fault) else one
+
+
+ALL = sets()
+
+
+def _played(at: tuple[int, int]) -> Played:
+    row, number = at
+    seed = SEED + 100 * row + number
+    return play(
+        ALL[row].faults[number],
+        f"plausible:{seed}",
+        seed,
+        ("0.2.0", "0.1.5")[number % 2],
+        SIDES[number // 2 % 2],
+    )
+
+
+def cases() -> Rows:
+    """What whole cases end with, played on emulated hands."""
+    rows = [["set", "found", "part right", "good part convicted", "unknown", "steps", "minutes"]]
+    with ProcessPoolExecutor(WORKERS, get_context("fork")) as pool:
+        for number, one in enumerate(ALL):
+            rows.append(_row(one.name, list(pool.map(_played, [(number, i) for i in range(len(one.faults))]))))
+    return rows
+
+
+def _row(name: str, played: Sequence[Played]) -> list[str]:
+    found = [one for one in played if one.found]
+    convicted = [one for one in found if one.case is not None and one.case.convicted is not None]
+    right = sum(one.right for one in convicted)
+    steps = [len(one.case.done) for one in found if one.case is not None] or [0]
+    return [
+        name,
+        f"{len(found)} of {len(played)}",
+        f"{right} of {len(found)}",
+        f"{len(convicted) - right} of {len(found)}",
+        f"{len(found) - len(convicted)} of {len(found)}",
+        f"{median(steps):g}, at most {max(steps)}",
+        f"{median([one.minutes for one in found] or [0]):g}",
+    ]
+
+
+TABLES = (cases,)
