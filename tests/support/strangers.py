@@ -678,7 +678,7 @@ FAULTS = (
         "ring and pinky touch",
         rubbing_neighbours,
         (),
-        Severity("N m", (0.02, 0.04, 0.08)),
+        Severity("N m", (0.05, 0.12, 0.2)),
     ),
     unit(
         "spring_pops_off",
