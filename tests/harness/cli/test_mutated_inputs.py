@@ -239,7 +239,7 @@ LINES = (
     "campaign --healthy 1 --only presence --first-seed 3 --workers 1 --out c",
 )
 WORDS = (
-    "", "-1", "0", "1e999", "nan", "x", "/", "caf\udce9", "../..", "\0", "[/z]", "--", "-h", "plausible:-1", "ring",
+    "", "-1", "0", "1e999", "nan", "x", "/", "caf\udce9", "../..", "[/z]", "--", "-h", "plausible:-1", "ring",
     "plausible:99999999999999999999", "motor_dead", "motor_weak:ring=nan", "link_silent@-1", "socket://",
     "\u202e", "9" * 400, "rfc2217://[", "u.toml", "h.toml", "loop://",
 )  # fmt: skip
