@@ -113,7 +113,8 @@ class BuiltHandPlant:
             model.opt.timestep = rest
             mujoco.mj_step(model, data)
             model.opt.timestep = step
-        if any(self._warnings.tolist()):
+        # A huge number may become none without a warning of MuJoCo.
+        if any(self._warnings.tolist()) or not np.isfinite(data.qpos).all():
             # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
             raise DivergedError(
                 "a hand with these numbers of its unit and these faults cannot be simulated: the built hand's physics "
