@@ -107,7 +107,7 @@ class ChannelMetrics:
 
 
 def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
-    """Evaluate a recording of `hil.checks.staircase.stimulus`.
+    """Evaluate a recording of the staircase (`Staircase` in `check.py`).
 
     Raises:
         KeyError: the recording lacks a series; it was made by another experiment.
