@@ -96,7 +96,14 @@ class DiagnosisCase:
         if self.convicted is not None or len(self.done) >= MOST_STEPS or not self.suspects:
             return None
         best = max(self._proposals(), key=self._worth, default=None)
-        return best if best is not None and self._worth(best) >= WORTH_A_STEP else None
+        if best is None or self._worth(best) < WORTH_A_STEP:
+            return None
+        return best if best.step.asks or self.done or not self._once_by_chance else Proposal(steps()["again"])
+
+    @property
+    def _once_by_chance(self) -> bool:
+        """Whether what failed may have happened once: it must fail again before a step can mend it."""
+        return any(experiment in (WHOLE_RUN.name, RUN) for experiment, _, _ in self.before.off)
 
     def after(self, proposal: Proposal, outcome: StepOutcome, note: str = "") -> DiagnosisCase:
         """Return the case with one more step done."""

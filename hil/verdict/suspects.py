@@ -21,6 +21,8 @@ from hil.verdict.run_end import EndKind, RunEnd
 
 MANY = 3
 """Channels that fail alike from which on what all share is suspected before each."""
+OF_SEVERAL = 0.06
+"""How likely the board is where more than one channel fails: a sign, an order or a scale of its firmware."""
 FALSIFIED = ("session/lost_replies", "presence/lost_replies", "session/stray_bytes")
 """Counts of bytes that nothing mechanical makes."""
 TIMES = (
@@ -72,7 +74,7 @@ class Clue:
     """The observation, a sentence for people without a full stop."""
     accounts_for: frozenset[Key]
     weights: Mapping[Suspect, float]
-    """How likely each is where the observation is right; they sum to 1 at most."""
+    """How likely each is where the observation is right, relative to each other; about 1 together."""
 
 
 @dataclass(frozen=True)
@@ -157,8 +159,8 @@ def late(signs: RunSigns) -> Iterable[Clue]:
     if signs.end.stop is SafetyReason.UNWATCHED:
         yield Clue("the program held up its own poll of the hand", _all(signs), _hand(computer=0.9))
     if trips:
-        spoilt = signs.failures.keys(lambda check, _: check in {*TIMES, *STANDS_STILL, *JUMPS})
-        yield Clue("replies come late", spoilt, _hand(usb=0.5, computer=0.25, bus=0.25))
+        spoilt = signs.failures.keys(lambda check, _: check in {*TIMES, *STANDS_STILL, *JUMPS, "replay/replay_shape"})
+        yield Clue("replies come late", spoilt, _hand(usb=0.45, computer=0.2, bus=0.2, board=0.15))
     elif delayed or signs.failures.hand("response/command_to_motion"):
         yield Clue("the hand moves late after its commands", own, _hand(usb=0.4, bus=0.3, board=0.3))
 
@@ -221,15 +223,17 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
             continue
         sensed = failures.weight(own & failures.keys(lambda check, _: check in SENSORS))
         still = failures.weight(own & failures.keys(lambda check, _: check in STANDS_STILL))
+        jumping = failures.weight(own & failures.keys(lambda check, _: check in JUMPS))
         everything = failures.weight(own) or 1.0
         # What answers only now and then stands still and jumps; nothing mechanical does.
         servo, bus = 0.35 + 0.5 * sensed / everything, 0.03 + 0.3 * still / everything
+        usb = 0.1 * jumping / everything
+        alone = len(_channels(failures)) <= 1
+        board = 0.3 * still / everything + (0.0 if alone else OF_SEVERAL)
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): 0.85 - servo}
-        only = ended and len(_channels(failures)) <= 1
-        keys = _all(signs) if only else own | _with(failures, channel)
-        yield Clue(
-            f"readings of the {subject_words(channel.label)} are off", keys, weights | _hand(setup=0.12, bus=bus)
-        )
+        keys = _all(signs) if ended and alone else own | _with(failures, channel)
+        shared = _hand(setup=0.12, bus=bus, usb=usb, board=board)
+        yield Clue(f"readings of the {subject_words(channel.label)} are off", keys, weights | shared)
 
 
 def _own(failures: Failures, channel: Channel) -> frozenset[Key]:

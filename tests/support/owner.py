@@ -23,7 +23,7 @@ from model.geometry import Side
 
 ACTS = {
     "power": ("power_off", "power_on"),
-    "empty": ("let_go",),
+    "home": ("let_go",),
     "computer": ("replace computer",),
     "cable": ("replace usb",),
     "plugs": ("replace bus",),
@@ -60,10 +60,23 @@ class Played:
 
 def is_right(suspect: Suspect, fault: Injection) -> bool:
     """Return whether a suspect is the part of a fault."""
-    on: set[Channel | None] = {None, fault.channel}
-    if fault.fault.layer in (FaultLayer.WINDING, FaultLayer.SERVO) and fault.channel is not None:
-        on.add(NEIGHBOUR.get(fault.channel))
-    return suspect.part in fault.parts and (suspect.channel in on or fault.channel is None)
+    return suspect.part in fault.parts and (suspect.channel in {None, *_about(fault)} or fault.channel is None)
+
+
+def _about(fault: Injection) -> set[Channel | None]:
+    """Return the channels that a fault is about."""
+    two = fault.fault.layer in (FaultLayer.WINDING, FaultLayer.SERVO) and fault.channel is not None
+    return {fault.channel, NEIGHBOUR.get(fault.channel)} if two else {fault.channel}
+
+
+def _felt(fault: Injection, at: Channel) -> bool:
+    """Return whether a person who bends a digit and looks at it finds a fault; a small one is missed."""
+    sizes = sorted(map(abs, fault.fault.steps()))
+    return (
+        fault.part is Part.DIGIT
+        and at in _about(fault)
+        and (fault.fault.severity is None or abs(fault.severity) >= sizes[len(sizes) // 2])
+    )
 
 
 class Owner:
@@ -77,12 +90,17 @@ class Owner:
         """Do a step; return the answer where it asks, None where what shows the failure is to be run."""
         name = proposal.step.name
         if proposal.step.asks:
-            seen = {"voltage": self._sees_low, "version": self._sees_version, "registers": self._sees_registers}[name]
+            seen = {
+                "voltage": self._sees_low,
+                "version": self._sees_version,
+                "registers": self._sees_registers,
+                "by_hand": lambda: any(_felt(fault, proposal.at) for fault in self.bench.present),
+            }[name]
             return StepOutcome.SEEN if seen() else StepOutcome.STAYS
         for words in ACTS.get(name, ()):
             at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
             self.target.act(words.format(at=at, beside=beside))
-        if name in ACTS and name != "empty":
+        if name in ACTS and name != "home":
             self._wait()
         return None
 
@@ -104,8 +122,9 @@ class Owner:
         return any(fault.fault.layer is FaultLayer.FIRMWARE for fault in self.bench.present)
 
     def _sees_registers(self):
-        """Return whether one servo has another register than all others have."""
-        return _differ([servo_of(self.bench.hand, channel) for channel in Channel])
+        """Return whether an ID is there twice, or one servo has another register than all others have."""
+        servos = [servo_of(self.bench.hand, channel) for channel in Channel]
+        return len({servo.memory.get("id") for servo in servos}) < len(servos) or _differ(servos)
 
 
 def _differ(servos):

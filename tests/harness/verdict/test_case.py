@@ -11,6 +11,7 @@ from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import StepOutcome, neighbour, steps
 
 RING = {Suspect(Part.SERVO, Channel.RING): 0.45, Suspect(Part.DIGIT, Channel.RING): 0.43, Suspect(Part.SETUP): 0.12}
+ZEROS = {Suspect(Part.SETUP): 0.6, Suspect(Part.BOARD): 0.4}
 LINK = {Suspect(Part.USB): 0.7, Suspect(Part.BOARD): 0.2, Suspect(Part.COMPUTER): 0.1}
 OFF = {("staircase", "friction", "ring"): 3.0, ("staircase", "spring", "ring"): 2.0}
 EVERY = [Suspect(part) for part in Part if part not in (Part.SERVO, Part.DIGIT)] + [
@@ -41,22 +42,45 @@ def test_a_step_says_what_to_do_and_its_outcomes_are_likelihoods(name):
 
 
 def test_what_needs_no_screwdriver_comes_first():
-    assert DiagnosisCase(on("ring"), RING).next_step.step.name == "home"
+    assert not DiagnosisCase(on("ring"), RING).next_step.step.tool
     assert DiagnosisCase(on("ring"), LINK).next_step.step.name == "cable"
 
 
 def test_a_servo_is_convicted_only_when_the_failure_went_along_with_it():
     case = played(DiagnosisCase(on("ring"), RING), {"exchange": StepOutcome.MOVED})
     assert case.convicted == Suspect(Part.SERVO, Channel.RING)
-    case = played(DiagnosisCase(on("ring"), RING), {})
+
+
+def test_a_digit_is_convicted_only_when_it_is_felt_to_be_other():
+    """That a failure stays where it was when servos are exchanged is as true of a board, a driver and a lead."""
+    case = played(DiagnosisCase(on("ring"), RING), {"by_hand": StepOutcome.SEEN})
     assert case.convicted == Suspect(Part.DIGIT, Channel.RING)
+    case = played(DiagnosisCase(on("ring"), RING), {})
+    assert case.convicted is None
+    assert case.remaining[0] == Suspect(Part.DIGIT, Channel.RING)
     assert "exchange" in {done.proposal.step.name for done in case.done}
 
 
 def test_a_failure_that_homing_mends_is_the_set_ups():
-    case = played(DiagnosisCase(on("ring"), RING), {"home": StepOutcome.GONE})
+    case = played(DiagnosisCase(on("ring"), ZEROS), {"home": StepOutcome.GONE})
     assert case.convicted == Suspect(Part.SETUP)
-    assert len(case.done) == 1
+
+
+def test_homing_that_mends_one_channel_leaves_its_servo_suspected():
+    """Homing writes the angle limits of a servo, too: they may be what was wrong."""
+    case = played(DiagnosisCase(on("ring"), RING), {"home": StepOutcome.GONE})
+    assert case.convicted is None
+    assert set(case.remaining) == {Suspect(Part.SETUP), Suspect(Part.SERVO, Channel.RING)}
+
+
+@pytest.mark.parametrize("key", [("session", "lost_replies", "hand"), ("run", "ended", "hand")])
+def test_what_may_have_happened_once_is_seen_again_before_a_step_can_mend_it(key):
+    """A cable was convicted, where the clock of the computer had been set once."""
+    case = DiagnosisCase(Failures({key: 4.0}), LINK)
+    assert case.next_step.step.name == "again"
+    gone = played(case, {"again": StepOutcome.GONE, "cable": StepOutcome.GONE})
+    assert gone.convicted is None
+    assert played(case, {"cable": StepOutcome.GONE}).convicted == Suspect(Part.USB)
 
 
 @given(

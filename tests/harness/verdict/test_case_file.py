@@ -58,7 +58,7 @@ def test_page_and_words_show_the_part_and_the_chain(tmp_path):
     assert case.convicted == Suspect(Part.SERVO, Channel.RING)
     assert conclusion(case) == "Servo of the ring finger. Replace this servo."
     page = render_case(case)
-    said = ("Replace this servo.", "Let the hand home again", "The failure went along (both have one label).")
+    said = ("Replace this servo.", "let it home", "The failure went along (both have one label).")
     assert all(text in page for text in said)
     assert "http" not in page
 
