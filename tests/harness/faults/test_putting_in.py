@@ -39,7 +39,8 @@ BYTES = {
     "winding_reversed:index": "c335238a5347b84d",
     "trim_left_in:ring": "9300c10614a2d884",
     "servo_silent:index": "58d4c3d03072ed8c",
-    "link_silent=0.3@0.5": "a3bcd51849222a36",
+    # Of the link one that loses nothing: what is asked again after a loss is the driver's own matter.
+    "link_slow": "b1cd0d5a5f955105",
     "host_stalls=0.1": "795b6e58fe7539b9",
 }
 """What crosses the link of hands with some faults, a stage and a layer each, as it was before they were one object."""

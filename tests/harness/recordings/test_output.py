@@ -1,9 +1,11 @@
 """Where results go: folders that two runs never share, names that are no UTF-8, a commit that is ours."""
 
 import os
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,8 @@ from aero.whole_file import write_whole
 from hil.recordings import provenance
 from hil.recordings.errors import UnwritablePlaceError
 from hil.recordings.output import claimed, run_folder
+
+GIT = shutil.which("git") or shutil.which("git", path=os.defpath)
 
 
 def test_runs_that_start_in_one_second_never_share_a_folder(tmp_path):
@@ -28,10 +32,12 @@ def test_a_folder_into_which_a_run_writes_takes_no_other_run(tmp_path):
         pass
 
 
+@pytest.mark.skipif(GIT is None, reason="needs git")
 def test_a_commit_is_ours_in_a_git_hook_of_another_repository(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(Path(GIT).parent), prepend=os.pathsep)
     provenance.source_commit.cache_clear()
     expected = provenance.source_commit()
-    subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
+    subprocess.run([GIT, "init", "-q", str(tmp_path)], check=True)
     monkeypatch.setenv("GIT_DIR", str(tmp_path / ".git"))
     monkeypatch.setenv("GIT_INDEX_FILE", str(tmp_path / "index"))
     provenance.source_commit.cache_clear()

@@ -69,7 +69,7 @@ def test_a_damaged_store_gives_its_outcomes_or_one_line(campaign, seed, tmp_path
         assert found in (right, [])
 
 
-@pytest.mark.parametrize("line", ["campaign --healthy 1 --only presence --out D", "limits D --out L"])
+@pytest.mark.parametrize("line", ["campaign --healthy 1 --only presence --out D", "limits make --out D --data L"])
 def test_every_command_says_that_a_store_is_damaged(campaign, line, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copytree(campaign, tmp_path / "D")

@@ -6,7 +6,6 @@ from recorded import excitation_of
 
 from aero import AeroHand
 from aero.channels import FINGERS, Channel
-from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
@@ -14,6 +13,7 @@ from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth
 from hil.recordings.recorder import Recorder
 from hil.targets.emulated_hand import build_emulated
+from hil.targets.hand_spec import HandSpec
 from hil.targets.opening import open_target
 from model.units import load_unit
 from train.cli.calibrate import trace_svg
@@ -62,7 +62,7 @@ def test_a_hand_predicts_itself(trace):
 
 def through_every_byte(trace, unit, phase_s):
     """Replay with a driver on the link, as the trace was recorded."""
-    electronics, _ = build_emulated(unit, firmware=DEFAULT_FIRMWARE, hand="right", seed=0)
+    electronics, _ = build_emulated(unit, HandSpec())
     for servo, shaft in zip(electronics.servos, SHAFT_OF_SERVO, strict=True):
         servo.heat_to(trace.temperatures[0, shaft] + 0.5)
     events = sorted(
