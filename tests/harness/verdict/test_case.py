@@ -119,6 +119,13 @@ def test_an_exchanged_servo_takes_its_failure_along(after, outcome):
     assert outcome_of(on("ring"), found, exchanged) is outcome
 
 
+def test_a_failure_on_both_channels_has_not_gone_along():
+    """A servo was convicted, where noise on the bus wanders over the channels."""
+    both = Failures({**on("ring").off, **on("pinky").off, ("staircase", "spring_shape", "pinky"): 3.0})
+    exchanged = Proposal(steps()["exchange"], Channel.RING, Channel.PINKY)
+    assert outcome_of(on("ring"), both, exchanged) is StepOutcome.STAYS
+
+
 def test_a_servo_is_exchanged_with_one_that_does_not_fail():
     assert neighbour(Channel.RING, frozenset({Channel.PINKY})) is Channel.MIDDLE
     assert neighbour(Channel.THUMB_FLEXOR) not in (Channel.THUMB_ABDUCTION, Channel.THUMB_FLEXOR)
