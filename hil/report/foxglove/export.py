@@ -76,7 +76,7 @@ def _recorded(recording: Recording) -> Iterator[TimedEntry]:
     """Return what is in the recording already."""
     for name, series in recording.series.items():
         add = partial(RecordingFile.add_sample, name=name, columns=series.columns, units=series.units)
-        for t, row in zip(series.times.tolist(), series.values, strict=True):
+        for t, row in zip(series.times.tolist(), series.values.tolist(), strict=True):
             yield t, partial(add, t=t, row=row)
     for record in recording.wire:
         yield record.t, partial(RecordingFile.add_wire, record=record)

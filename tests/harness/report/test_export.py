@@ -72,9 +72,9 @@ def test_joint_states_follow_the_hand(files):
 def test_a_finding_is_an_event_over_the_seconds_that_show_it(files):
     found = [d for _, topic, _, d in messages(files[1]) if topic == "/findings"]
     said = [{pair.key: pair.value for pair in event.metadata} for event in found]
-    name = "Ring finger: current of a nudge"
-    [(event, pull)] = [(e, s) for e, s in zip(found, said, strict=True) if s["finding"].startswith(name)]
-    assert pull["remedy"]
+    name = "Ring finger: part of a nudge that it followed"
+    [(event, followed)] = [(e, s) for e, s in zip(found, said, strict=True) if s["finding"].startswith(name)]
+    assert followed["remedy"]
     assert event.end_time.ToNanoseconds() - event.start_time.ToNanoseconds() == pytest.approx(1.2e9, abs=0.1e9)
     logs = [d for _, topic, _, d in messages(files[1]) if topic == "/findings/log"]
     assert "checks passed" in logs[-1].message
