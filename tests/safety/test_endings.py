@@ -80,7 +80,7 @@ def closed_and_then(number, *arguments, program=PROGRAM, cwd=ROOT):
         command,
         stdin=subprocess.PIPE,  # its end tells the workers to go
         stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,  # its end tells that the second process, which writes there too, has left
         text=True,
         cwd=cwd,
         start_new_session=True,
@@ -95,6 +95,7 @@ def closed_and_then(number, *arguments, program=PROGRAM, cwd=ROOT):
     finally:
         with suppress(ProcessLookupError):
             os.killpg(child.pid, signal.SIGKILL)
+        # A second process that has not left waits for its port, and takes the next terminal of that name for it.
         child.communicate()
         onlooker.leave.set()
         thread.join()
