@@ -27,7 +27,6 @@ def test_mean_rms_and_the_worst_difference_are_in_per_cent_of_the_window():
         assert row.rms == pytest.approx(np.sqrt((3 * 1 + 25) / 4))
         assert row.worst == pytest.approx(-5.0)
         assert row.metrics["creep_percent"] == pytest.approx((0.0, 6.0))
-        assert row.metrics["warming"] == (0.0, 0.0)
 
 
 def test_a_second_recording_with_other_times_is_read_at_the_first_ones():

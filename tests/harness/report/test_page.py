@@ -75,7 +75,7 @@ class Elements(HTMLParser):
 
 def test_the_verdict_comes_first_then_the_plot_the_evidence_other_findings_and_the_rest(recording):
     suspects = {Suspect(Part.SERVO, Channel.INDEX): 0.5, Suspect(Part.DIGIT, Channel.INDEX): 0.5}
-    diagnosis = Diagnosis(suspects, ("the index is off",), (BAD,), (OTHER,), NextStep("Pull at it."))
+    diagnosis = Diagnosis(suspects, ("the index is off",), (BAD,), (OTHER,), step=NextStep("Pull at it."))
     html = page(recording, [GOOD, BAD, OTHER], diagnosis=diagnosis)
     body = html[html.index("<body>") :]
     order = [

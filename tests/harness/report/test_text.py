@@ -37,7 +37,7 @@ def broken(validated):
     spoken, other = failed(run.findings)
     diagnosis = Diagnosis(
         {Suspect(Part.DIGIT, Channel.RING): 1.0}, ("the ring is off",),
-        (spoken,), (other,), NextStep("Pull at the cable.", "aero-hil validate"),
+        (spoken,), (other,), step=NextStep("Pull at the cable.", "aero-hil validate"),
     )  # fmt: skip
     return replace(run, diagnosis=diagnosis)
 

@@ -148,7 +148,7 @@ def test_a_run_of_which_no_time_can_be_judged_has_no_verdict(by_s, kind):
 
 
 def test_a_time_that_is_out_of_limits_is_not_judged_where_the_program_was_late_often():
-    """8 ms each time; neither is what the fingers' times say beside each other."""
+    """8 ms each time."""
     found = {}
     for by_s in (0.0, 0.008):
         with open_target(faults=[parse_fault("slow_servo:ring=0.4")]) as target:
@@ -159,8 +159,8 @@ def test_a_time_that_is_out_of_limits_is_not_judged_where_the_program_was_late_o
             {(one.experiment, one.check) for one in failed(result.findings)},
             {(one.experiment, one.metric) for one in result.withheld},
         )
-    times = {("response", "open_close_rate"), ("alike", "opening")}
-    assert times <= found[0.0][0]
+    time = ("response", "open_close_rate")
+    assert time in found[0.0][0]
     assert not found[0.0][1]
-    assert times <= found[0.008][1]
-    assert not times & found[0.008][0]
+    assert time in found[0.008][1]
+    assert time not in found[0.008][0]
