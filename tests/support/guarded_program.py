@@ -76,7 +76,7 @@ class GuardedProgram:
                 unit_named(unit), Schedule(map(parse_fault, faults), seed), **how
             )
         else:
-            self.electronics, self._bench.assembly = after.electronics, after._bench
+            self.electronics, self._bench = after.electronics, after._bench
         self._seed = seed
         self.line = self.electronics.link_faults = OverheardLine()
         self.clock = self.electronics.clock
