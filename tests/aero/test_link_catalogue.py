@@ -92,4 +92,5 @@ def test_no_fault_of_the_link_hangs_the_driver_or_lasts(counting_board, text):
     heal()
     board.clock.sleep_until(board.clock.now() + LONGEST_S)
     hand.resynchronise()
-    assert hand.read_codes().tolist() == [board.value(board.seen)] * 7
+    before, words = board.seen, hand.read_codes().tolist()
+    assert words in [[board.value(count)] * 7 for count in range(before + 1, board.seen + 1)]
