@@ -98,7 +98,12 @@ class DiagnosisCase:
         best = max(self._proposals(), key=self._worth, default=None)
         if best is None or self._worth(best) < WORTH_A_STEP:
             return None
-        return best if best.step.asks or self.done or not self._once_by_chance else Proposal(steps()["again"])
+        if self._once_by_chance and not self.done and not best.step.asks:
+            return Proposal(steps()["again"])
+        # What it includes is asked by itself first: it may be that which mends.
+        known = {one.proposal.step.name for one in self.done}
+        includes = best.step.also_mends(self.suspects)
+        return Proposal(steps()[includes]) if includes and includes not in known else best
 
     @property
     def _once_by_chance(self) -> bool:
@@ -129,13 +134,15 @@ class DiagnosisCase:
     def _worth(self, proposal: Proposal) -> float:
         """Return the bits that a step is expected to say, and how likely it convicts, for each minute."""
         likely, step = self.likely, proposal.step
+        first = [one for one in [step.also_mends(likely)] if one]
+        before = (*self.done, *(Done(Proposal(steps()[one]), StepOutcome.STAYS) for one in first))
         gained = convicts = 0.0
         for outcome in step.outcomes:
             joint = {s: w * step.likelihood(outcome, s, proposal.at) for s, w in likely.items()}
             chance = sum(joint.values())
             after = _normalised(joint)
             gained += chance * (_bits(likely) - _bits(after))
-            convicts += chance * (_proven(after, (*self.done, Done(proposal, outcome))) is not None)
+            convicts += chance * (_proven(after, (*before, Done(proposal, outcome))) is not None)
         return (gained + convicts) / (step.minutes + HANDLING + (FETCHING if step.tool else 0.0))
 
 
@@ -182,7 +189,12 @@ def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | 
 
     Two digits may be at fault together, as where their cables are exchanged.
     """
-    found = [one.proposal.step.convicted(one.outcome, one.proposal.at) for one in done]
+    stayed = {"", *(one.proposal.step.name for one in done if one.outcome is StepOutcome.STAYS)}
+    found = [
+        one.proposal.step.convicted(one.outcome, one.proposal.at)
+        for one in done
+        if one.proposal.step.also_mends(likely) in stayed
+    ]
     proven = [s for s in likely if any(f and f.part is s.part and f.channel in (None, s.channel) for f in found)]
     of_one_part = [s for s in proven if s.part is proven[0].part]
     together = sum(likely[s] for s in of_one_part) >= SURE_TOGETHER

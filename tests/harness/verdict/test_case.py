@@ -126,6 +126,17 @@ def test_a_failure_on_both_channels_has_not_gone_along():
     assert outcome_of(on("ring"), both, exchanged) is StepOutcome.STAYS
 
 
+@pytest.mark.parametrize(("name", "included"), [("plugs", "power"), ("flash", "home")])
+def test_an_act_that_does_two_things_convicts_only_when_one_alone_mended_nothing(name, included):
+    """A plug was convicted of a setting that a servo forgets without power; a board, of what homing mended."""
+    assert steps()[name].includes == included
+    part = steps()[name].convicts[StepOutcome.GONE]
+    case = DiagnosisCase(on("ring"), {Suspect(part): 0.85, Suspect(Part.SETUP): 0.15})
+    both = case.after(Proposal(steps()[name]), StepOutcome.GONE)
+    assert both.convicted is None
+    assert played(case, {name: StepOutcome.GONE}).convicted == Suspect(part)
+
+
 def test_a_servo_is_exchanged_with_one_that_does_not_fail():
     assert neighbour(Channel.RING, frozenset({Channel.PINKY})) is Channel.MIDDLE
     assert neighbour(Channel.THUMB_FLEXOR) not in (Channel.THUMB_ABDUCTION, Channel.THUMB_FLEXOR)
