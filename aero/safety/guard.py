@@ -12,6 +12,7 @@ from aero.acknowledgement import Centred
 from aero.channels import Channel
 from aero.clock import Clock
 from aero.driver import AeroHand
+from aero.errors import RefusedError
 from aero.firmware import ServoSettings
 from aero.protocol import MAX_CODE, position_codes
 from aero.safety.ending import EndingHand
@@ -114,7 +115,13 @@ class Guard(EndingHand):
                 self.limit(channel, torque=min(limits.torque, most))
 
     def limit(self, channel: Channel, **changed: int) -> None:
-        """Change a channel's `speed` or `torque`, register units; opens the hand first if nothing has moved yet."""
+        """Change a channel's `speed` or `torque`, register units; opens the hand first if nothing has moved yet.
+
+        Raises:
+            RefusedError: the firmware has no limits; nothing is sent.
+        """
+        if not self._limits.settable:  # its board would stay silent for a second, in which nothing watches the hand
+            raise RefusedError(f"{self._hand.name}: its firmware has no speed and torque limits. Nothing was sent.")
         self.start()
         for name, register_units in changed.items():
             self.poll()

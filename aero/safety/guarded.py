@@ -225,13 +225,17 @@ class GuardedHand:
     resynchronise = _polled(AeroHand.resynchronise)
 
     def set_speed(self, channel: Channel, register_units: int) -> None:
-        """As `AeroHand.set_speed`, and sent again after a restart; opens the hand first if nothing has moved yet."""
+        """As `AeroHand.set_speed`, and sent again after a restart; opens the hand first if nothing has moved yet.
+
+        Raises:
+            RefusedError: also where the firmware has no limits; nothing is sent then.
+        """
         protocol.make_set_speed(channel, register_units)  # nonsense is refused before anything moves
         with self._guard.turn():
             self._guard.limit(channel, speed=register_units)
 
     def set_torque(self, channel: Channel, register_units: int) -> None:
-        """As `AeroHand.set_torque`, and sent again after a restart; opens the hand first if nothing has moved yet."""
+        """As `AeroHand.set_torque`; otherwise as `set_speed`."""
         protocol.make_set_torque(channel, register_units)
         with self._guard.turn():
             self._guard.limit(channel, torque=register_units)

@@ -65,15 +65,14 @@ class ServoLimits:
         self._send()
 
     def change(self, channel: Channel, name: str, register_units: int) -> None:
-        """Set and remember a channel's `speed` or `torque`, register units.
+        """Set and remember a channel's `speed` or `torque`, register units, of a firmware that has them.
 
         Raises:
             AeroError, ConnectionError: as `AeroHand.set_speed`; what was remembered before is remembered.
         """
         before = self._settings
-        if self._usual is not None:
-            # First, because an interrupt may come after the board has taken it and before this method continues.
-            self._settings = {**before, channel: replace(before[channel], **{name: register_units})}
+        # First, because an interrupt may come after the board has taken it and before this method continues.
+        self._settings = {**before, channel: replace(before[channel], **{name: register_units})}
         try:
             (self._hand.set_speed if name == "speed" else self._hand.set_torque)(channel, register_units)
         except Exception:

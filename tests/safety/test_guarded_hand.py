@@ -12,7 +12,7 @@ from guarded_hands import FailingLink, Tampered, close, guarded, torque_limits, 
 from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.driver import AeroHand
-from aero.errors import LinkTimeoutError
+from aero.errors import LinkTimeoutError, RefusedError
 from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import GuardedHand, LinkLostError, SafetyReason, SafetyStopError, Thresholds
@@ -80,6 +80,17 @@ def test_it_opens_gently_first_and_gets_its_usual_limits_back(firmware):
             thumb = Thresholds().stop_torque
             assert torque_limits(target) == [thumb] * 3 + [usual.torque] * 4
     assert (usual is None) == (firmware == "pre")
+
+
+@pytest.mark.parametrize("what", ["set_speed", "set_torque"])
+def test_a_limit_that_the_firmware_does_not_have_is_refused_at_once(what):
+    """A board of firmware `pre` leaves the request unanswered, and for that second nothing would watch the hand."""
+    with guarded(firmware="pre") as target:
+        begun, opcodes = target.clock.now(), wire_opcodes(target)
+        with pytest.raises(RefusedError, match="has no speed and torque limits"):
+            getattr(target.hand, what)(Channel.INDEX, 500)
+        assert target.clock.now() == begun
+        assert wire_opcodes(target) == opcodes
 
 
 def test_a_program_may_use_less_torque_until_it_expects_stops_again():
