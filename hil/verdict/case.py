@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from aero.channels import Channel
-from hil.checks import ALIKE, DRIVER, WHOLE_RUN
+from hil.checks import ALIKE, DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN
 from hil.verdict.failures import RUN, Failures
 from hil.verdict.parts import Suspect
 from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, neighbour, steps
@@ -25,8 +25,8 @@ WORTH_A_STEP = 0.02
 GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
 MOST_STEPS = 6
-MOST_OF_IT = 0.5
-"""Part of what failed that is run again after a step."""
+MOST_OF_IT = 0.75
+"""Part of what failed that is run again after a step; what happened once is in less of it."""
 
 
 @dataclass(frozen=True)
@@ -147,10 +147,13 @@ class DiagnosisCase:
 
 
 def that_show(failures: Failures, ran: Sequence[str]) -> tuple[str, ...]:
-    """Return the experiments that show failures: the fewest of those that ran, in their order."""
-    whole = {WHOLE_RUN.name, DRIVER.name, RUN}
-    if any(experiment in whole for experiment, _, _ in failures.off):
-        # Bytes are lost by chance and a run ends where it ends: less of it might pass on the same hand.
+    """Return the experiments that show failures: the fewest of those that ran; all where a run ended."""
+    failed = {experiment for experiment, _, _ in failures.off}
+    if RUN in failed:
+        # A run ends where it ends by chance: what ran until then might pass on the same hand.
+        return tuple(name for name in EXPERIMENTS if name in {*ran, *DEFAULT})
+    if failed & {WHOLE_RUN.name, DRIVER.name}:
+        # Bytes are lost by chance: less of it might pass on the same hand.
         return tuple(ran)
     weights: dict[str, float] = {}
     for key in failures.off:

@@ -2,7 +2,8 @@
 
 import pytest
 
-from hil.faults import parse_fault
+from aero.channels import Channel
+from hil.faults import CATALOGUE, FaultNeverFiredError, parse_fault
 from hil.targets.opening import open_target
 from hil.verdict.case import Proposal
 from hil.verdict.rerun import rerun
@@ -11,6 +12,9 @@ from hil.verdict.validation import validate
 
 GENTLE = ("presence", "audit")
 SHORT = ["motor_dead:ring", "winding_reversed:ring", "reply_lost=0.3", "gear_jammed:thumb_flexor"]
+ENDING = ["servo_silent", "link_silent", "link_hangs_up", "reply_stale"]
+DRAWN = ["calibrated_mid", "calibrated_mid_and_homed", "boot_text", "board_restart", "board_hangs", "reply_junk"]
+"""What happens once, or by chance: what else runs again shows what it showed."""
 AGAIN = Proposal(steps()["again"])
 
 
@@ -19,8 +23,25 @@ def test_what_is_run_again_fails_on_the_same_hand(fault):
     """Advice that passes on the broken hand is a defect: so was `validate --only audit` of a wrongly wound cable."""
     with open_target(homed=True, faults=[parse_fault(fault)]) as target:
         case = validate(target, ("presence", "audit", "excursion")).diagnosis.case
-        assert set(case.experiments) <= {"presence", "audit", "excursion"}
         outcome, run = rerun(target, case, AGAIN)
+    assert outcome is StepOutcome.STAYS
+    assert not run.passed
+
+
+@pytest.mark.parametrize("name", [*ENDING, *(pytest.param(name, marks=pytest.mark.slow) for name in DRAWN)])
+def test_what_a_default_run_finds_fails_again(name):
+    """No case may begin with what passes on the broken hand."""
+    fault = CATALOGUE[name]
+    channels = [one for one in (Channel.RING, Channel.THUMB_CMC_FLEXION, *fault.channels) if one in fault.channels]
+    injection = fault.at(fault.steps()[-1], next(iter(channels), None))
+    try:
+        with open_target(homed=True, faults=[injection]) as target:
+            found = validate(target)
+            if (case := found.diagnosis.case) is None:
+                pytest.skip("a default run finds nothing that tells about a part")
+            outcome, run = rerun(target, case, AGAIN)
+    except FaultNeverFiredError:
+        pytest.skip("nothing came its way")
     assert outcome is StepOutcome.STAYS
     assert not run.passed
 
