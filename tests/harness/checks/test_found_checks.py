@@ -87,16 +87,9 @@ def test_a_board_that_falls_silent_ends_the_run_with_the_drivers_words(monkeypat
 
 # Of the default hand, tests/harness/report has a complete run.
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("unit", "firmware", "side"),
-    [
-        (unit, firmware, ("right", "left")[(i + j) % 2])
-        for i, unit in enumerate(("ideal", "paper", "reference"))
-        for j, firmware in enumerate(("pre", "0.1.5", "0.2.0"))
-    ],
-)
-def test_the_suite_is_green_on_every_shipped_hand(unit, side, firmware):
-    with open_target(unit=unit, hand=side, firmware=firmware) as target:
+@pytest.mark.parametrize(("firmware", "side"), [("pre", "right"), ("0.1.5", "left"), ("0.2.0", "right")])
+def test_the_suite_is_green_on_the_measured_hand(side, firmware):
+    with open_target(unit="reference", hand=side, firmware=firmware) as target:
         result = validate(target, DEFAULT)
     assert [finding.sentence for finding in failed(result.findings)] == []
     assert math.isfinite(result.wall_seconds)
