@@ -3,9 +3,8 @@
 import re
 
 import pytest
+from centre import centre
 from click.testing import CliRunner
-
-from examples.centre import centre
 
 
 def run(*arguments, typed=""):
