@@ -35,9 +35,8 @@ STANDS_STILL = (
     "presence/distinct_readings",
     "excursion/stale",
     "response/standstill",
-    "staircase/late_steps",
 )
-JUMPS = ("response/backward_readings", "staircase/overshoot_hand_percent")
+JUMPS = ("staircase/overshoot_hand_percent",)
 TORQUE = {
     "excursion/closed_percent": -1,
     "excursion/fist_travel": -1,
@@ -47,7 +46,6 @@ TORQUE = {
     "staircase/rise_hand_ms": 1,
     "staircase/spring": 1,
     "staircase/friction": 1,
-    "staircase/late_steps": 1,
     "audit/followed": -1,
     "audit/pull": 1,
     "holding/holding_current": 1,
@@ -59,7 +57,7 @@ TORQUE = {
     "coupling/stop_without_abduction": -1,
 }
 """Readings that too little torque moves, and to which side."""
-SENSORS = ("presence/temperature", "alike/temperature", "staircase/resolution", "alike/held_again")
+SENSORS = ("presence/temperature", "alike/temperature", "staircase/resolution", "holding/creep_percent")
 """Readings that a servo makes by itself, whatever it pulls."""
 MOVED = "audit/others_moved"
 OF_THE_LINK = ("session/", "presence/", "driver/", "run/")
@@ -132,7 +130,7 @@ def falsified_bytes(signs: RunSigns) -> Iterable[Clue]:
         yield Clue("bytes were lost or altered", _all(signs), _hand(usb=0.7, board=0.15, computer=0.1, bus=0.05))
     elif ended:
         yield Clue("the board stopped answering", _all(signs), _hand(board=0.45, usb=0.45, supply=0.1))
-    # A hand that is held or rubs has backward readings, too, on its channel: these speak for themselves alone.
+    # A servo may overshoot by itself, on its channel alone: these speak for themselves alone.
     jumping = signs.failures.on("staircase/overshoot_hand_percent")
     own = signs.failures.keys(lambda check, _: check in JUMPS)
     if own and len(jumping) != 1:

@@ -110,7 +110,6 @@ def measure(recording: Recording) -> Measured:
         "hand": {
             "command_to_motion": 1e3 * float(np.median(delays)),
             "telemetry_period": 1e3 * float(np.median(np.diff(changed))),
-            "backward_readings": 100.0 * backward(fast.values, goals),
             "open_close_rate": float(rate),
         },
     }
@@ -184,27 +183,6 @@ def standstills(
             if on_its_way[first] and on_its_way[last]:
                 found.append(max(float(asked[last] - times[first]), 0.0))
     return found
-
-
-def backward(codes: Floats, goals: Floats) -> float:
-    """Return the share of a finger's new readings that lie behind the one before, while it is on its way.
-
-    A finger that is told to turn back runs on for a moment, so each way counts from its furthest point on.
-
-    Args:
-        codes: (n, 7) float, readings.
-        goals: (n, 7) float, commands in force.
-    """
-    steps: list[Floats] = []
-    for finger in FINGERS:
-        ways = np.split(np.arange(len(codes)), np.flatnonzero(np.diff(goals[:, finger])) + 1)
-        for way in ways:
-            ahead = np.abs(goals[way, finger] - codes[way, finger]) / MAX_CODE
-            left = ahead[int(np.argmax(ahead)) :]
-            steps.append(np.diff(left[left > FAR]))
-    taken = np.concatenate(steps)
-    new = taken[taken != 0]
-    return float((new > 0).mean()) if new.size else np.nan
 
 
 def goal_at(commands: Series, times: Floats) -> Floats:

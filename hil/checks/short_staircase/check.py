@@ -66,7 +66,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, by channel, rise (ms; % of the others'), settled residual in its sweep (mm, mrad).
+    """Return, by channel, rise (ms) and settled residual in its sweep (mm, mrad).
 
     The rise of a channel is withheld where the host was late in all of its steps.
 
@@ -77,7 +77,6 @@ def measure(recording: Recording) -> Measured:
     residual, settled = residuals(recording)
     steps = find_steps(command.times, command.values)
     found: dict[str, dict[str, float]] = {}
-    rises, told = np.full(len(Channel), np.nan), list[Channel]()
     for channel in Channel:
         own = [step for step in steps if step.channel == channel]
         if len(own) != len(STEPS) + 1:
@@ -90,24 +89,9 @@ def measure(recording: Recording) -> Measured:
         _, scale = display_unit(command.units[channel])
         mine = settled[:, channel] & (hand.times > own[0].start) & (hand.times < own[-1].start)
         in_time = [answer.rise for answer in made if answer.gap <= IN_TIME_S]
-        rises[channel] = 1e3 * float(np.median(in_time)) if in_time else np.nan
         found[channel.label] = {
             "tracking_rms": rms(scale * residual[mine, channel]) if mine.any() else np.nan,
         }
         if in_time or not made:
-            told.append(channel)
-    for channel in told:
-        found[channel.label]["rise_hand_ms"] = float(rises[channel])
-        if len(told) == len(Channel) or np.isfinite(np.delete(rises, channel)).any():
-            found[channel.label]["rise_percent"] = beside_the_others(rises, channel)
+            found[channel.label]["rise_hand_ms"] = 1e3 * float(np.median(in_time)) if in_time else np.nan
     return found
-
-
-def beside_the_others(rises: Floats, channel: Channel) -> float:
-    """Return the rise of a channel as a part of the median of the other six, %; NaN where it cannot be told.
-
-    Supply and motors are those of one hand, so this varies much less between healthy hands than the rise itself.
-    """
-    others = np.delete(rises, channel)
-    known = others[np.isfinite(others)]
-    return 100.0 * float(rises[channel] / np.median(known)) if known.size else np.nan

@@ -38,11 +38,6 @@ class Load:
     friction_a: Floats
     """(n,) half the difference."""
 
-    def closing(self, share: float) -> float:
-        """Return the current on the way up at a part of the sweep, A."""
-        level = min(len(self.spring_a), max(1, round(share * (len(self.spring_a) + 1)))) - 1
-        return float(self.spring_a[level] + self.friction_a[level])
-
     @property
     def take_up_mm(self) -> float:
         """Travel of the last level that is still slack; zero when the first is taut, all of it when none is."""

@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import LOOSE_GRASP, Details, Measured, map_of
+from hil.checks.shared.experiment import Details, Measured, map_of
 from hil.checks.shared.side_by_side import MODEL_STEP_S, SimulatedHand, follow
-from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.cable_loads import loads
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.checks.staircase.residual_sources import SOURCES, residual_sources
-from hil.checks.staircase.rise_time import late_steps, respond
 from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
@@ -148,7 +146,6 @@ def measure(recording: Recording) -> Measured:
     spans = map_of(recording.header).window.spans_counts()
     for channel in Channel:
         row = found[channel.label]
-        row["settled_percent"] = 100.0 * row["settled_samples"] / len(recording["hand"].times)
         row["resolution"] = resolution(recording["codes"].values[:, channel], int(spans[channel]))
         row["worst_percent"] = 100.0 * abs(row.pop("worst_residual")) / float(ranges[channel])
     for channel, load in loads(recording).items():
@@ -156,16 +153,9 @@ def measure(recording: Recording) -> Measured:
             "take_up": load.take_up_mm,
             "spring": load.spring,
             "friction": load.friction,
-            "held": load.closing(LOOSE_GRASP[channel]),
         }
         if channel is not Channel.THUMB_CMC_FLEXION and np.isfinite(load.spring_shape):  # of which no check judges it
             found[channel.label]["spring_shape"] = load.spring_shape
-    hand, command = recording["hand"], recording["command"]
-    steps = find_steps(command.times, command.values)
-    for channel in Channel:
-        own = [step for step in steps if step.channel == channel]
-        share = late_steps(own, [respond(step, hand.times, hand.values[:, channel]) for step in own])
-        found[channel.label] |= {} if share is None else {"late_steps": share}
     return found
 
 

@@ -18,12 +18,6 @@ IN_TIME_S = 0.025
 of 50 ms reads up to 50 % too long."""
 LEAST_IN_TIME = 0.25
 """Least fraction of the steps that must be sampled in time; fewer resolve their median to 10 ms only."""
-ONSET = 0.3
-"""Fraction of a step that counts as its onset: far above the noise of a reading."""
-LATE_ONSET_S = 0.012
-"""Delay after the channel's median onset from which an onset is late, s; a servo's telemetry is 10 ms old."""
-LEAST_MADE = 0.5
-"""Least fraction of a step that must be completed for its onset to count."""
 MATCHED_FRACTION = 0.8
 """Least fraction of a step that the trace must cover, in its direction, to count as answered."""
 
@@ -42,8 +36,6 @@ class Response:
     """Greatest excess over the last sample, as a part of the change, not negative; NaN when it did not move."""
     gap: float = 0.0
     """Longest time between the two samples on either side of 10 %, or of 90 %, s."""
-    onset: float = np.nan
-    """Time from the step to `ONSET` of the change, linear between samples, s; NaN when the trace did not move."""
 
     def answers(self, step: CommandStep) -> bool:
         """Whether the trace followed the step by at least `MATCHED_FRACTION` of it."""
@@ -76,9 +68,7 @@ def respond(step: CommandStep, times: Floats, values: Floats) -> Response:
     low, high = int(np.argmax(progress >= 0.1)), int(np.argmax(progress >= 0.9))
     rise = _crossing(t, progress, high, 0.9) - _crossing(t, progress, low, 0.1)
     gap = max(float(t[i] - t[i - 1]) for i in (low, high))
-    begun = int(np.argmax(progress >= ONSET))
-    onset = (_crossing(t, progress, begun, ONSET) if begun else float(t[0])) - step.start
-    return Response(change, rise, float(t[high] - t[low]), max(0.0, float(progress.max()) - 1.0), gap, onset)
+    return Response(change, rise, float(t[high] - t[low]), max(0.0, float(progress.max()) - 1.0), gap)
 
 
 def median_rise(answers: Sequence[Response]) -> float:
@@ -88,22 +78,6 @@ def median_rise(answers: Sequence[Response]) -> float:
     """
     in_time = [answer.rise for answer in answers if answer.gap <= IN_TIME_S]
     return float(np.median(in_time)) if in_time and len(in_time) >= LEAST_IN_TIME * len(answers) else np.nan
-
-
-def late_steps(steps: Sequence[CommandStep], answers: Sequence[Response]) -> float | None:
-    """Return the percentage of a channel's steps with a late onset; None where the host sampled too few in time.
-
-    NaN where the trace followed none. A command that is lost begins with the next one.
-    """
-    made = [
-        answer
-        for step, answer in zip(steps, answers, strict=True)
-        if answer.change * np.sign(step.after - step.before) >= LEAST_MADE * abs(step.after - step.before)
-    ]
-    in_time = np.array([answer.onset for answer in made if answer.gap <= IN_TIME_S])
-    if made and len(in_time) < LEAST_IN_TIME * len(made):
-        return None
-    return 100.0 * float(np.mean(in_time > np.median(in_time) + LATE_ONSET_S)) if in_time.size else np.nan
 
 
 def _crossing(t: Floats, progress: Floats, i: int, level: float) -> float:

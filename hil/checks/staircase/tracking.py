@@ -97,7 +97,8 @@ class ChannelMetrics:
     """The same of the hand, linear between the encoder samples, which are coarse against it; NaN of a late host too."""
     overshoot_hand_percent: float
     """Greatest overshoot of the hand over the matched steps, of the step; NaN when no step matched."""
-    settled_samples: int
+    settled_percent: float
+    """Settled samples, of all samples of the run."""
     matched_steps: int
     """Steps of this channel that simulator and hand both answered."""
     worst_residual: float
@@ -138,7 +139,7 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
             rise_model_ms=1e3 * _median([m.rise_on_grid for m, _ in matched]),
             rise_hand_ms=1e3 * median_rise([h for _, h in matched]),
             overshoot_hand_percent=1e2 * max((h.overshoot for _, h in matched), default=np.nan),
-            settled_samples=int(mask.sum()),
+            settled_percent=100.0 * float(mask.mean()),
             matched_steps=len(matched),
             worst_residual=float(kept[worst]),
             worst_residual_at_s=float(hand.times[mask][worst]),

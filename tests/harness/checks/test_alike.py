@@ -1,7 +1,5 @@
 """Channels beside each other, on readings made by hand."""
 
-import pytest
-
 from hil.checks.alike.check import measure
 from tests.support.synthetic import LABELS
 
@@ -20,9 +18,3 @@ def test_each_servo_stands_beside_the_median_of_the_others():
 def test_what_most_others_lack_is_left_out():
     warm = {"index": 50.0, "ring": float("nan")}
     assert measure({"presence": rows("temperature", **warm)})["index"] == {}
-
-
-def test_the_same_posture_is_compared_where_it_carries_a_load():
-    held = {"holding": rows("holding_current", ring=0.5, index=0.05), "staircase": rows("held", ring=0.4, index=0.4)}
-    assert measure(held)["ring"] == {"held_again": pytest.approx(80.0)}
-    assert measure(held)["index"] == {}

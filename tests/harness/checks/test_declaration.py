@@ -74,7 +74,7 @@ def test_the_table_beside_the_paper_has_the_papers_numbers():
         "rise_model_ms",
         "rise_hand_ms",
         "overshoot_hand_percent",
-        "settled_samples",
+        "settled_percent",
         "matched_steps",
     ]
     paper = {

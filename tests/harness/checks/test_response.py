@@ -58,18 +58,6 @@ def test_delays_and_rate_are_the_recorded_ones():
     assert found["command_to_motion"] == pytest.approx(39.0)
     assert found["telemetry_period"] == pytest.approx(10.0)
     assert found["open_close_rate"] == pytest.approx(2.0)
-    assert found["backward_readings"] == 0.0
-
-
-def test_one_reading_that_goes_back_is_counted_in_the_recording():
-    """One new reading behind the one before it, and no other, makes the share positive."""
-    recording = recorded()
-    codes = recording["codes"].values.copy()
-    codes[1130:1140, 0] = codes[1115, 0]
-    series = recording["codes"]
-    changed = Series.of(series.columns, series.units, series.times, codes)
-    back = replace(recording, series={**recording.series, "codes": changed})
-    assert 0.0 < response.measure(back)["hand"]["backward_readings"] < 5.0
 
 
 @pytest.mark.parametrize("finger", FINGERS)
@@ -106,13 +94,6 @@ def way(*percent):
     codes = np.zeros((len(percent), 7))
     codes[:, 1] = np.array(percent) / 100 * MAX_CODE
     return codes
-
-
-def test_a_finger_that_runs_on_before_it_turns_back_is_not_backward():
-    """It closes to 45 % although it is told to open from 40 % on."""
-    readings, told = way(10, 20, 30, 35, 40, 45, 35, 25), way(100, 100, 100, 100, 0, 0, 0, 0)
-    assert response.backward(readings, told) == 0.0
-    assert response.backward(way(10, 20, 30, 35, 40, 45, 35, 38, 30), way(*[100] * 4, *[0] * 5)) == pytest.approx(1 / 6)
 
 
 def test_standstills_count_on_the_way_only():

@@ -26,7 +26,7 @@ CHANNEL_KEYS = {
     "rise_model_ms",
     "rise_hand_ms",
     "overshoot_hand_percent",
-    "settled_samples",
+    "settled_percent",
     "matched_steps",
 }
 

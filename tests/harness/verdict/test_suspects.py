@@ -84,9 +84,9 @@ def test_a_reading_that_a_servo_makes_by_itself_leads_to_it():
 
 
 def test_a_hand_reading_a_little_off_does_not_win_over_fifty_of_a_channel():
-    """A bottle in the hand: `backward_readings` of 0.503 where 0.5 is the most made a USB cable of it."""
+    """A bottle in the hand: one reading of the hand of 0.503 where 0.5 is the most made a USB cable of it."""
     first = leading(
-        response__backward_readings=1.01, excursion__closed_percent=-30, staircase__spring=9, audit__followed=-9
+        response__command_to_motion=1.01, excursion__closed_percent=-30, staircase__spring=9, audit__followed=-9
     )
     assert all(suspect.channel is Channel.RING for suspect in first)
 
