@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero import protocol
-from aero.acknowledgement import Centred, Trimmed, centred, trimmed
 from aero.channels import Channel
 from aero.clock import Clock, WallClock, positive_s
 from aero.errors import DesyncError, EchoError, LinkTimeoutError, NoTelemetryError, RefusedError
 from aero.link import HostLink
 from aero.link_state import Content
-from aero.protocol import Opcode, Reply
+from aero.protocol import Centred, Opcode, Reply, Trimmed
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 
@@ -248,7 +247,7 @@ class AeroHand:
         Trims add up until the next homing, which drops them, as does power-on with firmware 0.1.3 and later. A trim by
         0 changes nothing; with firmware `main` it tells where the servo stands.
         """
-        return trimmed(self._acknowledged(protocol.make_trim(channel, degrees), channel))
+        return protocol.trimmed(self._acknowledged(protocol.make_trim(channel, degrees), channel))
 
     def calibrate_mid(self, channel: Channel) -> Centred:
         """Make a channel's present position 2048 counts, the middle of its servo's turn; firmware `main` alone.
@@ -260,7 +259,7 @@ class AeroHand:
             LinkTimeoutError: the board is older than `main`, or silent.
             RefusedError: the board is in torque mode, or the servo did not answer; its zero may have moved.
         """
-        result = centred(self._acknowledged(protocol.make_calibrate_mid(channel), channel))
+        result = protocol.centred(self._acknowledged(protocol.make_calibrate_mid(channel), channel))
         if result is None:
             raise RefusedError(
                 f"{self.name}: {channel.label} was not calibrated. The board is in torque mode (command_codes() ends "

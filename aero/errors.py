@@ -37,7 +37,3 @@ class NoTelemetryError(AeroError):
 
 class EchoError(AeroError):
     """The line echoes what is sent, and nothing else answers."""
-
-
-class WindowMismatchError(AeroError, ValueError):
-    """The actuation map was made for another command window than the one the firmware uses."""

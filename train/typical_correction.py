@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from aero.policy.correction import FILE
+from aero.policy.running import TYPICAL_CORRECTION_FILE
 from aero.policy.settings import PolicySettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.whole_file import write_whole
@@ -54,7 +54,7 @@ def main(*, first_seed: int, hands: int) -> None:
     """Write the typical correction beside the shipped policy."""
     seeds = range(first_seed, first_seed + hands)
     text = as_toml(corrections_of(seeds, find_policy(DEFAULT).settings), seeds)
-    write_whole(Path(str(files("aero.policy.shipped") / FILE)), text)
+    write_whole(Path(str(files("aero.policy.shipped") / TYPICAL_CORRECTION_FILE)), text)
     echo(text)
 
 

@@ -88,19 +88,6 @@ def whole_numbers(values: ArrayLike, width: int | None, lowest: int, highest: in
     return array.astype(np.int64)
 
 
-def finite_numbers(values: ArrayLike, width: int, what: str) -> NDArray[np.float64]:
-    """Return a copy of finite numbers with `width` entries on the last axis.
-
-    Raises:
-        ValueError: not numbers, not finite, or another shape.
-    """
-    array = np.array(values, np.float64)
-    _of_width(array, width, what)
-    if not np.isfinite(array).all():
-        raise ValueError(f"{what}: expected finite numbers, got {array.tolist()}")
-    return array
-
-
 def _of_width(array: Array, width: int, what: str) -> Array:
     if array.ndim == 0 or array.shape[-1] != width:
         raise ValueError(f"{what}: expected shape (..., {width}), got {tuple(array.shape)}")

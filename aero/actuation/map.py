@@ -1,4 +1,13 @@
-"""The actuation map: one set of coefficients and one command window, and every conversion between them."""
+"""The actuation map: one set of coefficients and one command window, and every conversion between them.
+
+    joints (16) ─────────► travel (7) ◄───► shaft angles (7) ◄───► codes (7)
+    compact (7) ─► joints    │    ▲
+    compact ◄────────────────┤    │
+    lengths (7) ◄────────────┘    └──── lengths
+
+Everything meets in the travel, so any two representations are joined by one path. Every stage is linear or affine
+(paper, chapter 4); equation names are the labels in the paper's source.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +19,19 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.actuation import stages
-from aero.actuation.arrays import Array, as_codes, as_floats, namespace
+from aero.actuation.arrays import Array, as_codes, as_finite, as_floats, namespace
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.actuation.window import UNSHIFTED, CommandWindow
-from aero.channels import Channel
-from aero.errors import WindowMismatchError
+from aero.channels import JOINT_BOX_RAD, Channel, Joint
 from aero.protocol import MAX_CODE
+
+_CHANNELS = len(Channel)
+_JOINTS = len(Joint)
+_FINGERS = slice(Channel.INDEX, Channel.THUMB_ABDUCTION)
+_FINGER_JOINTS = slice(Joint.INDEX_MCP, Joint.THUMB_ABDUCTION)
+
+_CHANNEL_OF_JOINT = np.array([*np.repeat(range(4), 3), 4, 5, 6, 6])
+"""Which entry of a compact posture each of the sixteen joints takes."""
 
 
 class SaturatedCodes(NamedTuple):
@@ -74,61 +89,106 @@ class ActuationMap:
     @cached_property
     def winding_matrix(self) -> NDArray[np.float64]:
         """A in `d = A q`, (7, 16) float, m/rad; abduction's row rad/rad."""
-        return _constant(stages.winding_matrix(self.coefficients))
+        return _constant(self.travel_from_joints(np.eye(_JOINTS)).T)
 
     @cached_property
     def excursion_rad(self) -> NDArray[np.float64]:
-        """Shaft angles that the joint box allows, (7, 2) float, rad; the flexor's lower one is negative."""
-        return _constant(stages.excursion_rad(self.coefficients))
+        """Shaft angles that the joint box allows, (7, 2) float, rad; eq. (actrange). The flexor's lower is negative.
+
+        A linear form over a box is extreme where each joint sits on the limit that the sign of its entry asks for.
+        """
+        at_limits = self.winding_matrix[:, :, np.newaxis] * JOINT_BOX_RAD
+        travel = np.stack([at_limits.min(axis=2).sum(axis=1), at_limits.max(axis=2).sum(axis=1)])
+        return _constant(self.angles_from_travel(travel).T)
 
     @cached_property
     def window_rad(self) -> NDArray[np.float64]:
         """Shaft angles of codes 0 and 65535, (7, 2) float, rad."""
         return _constant(self.excursion_rad + self.window.shifts_rad())
 
-    def require_window(self, firmware_window: CommandWindow) -> None:
-        """Check that the map was made for the window that a hand's firmware uses.
-
-        Raises:
-            WindowMismatchError: a channel would end at another angle; the message names it, the error and the remedy.
-        """
-        off = np.rad2deg(firmware_window.shifts_rad() - self.window.shifts_rad())
-        wrong = [c for c in Channel if np.any(off[c] != 0.0)]
-        if wrong:
-            errors = "; ".join(f"{c.label} {off[c][0]:+.2f}° open, {off[c][1]:+.2f}° closed" for c in wrong)
-            raise WindowMismatchError(
-                f"the map is for window {self.window.name!r}, the hand's is {firmware_window.name!r}, so shafts would "
-                f"stop off target by: {errors} (positive: too far closed). Use ActuationMap.for_firmware with the "
-                "hand's firmware version and calibration."
-            )
-
     def travel_from_joints(self, joints: Array) -> Array:
-        """Return travel (..., 7) of postures (..., 16)."""
-        return stages.travel_from_joints(self.coefficients, joints)
+        """Return the travel `d = A q` of postures (..., 16); eqs. (fingermap), (thumbcmc), (thumbflexor)."""
+        joints = as_finite(joints, _JOINTS, "joints")
+        xp = namespace(joints)
+        finger_joints = xp.reshape(joints[..., _FINGER_JOINTS], (*joints.shape[:-1], 4, 3))
+        mcp, pip, dip = self.coefficients.finger_winding
+        fingers = mcp * finger_joints[..., 0] + pip * finger_joints[..., 1] + dip * finger_joints[..., 2]
+        thumb = _thumb_travel(
+            self.coefficients,
+            joints[..., Joint.THUMB_ABDUCTION],
+            joints[..., Joint.THUMB_CMC],
+            joints[..., Joint.THUMB_MCP],
+            joints[..., Joint.THUMB_IP],
+        )
+        return xp.concat([fingers, thumb], axis=-1)
 
     def joints_from_compact(self, compact: Array) -> Array:
-        """Return postures (..., 16) of compact ones (..., 7)."""
-        return stages.joints_from_compact(compact)
+        """Return the postures (..., 16) of compact ones (..., 7), in which the joints on one cable have one angle."""
+        compact = as_finite(compact, _CHANNELS, "compact posture")
+        xp = namespace(compact)
+        return xp.take(compact, xp.asarray(_CHANNEL_OF_JOINT), axis=-1)
 
     def compact_from_travel(self, travel: Array) -> Array:
-        """Return the compact postures (..., 7) with the given travel (..., 7)."""
-        return stages.compact_from_travel(self.coefficients, travel)
+        """Return the compact postures (..., 7) that have the given travels; inverts `A` on the compact section."""
+        travel = as_finite(travel, _CHANNELS, "travel")
+        xp = namespace(travel)
+        (cmc_abd, cmc_cmc, cmc_mcp, cmc_ip), (flex_abd, flex_cmc, flex_mcp, flex_ip) = self.coefficients.thumb_winding
+        cmc_distal, flex_distal = cmc_mcp + cmc_ip, flex_mcp + flex_ip
+        abduction = travel[..., Channel.THUMB_ABDUCTION]
+        cmc_rest = travel[..., Channel.THUMB_CMC_FLEXION] - cmc_abd * abduction
+        flex_rest = travel[..., Channel.THUMB_FLEXOR] - flex_abd * abduction
+        determinant = cmc_cmc * flex_distal - cmc_distal * flex_cmc
+        cmc = (flex_distal * cmc_rest - cmc_distal * flex_rest) / determinant
+        distal = (cmc_cmc * flex_rest - flex_cmc * cmc_rest) / determinant
+        fingers = travel[..., _FINGERS] / sum(self.coefficients.finger_winding)
+        return xp.concat([fingers, xp.stack([abduction, cmc, distal], axis=-1)], axis=-1)
+
+    def thumb_joints_from_lengths(self, lengths: Array) -> Array:
+        """Estimate the thumb's flexion angles (..., 3), CMC, MCP and IP, rad, from lengths (..., 7); eq. (thumbfit)."""
+        lengths = as_finite(lengths, _CHANNELS, "lengths")
+        return namespace(lengths).stack(_thumb_flexion(self.coefficients, *_thumb_columns(lengths)), axis=-1)
 
     def travel_from_lengths(self, lengths: Array) -> Array:
-        """Return travel (..., 7) on the hand for simulator lengths (..., 7)."""
-        return stages.travel_from_lengths(self.coefficients, lengths)
+        """Return the travels (..., 7) that the hand needs for simulator lengths (..., 7).
+
+        Fingers by matching intervals, eq. (servomap); the thumb by way of its estimated joints, eq. (thumbfit).
+        """
+        lengths = as_finite(lengths, _CHANNELS, "lengths")
+        xp = namespace(lengths)
+        longest = xp.asarray([longest for _, longest in self.coefficients.finger_lengths], dtype=lengths.dtype)
+        fingers = (longest - lengths[..., _FINGERS]) * xp.asarray(_finger_gain(self.coefficients), dtype=lengths.dtype)
+        abduction, *cables = _thumb_columns(lengths)
+        thumb = _thumb_travel(self.coefficients, abduction, *_thumb_flexion(self.coefficients, abduction, *cables))
+        return xp.concat([fingers, thumb], axis=-1)
 
     def lengths_from_travel(self, travel: Array) -> Array:
-        """Return simulator lengths (..., 7) for travel (..., 7) on the hand."""
-        return stages.lengths_from_travel(self.coefficients, travel)
+        """Return the simulator lengths (..., 7) of the hand's travels (..., 7); eqs. (servomap) and (thumbinv)."""
+        travel = as_finite(travel, _CHANNELS, "travel")
+        xp = namespace(travel)
+        longest = xp.asarray([longest for _, longest in self.coefficients.finger_lengths], dtype=travel.dtype)
+        fingers = longest - travel[..., _FINGERS] / xp.asarray(_finger_gain(self.coefficients), dtype=travel.dtype)
+        abduction = travel[..., Channel.THUMB_ABDUCTION]
+        cables = [
+            (travel[..., channel] - offset - winding[0] * abduction) / gain
+            for channel, gain, offset, winding in zip(
+                (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR),
+                self.coefficients.thumb_gain,
+                self.coefficients.thumb_offset,
+                self.coefficients.thumb_winding,
+                strict=True,
+            )
+        ]
+        return xp.concat([fingers, xp.stack([abduction, *cables], axis=-1)], axis=-1)
 
     def angles_from_travel(self, travel: Array) -> Array:
-        """Return shaft angles (..., 7) of travel (..., 7)."""
-        return stages.angles_from_travel(self.coefficients, travel)
+        """Return the shaft angles (..., 7), rad, of travels (..., 7); eq. (spool), abduction's shaft is its joint."""
+        travel = as_finite(travel, _CHANNELS, "travel")
+        return travel / _travel_per_angle(self.coefficients, travel)
 
     def travel_from_angles(self, angles: Array) -> Array:
-        """Return travel (..., 7) of shaft angles (..., 7)."""
-        return stages.travel_from_angles(self.coefficients, angles)
+        """Return the travels (..., 7) of shaft angles (..., 7), rad; eq. (inversechain)."""
+        angles = as_finite(angles, _CHANNELS, "angles")
+        return angles * _travel_per_angle(self.coefficients, angles)
 
     def codes_from_angles(self, angles: Array) -> Array:
         """Return codes (..., 7), uint16, rounded to nearest, of shaft angles (..., 7); eq. (motormap).
@@ -160,7 +220,7 @@ class ActuationMap:
         Raises:
             ValueError: not integers, or out of 0..65535.
         """
-        codes = as_codes(codes, len(Channel), "codes")
+        codes = as_codes(codes, _CHANNELS, "codes")
         xp = namespace(codes)
         low, high = self._window_like(xp, None)
         return low + xp.astype(codes, low.dtype) * ((high - low) / MAX_CODE)
@@ -186,7 +246,7 @@ class ActuationMap:
         return self.compact_from_travel(self.travel_from_angles(self.angles_from_codes(codes)))
 
     def _rounded_codes(self, angles: Array) -> tuple[Array, Array]:
-        angles = as_floats(angles, len(Channel), "shaft angles")
+        angles = as_floats(angles, _CHANNELS, "shaft angles")
         xp = namespace(angles)
         low, high = self._window_like(xp, angles.dtype)
         rounded = xp.round((angles - low) * (MAX_CODE / (high - low)))
@@ -197,7 +257,7 @@ class ActuationMap:
         return xp.asarray(low, dtype=dtype), xp.asarray(high, dtype=dtype)
 
     def _outside(self, angles: NDArray[np.float64], inside: NDArray[np.bool_]) -> str:
-        rows_angles, rows_inside = angles.reshape(-1, len(Channel)), inside.reshape(-1, len(Channel))
+        rows_angles, rows_inside = angles.reshape(-1, _CHANNELS), inside.reshape(-1, _CHANNELS)
         lines = []
         for channel in Channel:
             offenders = rows_angles[~rows_inside[:, channel], channel]
@@ -214,3 +274,41 @@ class ActuationMap:
 def _constant(array: NDArray[np.float64]) -> NDArray[np.float64]:
     array.flags.writeable = False
     return array
+
+
+def _thumb_columns(values: Array) -> tuple[Array, Array, Array]:
+    """Return the thumb's channels of values (..., 7), copied: reading one in place costs as much as reading all."""
+    xp = namespace(values)
+    abduction, cmc, flexor = (
+        xp.asarray(values[..., channel], copy=True)
+        for channel in (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
+    )
+    return abduction, cmc, flexor
+
+
+def _thumb_flexion(coefficients: Coefficients, abduction: Array, cmc_cable: Array, flexor_cable: Array) -> list[Array]:
+    return [
+        per_abduction * abduction + per_cmc_cable * cmc_cable + per_flexor_cable * flexor_cable + constant
+        for per_abduction, per_cmc_cable, per_flexor_cable, constant in coefficients.thumb_regression
+    ]
+
+
+def _thumb_travel(coefficients: Coefficients, abduction: Array, cmc: Array, mcp: Array, ip: Array) -> Array:
+    cables = [
+        per_abduction * abduction + per_cmc * cmc + per_mcp * mcp + per_ip * ip
+        for per_abduction, per_cmc, per_mcp, per_ip in coefficients.thumb_winding
+    ]
+    return namespace(abduction).stack([abduction, *cables], axis=-1)
+
+
+def _finger_gain(coefficients: Coefficients) -> list[float]:
+    """Travel on the hand per length in the simulator: both intervals describe the same stroke."""
+    shortest_stroke, longest_stroke = JOINT_BOX_RAD[: len(coefficients.finger_winding)].T
+    stroke = float(np.dot(coefficients.finger_winding, longest_stroke - shortest_stroke))
+    return [stroke / (longest - shortest) for shortest, longest in coefficients.finger_lengths]
+
+
+def _travel_per_angle(coefficients: Coefficients, like: Array) -> Array:
+    radii = [coefficients.spool_radius] * _CHANNELS
+    radii[Channel.THUMB_ABDUCTION] = 1.0
+    return namespace(like).asarray(radii, dtype=like.dtype)

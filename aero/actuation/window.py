@@ -114,18 +114,6 @@ class CommandWindow:
         """Return the counts between the two ends, (7,) int, positive; readings are multiples of 65535 over these."""
         return np.abs(np.subtract(self.grasp_counts, self.extend_counts))
 
-    def counts_from_codes(self, codes: ArrayLike) -> NDArray[np.int64]:
-        """Return the servo counts (..., 7) that the board sends servos to for codes (..., 7) in 0..65535.
-
-        Raises:
-            ValueError: not integers, out of range, or another shape.
-        """
-        whole = whole_numbers(codes, len(Channel), 0, MAX_CODE, "codes")
-        extend, grasp = np.array(self.extend_counts), np.array(self.grasp_counts)
-        steps = whole * np.abs(grasp - extend) // MAX_CODE
-        counts: NDArray[np.int64] = extend + np.sign(grasp - extend) * steps
-        return counts
-
     def _closing_sign(self) -> NDArray[np.int64]:
         extend, grasp = np.array(_BASELINE[self.hand])
         signs: NDArray[np.int64] = np.sign(grasp - extend)
@@ -134,3 +122,21 @@ class CommandWindow:
 
 UNSHIFTED = CommandWindow.for_firmware("0.1.5")
 """The window of the paper and of every firmware up to 0.1.5."""
+
+
+def fits_span(readings: ArrayLike, span_counts: ArrayLike) -> NDArray[np.bool_]:
+    """Say which readings (0..65535) a window of `span_counts` can produce; both broadcast.
+
+    The board reports `floor(n * 65535 / span)` for a shaft n servo counts into a window of `span` counts, so a handful
+    of different readings gives the span away: that finds the mixed state of firmware 0.2.0 and a channel that has been
+    trimmed. It cannot tell the homed from the unshifted state, whose ends have moved together. A reading fits a wrong
+    span by chance with a probability of `span_counts` / 65535, 2 to 5 %.
+
+    Raises:
+        ValueError: not integers, or out of range.
+    """
+    codes = whole_numbers(readings, None, 0, MAX_CODE, "readings")
+    span = whole_numbers(span_counts, None, 1, COUNTS_PER_TURN - 1, "span_counts")
+    counts = -(-codes * span // MAX_CODE)
+    fits: NDArray[np.bool_] = counts * MAX_CODE // span == codes
+    return fits

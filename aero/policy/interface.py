@@ -22,6 +22,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,7 +39,6 @@ from aero.exit_code import Exit
 from aero.policy.settings import PolicySettings, checked_count, checked_number
 from aero.policy.task import ACTION_SIZE, CHANNELS, ShownAction
 from aero.regular_file import read_text
-from aero.user_toml import parse_toml
 
 Floats = NDArray[np.float64]
 Row = tuple[float, ...]
@@ -208,13 +208,13 @@ class Interface:
             PolicyFileError: no such file, or something in it that is unknown, missing or does not fit; one line.
         """
         try:
-            return cls._parsed(parse_toml(read_text(path)))
+            return cls._parsed(tomllib.loads(read_text(path)))
         except FileNotFoundError as error:
             raise PolicyFileError(
                 f"{path} is missing: it says what the policy observes and what its action means; copy "
                 "aero/policy/shipped/steady.toml and change it"
             ) from error
-        except (OSError, ValueError, TypeError, KeyError) as error:
+        except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
             said = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
             raise PolicyFileError(f"{path}: {said}") from error
 

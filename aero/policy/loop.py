@@ -76,25 +76,6 @@ def run_policy(
     return session.summary(ending)
 
 
-def actions_on(policy: Policy, lengths: Floats, currents: Floats | None = None) -> Floats:
-    """Return the actions of `policy` (steps, 7) when it reads `lengths` (steps, 7) one after another.
-
-    Args:
-        policy: what acts.
-        lengths: as it reads them, m, abduction rad.
-        currents: (steps, 7) after each action, A; of interest to a policy that observes them.
-    """
-    interface = policy.interface
-    history, actions = History(interface, ActuationMap()), []
-    for k, row in enumerate(lengths):
-        action = interface.action.bounded(policy.network.act(history.observe(row)).astype(np.float64))
-        history.acted(action)
-        if currents is not None:
-            history.drew(currents[k])
-        actions.append(action)
-    return np.array(actions)
-
-
 def interface_of(policy: Policy, settings: RunSettings) -> Interface:
     """Return what `policy` observes and does when it is run with `settings`.
 

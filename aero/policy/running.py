@@ -5,14 +5,17 @@ What may hurt the hand is watched by `aero.safety`.
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cache
+from importlib.resources import files
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.policy.correction import typical_correction
+from aero.channels import Channel
 from aero.policy.settings import PolicySettings, checked_count, checked_number
 from aero.policy.task import CHANNELS, ShownAction
 
@@ -45,6 +48,23 @@ class RunLimits:
         checked_count("missing_readings", self.missing_readings)
         for name in ("late_s", "shaft_speed_rad_s"):
             checked_number(name, getattr(self, name), above=0.0)
+
+
+TYPICAL_CORRECTION_FILE = "typical_correction.toml"
+NO_CORRECTION = (0.0,) * CHANNELS
+"""For a hand that is as the actuation map describes it."""
+
+
+@cache
+def typical_correction() -> tuple[float, ...]:
+    """Return the correction of the cables that healthy hands need on average, (7,), m, abduction rad.
+
+    By so much longer each channel must be commanded than the map says. A cable of another length moves the joints
+    behind a shaft that reads as it should. Every thumb that was drawn is off by nearly the same, so its mean is a
+    better guess than zero for a hand of which nothing is known; `train/typical_correction.py` computes it.
+    """
+    table = tomllib.loads((files("aero.policy.shipped") / TYPICAL_CORRECTION_FILE).read_text(encoding="utf-8"))
+    return tuple(float(table["mean"][channel.label]) for channel in Channel)
 
 
 def slewed(before: Floats, wanted: Floats, most: Floats) -> Floats:

@@ -10,6 +10,10 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Self
+
+from serial.tools import list_ports
 
 from aero.child_process import READY
 from aero.clock import Clock, Deadline, WallClock
@@ -17,7 +21,6 @@ from aero.driver import AeroHand
 from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
 from aero.safety.standby import ALL_WELL
 from aero.safety.thresholds import Thresholds
-from aero.usb_port import UsbPort
 
 LONGEST_S = 25.0
 """Time in which the port may go and come back again and again, s: it may, like one whose writes fail, never be well."""
@@ -77,6 +80,44 @@ def open_what_was_left(
             if back.expired or whole.expired:
                 return Doubt(str(error))
         clock.sleep_until(clock.now() + RETRY_S)
+
+
+@dataclass(frozen=True)
+class UsbPort:
+    """A port, and the device behind it: a device that comes back may get another name."""
+
+    name: str
+    """Device path or pyserial URL by which it was opened."""
+    device: tuple[int, int, str] | None
+    """Vendor, product and serial number; None for what is no USB device, or has none."""
+
+    @classmethod
+    def of(cls, name: str) -> Self:
+        """Take down which device is behind a port."""
+        path = os.path.realpath(name)
+        return cls(name, next((device for port, device in _devices() if port == path), None))
+
+    def now(self) -> str:
+        """Return the name that the port has now.
+
+        Raises:
+            ConnectionError: no port belongs to the device. What has its old name by now is another one.
+        """
+        if self.device is None:
+            return self.name
+        for port, device in _devices():
+            if device == self.device:
+                return self.name if port == os.path.realpath(self.name) else port
+        raise ConnectionError(f"{self.name}: the USB device with the serial number {self.device[2]} is gone")
+
+
+def _devices() -> list[tuple[str, tuple[int, int, str]]]:
+    """Return the path of every port whose device has a serial number, with vendor, product and number."""
+    return [
+        (os.path.realpath(info.device), (info.vid or 0, info.pid or 0, info.serial_number))
+        for info in list_ports.comports()
+        if info.serial_number
+    ]
 
 
 if __name__ == "__main__":

@@ -8,13 +8,12 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.acknowledgement import Centred
 from aero.channels import Channel
 from aero.clock import Clock
 from aero.driver import AeroHand
 from aero.errors import RefusedError
 from aero.firmware import ServoSettings
-from aero.protocol import MAX_CODE, position_codes
+from aero.protocol import MAX_CODE, Centred, position_codes
 from aero.safety.ending import EndingHand
 from aero.safety.opening import OPEN, move_slowly
 from aero.safety.standby import Standby

@@ -12,12 +12,11 @@ from typing import Concatenate, ParamSpec, Self, TypeVar
 from numpy.typing import ArrayLike
 
 from aero import protocol
-from aero.acknowledgement import Centred
 from aero.channels import Channel
 from aero.clock import Clock, positive_s
 from aero.driver import HOMING_TIMEOUT_S, AeroHand
 from aero.firmware import ServoSettings
-from aero.protocol import Opcode
+from aero.protocol import Centred, Opcode
 from aero.safety.guard import Guard
 from aero.safety.standby import Standby
 from aero.safety.stop import Health, Phase

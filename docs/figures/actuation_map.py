@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.actuation import ActuationMap, stages
+from aero.actuation import ActuationMap
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.channels import THUMB, Channel, Joint
 from aero.protocol import MAX_CODE
@@ -96,11 +96,12 @@ class Residuals:
 
 def score(coefficients: Coefficients, capture: Capture) -> Residuals:
     """Compare coefficients with a capture."""
-    estimate = stages.thumb_joints_from_lengths(coefficients, capture.lengths)
+    codec = ActuationMap(coefficients)
+    estimate = codec.thumb_joints_from_lengths(capture.lengths)
     error = estimate - capture.joints[:, FLEXION]
-    back = stages.lengths_from_travel(coefficients, stages.travel_from_lengths(coefficients, capture.lengths))
+    back = codec.lengths_from_travel(codec.travel_from_lengths(capture.lengths))
     trip = (back - capture.lengths)[:, THUMB_CABLES]
-    trip_joints = stages.thumb_joints_from_lengths(coefficients, back) - estimate
+    trip_joints = codec.thumb_joints_from_lengths(back) - estimate
     return Residuals(_rms(error), _max(error), _rms(trip), _max(trip), _max(trip_joints))
 
 

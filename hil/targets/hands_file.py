@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -16,7 +17,6 @@ from typing import Any, Literal
 
 from aero.firmware import FIRMWARE
 from aero.regular_file import read_text
-from aero.user_toml import parse_toml
 from aero.whole_file import write_whole
 
 FILE = "hands.toml"
@@ -93,10 +93,10 @@ def read_hands(path: Path) -> dict[str, NamedHand]:
         ValueError: it cannot be read, is no TOML, or has a key or a value that is not allowed.
     """
     try:
-        tables = parse_toml(read_text(path))
+        tables = tomllib.loads(read_text(path))
     except OSError as error:
         raise ValueError(f"{path}: {error}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is not TOML: {error}") from error
     return {name: _hand(path, name, table) for name, table in tables.items()}
 

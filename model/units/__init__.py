@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -16,7 +17,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from aero.regular_file import read_text
-from aero.user_toml import parse_toml
 from firmware_emulator.plant import Drive
 from firmware_emulator.servo.parameters import ServoParameters
 from model import BuiltHandParameters
@@ -84,8 +84,8 @@ def load_unit(name: str) -> Unit:
     else:
         raise ValueError(f"there is no unit {name!r}; shipped are {', '.join(shipped_units())}, or give a .toml file")
     try:
-        table = parse_toml(text)
-    except ValueError as error:
+        table = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"unit {name} is no TOML: {error}") from error
     if "name" in table:
         raise ValueError(f"unit {name}: a unit is named by its file, remove the key 'name'")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel, Joint
-from aero.policy.correction import NO_CORRECTION, typical_correction
+from aero.policy.running import NO_CORRECTION, typical_correction
 from aero.policy.settings import PolicySettings
 from firmware_emulator.plant import Drive
 from model.built import build_built

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from aero import JOINT_BOX_RAD, UNSHIFTED, ActuationMap, Channel, CommandWindow, Joint
-from aero.errors import WindowMismatchError
 from aero.firmware import FIRMWARE
 
 MAP = ActuationMap()
@@ -185,14 +184,6 @@ def test_a_map_says_which_it_is():
     assert "'paper'" in text
     assert "'homed' of a right hand" in text
     assert "thumb_abduction 9.93..109.93°" in text
-
-
-@pytest.mark.parametrize("state", ["homed", "mixed"])
-def test_a_map_for_another_firmware_is_refused(state):
-    hand_window = CommandWindow.for_firmware("0.2.0", state)
-    with pytest.raises(WindowMismatchError, match=r"thumb_abduction \+9.93° open.*thumb_cmc_flexion -9.93° open"):
-        MAP.require_window(hand_window)
-    ActuationMap.for_firmware("0.2.0", state).require_window(hand_window)
 
 
 def test_the_window_decides_where_the_same_posture_is_found():

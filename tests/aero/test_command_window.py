@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.actuation import CommandWindow
-from aero.actuation.fingerprint import fits_span
+from aero.actuation.window import fits_span
 from aero.channels import Channel
 from aero.firmware import FIRMWARE
 

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero import AeroHand, Channel
-from aero.acknowledgement import Centred, Trimmed
 from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
-from aero.protocol import READINGS
+from aero.protocol import READINGS, Centred, Trimmed
 
 POSITIONS_WIRE = [0x2200 + i for i in range(7)]
 POSITIONS = [*POSITIONS_WIRE[3:], *POSITIONS_WIRE[:3]]

@@ -97,9 +97,10 @@ def test_a_calibrated_channel_reads_2048_and_moves_when_it_is_commanded_as_befor
     rig = Rig(firmware="main")
     codes = np.full(7, 30000)
     before = rig.shafts_deg_after(codes)
-    assert rig.hand.trim(channel, 0).position_counts == pytest.approx(
-        CommandWindow.for_firmware("main").counts_from_codes(codes)[channel], abs=45
-    )
+    window = CommandWindow.for_firmware("main")
+    extend, grasp = window.extend_counts[channel], window.grasp_counts[channel]
+    asked = extend + (grasp - extend) * codes[channel] / 65535
+    assert rig.hand.trim(channel, 0).position_counts == pytest.approx(asked, abs=45)
     centred = rig.hand.calibrate_mid(channel)
     assert centred.position_counts == pytest.approx(2048, abs=3)
     assert centred.near_middle

@@ -13,7 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aero import ActuationMap, AeroHand, Channel, CommandWindow
-from aero.actuation import fingerprint, load_coefficients
+from aero.actuation import load_coefficients
+from aero.actuation.window import fits_span
 from aero.clock import WallClock
 from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
@@ -190,14 +191,13 @@ def test_a_driver_takes_no_patience_that_is_none(name, wrong):
 
 CODEC = ActuationMap.for_firmware("0.2.0")
 CONVERSIONS = {
-    "counts_from_codes": (EDGES.counts_from_codes, 7),
     "angles_from_codes": (CODEC.angles_from_codes, 7),
     "codes_from_angles": (CODEC.codes_from_angles, 7),
     "codes_from_lengths": (CODEC.codes_from_lengths, 7),
     "codes_from_joints": (CODEC.codes_from_joints, 16),
     "codes_from_compact": (CODEC.codes_from_compact, 7),
     "saturating_codes": (CODEC.saturating_codes, 7),
-    "fits_span": (lambda codes: fingerprint.fits_span(codes, 1025), 7),
+    "fits_span": (lambda codes: fits_span(codes, 1025), 7),
 }
 """What ends in codes or begins with them, with its width."""
 

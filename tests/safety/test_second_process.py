@@ -10,8 +10,7 @@ from serial.tools import list_ports
 from aero import AeroHand
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
-from aero.safety.__main__ import LONGEST_S, open_what_was_left
-from aero.usb_port import UsbPort
+from aero.safety.__main__ import LONGEST_S, UsbPort, open_what_was_left
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from model.units import load_unit

@@ -6,7 +6,9 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import strategies as st
 
+from aero import ActuationMap
 from aero.policy.file import Policy
+from aero.policy.interface import History
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import ShownAction
@@ -39,6 +41,25 @@ def holding() -> Policy:
     *hidden, last = net.layers
     still = Layer(np.zeros_like(last.kernel), np.zeros_like(last.bias))
     return replace(policy(), network=replace(net, layers=(*hidden, still)))
+
+
+def actions_on(policy, lengths, currents=None):
+    """Return the actions of `policy` (steps, 7) when it reads `lengths` (steps, 7) one after another.
+
+    Args:
+        policy: what acts.
+        lengths: as it reads them, m, abduction rad.
+        currents: (steps, 7) after each action, A; of interest to a policy that observes them.
+    """
+    interface = policy.interface
+    history, actions = History(interface, ActuationMap()), []
+    for k, row in enumerate(lengths):
+        action = interface.action.bounded(policy.network.act(history.observe(row)).astype(np.float64))
+        history.acted(action)
+        if currents is not None:
+            history.drew(currents[k])
+        actions.append(action)
+    return np.array(actions)
 
 
 seeds = st.integers(0, 2**32 - 1)

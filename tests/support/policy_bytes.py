@@ -3,8 +3,7 @@
 import struct
 
 import numpy as np
-
-from aero.policy.loop import actions_on
+from policies import actions_on
 
 COMMAND_TO_WIRE = [4, 5, 6, 0, 1, 2, 3]
 """Wire order: thumb abduction, CMC flexion, flexor, index, middle, ring, pinky."""

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from policies import actions_on
 
 from aero.policy.file import Policy
-from aero.policy.loop import actions_on
 from aero.policy.network import Layer, Network
 from aero.policy.running import RunSettings
 from aero.policy.shipped import DEFAULT, find_policy

@@ -3,7 +3,7 @@
 import numpy as np
 
 from aero.channels import Channel
-from aero.policy.correction import NO_CORRECTION, typical_correction
+from aero.policy.running import NO_CORRECTION, typical_correction
 from aero.policy.settings import PAPER_DEPLOYMENT
 from aero.policy.shipped import DEFAULT, find_policy
 from model.units.cable_correction import correction, named_correction

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.actuation import stages
+from aero.actuation import ActuationMap
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.channels import FINGERS, THUMB, Channel, Joint
 from aero.whole_file import write_whole
@@ -160,7 +160,7 @@ def fit_inverse(coefficients: Coefficients, capture: Capture) -> tuple[Fit, Fit]
     # The simulator lacks the abduction term, which the map adds at run time.
     unabducted = capture.joints.copy()
     unabducted[:, Joint.THUMB_ABDUCTION] = 0.0
-    travel = stages.travel_from_joints(coefficients, unabducted)
+    travel = ActuationMap(coefficients).travel_from_joints(unabducted)
     ones = np.ones(len(capture.lengths))
     cmc, flexor = (
         least_squares(np.column_stack([capture.lengths[:, c], ones]), travel[:, [c]], capture.sweep)

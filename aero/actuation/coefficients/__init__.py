@@ -7,19 +7,30 @@ Two files are shipped: `paper`, the published ones and the default, and `identif
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
+
+import numpy as np
 
 from aero.regular_file import read_text
-from aero.user_toml import parse_toml
 
 SHIPPED = ("paper", "identified")
 _FINGER_JOINTS = ("mcp", "pip", "dip")
 _THUMB_JOINTS = ("abduction", "cmc", "mcp", "ip")
+_SIMULATION = ("finger_lengths", "thumb_regression", "thumb_gain", "thumb_offset")
+_SHAPES = {
+    "finger_winding": (3,),
+    "thumb_winding": (2, 4),
+    "finger_lengths": (4, 2),
+    "thumb_regression": (3, 4),
+    "thumb_gain": (2,),
+    "thumb_offset": (2,),
+}
 
 Vector = tuple[float, ...]
 Matrix = tuple[Vector, ...]
@@ -49,34 +60,26 @@ class Coefficients:
     """(2,) constants that belong to `thumb_gain`, m."""
 
     def __post_init__(self) -> None:
-        shapes = {
-            "finger_winding": (3,),
-            "thumb_winding": (2, 4),
-            "finger_lengths": (4, 2),
-            "thumb_regression": (3, 4),
-            "thumb_gain": (2,),
-            "thumb_offset": (2,),
-        }
-        for field, shape in shapes.items():
-            value = getattr(self, field)
-            _check_shape(self.name, field, value, shape)
+        for field, shape in _SHAPES.items():
+            array = np.array(getattr(self, field), np.float64)
+            if array.shape != shape or not np.isfinite(array).all():
+                self._refuse(field, f"must be finite and have shape {shape}")
             # Tuples, whatever the caller keeps.
-            rows = [tuple(map(float, row)) for row in (value if len(shape) == 2 else [value])]
-            object.__setattr__(self, field, tuple(rows) if len(shape) == 2 else rows[0])
+            rows = array.tolist()
+            object.__setattr__(self, field, tuple(map(tuple, rows)) if array.ndim == 2 else tuple(rows))
         if not (math.isfinite(self.spool_radius) and self.spool_radius > 0.0):
-            raise ValueError(f"coefficients {self.name!r}: spool_radius must be positive, got {self.spool_radius}")
+            self._refuse("spool_radius", "must be positive")
         for field in ("finger_winding", "thumb_gain"):
             if 0.0 in getattr(self, field):
-                raise ValueError(
-                    f"coefficients {self.name!r}: {field} must not hold a zero, got {getattr(self, field)}"
-                )
+                self._refuse(field, "must not hold a zero")
         (_, cmc_cmc, *cmc_distal), (_, flexor_cmc, *flexor_distal) = self.thumb_winding
         if cmc_cmc * sum(flexor_distal) == flexor_cmc * sum(cmc_distal):
-            raise ValueError(f"coefficients {self.name!r}: thumb_winding is singular for CMC against MCP and IP")
+            self._refuse("thumb_winding", "must not be singular for CMC against MCP and IP")
         if any(shortest >= longest for shortest, longest in self.finger_lengths):
-            raise ValueError(
-                f"coefficients {self.name!r}: finger_lengths are [shortest, longest], got {self.finger_lengths}"
-            )
+            self._refuse("finger_lengths", "are [shortest, longest]")
+
+    def _refuse(self, field: str, why: str) -> NoReturn:
+        raise ValueError(f"coefficients {self.name!r}: {field} {why}, got {getattr(self, field)}")
 
 
 def load_coefficients(name_or_path: str | Path) -> Coefficients:
@@ -101,7 +104,7 @@ def load_coefficients(name_or_path: str | Path) -> Coefficients:
 
 def coefficients_from_toml(text: str) -> Coefficients:
     """Parse a coefficient file; what is not in `Coefficients` is provenance for people and ignored."""
-    data = parse_toml(text)
+    data = tomllib.loads(text)
     try:
         mechanism, simulation = data["mechanism"], data["simulation"]
         return Coefficients(
@@ -113,10 +116,7 @@ def coefficients_from_toml(text: str) -> Coefficients:
                 _by_joint(mechanism["thumb_flexor_winding"], _THUMB_JOINTS),
             ),
             spool_radius=float(mechanism["spool_radius"]),
-            finger_lengths=_matrix(simulation["finger_lengths"]),
-            thumb_regression=_matrix(simulation["thumb_regression"]),
-            thumb_gain=tuple(map(float, simulation["thumb_gain"])),
-            thumb_offset=tuple(map(float, simulation["thumb_offset"])),
+            **{field: simulation[field] for field in _SIMULATION},
         )
     except KeyError as error:
         raise ValueError(f"coefficient file: the key {error} is missing") from error
@@ -131,16 +131,3 @@ def _by_joint(values: Mapping[str, Any], joints: tuple[str, ...]) -> Vector:
     if set(values) != set(joints):
         raise ValueError(f"coefficient file: expected one winding radius for each of {joints}, got {tuple(values)}")
     return tuple(float(values[joint]) for joint in joints)
-
-
-def _matrix(rows: list[list[float]]) -> Matrix:
-    return tuple(tuple(map(float, row)) for row in rows)
-
-
-def _check_shape(name: str, field: str, value: Any, shape: tuple[int, ...]) -> None:
-    rows = value if len(shape) == 2 else (value,)
-    fits = len(rows) == (shape[0] if len(shape) == 2 else 1) and all(len(row) == shape[-1] for row in rows)
-    if not fits:
-        raise ValueError(f"coefficients {name!r}: {field} must have shape {shape}, got {value}")
-    if not all(math.isfinite(number) for row in rows for number in row):
-        raise ValueError(f"coefficients {name!r}: {field} must be finite, got {value}")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aero.actuation.fingerprint import fits_span
+from aero.actuation.window import fits_span
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed, require

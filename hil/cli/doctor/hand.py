@@ -10,7 +10,7 @@ from pathlib import Path
 from serial.tools.list_ports import comports
 
 from aero import UNSHIFTED, AeroHand, Channel, CommandWindow
-from aero.actuation.fingerprint import fits_span
+from aero.actuation.window import fits_span
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.protocol import MAX_CODE

@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from policies import policy, seeds
+from policies import actions_on, policy, seeds
 
 from aero.actuation import ActuationMap
 from aero.errors import LinkTimeoutError
-from aero.policy.correction import NO_CORRECTION
-from aero.policy.loop import actions_on, run_policy
-from aero.policy.running import Ending, RunLimits, RunSettings
+from aero.policy.loop import run_policy
+from aero.policy.running import NO_CORRECTION, Ending, RunLimits, RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from aero.policy.task import ShownAction, observe, targets
 from aero.safety import SafetyStopError

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from own_policies import write_factory, write_onnx
-from policies import policy
+from policies import actions_on, policy
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.policy.interface import Action, Field, History, Interface, Meaning, Observed, PolicyFileError, cube_interface
-from aero.policy.loop import actions_on, interface_of
+from aero.policy.loop import interface_of
 from aero.policy.running import RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT
 from aero.policy.shipped import find_policy

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from own_policies import write_factory, write_onnx
-from policies import holding, policy
+from policies import actions_on, holding, policy
 from recorded import policy_of
 
 from aero.policy.file import save
-from aero.policy.loop import actions_on
 from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import find_policy
 from hil import GroundTruth

@@ -7,8 +7,7 @@ import pytest
 from policies import holding
 
 from aero.channels import Channel
-from aero.policy.correction import typical_correction
-from aero.policy.running import Ending, RunSettings
+from aero.policy.running import Ending, RunSettings, typical_correction
 from model.units import load_unit
 from train.evaluation.cube_trial import run_trial
 from train.evaluation.trial_set import trial_set
