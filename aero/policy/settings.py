@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import inf, isfinite
 
 from aero.policy.task import CHANNELS
@@ -87,9 +87,3 @@ PAPER_DEPLOYMENT = PolicySettings(
 """Paper table "policycfg"; the values of each finger from the official ROS 2 node `rl_z_rotation_deploy`."""
 
 PRESETS = {"training": PAPER_TRAINING, "deployment": PAPER_DEPLOYMENT}
-
-
-def differences(a: PolicySettings, b: PolicySettings) -> dict[str, tuple[object, object]]:
-    """Return the fields in which two settings differ, each with the value in `a` and in `b`."""
-    pairs = {field.name: (getattr(a, field.name), getattr(b, field.name)) for field in fields(PolicySettings)}
-    return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}

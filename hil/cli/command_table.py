@@ -31,7 +31,7 @@ OWN: dict[str, Command] = {
     "diagnose": Command("hil.cli.diagnose:diagnose", "Isolate the part at fault of a hand that failed, step by step."),
     "report": Command("hil.cli.report:report", "Judge recordings again and write the report."),
     "view": Command("hil.cli.view:view", "Play a recording in a web page.", "view"),
-    "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove.", "foxglove"),
+    "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove, or a film of it.", "foxglove"),
     "replay": Command("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
     "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures, to compare with later."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),

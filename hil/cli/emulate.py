@@ -22,7 +22,7 @@ from firmware_emulator.links.in_process import InProcessLink, WireEntry
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import usage_errors
 from hil.cli.hands_on import HandsOn
-from hil.cli.options import FAULT_HELP, RECORD, HostAndPort, emulation, recording_ended
+from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, HostAndPort, emulation, recording_ended
 from hil.cli.output import echo
 from hil.cli.viewing import Observer, viewing, with_view
 from hil.faults import Schedule, parse_fault
@@ -42,13 +42,11 @@ _LOG = logging.getLogger(__name__)
 
 @click.command()
 @emulation
+@FIRMWARE_PROGRAM
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
 @click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
-@click.option("--bus-echo", is_flag=True, help="The bus terminal echoes what it sends, as some adapters do.")
-@click.option("--bus-collide", is_flag=True, help="Masters of the bus do not wait for each other, as on a wire.")
 @click.option("--listen", type=HostAndPort(), help="Serve the board at rfc2217://HOST:PORT too, with DTR and RTS.")
-@click.option("--servo-model", help="Registers of another kind of servo: a shipped name, or a .toml file.")
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD
@@ -61,10 +59,7 @@ def emulate(
     link: Path | None,
     bus_link: Path | None,
     bus_port: str | None,
-    bus_echo: bool,
-    bus_collide: bool,
     listen: tuple[str, int] | None,
-    servo_model: str | None,
     state: Path | None,
     faults: tuple[str, ...],
     record: Path | None,
@@ -77,15 +72,11 @@ def emulate(
     Prints one line `ready PATH` when a client may open PATH. Words typed then are done to the hand: `inject
     motor_dead:ring`, `clear motor_dead:ring`, `exchange_servos ring pinky`; `help` lists them.
     """
-    if bus_echo and bus_link is None:
-        raise click.UsageError("--bus-echo needs --bus-link: it is the adapter of that terminal")
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
             hand = replace(hand, target="pty", faults=tuple(map(parse_fault, faults)), homed=homed)
             schedule = Schedule(hand.faults, hand.seed)
             unit = unit_named(hand.unit)
-            if servo_model is not None:
-                unit = replace(unit, servos=replace(unit.servos, model=servo_model))
             electronics, workbench = build_emulated(
                 unit,
                 hand,
@@ -94,13 +85,10 @@ def emulate(
                 schedule=schedule,
             )
             workbench.at_a_port = True
-            electronics.bus.collides = bus_collide
             electronics.says_rom_text = True
             if hand.homed:  # on virtual time, a tenth of what it takes a client
                 AeroHand(InProcessLink(electronics), electronics.clock).home()
-            server = PtyServer(
-                electronics, link=link, bus_link=bus_link, bus_port=bus_port, bus_echo=bus_echo, listen=listen
-            )
+            server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
         file: WireFile | None = None
 
         def tell(text: str, severity: Literal["info", "error"]) -> None:

@@ -67,9 +67,6 @@ def build_command(
 @click.argument("second")
 @click.option("--hand", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side of both.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of the sessions.")
-@click.option(
-    "--seeds", type=click.IntRange(1, 1_000_000), default=1, show_default=True, help="How many seeds, from that one on."
-)
 @click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Only these sessions; may be repeated.")
 @click.option("--write", type=click.Path(path_type=Path), help="Keep what SECOND did in a file, NAME.jsonl.xz.")
 def compare_command(
@@ -78,7 +75,6 @@ def compare_command(
     second: str,
     hand: Literal["right", "left"],
     seed: int,
-    seeds: int,
     only: tuple[str, ...],
     write: Path | None,
 ) -> None:
@@ -98,7 +94,7 @@ def compare_command(
         rounds = (
             _recorded_rounds(Path(second), only)
             if is_trace_file(second)
-            else _seeded_rounds(contender(second, hand), range(seed, seed + seeds), only)
+            else _seeded_rounds(contender(second, hand), seed, only)
         )
     try:
         for name, kind, session, other in rounds:
@@ -132,8 +128,7 @@ def _recorded_rounds(path: Path, only: tuple[str, ...]) -> Iterator[Round]:
             yield recorded.session.name, recorded.kind, recorded.session, recorded.trace
 
 
-def _seeded_rounds(other: Contender, seeds: range, only: tuple[str, ...]) -> Iterator[Round]:
-    for number in seeds:
-        for kind in only or MAKERS:
-            for session in sessions(kind, number):
-                yield f"seed {number}, {session.name}", kind, session, other
+def _seeded_rounds(other: Contender, seed: int, only: tuple[str, ...]) -> Iterator[Round]:
+    for kind in only or MAKERS:
+        for session in sessions(kind, seed):
+            yield f"seed {seed}, {session.name}", kind, session, other

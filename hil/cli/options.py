@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import update_wrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -15,7 +15,7 @@ from click.core import ParameterSource
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from hil.cli.exits import usage_errors
 from hil.cli.output import echo
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import HandSpec, Side
 
 if TYPE_CHECKING:
     from hil.targets.target import Target
@@ -119,18 +119,22 @@ class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from C
         return seconds
 
 
+SIDE = click.Choice(["right", "left"])
+FIRMWARE_PROGRAM = click.option(
+    "--firmware-program",
+    type=click.Path(exists=True, dir_okay=False, executable=True, path_type=Path),
+    help="What `aero-hil firmware build` made, on the emulated board; --firmware says what it was made from.",
+)
+TARGET = click.option(
+    "--hil", "target_name", default="emulated", show_default=True, metavar="TARGET",
+    help="`emulated`, `pty`, the path or pyserial URL of a port, or a name in hands.toml.",
+)  # fmt: skip
+
+
 def emulation(command: AnyFunction) -> AnyFunction:
     """Add the options that choose an emulated hand, given to the command as one `hand: HandSpec`."""
 
-    def with_hand(
-        *,
-        firmware: str,
-        side: Literal["right", "left"],
-        unit: str,
-        seed: int,
-        firmware_program: Path | None,
-        **others: Any,
-    ) -> Any:
+    def with_hand(*, firmware: str, side: Side, unit: str, seed: int, **others: Any) -> Any:
         with usage_errors():
             chosen = HandSpec.named(
                 others.pop("target_name", "emulated"),
@@ -138,8 +142,7 @@ def emulation(command: AnyFunction) -> AnyFunction:
                 hand=side if _asked_for("side") else None,
                 unit=unit,
                 seed=seed,
-                firmware_program=firmware_program,
-                hand_id=others.pop("hand_id", ""),
+                firmware_program=others.pop("firmware_program", None),
             )
         return command(hand=chosen, **others)
 
@@ -148,16 +151,9 @@ def emulation(command: AnyFunction) -> AnyFunction:
         click.option(
             "--firmware", type=click.Choice(FIRMWARE), default=DEFAULT_FIRMWARE, show_default=True, help="Version."
         ),
-        click.option(
-            "--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side."
-        ),
+        click.option("--hand", "side", type=SIDE, default="right", show_default=True, help="Side."),
         click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml."),
         click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the emulated hand's noise."),
-        click.option(
-            "--firmware-program",
-            type=click.Path(exists=True, dir_okay=False, executable=True, path_type=Path),
-            help="What `aero-hil firmware build` made, on the emulated board; --firmware says what it was made from.",
-        ),
     )
     for decorate in reversed(decorators):
         wrapped = decorate(wrapped)
@@ -170,23 +166,5 @@ def _asked_for(option: str) -> bool:
 
 
 def target(command: AnyFunction) -> AnyFunction:
-    """Add `--hil` and `--hand-id` to the options of an emulated hand."""
-    decorators = (
-        click.option(
-            "--hil",
-            "target_name",
-            default="emulated",
-            show_default=True,
-            metavar="TARGET",
-            help="`emulated`, `pty`, the path or pyserial URL of a port, or a name in hands.toml.",
-        ),
-        click.option(
-            "--hand-id",
-            default="",
-            help="Name of this hand in recordings; that of hands.toml or its USB serial if not given.",
-        ),
-    )
-    command = emulation(command)
-    for decorate in reversed(decorators):
-        command = decorate(command)
-    return command
+    """Add `--hil` to the options of an emulated hand."""
+    return TARGET(emulation(command))

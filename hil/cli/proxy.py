@@ -5,13 +5,12 @@ from __future__ import annotations
 import signal
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import click
 
 from aero.clock import WallClock
 from aero.exit_code import Exit
-from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
 from hil.cli.exits import Ended, usage_errors
@@ -20,6 +19,7 @@ from hil.cli.output import echo
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
 from hil.recordings.output import prepared_file
+from hil.targets.hand_spec import HandSpec
 
 if TYPE_CHECKING:
     from hil.recordings.wire_file import WireFile
@@ -29,31 +29,20 @@ if TYPE_CHECKING:
 @click.argument("port")
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the faults.")
 @RECORD
-@click.option("--firmware", type=click.Choice(FIRMWARE), default=DEFAULT_FIRMWARE, show_default=True,
-    help="Version on the board, for --record.")  # fmt: skip
-@click.option("--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True,
-    help="Side, for --record.")  # fmt: skip
-def proxy(
-    *,
-    port: str,
-    link: Path | None,
-    faults: tuple[str, ...],
-    seed: int,
-    record: Path | None,
-    firmware: str,
-    side: Literal["right", "left"],
-) -> None:
-    """Serve PORT (device path or pyserial URL) on a pseudo-terminal, with faults of the link in between.
+def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path | None) -> None:
+    """Serve PORT (device path, pyserial URL or name) on a pseudo-terminal, with faults of the link in between.
+
+    A name of hands.toml also says version and side, for --record; without one they are 0.2.0 and right.
 
     Prints one line `ready PATH` when a client may open PATH.
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
-            schedule = Schedule(map(parse_fault, faults), seed)
+            hand = HandSpec.named(port)
+            schedule = Schedule(map(parse_fault, faults))
         try:
-            transport = SerialTransport.open(port)
+            transport = SerialTransport.open(hand.target)
         except ConnectionError as error:
             raise Ended(str(error), Exit.NO_HAND) from error
         file: WireFile | None = None
@@ -68,7 +57,7 @@ def proxy(
                 with usage_errors():
                     prepared_file(record)
                 file = WireFile(
-                    record, WallClock(), target=port, unit=PHYSICAL, firmware=firmware, hand=side,
+                    record, WallClock(), target=hand.target, unit=PHYSICAL, firmware=hand.firmware, hand=hand.side,
                     on_failure=recording_ended,
                 )  # fmt: skip
                 files.enter_context(closing(file))

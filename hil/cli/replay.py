@@ -1,8 +1,8 @@
 """`aero-hil replay`: the bytes of a recording, sent to a hand again, at the recorded times, and the answers compared.
 
-Bytes are written at the instants at which they were written then, with no driver in between. On an emulated hand of the
-same unit, firmware and seed, opened afresh as the recorded one was, the same bytes come back; on another hand the
-difference is a measurement.
+Bytes are written at the instants at which they were written then, with no driver in between. An emulated hand is of the
+recorded side, firmware, unit and seed unless the options say otherwise, and opened afresh as the recorded one was: the
+same bytes come back. On another hand the difference is a measurement.
 """
 
 from __future__ import annotations
@@ -16,21 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from aero.firmware import FIRMWARE
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, unsigned_values
 from hil.cli.exits import usage_errors
-from hil.cli.options import open_hand, target
+from hil.cli.options import TARGET, open_hand
 from hil.cli.output import echo
 from hil.cli.reading import RECORDING, read
-from hil.cli.viewing import telling, viewing, with_view
 from hil.recordings.mcap_file import write_recording
 from hil.recordings.output import prepared_file
 from hil.recordings.provenance import source_commit, versions
-from hil.recordings.recorder import Progress, silent
-from hil.recordings.recording import Recording
+from hil.recordings.recording import Header, Recording
 from hil.targets.hand_spec import HandSpec
-from hil.targets.target import Target
+from hil.targets.target import PHYSICAL, Target
 from hil.targets.wire_log import WireRecord
-from hil.view.sources import source_of
 
 LAST_REPLY_S = 0.1
 """Time the last request gets, s."""
@@ -56,13 +54,14 @@ def check_replayable(recording: Recording, target: Target) -> None:
     if target.guard is not None:
         raise ValueError(
             f"{target.name} is guarded, and a replay writes bytes that no guard sees, settings and homing among them. "
-            "Replay on `emulated` or `pty`; to move a hand on a port again, run the experiment on it and use `diff`."
+            "Replay on `emulated` or `pty`; to move a hand on a port again, run the experiment on it and compare with "
+            "`report A --beside B`."
         )
     if all(record.direction != "to_hand" for record in recording.wire):
         raise ValueError("this recording holds no bytes to the hand, so there is nothing to replay")
 
 
-def resend(recording: Recording, target: Target, *, progress: Progress = silent) -> Recording:
+def resend(recording: Recording, target: Target) -> Recording:
     """Send every byte of a recording to a target again and record what happens.
 
     Raises:
@@ -71,10 +70,9 @@ def resend(recording: Recording, target: Target, *, progress: Progress = silent)
     check_replayable(recording, target)
     sent = [record for record in recording.wire if record.direction == "to_hand"]
     mark, start = target.wire.mark(), target.clock.now()
-    for i, record in enumerate(sent):
+    for record in sent:
         _read_until(target, start + record.t)
         target.wire.write(record.data)
-        progress((i + 1) / len(sent), "replaying")
     _read_until(target, start + sent[-1].t + LAST_REPLY_S)
     header = dataclasses.replace(
         recording.header,
@@ -132,26 +130,28 @@ def _read_until(target: Target, t: float) -> None:
 
 @click.command()
 @click.argument("recording", type=RECORDING)
-@target
-@with_view
+@TARGET
+@click.option("--firmware", type=click.Choice(FIRMWARE), help="Version; the recorded one if not given.")
+@click.option("--unit", help="Unit of an emulated hand; the recorded one if not given.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the new recording here.")
-def replay(
-    *,
-    recording: Path,
-    hand: HandSpec,
-    view: bool,
-    out: Path | None,
-) -> None:
+def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str | None, out: Path | None) -> None:
     """Send the bytes of RECORDING to a hand again and compare the answers."""
     recorded = read(recording)
+    header = recorded.header
     with usage_errors():
         if out is not None:
             prepared_file(out)
-    with viewing(view, hand) as observer, open_hand(hand) as opened:
+        hand = HandSpec.named(
+            target_name,
+            firmware=firmware or header.firmware,
+            hand=header.hand,
+            unit=unit or _unit(header),
+            seed=header.seed,
+        )
+    with open_hand(hand) as opened:
         with usage_errors():
             check_replayable(recorded, opened)
-        observer.follow(source_of(opened))
-        replayed = resend(recorded, opened, progress=telling(observer, silent))
+        replayed = resend(recorded, opened)
     comparison = compare_replies(recorded, replayed)
     if out is not None:
         write_recording(replayed, out)
@@ -159,3 +159,14 @@ def replay(
     if not np.isnan(comparison.position_rms).all():
         rms = ", ".join(f"{channel.label} {comparison.position_rms[channel]:.0f}" for channel in Channel)
         echo(f"rms difference of the encoders, of 65535: {rms}")
+
+
+def _unit(header: Header) -> str:
+    """Return the unit that stands in for the recorded hand.
+
+    Raises:
+        ValueError: a file, which is not opened because a recording names it.
+    """
+    if header.unit.endswith(".toml"):
+        raise ValueError(f"the recorded unit is the file {header.unit!r}; give it with --unit")
+    return "reference" if header.unit == PHYSICAL else header.unit

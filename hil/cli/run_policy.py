@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,16 +16,13 @@ from aero.channels import CABLES, Channel
 from aero.exit_code import Exit
 from aero.policy.file import Policy
 from aero.policy.held import held_at_the_end
-from aero.policy.loop import interface_of
 from aero.policy.running import Ending, Run, RunSettings
-from aero.policy.settings import PRESETS, differences
 from aero.policy.shipped import DEFAULT, find_policy
-from aero.policy.task import ShownAction, furthest_codes
+from aero.policy.task import furthest_codes
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import usage_errors
-from hil.cli.film import check_film, write_film
 from hil.cli.options import Finite, Seconds, open_hand, target
 from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
@@ -51,14 +47,6 @@ MOST_A = 4.5
 @target
 @click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Time under the policy.")
 @click.option("--dry-run", is_flag=True, help="Read and act, but write nothing to the hand.")
-@click.option(
-    "--settings", "preset", type=click.Choice(list(PRESETS)),
-    help="Nominal grasp and scales of the paper's training or deployment, instead of the policy's own.",
-)  # fmt: skip
-@click.option(
-    "--late", is_flag=True,
-    help="Write each command a period late and show the last action to any policy, as the official ROS 2 node does.",
-)  # fmt: skip
 @click.option("--wait", type=Seconds(least=0.0), default=1.5, show_default=True, help="Seconds for placing the object.")
 @click.option(
     "--correction", "correction_name", metavar="WHOSE",
@@ -69,9 +57,6 @@ MOST_A = 4.5
     "--max-current", type=Finite(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
     show_default=True, help="Current of a motor at which the hand is stopped, A.",
 )  # fmt: skip
-@click.option(
-    "--film", type=click.Path(dir_okay=False, path_type=Path), help="Draw an emulated hand and its cube, as a GIF."
-)
 @click.option("--empty", is_flag=True, help="Leave an emulated hand empty.")
 @with_view
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
@@ -81,12 +66,9 @@ def run_policy(
     hand: HandSpec,
     seconds: float,
     dry_run: bool,
-    preset: str | None,
-    late: bool,
     wait: float,
     correction_name: str | None,
     max_current: float,
-    film: Path | None,
     empty: bool,
     view: bool,
     record: Path | None,
@@ -104,24 +86,12 @@ def run_policy(
     holds_cube = hand.target == "emulated" and not (dry_run or empty)
     with usage_errors():
         policy = find_policy(policy_name)
-        settings = RunSettings(
-            seconds=seconds,
-            settings=PRESETS[preset] if preset else None,
-            wait_s=wait,
-            dry=dry_run,
-            one_period_late=late,
-            shown_action=ShownAction.LAST if late else None,
-        )
-        interface_of(policy, settings)  # refuses settings that it cannot be run with
         whose = correction_name if correction_name is not None else hand.twin or TYPICAL
-        found = named_correction(whose, settings.settings or policy.settings)
-        settings = replace(settings, correction=tuple(found.tolist()))
+        correction = tuple(named_correction(whose, policy.settings).tolist())
+        settings = RunSettings(seconds=seconds, wait_s=wait, dry=dry_run, correction=correction)
         if record is not None:
             prepared_file(record)
-        if film is not None:
-            check_film(film, holds_cube=holds_cube)
         thresholds = Thresholds(current_a=max_current)
-    _say_settings(console, policy, settings)
     console.print(_correction_line(whose, settings.correction))
     if hand.target == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
@@ -149,16 +119,7 @@ def run_policy(
         )
         if record:
             console.print(f"recorded in {record}")
-    if film is not None and cube is not None and cube.postures:
-        write_film(cube, hand.side, film, (settings.settings or policy.settings).period_s)
-        console.print(f"film in {film}")
     sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
-
-
-def _say_settings(console: Console, policy: Policy, settings: RunSettings) -> None:
-    for name, (trained, used) in differences(policy.settings, settings.settings or policy.settings).items():
-        if name != "noise":
-            console.print(f"{name}: trained {trained}, used {used}")
 
 
 def _correction_line(whose: str, correction: Sequence[float]) -> str:
@@ -172,7 +133,7 @@ def _before_moving(opened: Target, policy: Policy, settings: RunSettings) -> str
     """Return what will move, for how long, and what stops it."""
     if settings.dry:
         return before_moving(opened, (0.0,) * len(Channel), 0.0)
-    grasp = settings.settings or policy.settings
+    grasp = policy.settings
     reach = furthest_codes(opened.map, *map(np.array, (grasp.nominal, grasp.scale, settings.correction)))
     moving_s = settings.wait_s + settings.seconds + 2 * settings.approach_s
     return before_moving(opened, (reach / MAX_CODE).tolist(), moving_s)

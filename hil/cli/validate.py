@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from hil.cli.options import FAULT_HELP, NewFolder, target
+from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, NewFolder, target
 from hil.cli.viewing import with_view
 from hil.targets.hand_spec import HandSpec
 
@@ -26,6 +26,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 
 @click.command()
 @target
+@FIRMWARE_PROGRAM
 @click.option(
     "--only",
     "names",
@@ -43,13 +44,8 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     help="Encoder zeros of an emulated hand: as homing leaves them, as on every physical hand, or of the drawing.",
 )  # fmt: skip
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=f"Inject into an emulated hand: {FAULT_HELP}")
-@click.option(
-    "--look", is_flag=True,
-    help="Move one channel at a time and ask what you see; alone, or after the experiments of --only.",
-)  # fmt: skip
 @with_view
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
-@click.option("--json", "as_json", is_flag=True, help="Print the content of checks.json on standard output.")
 @click.option(
     "--out", type=NewFolder(),
     help="Folder for the report, the metrics and the recordings; validation/DATE-AND-TIME if not given.",
@@ -61,10 +57,8 @@ def validate(
     baseline: Path | None,
     zeros: str,
     faults: tuple[str, ...],
-    look: bool,
     view: bool,
     dry_run: bool,
-    as_json: bool,
     out: Path | None,
 ) -> None:
     """Check a hand: is everything there, does it move as it should, does it agree with the simulator?
@@ -74,8 +68,6 @@ def validate(
     """
     from hil.cli.validation_run import run  # noqa: PLC0415 - help is quick
 
-    if look:
-        names = (*(names or ("presence",)), *(() if "look" in names else ("look",)))
     run(
         hand,
         names,
@@ -84,6 +76,5 @@ def validate(
         faults=faults,
         view=view,
         dry_run=dry_run,
-        as_json=as_json,
         out=out,
     )

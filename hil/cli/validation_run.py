@@ -45,7 +45,6 @@ def run(
     faults: Sequence[str],
     view: bool,
     dry_run: bool,
-    as_json: bool,
     out: Path | None,
 ) -> None:
     """Validate the chosen hand, show the result and end the program with its exit code.
@@ -58,10 +57,9 @@ def run(
         faults: faults to inject into an emulated hand, in the text of `hil.faults`.
         view: show the hand in a web page.
         dry_run: read and show only.
-        as_json: print `checks.json` alone on standard output; what is for people goes to standard error.
         out: folder of the results; one named by the time when None.
     """
-    console = new_console(stderr=as_json)
+    console = new_console()
     with usage_errors():
         if baseline is not None:
             load(baseline)
@@ -114,8 +112,6 @@ def run(
         for line in run_text(result, str(folder / "report.html"), console.width, shown=shown):
             console.print(line)
         write_results(result, folder)
-        if as_json:
-            echo((folder / "checks.json").read_text(encoding="utf-8").rstrip("\n"))
     _end(result, folder)
 
 

@@ -1,7 +1,8 @@
 """The experiment "policy": a policy runs on a target, and everything that happened is recorded.
 
 Series of the recording, all sampled once a control period: `codes` as read, `hand` the same in the simulator's
-lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`.
+lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`; of an emulated hand with a cube
+also `posture`, what hand and cube really did.
 """
 
 from __future__ import annotations
@@ -11,13 +12,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import Channel
+from aero.channels import Channel, Joint
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
 from aero.policy.running import Ending, Run, RunSettings, Step
 from hil.recordings.recorder import Progress, Recorder, silent
+from hil.recordings.recording import Series
 from hil.targets.target import Target
 from model.cube_plant import CubeWatch
+
+POSTURE = {joint.label: "rad" for joint in Joint} | dict.fromkeys(("cube_x", "cube_y", "cube_z"), "m")
+POSTURE |= dict.fromkeys(("cube_qw", "cube_qx", "cube_qy", "cube_qz"), "1")
+"""Columns of the series `posture` to their units, as `model.cube_plant.CubePlant.posture` returns them."""
 
 
 class PolicyRun(NamedTuple):
@@ -60,6 +66,7 @@ def record_policy(
         target.begin()
         if target.guard is not None and policy.settings.torque_limit is not None:
             target.guard.limit_torques(policy.settings.torque_limit)
+    times: list[float] = []
     lateness: list[float] = []
     currents: list[NDArray[np.float64]] = []
     period_s = (settings.settings or policy.settings).period_s
@@ -89,6 +96,7 @@ def record_policy(
                 recorder.add(name, step.t, row)
         if cube is not None:
             cube.sample()
+            times.append(step.t - recorder.start)
         lateness.append(step.late_s)
         currents.append(step.currents_a)
         progress(min(1.0, len(lateness) * period_s / settings.seconds), policy.name)
@@ -100,16 +108,22 @@ def record_policy(
 
     recorder.note(f"policy {policy.name!r} {'reads only' if settings.dry else 'runs'}")
     progress(0.0, "going to the grasp")
-    run = run_policy(
-        policy,
-        target.hand,
-        target.clock,
-        target.map,
-        settings=settings,
-        on_wait=lambda: progress(0.0, "put the object in"),
-        on_ready=begin,
-        on_step=take,
-    )
+    try:
+        run = run_policy(
+            policy,
+            target.hand,
+            target.clock,
+            target.map,
+            settings=settings,
+            on_wait=lambda: progress(0.0, "put the object in"),
+            on_ready=begin,
+            on_step=take,
+        )
+    finally:
+        if cube is not None and times:
+            recorder.attach(
+                "posture", Series.of(tuple(POSTURE), tuple(POSTURE.values()), times, np.array(cube.postures))
+            )
     text = f"{run.ending.value}: {run.reason}" if run.reason else run.ending.value
     recorder.note(text, "info" if run.ending is Ending.TIME else "error")
     return PolicyRun(run, tuple(lateness), np.array(currents).reshape(-1, len(Channel)))

@@ -57,6 +57,7 @@ class Recorder:
         self._events: list[Event] = []
         self._failure: CannotBeWrittenError | None = None
         self._wire_mark = 0
+        self._attached: dict[str, Series] = {}
         self._log_lines = LogLines(self._add_event)
         self.start = 0.0
         """Time of the target's clock that is zero in the recording, s."""
@@ -110,6 +111,10 @@ class Recorder:
             for t, row in zip(self._times[source], convert(np.array(self._rows[source])), strict=True):
                 self._add(name, t, row)
 
+    def attach(self, name: str, series: Series) -> None:
+        """Add a whole series that is not one of the channels; it is written at the end."""
+        self._attached[name] = series
+
     def note(self, text: str, severity: Severity = "info") -> None:
         """Add an event that happens now.
 
@@ -143,10 +148,11 @@ class Recorder:
             for name, rows in self._rows.items()
         }
         if (delays := delay_series(self._target.delays.since(self.start))) is not None:
-            series[DELAYS] = delays
+            self.attach(DELAYS, delays)
+        series |= self._attached
         if self._file is not None:
-            if delays is not None:
-                self._write(RecordingFile.add_whole_series, DELAYS, delays)
+            for name, one in self._attached.items():
+                self._write(RecordingFile.add_whole_series, name, one)
             self._write(RecordingFile.finish, header)
             self._file.close()
         return Recording(header, series, wire.since(self._wire_mark, self.start), tuple(self._events))

@@ -97,7 +97,6 @@ class HandSpec:
         *,
         firmware: str | None = None,
         hand: Side | None = None,
-        hand_id: str = "",
         firmware_program: Path | str | None = None,
         faults: Iterable[Injection] = (),
         **others: Any,
@@ -108,7 +107,6 @@ class HandSpec:
             target: `emulated`, `pty`, the path or pyserial URL of a port, or a name.
             firmware: version; that of `hands.toml` when None, else 0.2.0.
             hand: side; that of `hands.toml` when None, else right.
-            hand_id: name of the individual hand; that in `hands.toml` when empty.
             firmware_program: path of the program.
             faults: of an emulated hand.
             others: the other fields.
@@ -121,10 +119,9 @@ class HandSpec:
             target=known.port,
             firmware=firmware or known.firmware or DEFAULT_FIRMWARE,
             side=hand or known.side or "right",
-            hand_id=hand_id or known.name,
             firmware_program=None if firmware_program is None else Path(firmware_program),
             faults=tuple(faults),
-            **{"twin": known.twin, "baseline": known.baseline, **others},
+            **{"hand_id": known.name, "twin": known.twin, "baseline": known.baseline, **others},
         )
 
     @property
@@ -147,14 +144,7 @@ class HandSpec:
         return f"{self.side.capitalize()} hand on {self.target}, firmware {self.firmware}"
 
     def argv(self) -> list[str]:
-        """Return the options that give a command this hand; `hil.cli.options` reads them back."""
-        words = ["--hil", self.target]
-        if self.hand_id:
-            words += ["--hand-id", self.hand_id]
-        return words + self.emulation_argv()
-
-    def emulation_argv(self) -> list[str]:
-        """Return the options that give `aero-hil emulate` this hand."""
+        """Return the options that give `aero-hil emulate` this hand; `hil.cli.options` reads them back."""
         words = ["--firmware", self.firmware, "--hand", self.side, "--unit", self.unit, "--seed", str(self.seed)]
         if self.firmware_program is not None:
             words += ["--firmware-program", str(self.firmware_program)]

@@ -46,7 +46,7 @@ def serve_in_process(spec: HandSpec, delays: DelayLog | None = None) -> Iterator
         FaultNeverFiredError: a fault had no effect until it was stopped.
         ChildError: it did not start, or did not stop cleanly; the message carries what it printed.
     """
-    command = [sys.executable, "-P", "-m", "hil.cli", "emulate", *spec.emulation_argv(), "--parent", str(os.getpid())]
+    command = [sys.executable, "-P", "-m", "hil.cli", "emulate", *spec.argv(), "--parent", str(os.getpid())]
     heard = _Heard(delays or DelayLog())
     child = ChildProcess(command, "`aero-hil emulate`", on_line=heard.take)
     path = child.wait_ready(START_S)

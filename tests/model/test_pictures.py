@@ -1,16 +1,18 @@
 """Pictures and films: drawn only where an OpenGL backend is named."""
 
 import os
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from PIL import Image
-from policies import holding, policy
+from policies import holding
 
 from aero.policy.file import save
 from hil.cli import main
+from hil.recordings.mcap_file import read_recording, write_recording
 from model import build_routed
 from model.__main__ import main as draw
 from model.cube_plant import CubePlant
@@ -54,25 +56,47 @@ def test_a_cube_that_turns_shows_its_next_face():
     assert fraction_of(after, orange) > 0.01
 
 
-@drawn
-def test_run_policy_leaves_a_film(tmp_path):
-    save(holding(), tmp_path / "policy.npz")
-    arguments = ["run-policy", str(tmp_path / "policy.npz"), "--seconds", "1", "--film", str(tmp_path / "film.gif")]
+@pytest.fixture(scope="module")
+def turned(tmp_path_factory):
+    """A second of a policy with the cube, recorded."""
+    folder = tmp_path_factory.mktemp("turned")
+    save(holding(), folder / "policy.npz")
+    arguments = ["run-policy", str(folder / "policy.npz"), "--seconds", "1", "--record", str(folder / "run.mcap")]
     result = CliRunner().invoke(main, arguments, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return folder / "run.mcap"
+
+
+def filmed(recording, path):
+    return CliRunner().invoke(main, ["export", str(recording), "--out", str(path)])
+
+
+@drawn
+def test_a_film_is_drawn_of_a_recording(turned, tmp_path):
+    result = filmed(turned, tmp_path / "film.gif")
     assert result.exit_code == 0, result.output
     with Image.open(tmp_path / "film.gif") as film:
         assert (film.n_frames, film.size, film.info["duration"]) == (10, (FILM_WIDTH, FILM_HEIGHT), 100)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [(["--empty", "--film", "x.gif"], "draws an emulated hand"), (["--film", "x.mp4"], "name the file .gif")],
-)
-def test_a_film_that_cannot_be_is_refused_before_anything_moves(arguments, said, tmp_path):
-    save(policy(), tmp_path / "policy.npz")
-    result = CliRunner().invoke(main, ["run-policy", str(tmp_path / "policy.npz"), *arguments])
-    assert result.exit_code == 2
-    assert said in " ".join(result.output.split())
+def test_a_film_that_cannot_be_is_refused_in_one_line(turned, tmp_path, monkeypatch):
+    def no_context(*_):
+        raise RuntimeError("no display")
+
+    monkeypatch.setattr(mujoco, "Renderer", no_context)
+    refused = filmed(turned, tmp_path / "film.gif")
+    assert (refused.exit_code, refused.output.count("\n")) == (2, 1)
+    assert "a film: nothing can be drawn here" in refused.output
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr("hil.cli.export.check_drawing", lambda _asked: None)
+    recording = read_recording(turned)
+    posture = recording["posture"]
+    assert posture.values.shape == (20, 23)
+    for series in ({}, {"posture": replace(posture, columns=posture.columns[::-1])}):
+        write_recording(replace(recording, series=series), tmp_path / "other.mcap")
+        refused = filmed(tmp_path / "other.mcap", tmp_path / "film.gif")
+        assert (refused.exit_code, refused.output.count("\n")) == (2, 1)
+        assert "which this recording does not hold" in refused.output
 
 
 @drawn

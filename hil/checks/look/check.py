@@ -42,7 +42,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """
     onlooker = target.find(Onlooker)
     if onlooker is None:
-        raise MissingCapabilityError("nobody looks at the hand: run `aero-hil validate --look` on a terminal")
+        raise MissingCapabilityError("nobody looks at the hand: run `aero-hil validate --only look` on a terminal")
     recorder.begin({"nudge_thumb": NUDGE[Channel.THUMB_FLEXOR], "hold_s": HOLD_S})
     moves = 1 + len(Channel) * (2 * TIMES + 2 * TIMES + 2)
     look = _Look(Sampler(target, recorder, progress, moves * HOLD_S), onlooker)

@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +44,8 @@ from model.drawn_parts import PosedHand
 
 POSTURE_S = 0.05
 """Least time from one posture to the next, s: what a film of the hand needs."""
-LAYOUT = "layout.json"
+LAYOUT = Path(__file__).with_name("layout.json")
+"""The layout of Foxglove's panels that ships with this project."""
 
 TimedEntry = tuple[float, Callable[[RecordingFile], None]]
 """When something happens, s since the start, and what writes it."""
@@ -65,11 +65,6 @@ def export(recording: Recording, path: Path) -> None:
         for _, write in entries:
             write(file)
         file.finish(recording.header)
-
-
-def layout() -> str:
-    """Return the layout of Foxglove's panels that ships with this project, as JSON."""
-    return resources.files("hil.report.foxglove").joinpath(LAYOUT).read_text(encoding="utf-8")
 
 
 def _recorded(recording: Recording) -> Iterator[TimedEntry]:

@@ -117,7 +117,7 @@ GOOD = "y\n" + "".join(f"{number}\ny\n" for number in range(1, 8))
     ],
 )
 def test_the_terminal_asks_and_ends_well(typed, code, said, tmp_path):
-    arguments = ["validate", "--look", "--zeros", "ideal", "--out", str(tmp_path)]
+    arguments = ["validate", "--only", "presence", "--only", "look", "--zeros", "ideal", "--out", str(tmp_path)]
     result = CliRunner().invoke(main, arguments, input=typed)
     assert result.exit_code == code, result.output
     assert said in " ".join(result.output.split())

@@ -51,7 +51,7 @@ RECORDING_LINES = (
     "report FILE --beside GOOD --out OUT.html",
     "export FILE --out OUT.mcap",
     "view FILE",
-    "replay FILE --seed 3",
+    "replay FILE",
 )
 
 
@@ -226,9 +226,9 @@ LINES = (
     "record --dry-run --excite fingers --channel ring --scale 0.3 --out x.mcap",
     "run-policy steady --dry-run --seconds 0.1 --wait 0 --empty --twin reference",
     "report x.mcap --out r.html",
-    "replay x.mcap --seed 3",
+    "replay x.mcap --unit reference",
     "export x.mcap --out y.mcap",
-    "firmware compare 0.2.0 0.1.5 --only homing --seeds 1 --seed 0",
+    "firmware compare 0.2.0 0.1.5 --only homing --seed 0",
     "doctor --hil emulated --json",
     "faults",
     "baseline r --out b",

@@ -41,11 +41,21 @@ def invoke(*arguments):
 
 
 def test_the_same_seed_answers_a_replay_with_the_same_bytes(results):
-    result = invoke("replay", results / "session.mcap", "--seed", 3)
+    result = invoke("replay", results / "session.mcap")
     assert result.exit_code == 0, result.output
     same, total = result.output.split(" requests")[0].split(" of ")
     assert int(same) == int(total) > 1000
     assert "index 0, middle 0" in result.output
+
+
+def test_the_file_of_a_unit_is_not_opened_because_a_recording_names_it(results, tmp_path):
+    session = read_recording(results / "session.mcap")
+    elsewhere = dataclasses.replace(session.header, unit="mine.toml")
+    write_recording(dataclasses.replace(session, header=elsewhere), tmp_path / "twin.mcap")
+    refused = invoke("replay", tmp_path / "twin.mcap")
+    assert refused.exit_code == 2
+    assert "the recorded unit is the file 'mine.toml'; give it with --unit" in refused.output
+    assert invoke("replay", tmp_path / "twin.mcap", "--unit", "reference").exit_code == 0
 
 
 def test_another_seed_answers_with_other_noise_but_the_same_positions(results):

@@ -69,12 +69,6 @@ def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turne
     assert "cube" not in empty
 
 
-def test_run_policy_says_how_the_preset_differs_from_the_training(path):
-    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "0.2", "--settings", "deployment"])
-    assert result.exit_code == 0, result.output
-    assert "nominal: trained" in result.output
-
-
 def test_run_policy_ends_with_one_when_a_limit_ends_it(path):
     result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.5"])
     assert result.exit_code == 1

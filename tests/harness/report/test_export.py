@@ -1,6 +1,8 @@
 """An export opens with the public readers, in Foxglove's own schemas, and is still the recording."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -42,8 +44,9 @@ def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("export")
     with open_target(faults=[parse_fault("cable_snapped:ring")]) as target:
         record(EXPERIMENTS["audit"], target, folder / "audit.mcap")
-    result = CliRunner().invoke(main, ["export", str(folder / "audit.mcap"), "--layout", str(folder / "layout.json")])
+    result = CliRunner().invoke(main, ["export", str(folder / "audit.mcap")])
     assert result.exit_code == 0, result.output
+    assert json.loads(Path(result.output.split()[-1]).read_text())
     return folder / "audit.mcap", folder / "audit-foxglove.mcap"
 
 

@@ -31,40 +31,27 @@ SPECS = st.builds(
 )
 
 
-def read_back(argv):
-    """Return the hand that a command with all options of a hand gets."""
-    found = []
+def read_back(argv, of_a_hand):
+    """Return the hand that a command with the options of a hand gets."""
 
     @click.command()
-    @target
+    @of_a_hand
     @click.option("--fault", "faults", multiple=True, help=FAULT_HELP)
     @click.option("--homed", is_flag=True)
     def command(*, hand, faults, homed):
-        found.append(replace(hand, faults=tuple(map(parse_fault, faults)), homed=homed))
+        return replace(hand, faults=tuple(map(parse_fault, faults)), homed=homed)
 
     done = CliRunner().invoke(command, argv, standalone_mode=False)
     assert done.exception is None, done.exception
-    return found[0]
-
-
-@given(spec=SPECS)
-def test_a_hand_goes_to_a_command_line_and_back(spec):
-    assert read_back(spec.argv()) == spec
+    return done.return_value
 
 
 @given(spec=SPECS)
 def test_the_process_that_serves_a_hand_gets_the_same_one(spec):
     """`aero-hil emulate` has no target and no name: it is the target."""
-
-    @click.command()
-    @emulation
-    @click.option("--fault", "faults", multiple=True)
-    @click.option("--homed", is_flag=True)
-    def serve(*, hand, faults, homed):
-        return replace(hand, faults=tuple(map(parse_fault, faults)), homed=homed)
-
-    served = CliRunner().invoke(serve, spec.emulation_argv(), standalone_mode=False).return_value
-    assert served == replace(spec, target="emulated", hand_id="")
+    served = replace(spec, target="emulated", hand_id="")
+    assert read_back(spec.argv(), emulation) == served
+    assert read_back(["--hil", spec.target, *spec.argv()], target) == replace(spec, hand_id="")
 
 
 def test_hands_toml_options_and_python_say_the_same_hand(tmp_path, monkeypatch):
@@ -72,9 +59,9 @@ def test_hands_toml_options_and_python_say_the_same_hand(tmp_path, monkeypatch):
     (tmp_path / "hands.toml").write_text('[bench]\nport = "pty"\nfirmware = "0.1.5"\nside = "left"\ntwin = "ideal"\n')
     expected = HandSpec("pty", "0.1.5", "left", hand_id="bench", twin="ideal")
     assert HandSpec.named("bench") == expected
-    assert read_back(["--hil", "bench"]) == expected
+    assert read_back(["--hil", "bench"], target) == expected
     assert HandSpec.named("bench", hand="right") == replace(expected, side="right")
-    assert read_back(["--hil", "bench", "--hand", "right"]) == replace(expected, side="right")
+    assert read_back(["--hil", "bench", "--hand", "right"], target) == replace(expected, side="right")
 
 
 @pytest.mark.parametrize(

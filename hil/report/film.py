@@ -1,0 +1,37 @@
+"""A film of an emulated hand that turned a cube, drawn from the recording of its policy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from aero.whole_file import whole
+from hil.recordings.errors import UnusableFileError
+from hil.recordings.policy_run import POSTURE
+from hil.recordings.recording import Recording
+from model.pictures import frames
+
+FRAMES_PER_S = 10.0
+"""Half the control periods, which is enough to follow and half the file."""
+COLOURS = 64
+"""Colours of the palette that all frames share, so that what does not move does not flicker."""
+
+
+def write_film(recording: Recording, path: Path) -> None:
+    """Draw hand and cube in the time they took, to a GIF file.
+
+    Raises:
+        UnusableFileError: the recording holds no cube.
+    """
+    posture = recording.series.get("posture")
+    if posture is None or posture.columns != tuple(POSTURE):
+        raise UnusableFileError("a film shows an emulated hand with its cube, which this recording does not hold")
+    period_s = float(np.median(np.diff(posture.times))) if len(posture.times) > 1 else 1.0 / FRAMES_PER_S
+    every = max(1, round(1.0 / (FRAMES_PER_S * period_s)))
+    drawn = [Image.fromarray(picture) for picture in frames(posture.values[::every], recording.header.hand)]
+    palette = drawn[len(drawn) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
+    first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn)
+    with whole(path) as draft:
+        first.save(draft, save_all=True, append_images=others, duration=round(1e3 * every * period_s), loop=0)
