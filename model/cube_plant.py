@@ -9,11 +9,10 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.cubes import LOST_HEIGHT_M, SETTLING_S
 from model.geometry import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
-from model.scene import CUBE, CUBE_START, Cube, add_cube
+from model.scene import CUBE, CUBE_START, LOST_HEIGHT_M, SETTLING_S, Cube, add_cube
 
 OUT_OF_REACH = (1.0, 0.0, 0.0)
 """Where the cube falls freely until it is placed, m."""

@@ -1,13 +1,19 @@
-"""What stands around a hand: the cube of the rotation task, a floor, light and sky. Add before compiling."""
+"""What stands around a hand: the cube of the rotation task, how cubes differ, light, sky. Add before compiling."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import mujoco
+import numpy as np
 
 CUBE_START = (0.11, 0.0, 0.05)
 """Nominal position above the palm, m."""
+LOST_HEIGHT_M = -0.05
+"""Height of the cube's centre below which it is lost, world frame (paper, section "Learning In-Hand Cube Rotation")."""
+SETTLING_S = 0.5
+"""Time in which a placed cube drops into the hand: without contact for a quarter of it, whatever is done."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,34 @@ class Cube:
 
 
 CUBE = Cube()
+RANGES = {"side_m": (0.045, 0.055), "mass_kg": (0.040, 0.140), "friction": (0.3, 1.0)}
+"""From end to end of what cubes have, an assumption: puzzle cubes and wooden blocks of about the paper's size, smooth
+plastic to rubber."""
+OFF_CENTRE_M = 0.003
+"""Farthest that a centre of mass is from the middle of its cube."""
+TAILS = {"side_m": (0.052, 0.055), "mass_kg": (0.110, 0.140), "friction": (0.8, 1.0)}
+"""Ends of the ranges where policies are slow or drop the cube: large, heavy and sticky ones."""
+
+
+def any_cube(rng: np.random.Generator) -> Cube:
+    """Draw a cube, each property uniformly from end to end, its centre of mass along a random direction."""
+    values = {name: float(rng.uniform(*ends)) for name, ends in RANGES.items()}
+    direction = rng.standard_normal(3)
+    off = rng.uniform(0.0, OFF_CENTRE_M) * direction / np.linalg.norm(direction)
+    return Cube(**values, centre_of_mass_m=tuple(off.tolist()))
+
+
+def nearer(cube: Cube, share: float) -> Cube:
+    """Return a cube that has gone this share of the way from the paper's to `cube`, 0 to 1."""
+    ends = {field.name: (np.array(getattr(CUBE, field.name)), getattr(cube, field.name)) for field in fields(Cube)}
+    return Cube(**{name: (paper + share * (other - paper)).tolist() for name, (paper, other) in ends.items()})
+
+
+def tail_cube(rng: np.random.Generator) -> Cube:
+    """Draw a cube that has one property from its tail."""
+    cube, name = any_cube(rng), str(rng.choice(list(TAILS)))
+    value: Any = float(rng.uniform(*TAILS[name]))
+    return replace(cube, **{name: value})
 
 
 def add_cube(spec: mujoco.MjSpec, cube: Cube = CUBE) -> mujoco.MjsBody:

@@ -14,8 +14,7 @@ import numpy as np
 
 from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
-from model.cubes import any_cube, nearer, tail_cube
-from model.scene import CUBE
+from model.scene import CUBE, any_cube, nearer, tail_cube
 from train import randomise
 from train.built import BuiltSimulator, draw_scenes
 from train.hands import corrections, draw_hand, draw_healthy

@@ -3,7 +3,7 @@
 Link masses, zero offsets and the rest are independent for every element; the five fingertips share one friction and
 the cube's three moments one factor, as in the released routine. Cube friction and cube mass are not in the table:
 the released routine draws and then overwrites them, so the paper's policies never saw them vary. Cubes that differ in
-those, in size and in where their weight is come from `model.cubes`, compiled.
+those, in size and in where their weight is come from `model.scene`, compiled.
 """
 
 from __future__ import annotations

@@ -105,12 +105,12 @@ class TrainingStage:
     redraw: Redraw | None = None
     """How built hands are replaced within the stage."""
     any_cube: bool = False
-    """Whether every hand has a cube of its own (`model.cubes`), for training and measuring, or the paper's."""
+    """Whether every hand has a cube of its own (`model.scene`), for training and measuring, or the paper's."""
     cube_reach: tuple[float, float] = (1.0, 1.0)
     """How far the training cubes have gone from the paper's (0) to any (1), one draw a hand; those that measure are
     any."""
     tail_share: float = 0.0
-    """Share of the training cubes that have one property from the tail (`model.cubes.TAILS`)."""
+    """Share of the training cubes that have one property from the tail (`model.scene.TAILS`)."""
     reset: ResetRanges = PAPER_RESET
     """Where episodes start."""
     episode_steps: int = 500

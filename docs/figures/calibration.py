@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aero.channels import Channel
 from figures import Rows, load, store
 from hil.recordings.provenance import source_commit
-from model.units.naming import unit_named
+from model.units.plausible import unit_named
 from train.identification.replay_score import Errors, ReplayScore, score
 from train.identification.trace import load_trace
 

@@ -20,7 +20,7 @@ import click
 from aero.safety import SafetyStopError
 from hil.targets.opening import open_target
 from hil.targets.target import NoHandError
-from model.units.naming import unit_named
+from model.units.plausible import unit_named
 from train.workers import leave_interrupts_to_the_parent
 
 from .grasp import Grasp

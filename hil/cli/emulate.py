@@ -32,7 +32,7 @@ from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from hil.targets.pty_process import NEVER_FIRED
 from hil.view.sources import EmulatedSource
-from model.units.naming import unit_named
+from model.units.plausible import unit_named
 
 if TYPE_CHECKING:
     from hil.recordings.wire_file import WireFile

@@ -29,7 +29,7 @@ from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model.units import Unit
 from model.units.conditions import Conditions
-from model.units.naming import unit_named
+from model.units.plausible import unit_named
 
 
 def open_target(target: HandSpec | str = "emulated", **fields: Any) -> AbstractContextManager[Target]:

@@ -2,73 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Literal
+from dataclasses import fields, is_dataclass, replace
+from operator import mul
+from typing import Any, Literal
 
 from aero.channels import Joint
 from model.geometry import finger, thumb
-from model.geometry.elements import Box, Guide, HandGeometry, Hinge, Inertia, Link, Pulley, Quaternion, Vector
+from model.geometry.elements import HandGeometry
 from model.geometry.palm import mount
 
+Side = Literal["right", "left"]
 
 # The left hand is the right one reflected, never a second table. The plane is x-z of the mount, the symmetry plane
 # between the two hands. Every frame is reflected along its own y, so a point (x, y, z) becomes (x, -y, z) in every link
-# alike, and a rotation axis, being a pseudovector, (-x, y, -z).
-def _point(v: Vector) -> Vector:
-    x, y, z = v
-    return x, -y, z
+# alike, and a rotation, whose axis is a pseudovector, has its x and z turned round.
+SIGNS = {"pos": (1, -1, 1), "centre": (1, -1, 1), "axis": (-1, 1, -1), "quat": (1, -1, 1, -1)}
+"""Of the numbers of each field that a reflection changes, in every part that has the field; a pulley's axis is a line,
+which stays."""
 
 
-def _axis(v: Vector) -> Vector:
-    x, y, z = v
-    return -x, y, -z
+def reflect(part: Any) -> Any:
+    """Return the same part of the other hand; names, paths, couplings and the sense of every joint stay."""
+    if isinstance(part, tuple):
+        return tuple(map(reflect, part))
+    if not is_dataclass(part) or isinstance(part, type):
+        return part
+    return replace(part, **{field.name: _reflected(field.name, getattr(part, field.name)) for field in fields(part)})
 
 
-def _rotation(q: Quaternion) -> Quaternion:
-    w, x, y, z = q
-    return w, -x, y, -z
-
-
-def _box(box: Box) -> Box:
-    return replace(box, pos=_point(box.pos), quat=_rotation(box.quat))
-
-
-def _pulley(pulley: Pulley) -> Pulley:
-    return replace(pulley, pos=_point(pulley.pos))
-
-
-def _guide(guide: Guide) -> Guide:
-    return replace(guide, pos=_point(guide.pos))
-
-
-def _inertia(inertia: Inertia) -> Inertia:
-    return replace(inertia, centre=_point(inertia.centre), quat=_rotation(inertia.quat))
-
-
-def _hinge(hinge: Hinge) -> Hinge:
-    return replace(hinge, axis=_axis(hinge.axis))
-
-
-def _link(link: Link) -> Link:
-    return replace(
-        link,
-        pos=_point(link.pos),
-        quat=_rotation(link.quat),
-        inertia=link.inertia and _inertia(link.inertia),
-        hinge=link.hinge and _hinge(link.hinge),
-        boxes=tuple(map(_box, link.boxes)),
-        pulleys=tuple(map(_pulley, link.pulleys)),
-        guides=tuple(map(_guide, link.guides)),
-        links=tuple(map(_link, link.links)),
-    )
-
-
-def reflect(hand: HandGeometry) -> HandGeometry:
-    """Return the other hand; names, paths, couplings and the sense of every joint stay."""
-    return replace(hand, base=_link(hand.base))
-
-
-Side = Literal["right", "left"]
+def _reflected(name: str, value: Any) -> Any:
+    turned = name in SIGNS and isinstance(value, tuple)
+    return tuple(map(mul, value, SIGNS[name])) if turned else reflect(value)
 
 
 def hand(side: Side = "right") -> HandGeometry:
@@ -91,4 +55,4 @@ def hand(side: Side = "right") -> HandGeometry:
             (Joint.THUMB_IP, Joint.THUMB_MCP),
         ),
     )
-    return right if side == "right" else reflect(right)
+    return right if side == "right" else replace(right, base=reflect(right.base))

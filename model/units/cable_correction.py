@@ -24,7 +24,7 @@ from model.built import build_built
 from model.compiled_hand import SHAFTS, CompiledHand
 from model.parameters import BuiltHandParameters
 from model.units import Unit, load_unit
-from model.units.naming import unit_named
+from model.units.plausible import unit_named
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def named_correction(name: str, settings: PolicySettings) -> Floats:
     """Return the correction with this name, (7,), m, abduction rad: `typical`, `none`, or a unit's own.
 
     Args:
-        name: one of the two, or a unit as `model.units.naming.unit_named` takes it.
+        name: one of the two, or a unit as `model.units.plausible.unit_named` takes it.
         settings: whose nominal grasp a unit's correction is measured at.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Plausible units: hands that somebody could build from the same parts, for tests that must hold on all of them."""
+"""Plausible units: hands that somebody could build from the same parts, each known by its seed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ import numpy as np
 
 from aero.channels import Joint
 from model.units import Unit, load_unit
+
+PLAUSIBLE = "plausible:"
+"""Before the seed of a unit of the healthy population."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,20 @@ FINGER_SPRING_FACTOR = 1.3
 """Springs of a finger, open and closed together: the fingers of one hand differ by as much."""
 
 
+def unit_named(name: str) -> Unit:
+    """Return a unit by name: `reference`, `PATH.toml`, or `plausible:SEED` for one that somebody could have built.
+
+    Raises:
+        ValueError: there is no such unit, its file has a mistake, or the seed is no whole number from 0 on.
+    """
+    if not name.startswith(PLAUSIBLE):
+        return load_unit(name)
+    seed = name.removeprefix(PLAUSIBLE)
+    if not seed.isdecimal():
+        raise ValueError(f"unit {name!r}: write {PLAUSIBLE}SEED with a whole number from 0 on")
+    return plausible_unit(int(seed))
+
+
 def plausible_unit(seed: int) -> Unit:
     """Return a unit drawn around the reference unit; the same seed gives the same unit."""
     draw = np.random.default_rng(seed)
@@ -85,7 +102,7 @@ def plausible_unit(seed: int) -> Unit:
     tables["servos"]["start_temperature_c"] = float(draw.uniform(*START_C))
     return dataclasses.replace(
         unit,
-        name=f"plausible:{seed}",
+        name=f"{PLAUSIBLE}{seed}",
         description=f"Drawn around the reference unit with seed {seed}",
         hand=dataclasses.replace(unit.hand, **hand),
         servos=dataclasses.replace(unit.servos, **tables["servos"]),

@@ -14,9 +14,18 @@ from aero.policy.file import save
 from hil.cli import main
 from hil.recordings.mcap_file import read_recording, write_recording
 from model import build_routed
-from model.__main__ import main as draw
 from model.cube_plant import CubePlant
-from model.pictures import FILM_HEIGHT, FILM_WIDTH, HEIGHT, STICKERS, WIDTH, add_stickers, frames, picture
+from model.pictures import (
+    FILM_HEIGHT,
+    FILM_WIDTH,
+    HEIGHT,
+    STICKERS,
+    WIDTH,
+    add_stickers,
+    frames,
+    picture,
+    write_picture,
+)
 from model.scene import Cube, add_cube
 
 drawn = pytest.mark.skipif(
@@ -111,7 +120,7 @@ def test_the_left_hand_looks_like_the_right_one_in_a_mirror():
 
 
 @drawn
-def test_render_writes_a_png(tmp_path):
+def test_a_picture_is_written_as_png(tmp_path):
     path = tmp_path / "hand.png"
-    draw(["render", "--out", str(path)])
+    write_picture(build_routed(), path)
     assert path.read_bytes().startswith(b"\x89PNG")

@@ -27,7 +27,7 @@ from hil.faults.fault import FaultLayer
 from hil.faults.faulty_hand import build_faulty
 from hil.faults.link_faults import LinkFaults
 from hil.targets.opening import guard
-from model.units.naming import unit_named
+from model.units.plausible import unit_named
 
 OPEN_DEG = 25.0
 """No joint of an open hand is bent further: a thumb joint rests at 19 degrees in the windows of firmware 0.1.0."""

@@ -14,8 +14,7 @@ from aero.policy.task import ShownAction
 from model.scene import Cube
 from model.units import load_unit
 from model.units.cable_correction import correction
-from model.units.naming import unit_named
-from model.units.plausible import plausible_unit
+from model.units.plausible import plausible_unit, unit_named
 from train.actuation import BUS
 from train.built import BuiltSimulator, build_scene
 from train.evaluation.cube_trial import Surroundings, run_trial

@@ -7,7 +7,7 @@ from aero.policy.running import NO_CORRECTION, typical_correction
 from aero.policy.settings import PAPER_DEPLOYMENT
 from aero.policy.shipped import DEFAULT, find_policy
 from model.units.cable_correction import correction, named_correction
-from model.units.naming import unit_named
+from model.units.plausible import unit_named
 from train.typical_correction import FIRST_SEED, HANDS, as_toml, corrections_of
 
 SAMPLE = 12

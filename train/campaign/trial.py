@@ -25,7 +25,7 @@ from hil.verdict.run_end import FINISHED, EndKind
 from hil.verdict.validation import validate
 from model.geometry import Side
 from model.units.conditions import KINDS, drawn
-from model.units.naming import PLAUSIBLE
+from model.units.plausible import PLAUSIBLE
 
 
 @dataclass(frozen=True, order=True)

@@ -23,7 +23,7 @@ from hil.cli.terminal import ProgressBar, print_columns
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_file, prepared_folder
 from hil.report.matplotlib_svg import STYLE, svg_of
-from model.units.naming import unit_named
+from model.units.plausible import unit_named
 from train.cli.score_tables import score_tables
 from train.identification.calibration import Calibration, calibrate
 from train.identification.replay_score import FEWEST, PARTS, held_out_rms, score

@@ -13,7 +13,7 @@ from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
 from model.scene import CUBE, Cube
 from model.units.cable_correction import correction, named_correction
-from model.units.naming import PLAUSIBLE, unit_named
+from model.units.plausible import PLAUSIBLE, unit_named
 from train.evaluation.cube_trial import Surroundings
 from train.evaluation.trials import EXACT, Case
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aero.policy.file import Policy
 from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, targets
-from model.cubes import SETTLING_S
+from model.scene import SETTLING_S
 from train import actuation
 from train.actuation import SPEED_LIMIT
 from train.simulator import Batch, Floats, positions, velocities

@@ -15,8 +15,8 @@ from aero.channels import CABLES, Channel
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.file import Policy
 from aero.policy.running import Ending, RunSettings
-from model.cubes import any_cube
 from model.geometry import Side
+from model.scene import any_cube
 from model.units import Unit, load_unit
 from model.units.cable_correction import NONE as UNCORRECTED
 from model.units.cable_correction import TYPICAL, correction, named_correction

@@ -17,7 +17,7 @@ from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS
 from hil.verdict.limits import excesses, within_limits
 from model.units.conditions import KINDS
-from model.units.naming import PLAUSIBLE
+from model.units.plausible import PLAUSIBLE
 from train.campaign.trial import SIDES, USUAL_FIRMWARE, Outcome, Trial
 from train.limits.compute import Healthy, Readings, computed_limits
 

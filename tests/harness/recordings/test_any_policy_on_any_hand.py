@@ -21,7 +21,7 @@ from hil.recordings.recorder import Recorder
 from hil.targets.opening import open_target
 from model.routed import COMMAND_RANGE
 from model.units import shipped_units
-from model.units.naming import PLAUSIBLE
+from model.units.plausible import PLAUSIBLE
 
 PERIOD_S = 0.05
 SHORT = RunSettings(seconds=0.6, approach_s=0.3, wait_s=0.1)
