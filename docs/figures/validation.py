@@ -55,7 +55,7 @@ def excursion() -> Rows:
     """Excursion of the paper's hand and of the simulator from open to a fist, the paper's figures in brackets."""
     found = validation("paper", "pre", "excursion").results["excursion"].measured
     # Metres and radians, shown in thousandths.
-    simulated = simulated_fist("pre", "homed", "right")
+    simulated = simulated_fist("pre", "unshifted", "right")
     rows = [["channel", "hand", "simulator", "excursion &#124;Δ&#124;"]]
     for channel in Channel:
         here = found[channel.label]
