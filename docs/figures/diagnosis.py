@@ -70,7 +70,7 @@ def _played(at: tuple[int, int]) -> Played:
 
 def cases() -> Rows:
     """What whole cases end with, played on emulated hands."""
-    rows = [["set", "found", "part right", "good part convicted", "unknown", "steps", "minutes"]]
+    rows = [["set", "found", "part right", "good part convicted", "gone by itself", "unknown", "steps", "minutes"]]
     with ProcessPoolExecutor(WORKERS, get_context("fork")) as pool:
         for number, one in enumerate(ALL):
             rows.append(_row(one.name, list(pool.map(_played, [(number, i) for i in range(len(one.faults))]))))
@@ -81,13 +81,15 @@ def _row(name: str, played: Sequence[Played]) -> list[str]:
     found = [one for one in played if one.found]
     convicted = [one for one in found if one.case is not None and one.case.convicted is not None]
     right = sum(one.right for one in convicted)
+    gone = sum(one.gone_by_itself for one in found)
     steps = [len(one.case.done) for one in found if one.case is not None] or [0]
     return [
         name,
         f"{len(found)} of {len(played)}",
         f"{right} of {len(found)}",
         f"{len(convicted) - right} of {len(found)}",
-        f"{len(found) - len(convicted)} of {len(found)}",
+        f"{gone} of {len(found)}",
+        f"{len(found) - len(convicted) - gone} of {len(found)}",
         f"{median(steps):g}, at most {max(steps)}",
         f"{median([one.minutes for one in found] or [0]):g}",
     ]

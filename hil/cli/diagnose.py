@@ -55,8 +55,7 @@ def diagnose(*, folder: Path, port: str) -> None:
     write_case_page(folder, case)
     out.print(conclusion(case), style="bold")
     out.print(str(folder / "case.html"))
-    gone = bool(case.done) and case.done[-1].outcome is StepOutcome.GONE
-    sys.exit(Exit.WITHIN_LIMITS if gone else Exit.OUT_OF_LIMITS)
+    sys.exit(Exit.WITHIN_LIMITS if case.gone else Exit.OUT_OF_LIMITS)
 
 
 def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
@@ -65,11 +64,13 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
     Raises:
         KeyboardInterrupt: at the end of the input, and on Ctrl-C.
     """
+    note = ""
     try:
         if proposal.step.asks:
             seen = click.confirm("yes or no")
-            note = click.prompt("what was measured or read", default="", show_default=False)
-            return StepOutcome.SEEN if seen else StepOutcome.STAYS, str(note)
+            note = str(click.prompt("what was measured or read", default="", show_default=False))
+            if seen or not proposal.step.runs:
+                return StepOutcome.SEEN if seen else StepOutcome.STAYS, note
         click.prompt("press Enter when it is done", default="", show_default=False, prompt_suffix=" ")
     except click.Abort as error:
         raise KeyboardInterrupt from error
@@ -85,4 +86,4 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
             progress=lambda part, doing: bar.update(task, completed=part, description=doing),
         )
     write_results(done, folder)
-    return outcome, ""
+    return outcome, note

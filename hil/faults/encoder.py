@@ -146,6 +146,11 @@ def _fault(name: str, words: str, inject: Inject, severity: Severity | None, at_
     return Fault(name, FaultLayer.ENCODER, Part.SERVO, words, inject, ALL, severity, at_s)
 
 
+def _zero(name: str, words: str, at_s: float) -> Fault:
+    # Homing mends a zero that was displaced once, whatever displaced it.
+    return replace(_fault(name, words, _encoder(_offset), ZERO, at_s), alike=(Part.SETUP,))
+
+
 ZERO = Severity("counts", (40, 120, 400), -2048, 2048)
 FAULTS = (
     _fault(
@@ -154,8 +159,8 @@ FAULTS = (
         on_shaft(lambda assembly, fault: Scaled(assembly.shafts, fault.where, fault.severity)),
         Severity("factor", (1.02, 1.05, 1.2), 0.5, 2),
     ),
-    _fault("encoder_offset", "an encoder's zero is displaced", _encoder(_offset), ZERO),
-    _fault("encoder_slip", "a magnet slips once", _encoder(_offset), ZERO, 10.0),
+    _zero("encoder_offset", "an encoder's zero is displaced", 0.0),
+    _zero("encoder_slip", "a magnet slips once", 10.0),
     _fault(
         "encoder_creep",
         "an encoder's zero creeps",

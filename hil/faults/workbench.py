@@ -248,7 +248,9 @@ class Workbench:
             channel: of a servo, digit or plug; all of them when None.
         """
         for fault in list(self._present):
-            if fault.part is part and channel in (None, fault.channel):
+            # Another board comes with the firmware that was named.
+            flashed = part is Part.BOARD and fault.fault.layer is FaultLayer.FIRMWARE
+            if flashed or (fault.part is part and channel in (None, fault.channel)):
                 self._take(fault)
         if part is Part.SETUP:
             self.let_go()

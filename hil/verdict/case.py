@@ -12,19 +12,21 @@ from hil.verdict.failures import RUN, Failures
 from hil.verdict.parts import Suspect
 from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, neighbour, steps
 
-SURE = 0.8
+SURE = 0.75
 """Likelihood from which on a suspect that a step convicts is told."""
 REMAINS = 0.1
 """Likelihood from which on a suspect is named among those that remain."""
 SURE_TOGETHER = 0.88
 """The same of suspects of one part that steps convict together."""
-HANDLING, FETCHING = 1.0, 5.0
-"""What beginning any step costs, and one with a tool besides, min: what needs none comes first."""
+HANDLING, FETCHING = 5.0, 8.0
+"""What any step costs besides its minutes, and one with a tool again, min: few steps, and without a tool first."""
 WORTH_A_STEP = 0.02
 """Bits a minute from which on a step is worth its time."""
 GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
-MOST_STEPS = 6
+MOST_STEPS = 4
+LITTLE = 2.5
+"""Weight of all that failed below which a healthy hand may have failed by chance."""
 MOST_OF_IT = 0.75
 """Part of what failed that is run again after a step; what happened once is in less of it."""
 
@@ -93,22 +95,24 @@ class DiagnosisCase:
     @property
     def next_step(self) -> Proposal | None:
         """The step that says most for its minutes; None where the case is closed or no step says enough."""
-        if self.convicted is not None or len(self.done) >= MOST_STEPS or not self.suspects:
+        # A failure that is gone cannot be seen to go again.
+        if self.convicted is not None or self.gone or len(self.done) >= MOST_STEPS or not self.suspects:
             return None
         best = max(self._proposals(), key=self._worth, default=None)
         if best is None or self._worth(best) < WORTH_A_STEP:
             return None
-        if self._once_by_chance and not self.done and not best.step.asks:
-            return Proposal(steps()["again"])
-        # What it includes is asked by itself first: it may be that which mends.
-        known = {one.proposal.step.name for one in self.done}
-        includes = best.step.also_mends(self.suspects)
-        return Proposal(steps()[includes]) if includes and includes not in known else best
+        return Proposal(steps()["again"]) if self._once_by_chance and not self.done else best
+
+    @property
+    def gone(self) -> bool:
+        """Whether the failure is gone after the last step."""
+        return bool(self.done) and self.done[-1].outcome is StepOutcome.GONE
 
     @property
     def _once_by_chance(self) -> bool:
         """Whether what failed may have happened once: it must fail again before a step can mend it."""
-        return any(experiment in (WHOLE_RUN.name, RUN) for experiment, _, _ in self.before.off)
+        once = any(experiment in (WHOLE_RUN.name, RUN) for experiment, _, _ in self.before.off)
+        return once or self.before.weight(self.before.off) < LITTLE
 
     def after(self, proposal: Proposal, outcome: StepOutcome, note: str = "") -> DiagnosisCase:
         """Return the case with one more step done."""
@@ -118,11 +122,7 @@ class DiagnosisCase:
         tried = {(one.proposal.step.name, one.proposal.at) for one in self.done}
         failing = frozenset(s.channel for s in self.suspects if s.channel is not None)
         found = []
-        # A failure that is gone cannot be seen to go again: only what a person reads says more.
-        gone = any(one.outcome is StepOutcome.GONE for one in self.done)
         for step in steps().values():
-            if gone and not step.asks:
-                continue
             places: list[Channel | None] = [None]
             if step.of_one_channel:
                 places = [s.channel for s in self.likely if s.part in OF_ONE and s.channel is not None]
@@ -134,15 +134,13 @@ class DiagnosisCase:
     def _worth(self, proposal: Proposal) -> float:
         """Return the bits that a step is expected to say, and how likely it convicts, for each minute."""
         likely, step = self.likely, proposal.step
-        first = [one for one in [step.also_mends(likely)] if one]
-        before = (*self.done, *(Done(Proposal(steps()[one]), StepOutcome.STAYS) for one in first))
         gained = convicts = 0.0
         for outcome in step.outcomes:
             joint = {s: w * step.likelihood(outcome, s, proposal.at) for s, w in likely.items()}
             chance = sum(joint.values())
             after = _normalised(joint)
             gained += chance * (_bits(likely) - _bits(after))
-            convicts += chance * (_proven(after, (*before, Done(proposal, outcome))) is not None)
+            convicts += chance * (_proven(after, (*self.done, Done(proposal, outcome))) is not None)
         return (gained + convicts) / (step.minutes + HANDLING + (FETCHING if step.tool else 0.0))
 
 
@@ -192,12 +190,7 @@ def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | 
 
     Two digits may be at fault together, as where their cables are exchanged.
     """
-    stayed = {"", *(one.proposal.step.name for one in done if one.outcome is StepOutcome.STAYS)}
-    found = [
-        one.proposal.step.convicted(one.outcome, one.proposal.at)
-        for one in done
-        if one.proposal.step.also_mends(likely) in stayed
-    ]
+    found = [one.proposal.step.convicted(one.outcome, one.proposal.at) for one in done]
     proven = [s for s in likely if any(f and f.part is s.part and f.channel in (None, s.channel) for f in found)]
     of_one_part = [s for s in proven if s.part is proven[0].part]
     together = sum(likely[s] for s in of_one_part) >= SURE_TOGETHER

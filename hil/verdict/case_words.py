@@ -48,6 +48,9 @@ def conclusion(case: DiagnosisCase) -> str:
     if found is not None:
         name = str(found)
         return f"{name[0].upper()}{name[1:]}. {MEND[found.part]}"
+    if case.gone:
+        likeliest = listed(map(str, case.remaining))
+        return f"The failure is gone, and no part is convicted. If it returns, look first at: {likeliest}."
     if not case.remaining:
         return "Nothing is known."
     return f"Not isolated. What remains: {listed(map(str, case.remaining))}."

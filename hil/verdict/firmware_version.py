@@ -107,8 +107,6 @@ def _reads_as(
     beyond = [key for key, excess in off.items() if out_of_limits(excess) and _compares(key, one, other)]
     if len(beyond) < LEAST or not any((experiment, metric) in TELLING for experiment, metric, _ in beyond):
         return False
-    if not all(subject in _changed(one, other) for _, _, subject in beyond):
-        return False
     by_other = excesses(numbers, limits)
     return all(within_limits(excess) for key, excess in by_other.items() if _compares(key, one, other))
 
@@ -118,13 +116,6 @@ def _compares(key: Key, one: Firmware, other: Firmware) -> bool:
     if experiment in OF_THE_TEXT or (experiment, metric) in OF_THE_MAP:
         return False
     return one.settings == other.settings or (experiment, metric) not in OF_THE_TORQUE
-
-
-def _changed(one: Firmware, other: Firmware) -> Collection[str]:
-    """Return the subjects that one version moves otherwise than another."""
-    if None in (one.settings, other.settings):
-        return (*(channel.label for channel in Channel), "hand")
-    return [channel.label for channel in SHIFT_CLOSING] if one.calibration_states != other.calibration_states else []
 
 
 def _shifts(version: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
@@ -46,13 +46,16 @@ class CaseStep:
     tool: str = ""
     homes: bool = False
     """Whether the program homes the hand after it."""
-    includes: str = ""
-    """A step that is done with it: what that may mend by itself must have stayed before this one proves anything."""
 
     @property
     def asks(self) -> bool:
-        """Whether the person answers, and nothing is run."""
+        """Whether the person answers."""
         return any(StepOutcome.SEEN in of for of in self.likely.values())
+
+    @property
+    def runs(self) -> bool:
+        """Whether what shows the failure is run, where the person has seen nothing."""
+        return any(of.keys() != {StepOutcome.SEEN} for of in self.likely.values())
 
     @property
     def of_one_channel(self) -> bool:
@@ -72,11 +75,6 @@ class CaseStep:
         if outcome is StepOutcome.STAYS:
             return 1.0 - sum(max(of.get(one, 0.0), BY_CHANCE) for one in self.outcomes if one is not StepOutcome.STAYS)
         return max(of.get(outcome, 0.0), BY_CHANCE)
-
-    def also_mends(self, suspects: Collection[Suspect]) -> str:
-        """Return the step that it includes, where that alone would mend a suspect of another part; else nothing."""
-        mended = set(steps()[self.includes].likely) if self.includes else set[Part]()
-        return self.includes if any(s.part in mended - set(self.convicts.values()) for s in suspects) else ""
 
     def convicted(self, outcome: StepOutcome, at: Channel | None) -> Suspect | None:
         """Return the suspect that an outcome proves at a channel, None where it proves none."""
@@ -107,7 +105,6 @@ def steps() -> Mapping[str, CaseStep]:
             {StepOutcome[outcome.upper()]: Part[part.upper()] for outcome, part in row["convicts"].items()},
             row.get("tool", ""),
             row.get("homes", False),
-            row.get("includes", ""),
         )
         for name, row in table.items()
     }

@@ -36,6 +36,8 @@ STANDS_STILL = (
     "excursion/stale",
     "response/standstill",
 )
+SPOILT = ("replay/replay_shape", "staircase/rise_hand_ms")
+"""Readings that come out wrong where telemetry is old."""
 JUMPS = ("staircase/overshoot_hand_percent",)
 TORQUE = {
     "excursion/closed_percent": -1,
@@ -50,9 +52,6 @@ TORQUE = {
     "audit/pull": 1,
     "holding/holding_current": 1,
     "response/open_close_rate": -1,
-    "response/command_to_motion": 1,
-    "replay/replay_delay": 1,
-    "replay/replay_shape": 1,
     "coupling/stop_abducted": -1,
     "coupling/stop_without_abduction": -1,
 }
@@ -114,7 +113,7 @@ def restarts(signs: RunSigns) -> Iterable[Clue]:
     """A board that said its boot text."""
     # What was lost or changed with the restart is no sign of anything else.
     if signs.failures.hand("session/restarts"):
-        yield Clue("the board restarted", _all(signs), _hand(board=0.5, supply=0.3, setup=0.15, usb=0.05))
+        yield Clue("the board restarted", _all(signs), _hand(board=0.4, supply=0.25, setup=0.3, usb=0.05))
     if signs.end.kind is EndKind.FIRMWARE:
         yield Clue("the firmware program ended", _all(signs), _hand(board=0.95))
 
@@ -144,7 +143,8 @@ def standing_readings(signs: RunSigns) -> Iterable[Clue]:
     if signs.end.stop is SafetyReason.STALE or signs.failures.hand("presence/distinct_readings"):
         yield Clue("no reading changes", _all(signs), _hand(bus=0.5, servo=0.25, usb=0.15, board=0.1))
     elif own and len(still) != 1:
-        yield Clue("readings of several channels stand still on the way", own, _hand(usb=0.5, bus=0.5))
+        spoilt = signs.failures.keys(lambda check, _: check in {*TIMES, *STANDS_STILL, *JUMPS, *SPOILT})
+        yield Clue("readings of several channels stand still on the way", spoilt, _hand(usb=0.35, bus=0.45, board=0.2))
     if contradicted := signs.failures.hand("presence/boot_contradictions"):
         yield Clue("the boot text contradicts the readings", contradicted, _hand(bus=0.7, board=0.3))
 
@@ -157,7 +157,7 @@ def late(signs: RunSigns) -> Iterable[Clue]:
     if signs.end.stop is SafetyReason.UNWATCHED:
         yield Clue("the program held up its own poll of the hand", _all(signs), _hand(computer=0.9))
     if trips:
-        spoilt = signs.failures.keys(lambda check, _: check in {*TIMES, *STANDS_STILL, *JUMPS, "replay/replay_shape"})
+        spoilt = signs.failures.keys(lambda check, _: check in {*TIMES, *STANDS_STILL, *JUMPS, *SPOILT})
         yield Clue("replies come late", spoilt, _hand(usb=0.45, computer=0.2, bus=0.2, board=0.15))
     elif delayed or signs.failures.hand("response/command_to_motion"):
         yield Clue("the hand moves late after its commands", own, _hand(usb=0.4, bus=0.3, board=0.3))
@@ -166,7 +166,7 @@ def late(signs: RunSigns) -> Iterable[Clue]:
 def another_setting(signs: RunSigns) -> Iterable[Clue]:
     """Readings that a healthy hand of another version, or one that was not homed, would have."""
     if signs.reads_as:
-        yield Clue(signs.reads_as, _all(signs), _hand(setup=0.6, board=0.4))
+        yield Clue(signs.reads_as, _all(signs), _hand(setup=0.75, board=0.25))
     elif unanswered := signs.failures.hand("session/unanswered_limits"):
         # A board of firmware `pre` leaves limits unanswered; so does a link that loses, which the rule above sees.
         keys = _all(signs) if _orderly(signs) else unanswered

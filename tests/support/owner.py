@@ -1,6 +1,7 @@
 """An emulated owner: does the steps of a case on an emulated hand, and answers from what is there."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -9,8 +10,8 @@ from aero.errors import AeroError
 from firmware_emulator.servo.registers import REGISTERS
 from hil.faults import FaultNeverFiredError
 from hil.faults.fault import FaultLayer, Injection
-from hil.faults.part import Part
 from hil.faults.servo import servo_of
+from hil.faults.unit_change import JOINTS
 from hil.faults.winding import NEIGHBOUR
 from hil.faults.workbench import Workbench
 from hil.targets.opening import open_target
@@ -24,13 +25,17 @@ from model.geometry import Side
 ACTS = {
     "power": ("power_off", "power_on"),
     "home": ("let_go",),
+    "look": ("let_go",),
     "computer": ("replace computer",),
     "cable": ("replace usb",),
     "plugs": ("replace bus",),
-    "flash": ("replace board",),
     "exchange": ("exchange_servos {at} {beside}",),
 }
 """What an owner does for a step, as the prompt of `emulate` takes it."""
+RESTARTS = {"power", "computer", "cable", "plugs", "flash", "exchange"}
+"""Steps after which the board starts anew."""
+CLOSED, CLOSING_S = 65535, 2
+"""The code of a closed channel, and how long the owner watches the voltmeter while the hand closes, s."""
 STARTS_S = 90
 """For how long the owner waits after power returned, s."""
 
@@ -52,6 +57,12 @@ class Played:
         return sum(done.proposal.step.minutes for done in self.case.done) if self.case else 0.0
 
     @property
+    def gone_by_itself(self) -> bool:
+        """Whether the failure did not come again, so that nothing could be convicted."""
+        case = self.case
+        return case is not None and case.gone and [one.proposal.step.name for one in case.done] == ["again"]
+
+    @property
     def right(self) -> bool:
         """Whether the convicted part is that of a fault, on its channel or one that it is about."""
         convicted = None if self.case is None else self.case.convicted
@@ -69,14 +80,13 @@ def _about(fault: Injection) -> set[Channel | None]:
     return {fault.channel, NEIGHBOUR.get(fault.channel)} if two else {fault.channel}
 
 
-def _felt(fault: Injection, at: Channel) -> bool:
-    """Return whether a person who bends a digit and looks at it finds a fault; a small one is missed."""
-    sizes = sorted(map(abs, fault.fault.steps()))
-    return (
-        fault.part is Part.DIGIT
-        and at in _about(fault)
-        and (fault.fault.severity is None or abs(fault.severity) >= sizes[len(sizes) // 2])
-    )
+NOTICED = {
+    "joint_friction": lambda is_, was: is_ > was + 0.04,
+    "spring_open": lambda is_, was: abs(is_ - was) > 0.35 * was,
+    "closed_stop": lambda is_, was: abs(is_ - was) > 0.12,
+    "cable_take_up": lambda is_, was: abs(is_ - was) > 4e-3,
+}
+"""What a person notices of a digit that is bent and looked at: friction, springs, stops, rad, and a slack cable, m."""
 
 
 class Owner:
@@ -88,21 +98,25 @@ class Owner:
 
     def does(self, proposal):
         """Do a step; return the answer where it asks, None where what shows the failure is to be run."""
-        name = proposal.step.name
-        if proposal.step.asks:
-            seen = {
-                "voltage": self._sees_low,
-                "version": self._sees_version,
-                "registers": self._sees_registers,
-                "by_hand": lambda: any(_felt(fault, proposal.at) for fault in self.bench.present),
-            }[name]
-            return StepOutcome.SEEN if seen() else StepOutcome.STAYS
-        for words in ACTS.get(name, ()):
+        step = proposal.step
+        for words in ACTS.get(step.name, ()):
             at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
             self.target.act(words.format(at=at, beside=beside))
-        if name in ACTS and name != "home":
+        if step.asks and self._sees(step.name, proposal.at):
+            return StepOutcome.SEEN
+        if step.name == "flash":
+            self.target.act("replace board")
+        if step.name in RESTARTS:
             self._wait()
-        return None
+        return None if step.runs else StepOutcome.STAYS
+
+    def _sees(self, name, at):
+        return {
+            "look": lambda: self._notices(at),
+            "voltage": self._measures_low,
+            "flash": self._reads_another_version,
+            "registers": self._reads_other_registers,
+        }[name]()
 
     def _wait(self):
         """Wait until the board answers again: it may home for up to 45 s after power returned."""
@@ -115,25 +129,50 @@ class Owner:
                 continue
             break
 
-    def _sees_low(self):
-        return any(fault.part is Part.SUPPLY for fault in self.bench.present)
+    def _notices(self, at):
+        """Return whether a digit moves or looks otherwise than it did when it was well."""
+        is_, was = self.bench.assembly.unit.hand, self.bench.assembly.healthy.hand
+        for field, noticed in NOTICED.items():
+            places = [at] if len(getattr(was, field)) == len(Channel) else JOINTS[at]
+            if any(noticed(getattr(is_, field)[place], getattr(was, field)[place]) for place in places):
+                return True
+        # A cable is seen on the spool where it is wound, and which way round.
+        wound = [fault for fault in self.bench.present if fault.fault.layer is FaultLayer.WINDING]
+        return any(at in _about(fault) for fault in wound)
 
-    def _sees_version(self):
-        return any(fault.fault.layer is FaultLayer.FIRMWARE for fault in self.bench.present)
+    def _measures_low(self):
+        """Measure with the hand open, then while it closes."""
+        least = self.bench.volts()
+        for level in (CLOSED, 0):
+            with suppress(AeroError, OSError):
+                self.target.hand.command_codes([level] * len(Channel))
+            for _ in range(CLOSING_S * 20):
+                self.target.clock.sleep_until(self.target.clock.now() + 0.05)
+                least = min(least, self.bench.volts())
+        return least < 0.95 * self.bench.assembly.healthy.servos.voltage
 
-    def _sees_registers(self):
-        """Return whether an ID is there twice, or one servo has another register than all others have."""
-        servos = [servo_of(self.bench.hand, channel) for channel in Channel]
-        return len({servo.memory.get("id") for servo in servos}) < len(servos) or _differ(servos)
+    def _reads_another_version(self):
+        assembly, named = self.bench.assembly, (self.target.firmware, self.target.side)
+        return (assembly.firmware, assembly.board_side) != named
 
-
-def _differ(servos):
-    names = [name for name in REGISTERS if name not in ("id", "position_offset")]
-    for name in names:
-        values = [servo.memory.get(name) for servo in servos]
-        if any(values.count(value) == 1 and values.count(max(set(values), key=values.count)) >= 5 for value in values):
+    def _reads_other_registers(self):
+        """Return whether an ID is there twice, or one servo is set otherwise than most."""
+        memories = [servo_of(self.bench.hand, channel).memory for channel in Channel]
+        if len({memory.get("id") for memory in memories}) < len(memories):
             return True
-    return False
+        rows = [name for name, row in REGISTERS.items() if row.address < FEEDBACK and name not in ("id", *MOVES)]
+        return any(_odd([memory.get(name) for memory in memories]) for name in rows)
+
+
+MOVES = ("goal_position", "goal_speed", "goal_torque", "acceleration")
+"""Registers that the board writes as it moves the hand."""
+FEEDBACK = REGISTERS["present_position"].address
+"""Registers from here on are measurements."""
+
+
+def _odd(values):
+    most = max(map(values.count, values))
+    return most >= 5 and any(values.count(value) == 1 for value in values)
 
 
 def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, hand: Side) -> Played:

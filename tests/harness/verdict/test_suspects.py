@@ -16,7 +16,18 @@ from hil.verdict.judge import Judge
 from hil.verdict.limits import load_limits
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
-from hil.verdict.suspects import FALSIFIED, JUMPS, SENSORS, STANDS_STILL, TIMES, TORQUE, RunSigns, clues, suspected
+from hil.verdict.suspects import (
+    FALSIFIED,
+    JUMPS,
+    SENSORS,
+    SPOILT,
+    STANDS_STILL,
+    TIMES,
+    TORQUE,
+    RunSigns,
+    clues,
+    suspected,
+)
 
 ALL = tuple(finger.label for finger in FINGERS)
 
@@ -127,4 +138,4 @@ def test_what_is_not_measurable_accuses_nobody():
 def test_every_check_that_a_rule_names_is_judged():
     """A metric that is renamed or dropped is noticed here."""
     judged = {f"{experiment}/{metric}" for experiment, metric, _ in KEYS}
-    assert {*FALSIFIED, *TIMES, *STANDS_STILL, *JUMPS, *TORQUE, *SENSORS} <= judged
+    assert {*FALSIFIED, *TIMES, *STANDS_STILL, *JUMPS, *TORQUE, *SENSORS, *SPOILT} <= judged
