@@ -79,7 +79,7 @@ def cases() -> Rows:
 
 def _row(name: str, played: Sequence[Played]) -> list[str]:
     found = [one for one in played if one.found]
-    convicted = [one for one in found if one.case is not None and one.case.convicted is not None]
+    convicted = [one for one in found if one.convicted is not None]
     right = sum(one.right for one in convicted)
     gone = sum(one.gone_by_itself for one in found)
     steps = [len(one.case.done) for one in found if one.case is not None] or [0]

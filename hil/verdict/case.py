@@ -20,7 +20,7 @@ SURE_TOGETHER = 0.88
 """The same of suspects of one part that steps convict together."""
 HANDLING, FETCHING = 5.0, 8.0
 """What any step costs besides its minutes, and one with a tool again, min: few steps, and without a tool first."""
-WORTH_A_STEP = 0.02
+WORTH_A_STEP = 0.01
 """Bits a minute from which on a step is worth its time."""
 GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""

@@ -20,12 +20,10 @@ LABELS = {channel.label: channel for channel in Channel}
 
 @dataclass(frozen=True)
 class Failures:
-    """Readings out of limits, by experiment, metric and subject, and where the others lie among healthy ones."""
+    """Readings out of limits, by experiment, metric and subject."""
 
     off: Mapping[Key, float] = field(default_factory=dict)
     """Excess (`Limit.excess`), beyond 1 or below -1."""
-    sides: Mapping[Key, float] = field(default_factory=dict)
-    """Place of every reading among healthy ones (`Limit.side`)."""
 
     @classmethod
     def of(cls, numbers: Mapping[str, Measured], limits: Collection[Limit], end: RunEnd = FINISHED) -> Failures:
@@ -34,7 +32,7 @@ class Failures:
         off = {key: excess for key, excess in found.items() if excess is not None and out_of_limits(excess)}
         if end.kind in HANDS_FAULT:
             off[RUN, "ended", "hand" if end.channel is None else end.channel.label] = FAR
-        return cls(off, sides(numbers, limits))
+        return cls(off)
 
     def on(self, check: str, sign: int = 0) -> frozenset[Channel]:
         """Return the channels on which a check, `experiment/metric`, is off: too high by 1, too low by -1, any by 0."""
@@ -60,18 +58,3 @@ class Failures:
         """Return how far a reading is off; 0 within its limits."""
         experiment, metric = check.split("/")
         return self.off.get((experiment, metric, subject), 0.0)
-
-    def side(self, check: str, subject: str) -> float:
-        """Return where a reading lies among healthy ones: 1 at the greatest, -1 at the least; 0 where unknown."""
-        experiment, metric = check.split("/")
-        return self.sides.get((experiment, metric, subject), 0.0)
-
-
-def sides(numbers: Mapping[str, Measured], limits: Iterable[Limit]) -> dict[Key, float]:
-    """Return where the judged readings lie among healthy ones (`Limit.side`)."""
-    return {
-        (limit.experiment, limit.metric, subject): limit.side(measured[limit.metric])
-        for limit in limits
-        for subject in limit.subjects
-        if limit.metric in (measured := numbers.get(limit.experiment, {}).get(subject, {}))
-    }

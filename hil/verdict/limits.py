@@ -29,8 +29,6 @@ COLUMNS = (
 GUARDED = {"": None, "no": False, "yes": True}
 BEYOND_GIVEN = 3.0
 """Excess of a reading beyond a bound that is given, or at the end of its scale: there are no margins to count."""
-NARROWEST = 0.05
-"""Half the range of healthy readings is at least this part of the distance from them to the limit."""
 
 
 @dataclass(frozen=True)
@@ -79,17 +77,6 @@ class Limit:
         if value > high:
             return (value - high) / (self.at_most - high)
         return (value - low) / (low - self.at_least) if value < low else 0.0
-
-    def side(self, value: float) -> float:
-        """Return where a reading lies among the healthy ones: 0 in their middle, 1 at the greatest, -1 at the least.
-
-        0 for one that could not be measured, and where nobody has measured healthy hands.
-        """
-        if math.isnan(value) or self.healthy is None:
-            return 0.0
-        low, high = self.healthy
-        margin = max(margin for margin in (self.at_most - high, low - self.at_least) if math.isfinite(margin))
-        return (value - (low + high) / 2) / max((high - low) / 2, NARROWEST * margin)
 
     def text(self, unit: str) -> str:
         """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""

@@ -9,6 +9,7 @@ from hil.checks.shared.lateness import VERY_LATE_S
 from hil.recordings.recorder import Progress, silent
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal, outcome_of
+from hil.verdict.failures import HANDS_FAULT
 from hil.verdict.judge import Judge
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import SAYS_NOTHING
@@ -42,7 +43,8 @@ def rerun(
 def outcome_of_run(judge: Judge, case: DiagnosisCase, proposal: Proposal, run: Validation) -> StepOutcome | None:
     """Return what became of a failure in a run after a step; None where the run says nothing about the hand."""
     # A computer that is held up loses replies, too: what fails then is no sign that the step mended nothing.
+    # A link that ended was waited for, and holds the program up itself.
     late = any(one.held_up_s > VERY_LATE_S for one in run.withheld)
-    if run.end.kind in SAYS_NOTHING or (late and not run.passed):
+    if run.end.kind in SAYS_NOTHING or (late and not run.passed and run.end.kind not in HANDS_FAULT):
         return None
     return outcome_of(case.shown, judge.signs_of(run).failures, proposal)

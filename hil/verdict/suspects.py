@@ -180,14 +180,16 @@ def torque_of_all(signs: RunSigns) -> Iterable[Clue]:
     )
     on = {subject for _, _, subject in weak} - {"hand"}
     # The thumb's three lean on each other; fingers share nothing but their supply.
-    slow_hand = signs.failures.side("response/open_close_rate", "hand") < -1.0
+    slow_hand = signs.failures.excess("response/open_close_rate", "hand") < 0.0
     if (len(on) >= MANY and on & {finger.label for finger in FINGERS}) or slow_hand:
         yield Clue("several channels are weak or slow", weak, _hand(supply=0.75, setup=0.15, board=0.1))
 
 
 def alike_on_many(signs: RunSigns) -> Iterable[Clue]:
     """One check that fails to one side on most channels."""
-    sides = {(f"{e}/{m}", excess > 0) for (e, m, _), excess in signs.failures.off.items()}
+    # What comes late has a rule of its own: no set-up delays it.
+    off = signs.failures.off
+    sides = {(check, excess > 0) for (e, m, _), excess in off.items() if (check := f"{e}/{m}") not in TIMES}
     shared = [
         (check, high)
         for check, high in sides
@@ -247,6 +249,8 @@ def _with(failures: Failures, channel: Channel) -> frozenset[Key]:
             (on == "hand" and not check.startswith(OF_THE_LINK))
             or check == MOVED
             or (check.startswith("coupling/") and on in coupled)
+            # CMC flexion stops at the palm where abduction lets it.
+            or (channel is Channel.THUMB_ABDUCTION and on == Channel.THUMB_CMC_FLEXION.label)
         )
     )
 

@@ -10,6 +10,7 @@ from aero.errors import AeroError
 from firmware_emulator.servo.registers import REGISTERS
 from hil.faults import FaultNeverFiredError
 from hil.faults.fault import FaultLayer, Injection
+from hil.faults.part import Part
 from hil.faults.servo import servo_of
 from hil.faults.unit_change import JOINTS
 from hil.faults.winding import NEIGHBOUR
@@ -18,6 +19,7 @@ from hil.targets.opening import open_target
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.parts import Suspect
 from hil.verdict.rerun import rerun
+from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
 from hil.verdict.validation import validate
 from model.geometry import Side
@@ -51,6 +53,13 @@ class Played:
     outcomes: tuple[str, ...] = ()
     passed_on_the_broken_hand: bool = False
     seconds: float = 0.0
+    busy: bool = False
+    """Whether the validation said that its computer was held up, which no step need show."""
+
+    @property
+    def convicted(self) -> Suspect | None:
+        """The part that the owner is told."""
+        return Suspect(Part.COMPUTER) if self.busy else None if self.case is None else self.case.convicted
 
     @property
     def minutes(self) -> float:
@@ -65,8 +74,8 @@ class Played:
     @property
     def right(self) -> bool:
         """Whether the convicted part is that of a fault, on its channel or one that it is about."""
-        convicted = None if self.case is None else self.case.convicted
-        return convicted is not None and any(is_right(convicted, fault) for fault in self.faults)
+        told = self.convicted
+        return told is not None and any(is_right(told, fault) for fault in self.faults)
 
 
 def is_right(suspect: Suspect, fault: Injection) -> bool:
@@ -179,11 +188,12 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, hand:
     """Play one case: validate, then step by step until it ends."""
     start = perf_counter()
     case, found, outcomes = None, False, list[str]()
-    broken = False
+    broken = busy = False
     try:
         with open_target(unit=unit, seed=seed, firmware=firmware, hand=hand, homed=True, faults=faults) as target:
             run = validate(target)
             found = not run.passed
+            busy = run.end.kind is EndKind.HOST_BUSY
             case = run.diagnosis.case
             owner = Owner(target)
             while case is not None and (proposal := case.next_step) is not None:
@@ -196,4 +206,4 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, hand:
                 case = case.after(proposal, outcome)
     except (FaultNeverFiredError, AeroError, OSError) as error:
         outcomes.append(type(error).__name__)
-    return Played(tuple(faults), found, case, tuple(outcomes), broken, perf_counter() - start)
+    return Played(tuple(faults), found, case, tuple(outcomes), broken, perf_counter() - start, busy)

@@ -67,22 +67,9 @@ def test_an_excess_above_one_is_a_reading_out_of_limits(low, high, value):
     assert (abs(limit.excess(value)) > 1.0) == (not low <= value <= high)
 
 
-@given(st.floats(-50, 50))
-def test_a_place_is_one_at_the_greatest_healthy_reading(value):
-    limit = Limit("staircase", "take_up", ("index",), at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
-    assert (abs(limit.side(value)) <= 1.0) == (-1.0 <= value <= 2.0)
-    assert limit.side(0.5) == 0.0
-
-
-def test_a_place_is_finite_where_all_healthy_hands_read_the_same():
-    limit = Limit("staircase", "take_up", ("index",), at_most=1.0, healthy=(0.0, 0.0))
-    assert limit.side(0.1) == pytest.approx(2.0)
-
-
 def test_a_reading_that_could_not_be_measured_lies_nowhere():
     limit = Limit("staircase", "take_up", ("index",), at_most=4.0, healthy=(-1.0, 2.0))
     assert limit.excess(math.nan) is None
-    assert limit.side(math.nan) == 0.0
 
 
 @pytest.mark.parametrize(
