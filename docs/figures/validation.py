@@ -37,15 +37,15 @@ def staircase() -> Rows:
             name: STAIRCASE.metric(name, channel.label).paper[channel.label]
             for name in ("tracking_rms", "rise_model_ms", "rise_hand_ms")
         }
-        digits = 1 if papers.unit == "mrad" else 2
+        digits = 1 if channel is Channel.THUMB_ABDUCTION else 2
         rows.append(
             [
                 channel.title,
-                f"{papers.tracking_rms:.{digits}f} ({paper['tracking_rms']:.{digits}f})",
-                *(f"{hand.tracking_rms:.{digits}f}" for hand in others),
-                f"{papers.rise_model_ms:.0f} ({paper['rise_model_ms']:.0f})",
-                f"{papers.rise_hand_ms:.0f} ({paper['rise_hand_ms']:.0f})",
-                *(f"{hand.rise_hand_ms:.0f}" for hand in others),
+                f"{papers['tracking_rms']:.{digits}f} ({paper['tracking_rms']:.{digits}f})",
+                *(f"{hand['tracking_rms']:.{digits}f}" for hand in others),
+                f"{papers['rise_model_ms']:.0f} ({paper['rise_model_ms']:.0f})",
+                f"{papers['rise_hand_ms']:.0f} ({paper['rise_hand_ms']:.0f})",
+                *(f"{hand['rise_hand_ms']:.0f}" for hand in others),
             ]
         )
     return rows

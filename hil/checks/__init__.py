@@ -2,26 +2,43 @@
 
 In `check.py`, `run` moves a hand and leaves a recording, `measure` turns the recording into numbers, and `details`,
 where there is one, says more about them on the page. `checks.toml` says what each number means (`shared/declaration.py`
-explains the file). A new check is a new folder; nothing else has to know it. `session`, `driver` and `alike` have no
-`run`: they are measured on what the whole run left.
+explains the file). A new check is a new folder; nothing else has to know it. A check may have another plan, under
+`[plan.NAME]` and in `NAME.py`, which moves the hand otherwise and measures some of the same. `session`, `driver` and
+`alike` have no `run`: they are measured on what the whole run left.
 """
 
 import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
 from typing import Any
 
-from hil.checks.shared.declaration import parse_metric
+from hil.checks.shared.declaration import Metric, parse_metric
 from hil.checks.shared.experiment import Experiment, Measured, Measuring, complete
 
 
-def _read(folder: Traversable) -> Measuring:
-    name = folder.name
+def _read(folder: Traversable) -> Iterator[Measuring]:
     table = tomllib.loads((folder / "checks.toml").read_text(encoding="utf-8"))
-    metrics = tuple(metric for row in table.pop("metric") for metric in parse_metric(name, row))
-    module = import_module(f"{__name__}.{name}.check")
+    rows, plans = table.pop("metric"), table.pop("plan", {})
+    name = folder.name
+    yield _measuring(name, f"{name}.check", _metrics(name, rows), table)
+    for plan, declared in plans.items():
+        names = declared.pop("metrics", [row["name"] for row in rows])
+        metrics = _metrics(plan, [row for row in rows if row["name"] in names])
+        # What stands beside the paper and a baseline is the check's own.
+        bare = [replace(one, column=None, paper={}, published=(), worse=None, worst_at="") for one in metrics]
+        yield _measuring(plan, f"{name}.{plan}", bare, declared)
+
+
+def _metrics(name: str, rows: list[dict[str, Any]]) -> list[Metric]:
+    return [metric for row in rows for metric in parse_metric(name, row)]
+
+
+def _measuring(name: str, file: str, metrics: list[Metric], table: Mapping[str, Any]) -> Measuring:
+    module = import_module(f"{__name__}.{file}")
     declared = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
-    found: dict[str, Any] = {"name": name, "metrics": metrics, "measure": module.measure, **declared}
+    found: dict[str, Any] = {"name": name, "metrics": tuple(metrics), "measure": module.measure, **declared}
     if hasattr(module, "details"):
         found["details"] = module.details
     if not hasattr(module, "run"):
@@ -29,7 +46,8 @@ def _read(folder: Traversable) -> Measuring:
     return Experiment(run=module.run, furthest=module.FURTHEST, **(found | {"measure": complete(module.measure)}))
 
 
-_FOUND = [_read(folder) for folder in resources.files(__name__).iterdir() if (folder / "checks.toml").is_file()]
+_FOLDERS = [folder for folder in resources.files(__name__).iterdir() if (folder / "checks.toml").is_file()]
+_FOUND = [found for folder in _FOLDERS for found in _read(folder)]
 EXPERIMENTS: dict[str, Experiment] = {
     found.name: found
     for found in sorted((found for found in _FOUND if isinstance(found, Experiment)), key=lambda found: found.rank)

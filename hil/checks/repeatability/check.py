@@ -1,16 +1,19 @@
-"""Repeatability: how closely the hand returns to one posture, closed to it again and again from the open pose.
+"""Repeatability: how closely a hand returns to one posture from the open pose, and how its range and current drift.
 
-The paper's definition of repeatability. Asked for by name only. Leaves `codes` and `command_codes`.
+The paper's definition of repeatability. Asked for by name only. Leaves `codes`, `command_codes`, `currents` and
+`temperatures`.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import LOOSE_GRASP, Measured, Sampler, last_before, map_of
-from hil.checks.shared.signals import display_unit, find_steps
+from hil.checks.shared.experiment import LOOSE_GRASP, Measured, Sampler, last_before, map_of, require
+from hil.checks.shared.signals import closing_current, display_unit, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.recordings.series_layout import LENGTH_UNITS
@@ -21,27 +24,53 @@ HOLD_S = 1.2
 """Time open and closed, s: the firmware `pre` needs 0.6 s for the way, and the hand then creeps in friction."""
 FURTHEST = LOOSE_GRASP
 """How far each channel is sent at most, part of its window, command order."""
+ENDS = 0.1
+"""Fraction of the closures at the beginning and at the end whose medians are compared."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close the open hand to the loose grasp again and again."""
-    recorder.begin({"closures": CLOSURES, "hold_s": HOLD_S})
-    driver = Sampler(target, recorder, progress, HOLD_S * (1 + 2 * CLOSURES))
+    close_again(target, recorder, progress, posture=FURTHEST, closures=CLOSURES, hold_s=HOLD_S)
+
+
+def close_again(
+    target: Target, recorder: Recorder, progress: Progress, *, posture: Sequence[float], closures: int, hold_s: float
+) -> None:
+    """Close the open hand to a posture, (7,) parts of the window, and open it, `hold_s` at either end."""
+    recorder.begin({"closures": closures, "hold_s": hold_s})
+    driver = Sampler(target, recorder, progress, hold_s * (1 + 2 * closures))
     opened = np.zeros(len(Channel))
-    driver.hold(opened, HOLD_S, "open hand")
-    for i in range(CLOSURES):
-        driver.hold(MAX_CODE * np.array(LOOSE_GRASP), HOLD_S, f"closure {i + 1}")
-        driver.hold(opened, HOLD_S, f"closure {i + 1}")
+    driver.hold(opened, hold_s, "open hand")
+    for i in range(closures):
+        driver.hold(MAX_CODE * np.array(posture), hold_s, f"closure {i + 1} of {closures}")
+        driver.hold(opened, hold_s, f"closure {i + 1} of {closures}")
 
 
 def measure(recording: Recording) -> Measured:
-    """Return the greatest less the smallest place of each channel at the end of the closures (mm of cable, mrad)."""
-    codes, commands = recording["codes"], recording["command_codes"]
+    """Return each channel's spread of closed places (mm of cable, mrad), and how its range and current drifted.
+
+    The range is in % of the window, the current in A, positive closes; both are the last closures' less the first's.
+    """
+    codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)
-    openings = {s.start for s in find_steps(commands.times, commands.values) if s.after < s.before}
-    closed = np.array([last_before(codes.times, codes.values, start) for start in sorted(openings)]).astype(int)
-    spread = np.ptp(codec.travel_from_angles(codec.angles_from_codes(closed)), axis=0)
+    pull = closing_current(currents.values, recording.header.hand)
+    steps = find_steps(commands.times, commands.values)
+    closings, openings = (sorted({s.start for s in steps if (s.after > s.before) is way}) for way in (True, False))
+    require(len(openings) > 1 and len(closings) >= len(openings), "two closures")
+    opened = np.array([last_before(codes.times, codes.values, start) for start in closings[: len(openings)]])
+    closed = np.array([last_before(codes.times, codes.values, start) for start in openings])
+    spread = np.ptp(codec.travel_from_angles(codec.angles_from_codes(closed.astype(int))), axis=0)
+    held = np.array([last_before(currents.times, pull, start) for start in openings])
+    few = max(1, round(ENDS * len(openings)))
+    drift = [
+        np.median(of[-few:], axis=0) - np.median(of[:few], axis=0)
+        for of in ((closed - opened) * 100.0 / MAX_CODE, held)
+    ]
     return {
-        channel.label: {"closure_spread": display_unit(LENGTH_UNITS[channel])[1] * float(spread[channel])}
+        channel.label: {
+            "closure_spread": display_unit(LENGTH_UNITS[channel])[1] * float(spread[channel]),
+            "range_drift": float(drift[0][channel]),
+            "current_drift": float(drift[1][channel]),
+        }
         for channel in Channel
     }

@@ -12,20 +12,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Details, Measured, map_of
+from hil.checks.shared.experiment import Measured, map_of
 from hil.checks.shared.side_by_side import MODEL_STEP_S, SimulatedHand, follow
 from hil.checks.staircase.cable_loads import loads
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
-from hil.checks.staircase.residual_sources import SOURCES, residual_sources
-from hil.checks.staircase.tracking import ChannelMetrics, staircase_metrics
+from hil.checks.staircase.residual_sources import details
+from hil.checks.staircase.tracking import staircase_metrics
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 from model import RoutedHand
+
+__all__ = ["FURTHEST", "Staircase", "details", "measure", "run", "run_staircase", "stream"]
 
 Floats = NDArray[np.float64]
 
@@ -33,11 +35,22 @@ FULL: Mapping[Channel, float] = dict.fromkeys(Channel, 1.0)
 """Every channel through its whole range."""
 FURTHEST = (1.0,) * len(Channel)
 """How far each channel is sent at most, part of its window, command order."""
-TEXT = (
-    "The residual is the sum of three errors: the simulator's actuator stops short of its command, the map's two "
-    "directions are separate fits on the thumb, and the hand stops short of its goal under friction and springs. The "
-    "first three numbers are the RMS of each; the last column says when the squares of the residual arise."
-)
+SAMPLE_PERIOD_S = 0.02
+
+
+def stream(levels: ArrayLike, hold_s: float, lead_s: float, period_s: float = SAMPLE_PERIOD_S) -> Floats:
+    """Return a stream (n, 7) of parts of each channel's range, in which one channel after the other moves.
+
+    Args:
+        levels: (7, k) float, where each channel goes, one level after another; it ends at 0.
+        hold_s: time at each level, a multiple of the period.
+        lead_s: time at the open hand before the first level.
+        period_s: time from one command to the next.
+    """
+    moved = np.repeat(np.asarray(levels, float), round(hold_s / period_s), axis=1)
+    lead = np.zeros((round(lead_s / period_s), len(Channel)))
+    alone = np.eye(len(Channel))
+    return np.vstack([lead, *(np.outer(moved[channel], alone[channel]) for channel in Channel)])
 
 
 @dataclass(frozen=True)
@@ -48,7 +61,7 @@ class Staircase:
     """Levels from open to closed."""
     hold_s: float = 0.48
     """Time at each level, a multiple of the sample period."""
-    sample_period_s: float = 0.02
+    sample_period_s: float = SAMPLE_PERIOD_S
     """Time from one encoder reading and command to the next, a multiple of `MODEL_STEP_S`."""
     lead_s: float = 0.96
     """Time at the open hand before the first level, for everything to come to rest."""
@@ -62,28 +75,17 @@ class Staircase:
         if self.levels < 1:
             raise ValueError(f"a staircase has at least one level, not {self.levels}")
 
-    @property
-    def duration_s(self) -> float:
-        """Hand time from the first command to the last sample, s."""
-        return self.lead_s + len(Channel) * 2 * self.levels * self.hold_s
-
-    def commands(self, open_lengths: Floats, closed_lengths: Floats) -> tuple[Floats, Floats]:
-        """Return the stream.
+    def commands(self, open_lengths: Floats, closed_lengths: Floats) -> Floats:
+        """Return the stream (n, 7) of lengths, m and rad.
 
         Args:
             open_lengths: (7,) float, m and rad; where every channel waits while another is swept.
             closed_lengths: (7,) float, the far end of each channel's sweep.
-
-        Returns:
-            Times (n,) in s from zero, and commanded lengths (n, 7).
         """
         up = np.arange(1, self.levels + 1) / self.levels
-        sweep = np.repeat(np.append(up, up[-2::-1]), round(self.hold_s / self.sample_period_s))
-        sweep = np.append(sweep, np.zeros(round(self.hold_s / self.sample_period_s)))
-        lead = round(self.lead_s / self.sample_period_s)
-        fractions = np.vstack([np.zeros((lead, len(Channel))), np.kron(np.eye(len(Channel)), sweep[:, None])])
-        times = self.sample_period_s * np.arange(len(fractions), dtype=float)
-        return times, open_lengths + fractions * (closed_lengths - open_lengths)
+        levels = np.tile([*up, *up[-2::-1], 0.0], (len(Channel), 1))
+        parts = stream(levels, self.hold_s, self.lead_s, self.sample_period_s)
+        return open_lengths + parts * (closed_lengths - open_lengths)
 
 
 def run_staircase(
@@ -97,8 +99,6 @@ def run_staircase(
 ) -> None:
     """Drive simulator and hand through the staircase; what `follow` leaves is in the recorder.
 
-    At every sample the encoders are read first and the command is sent after, as a policy does.
-
     Args:
         target: the hand; it moves through its whole range.
         recorder: begun here.
@@ -109,7 +109,7 @@ def run_staircase(
     """
     opened, closed = reachable(target.map, calibrated_range(simulator))
     shares = np.array([reach[channel] for channel in Channel])
-    _, commands = plan.commands(opened, opened + shares * (closed - opened))
+    commands = plan.commands(opened, opened + shares * (closed - opened))
 
     def doing(i: int) -> str:
         moved = np.flatnonzero(commands[i] != opened)
@@ -137,23 +137,13 @@ def _is_multiple(value: float, unit: float) -> bool:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return each channel's row of the validation table, and each cable's take-up, spring load and friction.
-
-    The rise of a channel is withheld where the host was late in most of its steps.
-    """
-    found = {channel.label: channel_numbers(row) for channel, row in staircase_metrics(recording).items()}
-    ranges = np.ptp(recording["command"].values, axis=0) * 1e3
+    """Return each channel's row of the validation table, and each cable's take-up, spring load and friction."""
+    found = {channel.label: row for channel, row in staircase_metrics(recording).items()}
     spans = map_of(recording.header).window.spans_counts()
     for channel in Channel:
-        row = found[channel.label]
-        row["resolution"] = resolution(recording["codes"].values[:, channel], int(spans[channel]))
-        row["worst_percent"] = 100.0 * abs(row.pop("worst_residual")) / float(ranges[channel])
+        found[channel.label]["resolution"] = resolution(recording["codes"].values[:, channel], int(spans[channel]))
     for channel, load in loads(recording).items():
-        found[channel.label] |= {
-            "take_up": load.take_up_mm,
-            "spring": load.spring,
-            "friction": load.friction,
-        }
+        found[channel.label] |= {"take_up": load.take_up_mm, "spring": load.spring, "friction": load.friction}
         if channel is not Channel.THUMB_CMC_FLEXION and np.isfinite(load.spring_shape):  # of which no check judges it
             found[channel.label]["spring_shape"] = load.spring_shape
     return found
@@ -167,29 +157,3 @@ def resolution(codes: NDArray[np.float64], span_counts: int) -> float:
     counts = np.ceil(np.unique(codes) * span_counts / MAX_CODE - 1e-9)
     steps = np.diff(np.unique(counts))
     return float(np.quantile(steps, 0.05)) if steps.size else np.nan
-
-
-def channel_numbers(row: ChannelMetrics) -> dict[str, float]:
-    """Return a row's numbers by metric, without the rise where the host was too late to tell it."""
-    host_was_late = row.matched_steps > 0 and np.isnan(row.rise_hand_ms)
-    left_out = {"unit", "rise_hand_ms"} if host_was_late else {"unit"}
-    return {name: float(value) for name, value in dataclasses.asdict(row).items() if name not in left_out}
-
-
-def details(recording: Recording) -> Details:
-    """Return each channel's tracking error, taken apart."""
-    attributions = residual_sources(recording)
-    return Details(
-        "What the tracking error consists of",
-        TEXT,
-        ("Channel", "Tracking RMS", *(f"{source.capitalize()} alone" for source in SOURCES), "When"),
-        tuple(
-            (
-                f"{channel.title}, {row.unit}",
-                f"{row.tracking_rms:.2f}",
-                *(f"{attributions[channel].source[source]:.2f}" for source in SOURCES),
-                attributions[channel].where,
-            )
-            for channel, row in staircase_metrics(recording).items()
-        ),
-    )

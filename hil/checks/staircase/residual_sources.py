@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from aero.channels import Channel
+from hil.checks.shared.experiment import Details
 from hil.checks.shared.signals import display_unit, find_steps, rms
-from hil.checks.staircase.tracking import residuals
+from hil.checks.staircase.tracking import residuals, staircase_metrics
 from hil.recordings.recording import Recording
 
 SHARE_WORTH_NAMING = 0.1
@@ -24,11 +25,12 @@ PARTS = {
     "stopped": "where it stands still although the command moves on",
     "others": "while others are swept",
 }
-
-
 SOURCES = ("simulator", "map", "hand")
-"""The simulator's actuator stops short of its command, the map's two directions are separate fits on the thumb, the
-hand stops short of its goal."""
+TEXT = (
+    "The residual is the sum of three errors: the simulator's actuator stops short of its command, the map's two "
+    "directions are separate fits on the thumb, and the hand stops short of its goal under friction and springs. The "
+    "first three numbers are the RMS of each; the last column says when the squares of the residual arise."
+)
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,6 @@ class Attribution:
     """RMS over the whole run of each of `SOURCES`; as signed numbers they add up to the residual."""
     share: dict[str, float]
     """Part of the run (a key of `PARTS`) to its share of the summed squares; they add to one."""
-    rms: dict[str, float]
-    """Part of the run to its own RMS; NaN where it has no settled sample."""
     worst_other: Channel | None
     """The channel during whose sweep the residual was largest, None when it was zero throughout."""
 
@@ -97,7 +97,25 @@ def residual_sources(recording: Recording) -> dict[Channel, Attribution]:
         found[channel] = Attribution(
             source={name: scale * rms(part[settled[:, channel], channel]) for name, part in sources.items()},
             share={part: value / total if total else 0.0 for part, value in squares.items()},
-            rms={part: rms(values) for part, values in kept.items()},
             worst_other=worst if by_sweep[worst] else None,
         )
     return found
+
+
+def details(recording: Recording) -> Details:
+    """Return each channel's tracking error, taken apart."""
+    rows, attributions = staircase_metrics(recording), residual_sources(recording)
+    return Details(
+        "What the tracking error consists of",
+        TEXT,
+        ("Channel", "Tracking RMS", *(f"{source.capitalize()} alone" for source in SOURCES), "When"),
+        tuple(
+            (
+                f"{channel.title}, {display_unit(unit)[0]}",
+                f"{rows[channel]['tracking_rms']:.2f}",
+                *(f"{attributions[channel].source[source]:.2f}" for source in SOURCES),
+                attributions[channel].where,
+            )
+            for channel, unit in zip(Channel, recording["command"].units, strict=True)
+        ),
+    )

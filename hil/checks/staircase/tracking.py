@@ -7,8 +7,6 @@ m or rad).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -79,36 +77,12 @@ def quiet_trace(times: Floats, values: Floats, ranges: Floats) -> Mask:
     return np.asarray(high - low <= QUIET_TRACE_FRACTION * ranges)
 
 
-@dataclass(frozen=True)
-class ChannelMetrics:
-    """One row of the validation table; lengths in `unit`."""
+def staircase_metrics(recording: Recording) -> dict[Channel, dict[str, float]]:
+    """Evaluate a recording of the staircase (`Staircase` in `check.py`): each channel's row of the table, by metric.
 
-    unit: str
-    """`mm` for a cable, `mrad` for the abduction."""
-    excursion_model: float
-    """Greatest less smallest sensor value of the simulator while this channel was swept."""
-    excursion_hand: float
-    """The same of the travel that the encoder reports."""
-    tracking_rms: float
-    """Root mean square of hand less simulator over the settled samples of the whole run."""
-    rise_model_ms: float
-    """Median 10-90 % rise over the matched steps, in whole integrator steps as the paper counts it; NaN without any."""
-    rise_hand_ms: float
-    """The same of the hand, linear between the encoder samples, which are coarse against it; NaN of a late host too."""
-    overshoot_hand_percent: float
-    """Greatest overshoot of the hand over the matched steps, of the step; NaN when no step matched."""
-    settled_percent: float
-    """Settled samples, of all samples of the run."""
-    matched_steps: int
-    """Steps of this channel that simulator and hand both answered."""
-    worst_residual: float
-    """Settled residual (hand less simulator) of greatest magnitude, with its sign."""
-    worst_residual_at_s: float
-    """Time of that residual, s."""
-
-
-def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
-    """Evaluate a recording of the staircase (`Staircase` in `check.py`).
+    Lengths are in mm, of the abduction in mrad. Of the simulator a rise counts whole integrator steps, as the paper
+    does; of the hand it is linear between encoder samples, which are coarse against it, and left out where the host was
+    late in most steps. Excursions are those of the channel's own sweep, `tracking_rms` is that of the whole run.
 
     Raises:
         KeyError: the recording lacks a series; it was made by another experiment.
@@ -117,7 +91,7 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
     command, hand, model, travel = (recording[name] for name in ("command", "hand", "model", "travel"))
     residual, settled = residuals(recording)
     steps = find_steps(command.times, command.values)
-    rows: dict[Channel, ChannelMetrics] = {}
+    rows: dict[Channel, dict[str, float]] = {}
     for channel in Channel:
         own = [step for step in steps if step.channel == channel]
         if not own:
@@ -125,25 +99,26 @@ def staircase_metrics(recording: Recording) -> dict[Channel, ChannelMetrics]:
                 f"{channel.label} is never commanded in this recording; it is no complete staircase"
             )
         matched = _matched(own, (model.times, model.values[:, channel]), (hand.times, hand.values[:, channel]))
-        unit, scale = display_unit(command.units[channel])
+        _, scale = display_unit(command.units[channel])
         mask = settled[:, channel]
         kept = scale * residual[mask, channel]
         if not kept.size:
             raise CannotBeMeasuredError(f"{channel.label} has no settled sample; hold each level for more than 0.4 s")
         worst = int(np.argmax(np.abs(kept)))
-        rows[channel] = ChannelMetrics(
-            unit=unit,
-            excursion_model=scale * _span(model.times, model.values[:, channel], own),
-            excursion_hand=scale * _span(travel.times, travel.values[:, channel], own),
-            tracking_rms=rms(kept),
-            rise_model_ms=1e3 * _median([m.rise_on_grid for m, _ in matched]),
-            rise_hand_ms=1e3 * median_rise([h for _, h in matched]),
-            overshoot_hand_percent=1e2 * max((h.overshoot for _, h in matched), default=np.nan),
-            settled_percent=100.0 * float(mask.mean()),
-            matched_steps=len(matched),
-            worst_residual=float(kept[worst]),
-            worst_residual_at_s=float(hand.times[mask][worst]),
-        )
+        rise = median_rise([h for _, h in matched])
+        host_was_late = bool(matched) and np.isnan(rise)
+        rows[channel] = {
+            "excursion_model": scale * _span(model.times, model.values[:, channel], own),
+            "excursion_hand": scale * _span(travel.times, travel.values[:, channel], own),
+            "tracking_rms": rms(kept),
+            "rise_model_ms": 1e3 * float(np.median([m.rise_on_grid for m, _ in matched])) if matched else np.nan,
+            **({} if host_was_late else {"rise_hand_ms": 1e3 * rise}),
+            "overshoot_hand_percent": 1e2 * max((h.overshoot for _, h in matched), default=np.nan),
+            "settled_percent": 100.0 * float(mask.mean()),
+            "matched_steps": float(len(matched)),
+            "worst_percent": 100.0 * abs(float(kept[worst])) / (scale * float(np.ptp(command.values[:, channel]))),
+            "worst_residual_at_s": float(hand.times[mask][worst]),
+        }
     return rows
 
 
@@ -155,10 +130,6 @@ def _matched(
 
 
 def _span(times: Floats, values: Floats, steps: list[CommandStep]) -> float:
-    require(bool(((times >= steps[0].start) & (times <= steps[-1].end)).any()), "samples of a sweep")
     inside = (times >= steps[0].start) & (times <= steps[-1].end)
+    require(bool(inside.any()), "samples of a sweep")
     return float(np.ptp(values[inside]))
-
-
-def _median(values: list[float]) -> float:
-    return float(np.median(values)) if values else np.nan

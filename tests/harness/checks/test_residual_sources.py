@@ -1,7 +1,5 @@
 """The parts of the tracking error are found where they were put."""
 
-import math
-
 import numpy as np
 import pytest
 from synthetic import RANGES, replaced, staircase
@@ -35,11 +33,8 @@ def test_an_offset_in_one_part_of_the_run_is_attributed_to_it(perfect, part, ind
     recording = replaced(perfect, "hand", hand)
     found = residual_sources(recording)
     assert found[RING].share[part] > 0.9
-    assert part == "others" or found[RING].rms[part] == pytest.approx(1e3 * 0.01 * RANGES[RING], rel=0.1)
     assert sum(found[RING].share.values()) == pytest.approx(1.0)
-    assert found[Channel.INDEX].share["closing"] == pytest.approx(0.0, abs=0.01) or found[Channel.INDEX].rms[
-        "closing"
-    ] == pytest.approx(0.0, abs=1e-3)
+    assert found[Channel.INDEX].source["hand"] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_a_blocked_top_is_called_stopped(perfect):
@@ -62,7 +57,7 @@ def test_a_constant_error_is_attributed_to_its_source(perfect, series, source):
     assert all(found[other] < 0.05 * found[source] for other in found if other != source)
 
 
-def test_shares_and_rms_of_each_part_are_the_recorded_ones(perfect):
+def test_the_shares_of_each_part_are_the_recorded_ones(perfect):
     """The ring stands off by 1, 2 and 3 % while it closes, while it opens and while others move."""
     closing, opening, others = windows(perfect, RING)
     error = 0.01 * closing + 0.02 * opening + 0.03 * others
@@ -72,11 +67,8 @@ def test_shares_and_rms_of_each_part_are_the_recorded_ones(perfect):
     _, settled = residuals(recording)
     counts = [int((part & settled[:, RING]).sum()) for part in (closing, opening, others)]
     found = residual_sources(recording)[RING]
-    unit = 10 * RANGES[RING]
     for i, part in enumerate(("closing", "opening", "others")):
-        assert found.rms[part] == pytest.approx((i + 1) * unit, rel=0.02)
         squares = [count * (i + 1) ** 2 for i, count in enumerate(counts)]
         assert found.share[part] == pytest.approx(squares[i] / sum(squares), rel=0.05)
     assert found.share["stopped"] == 0.0
-    assert math.isnan(found.rms["stopped"])
     assert found.where.split(", ")[0].endswith("while others are swept (most: index)")

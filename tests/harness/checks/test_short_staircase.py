@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil.checks.short_staircase import check as short_staircase
-from hil.checks.short_staircase.check import commands
+from hil.checks.staircase import short_staircase
 from hil.recordings.recording import Recording, Series
 from tests.support.synthetic import HEADER, LABELS, RANGES, UNITS
 
 OPEN = np.array([0.11, 0.11, 0.11, 0.11, 0.0, 0.038, 0.112])
 CLOSED = OPEN + RANGES * [-1, -1, -1, -1, 1, -1, -1]
-STREAM = commands(OPEN, CLOSED)
+STREAM = OPEN + short_staircase.STREAM * (CLOSED - OPEN)
 T = 0.02 * np.arange(len(STREAM))
 
 

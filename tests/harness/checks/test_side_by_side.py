@@ -53,7 +53,7 @@ def test_delays_are_noted_and_do_not_look_like_a_bad_hand(punctual):
     assert np.all(np.diff(late["model"].times) > 0)
     expected = staircase_metrics(punctual)
     for channel, row in staircase_metrics(late).items():
-        assert row.tracking_rms == pytest.approx(expected[channel].tracking_rms, rel=0.35), channel
+        assert row["tracking_rms"] == pytest.approx(expected[channel]["tracking_rms"], rel=0.35), channel
 
 
 def test_late_answers_do_not_look_like_a_bad_hand(punctual):
@@ -64,5 +64,5 @@ def test_late_answers_do_not_look_like_a_bad_hand(punctual):
         late = staircase_metrics(staircase_of(target, SHORT))
     expected = staircase_metrics(punctual)
     for finger in FINGERS:
-        assert late[finger].matched_steps == expected[finger].matched_steps == 4
-        assert late[finger].tracking_rms == pytest.approx(expected[finger].tracking_rms, rel=0.35)
+        assert late[finger]["matched_steps"] == expected[finger]["matched_steps"] == 4
+        assert late[finger]["tracking_rms"] == pytest.approx(expected[finger]["tracking_rms"], rel=0.35)

@@ -11,7 +11,6 @@ from synthetic import RANGES, replaced, staircase
 
 from aero.channels import Channel
 from hil.checks.shared.signals import at_times, find_steps
-from hil.checks.staircase.check import channel_numbers
 from hil.checks.staircase.rise_time import Response, median_rise, respond
 from hil.checks.staircase.tracking import quiet_command, quiet_trace, residuals, staircase_metrics
 
@@ -81,23 +80,22 @@ def test_tracking_rms_is_gain_and_offset_error(gain, offset):
     for channel, row in rows.items():
         level = at_times(recording["command"].times, recording["command"].values, recording["hand"].times)
         error = ((gain - 1) * level[:, channel] + offset * RANGES[channel])[settled[:, channel]]
-        assert row.tracking_rms == pytest.approx(1e3 * np.sqrt(np.mean(error**2)), abs=1e-6 * 1e3 * RANGES[channel])
-        assert abs(row.worst_residual) >= row.tracking_rms - 1e-12
+        assert row["tracking_rms"] == pytest.approx(1e3 * np.sqrt(np.mean(error**2)), abs=1e-6 * 1e3 * RANGES[channel])
+        assert row["worst_percent"] * 10 * RANGES[channel] >= row["tracking_rms"] - 1e-9
 
 
 def test_every_number_of_a_row():
     rows = staircase_metrics(staircase(levels=4, tau=0.03, hand_tau=0.05))
     for channel, row in rows.items():
-        assert row.unit == ("mrad" if channel is Channel.THUMB_ABDUCTION else "mm")
-        assert row.matched_steps == 8
-        assert row.rise_model_ms == pytest.approx(1e3 * math.log(9) * 0.03, abs=10)
-        assert row.rise_model_ms == pytest.approx(round(row.rise_model_ms, -1))
-        assert row.rise_hand_ms == pytest.approx(1e3 * math.log(9) * 0.05, rel=0.02)
-        assert row.excursion_model == pytest.approx(1e3 * RANGES[channel], rel=1e-3)
-        assert row.excursion_hand == pytest.approx(1e3 * RANGES[channel], rel=1e-3)
+        assert row["matched_steps"] == 8
+        assert row["rise_model_ms"] == pytest.approx(1e3 * math.log(9) * 0.03, abs=10)
+        assert row["rise_model_ms"] == pytest.approx(round(row["rise_model_ms"], -1))
+        assert row["rise_hand_ms"] == pytest.approx(1e3 * math.log(9) * 0.05, rel=0.02)
+        assert row["excursion_model"] == pytest.approx(1e3 * RANGES[channel], rel=1e-3)
+        assert row["excursion_hand"] == pytest.approx(1e3 * RANGES[channel], rel=1e-3)
         # From 0.40 s to 0.47 s of each of 8 x 7 + 1 levels.
-        assert row.settled_percent == pytest.approx(100 * 8 / 48)
-        assert row.overshoot_hand_percent == pytest.approx(0.0, abs=1e-9)
+        assert row["settled_percent"] == pytest.approx(100 * 8 / 48)
+        assert row["overshoot_hand_percent"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_channel_that_never_moves_is_no_staircase():
@@ -109,7 +107,7 @@ def test_a_channel_that_never_moves_is_no_staircase():
 
 
 @pytest.mark.parametrize("sweep", [Channel.RING, Channel.PINKY])
-def test_the_worst_residual_is_told_with_its_sign_and_time(sweep):
+def test_the_worst_residual_is_told_with_its_time(sweep):
     """A hand that is perfect but for one settled sample of the ring, 0.3 % of its range short."""
     perfect = staircase(tau=0.02, hand_tau=0.02)
     row = 48 * (1 + 8 * sweep + 3) + 45
@@ -117,10 +115,10 @@ def test_the_worst_residual_is_told_with_its_sign_and_time(sweep):
     hand[row, Channel.RING] -= 0.003 * RANGES[Channel.RING]
     found = staircase_metrics(replaced(perfect, "hand", hand))
     worst = 3 * RANGES[Channel.RING]
-    assert found[Channel.RING].worst_residual == pytest.approx(-worst)
-    assert found[Channel.RING].worst_residual_at_s == pytest.approx(0.01 * row)
-    assert found[Channel.RING].tracking_rms == pytest.approx(worst / math.sqrt(8 * 57))
-    assert found[Channel.INDEX].worst_residual == pytest.approx(0.0, abs=1e-12)
+    assert found[Channel.RING]["worst_percent"] == pytest.approx(0.3)
+    assert found[Channel.RING]["worst_residual_at_s"] == pytest.approx(0.01 * row)
+    assert found[Channel.RING]["tracking_rms"] == pytest.approx(worst / math.sqrt(8 * 57))
+    assert found[Channel.INDEX]["worst_percent"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_excursions_are_those_of_the_channels_own_sweep():
@@ -131,7 +129,7 @@ def test_excursions_are_those_of_the_channels_own_sweep():
     moved = replaced(still, "travel", still["travel"].values + 0.060 * before)
     moved = replaced(moved, "model", still["model"].values + 0.060 * before)
     for name in ("excursion_hand", "excursion_model"):
-        assert getattr(staircase_metrics(moved)[Channel.RING], name) == pytest.approx(46.0, rel=1e-3)
+        assert staircase_metrics(moved)[Channel.RING][name] == pytest.approx(46.0, rel=1e-3)
 
 
 def test_of_a_host_that_is_late_now_and_then_the_steps_in_time_count():
@@ -158,6 +156,5 @@ def test_a_staircase_that_the_host_sampled_late_has_no_rise(period_s, told):
         replace(stream, series={**stream.series, "hand": replace(hand, times=times, values=values)})
     )
     for row in rows.values():
-        assert row.matched_steps == 8
-        assert math.isfinite(row.rise_hand_ms) == told
-        assert ("rise_hand_ms" in channel_numbers(row)) == told
+        assert row["matched_steps"] == 8
+        assert ("rise_hand_ms" in row) == told

@@ -173,7 +173,7 @@ def test_each_channel_stands_beside_the_paper(recording, spoiled_page):
     html = spoiled_page
     rows = staircase_metrics(recording)
     for row in rows.values():
-        assert f"{row.tracking_rms:.2f}" in html
+        assert f"{row['tracking_rms']:.2f}" in html
     for paper in ("26.79", "44.45", "0.63", "1871.00", "0.11"):
         assert f"paper {paper}" in html
 
