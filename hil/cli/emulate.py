@@ -22,15 +22,16 @@ from firmware_emulator.links.in_process import InProcessLink, WireEntry
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import usage_errors
 from hil.cli.hands_on import HandsOn
-from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, HostAndPort, emulation, recording_ended
+from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, VIEW, HostAndPort, emulation, recording_ended
 from hil.cli.output import echo
-from hil.cli.viewing import Observer, viewing, with_view
+from hil.cli.viewing import viewing
 from hil.faults import Schedule, parse_fault
 from hil.recordings.output import prepared_file
 from hil.targets.delays import LATE, LEAST_S, DelayLog, Loop
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from hil.targets.pty_process import NEVER_FIRED
+from hil.view.feed import Observer
 from hil.view.sources import EmulatedSource
 from model.units.plausible import unit_named
 
@@ -50,7 +51,7 @@ _LOG = logging.getLogger(__name__)
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD
-@with_view
+@VIEW
 @click.option("--parent", type=int, hidden=True, help="Stop when this process is gone.")
 @click.option("--homed", is_flag=True, hidden=True, help="Home the hand before it is served.")
 def emulate(

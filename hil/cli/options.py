@@ -6,14 +6,16 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import update_wrapper
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
+from aero.exit_code import Exit
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
-from hil.cli.exits import usage_errors
+from hil.cli.exits import Ended, usage_errors
 from hil.cli.output import echo
 from hil.targets.hand_spec import HandSpec, Side
 
@@ -54,6 +56,16 @@ def recording_ended(error: Exception) -> None:
     echo(f"the recording ends here, the link continues: {error}", err=True)
 
 
+def _installed(_context: click.Context, _option: click.Parameter, wanted: bool) -> bool:
+    """Refuse `--view` where its extra is not installed, before anything is done."""
+    if wanted and find_spec("viser") is None:
+        raise Ended("`--view` needs the extra `view`; from a checkout: pip install -e '.[view]'", Exit.USAGE)
+    return wanted
+
+
+VIEW = click.option(
+    "--view", is_flag=True, callback=_installed, help="Show the hand in a web page on this machine; docs/view.md."
+)
 SEED = click.IntRange(0, 2**32 - 1)
 """What NumPy, JAX and the firmware sessions all take as a seed."""
 

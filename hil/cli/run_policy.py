@@ -23,16 +23,17 @@ from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import usage_errors
-from hil.cli.options import Finite, Seconds, open_hand, target
+from hil.cli.options import VIEW, Finite, Seconds, open_hand, target
 from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
-from hil.cli.viewing import Observer, telling, viewing, with_view
+from hil.cli.viewing import telling, viewing
 from hil.recordings.output import prepared_file
 from hil.recordings.policy_run import PolicyRun, record_policy
 from hil.recordings.recorder import Recorder
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import GroundTruth, Target
+from hil.view.feed import Observer
 from hil.view.sources import source_of
 from model.cube_plant import CubePlant, CubeWatch
 from model.scene import CUBE
@@ -58,7 +59,7 @@ MOST_A = 4.5
     show_default=True, help="Current of a motor at which the hand is stopped, A.",
 )  # fmt: skip
 @click.option("--empty", is_flag=True, help="Leave an emulated hand empty.")
-@with_view
+@VIEW
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
 def run_policy(
     *,

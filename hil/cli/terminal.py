@@ -12,14 +12,13 @@ from rich.progress import (
     BarColumn,
     Progress,
     ProgressColumn,
-    Task,
     TaskID,
     TaskProgressColumn,
     TextColumn,
+    TimeRemainingColumn,
 )
 from rich.segment import Segment
 from rich.table import Column, Table
-from rich.text import Text
 
 from hil.cli.output import printable
 
@@ -81,26 +80,6 @@ LINE_S = 10.0
 """Time between two lines where there is no terminal, s."""
 
 
-EARLIEST_PERCENT, EARLIEST_S = 5.0, 2.0
-"""Before both, no time is estimated: the first steps are seldom like the rest."""
-
-
-def time_left(task: Task) -> str:
-    """Return about how long a task still takes, as the part that is done took; empty when that cannot be said yet."""
-    if task.total is None or task.elapsed is None or task.percentage < EARLIEST_PERCENT or task.elapsed < EARLIEST_S:
-        return ""
-    left_s = task.elapsed * (100.0 / task.percentage - 1.0)
-    return f"about {left_s / 60:.0f} min left" if left_s > 100.0 else f"about {left_s:.0f} s left"
-
-
-class TimeLeftColumn(ProgressColumn):
-    """The time left, for people."""
-
-    def render(self, task: Task) -> Text:
-        """Return the words."""
-        return Text(time_left(task))
-
-
 def _moves(console: Console) -> bool:
     """Return whether a bar may move: FORCE_COLOR asks for colours in a log too, and Rich takes it for a terminal."""
     return console.is_terminal and ("FORCE_COLOR" not in os.environ or console.file.isatty())
@@ -133,7 +112,7 @@ class ProgressBar(Progress):
     @classmethod
     def get_default_columns(cls) -> tuple[ProgressColumn, ...]:
         """Return Rich's, but for a description that is shown as it is: a path may look like markup."""
-        return description(), BarColumn(bar_width=BAR_WIDTH), TaskProgressColumn(), TimeLeftColumn()
+        return description(), BarColumn(bar_width=BAR_WIDTH), TaskProgressColumn(), TimeRemainingColumn()
 
     def start(self) -> None:
         """Start the bar, or the time to the first line."""
@@ -156,5 +135,4 @@ class ProgressBar(Progress):
         self._said_at = self.get_time()
         task = next(task for task in self.tasks if task.id == task_id)
         part = "" if task.total is None else f": {task.percentage:.0f} %"
-        left = f", {left}" if (left := time_left(task)) else ""
-        self.console.print(f"{task.description}{part}{left}", highlight=False, markup=False)
+        self.console.print(f"{task.description}{part}", highlight=False, markup=False)

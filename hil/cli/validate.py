@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, NewFolder, target
-from hil.cli.viewing import with_view
+from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, VIEW, NewFolder, target
 from hil.targets.hand_spec import HandSpec
 
 
@@ -44,7 +43,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     help="Encoder zeros of an emulated hand: as homing leaves them, as on every physical hand, or of the drawing.",
 )  # fmt: skip
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=f"Inject into an emulated hand: {FAULT_HELP}")
-@with_view
+@VIEW
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
 @click.option(
     "--out", type=NewFolder(),

@@ -14,18 +14,18 @@ import numpy as np
 from aero.exit_code import Exit
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
+from hil.checks.shared.experiment import Experiment
 from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import Ended, ending, usage_errors
 from hil.cli.options import open_hand
 from hil.cli.output import echo
-from hil.cli.run_progress import RunProgress
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
-from hil.cli.viewing import Observer, telling, viewing
+from hil.cli.viewing import telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import claimed, emptied, prepared_folder, run_folder
 from hil.report.results import write_figures, write_results
-from hil.report.text import run_text
+from hil.report.text import result_line, run_text
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import Onlooker, Question
 from hil.verdict.baseline import load
@@ -33,7 +33,36 @@ from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import EndKind, ended_at_closing
 from hil.verdict.validation import validate as run_validation
+from hil.view.feed import Observer
 from hil.view.sources import source_of
+
+
+class RunProgress:
+    """Follows a validation through its experiments, weighted by the hand time that each takes.
+
+    On a terminal it is a bar; elsewhere a line an experiment on standard error.
+    """
+
+    def __init__(self, bar: ProgressBar, experiments: Sequence[Experiment]) -> None:
+        """Begin with none done."""
+        self._bar, self._experiments = bar, experiments
+        self._total_s = sum(experiment.hand_s for experiment in experiments)
+        self._done = 0
+        self._task = bar.add_task("opening", total=1.0)
+
+    def step(self, done: float, doing: str) -> None:
+        """Note the finished part, 0 to 1, of the present experiment."""
+        before_s = sum(experiment.hand_s for experiment in self._experiments[: self._done])
+        present = self._experiments[min(self._done, len(self._experiments) - 1)]
+        words = f"{min(self._done + 1, len(self._experiments))} of {len(self._experiments)}, {present.name}: {doing}"
+        self._bar.update(self._task, completed=(before_s + done * present.hand_s) / self._total_s, description=words)
+
+    def result(self, so_far: Validation) -> None:
+        """Print what the experiment that has just ended came to."""
+        self._done = len(so_far.results)
+        name, result = list(so_far.results.items())[-1]
+        self._bar.console.print(result_line(name, result.findings))
+        self.step(0.0, "next")
 
 
 def run(
@@ -109,7 +138,7 @@ def run(
             result = replace(result, end=ended_at_closing(result.end, error))
         _show(result, observer)
         shown = result.results if sys.stderr.isatty() and sys.stdout.isatty() else ()
-        for line in run_text(result, str(folder / "report.html"), console.width, shown=shown):
+        for line in run_text(result, str(folder / "report.html"), shown=shown):
             console.print(line)
         write_results(result, folder)
     _end(result, folder)

@@ -6,28 +6,24 @@ import math
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
 from importlib import resources
 
-import numpy as np
-from numpy.typing import NDArray
-
-from aero.channels import THUMB, Channel
+from aero.channels import Channel
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric, Published
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import display_unit
 from hil.checks.shared.subjects import FINGERS
-from hil.checks.staircase.reachable_range import calibrated_range
 from hil.recordings.series_layout import LENGTH_UNITS
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
-from model import RoutedHand
-from model.geometry import Side
 
 EXCURSION = EXPERIMENTS["excursion"]
 MARK = "\u2020"
 """Stands at a number of the paper that measures something else."""
+MARKED = (
+    f"{MARK} Another quantity: the thumb is swept alone through its whole window here, and goes to a fist in the paper."
+)
 SPANS = ("excursion_model", "excursion_hand")
 """Metrics that are of a sweep here, and of a fist in the paper."""
 NOTABLE = 0.1
@@ -39,8 +35,6 @@ class Cell:
     """A measured number beside the paper's, both as text."""
 
     name: str
-    short: str
-    """Name for a narrow column."""
     ours: str
     paper: str
     limit: str
@@ -122,28 +116,6 @@ def length_unit(channel: Channel) -> str:
     return display_unit(LENGTH_UNITS[channel])[0]
 
 
-def like_with_like(result: Result) -> str:
-    """Return the line below the table on what the mark means, with the comparison that is one of like with like."""
-    hand = np.array([EXCURSION.metric("fist_travel", channel.label).paper[channel.label] for channel in THUMB])
-    model = 1e3 * _simulated_sweeps(result.recording.header.hand)[list(THUMB)]
-    published = [EXCURSION.metric("fist_difference", channel.label).paper[channel.label] for channel in THUMB]
-    ours, paper = (
-        ", ".join(f"{length:.{digits}f} {length_unit(channel)}" for channel, length in zip(THUMB, lengths, strict=True))
-        for lengths, digits in ((np.abs(model - hand), 1), (published, 2))
-    )
-    return (
-        f"{MARK} Another quantity: the thumb is swept alone through its whole window here, and goes to a fist in the "
-        f"paper. Like with like, the simulator's sweeps less the paper's hand: {ours}; the paper's {paper}."
-    )
-
-
-@cache
-def _simulated_sweeps(side: Side) -> NDArray[np.float64]:
-    """Return how far the simulator's channels go, each swept alone over its whole range, (7,) float, m and rad."""
-    lengths = calibrated_range(RoutedHand(side))
-    return lengths[:, 1] - lengths[:, 0]
-
-
 def text_rows(validation: Validation) -> list[TextRow]:
     """Return the figures of the paper's text that were measured, and those that cannot be."""
     measured = [
@@ -173,7 +145,6 @@ def _cell(metric: Metric, subject: str, ours: float | None, finding: Finding | N
     failed = finding is not None and not finding.passed
     return Cell(
         metric.column.title,
-        metric.column.short,
         _number(ours, metric.column.digits),
         "" if paper is None else _number(paper, metric.column.digits),
         "" if finding is None else finding.expected,

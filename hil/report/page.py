@@ -21,7 +21,7 @@ from hil.checks.shared.declaration import number
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.recording import Recording
-from hil.report.beside_paper import compared, like_with_like, notes, table, text_rows
+from hil.report.beside_paper import MARKED, compared, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_seen
 from hil.report.finger_map import DIGITS, MARKS, verdicts
 from hil.report.measured import MeasuredNumber, readings_of
@@ -254,7 +254,7 @@ def _beside_paper(validation: Validation) -> dict[str, Any] | None:
     if result is None:
         return None
     rows = table(result)
-    marks = [like_with_like(result)] if any(cell.mark for row in rows for cell in row.cells) else []
     found = notes(rows)
     numbers = {note.reason: note.number for note in found}
-    return {"rows": rows, "notes": found, "number": numbers, "marks": marks}
+    marked = MARKED if any(cell.mark for row in rows for cell in row.cells) else ""
+    return {"rows": rows, "notes": found, "number": numbers, "marked": marked}

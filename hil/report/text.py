@@ -4,21 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
 from hil.checks import JUDGED
-from hil.report.beside_paper import Cell, compared, like_with_like, table
 from hil.report.evidence import excess, first_seen
 from hil.report.page import HEADINGS, MOST_FINDINGS, verdict_of, withheld_lines
 from hil.verdict.findings import Finding, failed
-from hil.verdict.judged_run import Result, Validation
-
-SHORT_TITLES = {"Thumb abduction": "Abd.", "Thumb CMC flexion": "CMC", "Thumb flexor": "Flexor"}
-"""Channels in a table."""
-FIRST_COLUMN, PADDING = 9, 2
-"""Widths in characters: of the names in a table, and of the room of each other column."""
+from hil.verdict.judged_run import Validation
 
 
 def result_line(name: str, findings: Sequence[Finding]) -> Text:
@@ -28,13 +21,12 @@ def result_line(name: str, findings: Sequence[Finding]) -> Text:
     return Text.assemble(f"{name:10} {JUDGED[name].title}: ", count)
 
 
-def run_text(validation: Validation, report: str, width: int, *, shown: Collection[str] = ()) -> Iterator[Text | Table]:
+def run_text(validation: Validation, report: str, *, shown: Collection[str] = ()) -> Iterator[Text | Table]:
     """Yield what a person reads about a run: verdict, what the evidence says, other findings, then each experiment.
 
     Args:
         validation: the run.
         report: path of the page.
-        width: of the terminal, characters.
         shown: experiments whose lines were printed when they ended; they are left out.
     """
     if not validation.passed:
@@ -49,9 +41,6 @@ def run_text(validation: Validation, report: str, width: int, *, shown: Collecti
         if name in shown or (not result.findings and name not in validation.results):
             continue
         yield result_line(name, result.findings)
-    beside = compared(validation)
-    if beside is not None and validation.passed:  # of a hand that failed the page has it
-        yield from _beside(beside, width)
     seconds = f"{validation.hand_seconds:.0f} s of hand time in {validation.wall_seconds:.1f} s"
     yield Text(f"{_heading(validation)}; {validation.tally.words}; {seconds}; {report}")
 
@@ -90,34 +79,3 @@ def _findings(label: str, findings: Sequence[Finding], *, remedy: bool) -> Itera
         yield label, f"{finding.sentence}. {finding.meaning}{f' {finding.remedy}' if remedy else ''}"
     if len(findings) > MOST_FINDINGS:
         yield label, f"{len(findings) - MOST_FINDINGS} more, see the report"
-
-
-def _beside(result: Result, width: int) -> Iterator[Text | Table]:
-    """Yield the table beside the paper's, as several where the terminal is too narrow for one."""
-    rows = table(result)
-    name = result.recording.header.experiment
-    yield Text(f"Simulator and hand on one {name}; mm, abduction in mrad, rise in ms", style="italic")
-    for columns in _packed([[row.cells[i] for row in rows] for i in range(len(rows[0].cells))], width):
-        shown = Table("Channel", box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
-        for column in columns:
-            shown.add_column(column[0].short, justify="right", no_wrap=True)
-        for i, row in enumerate(rows):
-            shown.add_row(SHORT_TITLES.get(row.title, row.title), *(column[i].ours for column in columns))
-            shown.add_row("  paper", *(column[i].paper + column[i].mark for column in columns), style="dim")
-        yield shown
-    if any(cell.mark for row in rows for cell in row.cells):
-        yield Text(like_with_like(result), style="dim")
-
-
-def _packed(columns: Sequence[Sequence[Cell]], width: int) -> Iterator[list[Sequence[Cell]]]:
-    """Yield columns in groups that fit beside the names of the channels."""
-    group, used = list[Sequence[Cell]](), FIRST_COLUMN
-    for column in columns:
-        texts = [text for cell in column for text in (cell.ours, cell.paper + cell.mark, *cell.short.split("\n"))]
-        needs = PADDING + max(map(len, texts))
-        if group and used + needs > width:
-            yield group
-            group, used = [], FIRST_COLUMN
-        group.append(column)
-        used += needs
-    yield group

@@ -31,7 +31,23 @@ STOP_S = 5.0
 """Time that the page has to end, s."""
 
 
-class Feed:
+class Observer:
+    """What a command tells whoever looks on: nobody."""
+
+    def follow(self, source: Source) -> None:
+        """Show this hand from now on."""
+
+    def note(self, text: str, severity: Severity = "info") -> None:
+        """Show an event, at the time of the last frame."""
+
+    def give_way(self) -> None:
+        """Take no frame for a while, because the hand or its board is late."""
+
+    def verdicts(self, passed: int, failed: Sequence[str]) -> None:
+        """Show what was found so far: checks within their limits, and a sentence for each that is not."""
+
+
+class Feed(Observer):
     """A page that shows a hand which this process drives."""
 
     def __init__(self, heading: Heading, on_words: Callable[[str], object] | None = None) -> None:

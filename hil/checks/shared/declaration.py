@@ -107,8 +107,6 @@ class Column:
 
     place: int
     title: str
-    short: str
-    """For a narrow column."""
     digits: int
     count: bool = False
     """Whether it is a number of things."""

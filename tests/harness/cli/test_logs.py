@@ -1,4 +1,4 @@
-"""`-v` and `--log-file` show and keep what is logged; without them the terminal shows none of it."""
+"""`-v` shows what is logged; without it the terminal shows none of it."""
 
 import logging
 import subprocess
@@ -6,11 +6,9 @@ import sys
 
 import pytest
 from click.testing import CliRunner
-from full_disk import available, full_disk
 
 from hil.cli import main
 from hil.cli.command_table import commands
-from hil.cli.logs import LogFile
 
 LINE = "asked again"
 NOISY = ["validate", "--only", "presence", "--zeros", "ideal"]
@@ -32,43 +30,17 @@ def test_nothing_is_logged_to_the_terminal_unless_asked_for(tmp_path):
     assert "(it printed its boot text)" not in ran.stderr
 
 
-def test_v_shows_the_log_and_a_file_keeps_it(tmp_path):
-    path = tmp_path / "run.log"
-    path.write_text("an earlier run\n")
-    shown = run(tmp_path, "-v", "--log-file", str(path))
-    lines = path.read_text().splitlines()
-    assert lines[0] == "an earlier run"
-    assert LINE in lines[1]
-    assert "INFO aero.link" in lines[1]
+def test_v_shows_the_log_until_the_command_ends(tmp_path):
+    shown = run(tmp_path, "-v")
     assert shown.exit_code == 1
-    assert any("WARNING aero.link" in line for line in lines)
-    assert shown.stderr.count(LINE) == sum(LINE in line for line in lines)
-    assert not [handler for handler in logging.getLogger("aero").handlers if isinstance(handler, logging.FileHandler)]
-
-
-def test_a_log_file_that_cannot_be_written_is_one_line(tmp_path):
-    refused = run(tmp_path, "--log-file", str(tmp_path / "missing" / "run.log"))
-    assert refused.exit_code == 2
-    assert "run.log" in refused.output
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.skipif(not available, reason="needs a limit on the size of files")
-def test_a_log_file_on_a_full_disk_is_said_once_and_ends_nothing(tmp_path, capsys):
-    path = tmp_path / "run.log"
-    with full_disk(100):
-        handler = LogFile(path)
-        for i in range(100):
-            handler.handle(logging.makeLogRecord({"msg": f"line {i}"}))
-        handler.close()
-    said = capsys.readouterr().err
-    assert said.count("\n") == said.count(f"the log in {path} ends here, the command continues") == 1
-    assert path.read_text().startswith("line 0\nline 1\n")
+    assert "INFO aero.link" in next(line for line in shown.stderr.splitlines() if LINE in line)
+    assert "WARNING aero.link" in shown.stderr
+    assert all(type(handler) is logging.NullHandler for handler in logging.getLogger("aero").handlers)
 
 
 @pytest.mark.parametrize("name", ["doctor", "firmware", "faults"])
-def test_every_command_has_the_options_once(name):
+def test_every_command_has_the_option_once(name):
     command = main.get_command(None, name)
     command = main.get_command(None, name)
     assert name in commands()
-    assert [option.name for option in command.params].count("log_file") == 1
+    assert [option.name for option in command.params].count("verbose") == 1

@@ -51,7 +51,7 @@ def shown(validation):
     """Everything that a person or a program reads of a run."""
     page, said = render_report(validation), io.StringIO()
     console = Console(width=80, file=said, markup=False, highlight=False)
-    for line in run_text(validation, "out/report.html", console.width):
+    for line in run_text(validation, "out/report.html"):
         console.print(line)
     visible = re.sub(r"<script.*?</script>|<style.*?</style>", "", page, flags=re.DOTALL)
     return visible + said.getvalue() + numbers(validation)
