@@ -10,13 +10,10 @@ from typing import Literal, get_args
 from firmware_emulator.firmware import setup_and_loop
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
-from firmware_emulator.firmware.homing import assume_homed
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, profile_of
 from firmware_emulator.firmware.setup_and_loop import rom_text
-from firmware_emulator.kernel import Task
 from firmware_emulator.native.program_board import ProgramBoard
-from firmware_emulator.native.rehearsal import Rehearsed, rehearse
 from firmware_emulator.plant import Plant
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, HLS3606M, ServoParameters
@@ -67,8 +64,9 @@ class EmulatedHand:
             hand: which hand the firmware was built for.
             servos: the servos' physics.
             seed: of all noise.
-            start: `homed` is a hand in use: homed, energised, at rest, no boot text, one second ago; `power_on` and
-                `reset` begin with the boot; `bare` leaves the board off, for a physical one on the servos' bus.
+            start: `homed` is a hand in use: homed, energised, at rest, no boot text, one second ago; a program boots
+                and homes for that first. `power_on` and `reset` begin with the boot; `bare` leaves the board off, for a
+                physical one on the servos' bus.
             nvs: stored calibration; an empty one in memory when None.
             encoder_zeros: encoder readings at shaft angle zero, (7,) counts by servo ID; those of an ideal homed hand
                 when None.
@@ -115,7 +113,7 @@ class EmulatedHand:
         self.board: Board | ProgramBoard = self._new_board()
         if start == "homed":
             self._resume()
-            self.clock.sleep_until(SETTLE_S)
+            self.clock.sleep_until(self.kernel.now + SETTLE_S)
         elif start != "bare":
             self.reset(start)
 
@@ -188,21 +186,13 @@ class EmulatedHand:
         )
 
     def _resume(self) -> None:
-        """Let the board go on as one that homed before."""
-        board = self._new_board()
-        if self._program is None:
-            self.board = board
+        """Let the board go on as one that homed before; a program has to boot and home for that."""
+        if self._program is not None:
+            self.board = self._new_program_board(self._program)
+            self.board.boot_and_home()
+        else:
+            self.board = board = self._new_board()
             board.start(setup_and_loop.resume(board))
-            return
-        # The program homes on a bus of its own, where every servo is at its stop; the servos here are then left as
-        # homing leaves them, and the program continues with them.
-        ready = rehearse(self._program, nvs=self._nvs, host_latency_s=self.host_latency_s)
-        self.board = ready.board
-        board.start(self._take_over(board, ready))
-
-    def _take_over(self, stand_in: Board, ready: Rehearsed) -> Task:
-        yield from assume_homed(stand_in)
-        ready.board.move(self.kernel, self.bus, self._transmit, ready.turn)
 
     def _transmit(self, data: bytes) -> None:
         self.on_transmit(data)

@@ -12,8 +12,8 @@ Events of the same instant run in the order in which they were scheduled, so a r
 Where nothing else is due until the time that a task waits for, the task continues at once, without the queue: the same
 order at a third of the cost (`pass_until`).
 Only the owner of the clock calls `run_until`: `VirtualClock`, the driver's read in `links/in_process.py`, the loop of
-`links/pty.py` that follows the wall clock, the comparison of two boards in `compare/run.py` and the rehearsal of a
-firmware program in `native/rehearsal.py`. Callbacks and tasks never do.
+`links/pty.py` that follows the wall clock, the comparison of two boards in `compare/run.py` and a firmware program
+that homes in `native/program_board.py`. Callbacks and tasks never do.
 """
 
 from __future__ import annotations

@@ -56,8 +56,6 @@ class BoardTrace:
     """Shaft angles every `SAMPLE_S`, degrees, command order."""
     registers: list[dict[str, int]] = field(default_factory=list)
     """Of every servo, at the end."""
-    packets: int = 0
-    """On the servo bus."""
 
     def add(self, where: str, t: float, data: bytes) -> None:
         """Note an event."""
@@ -120,7 +118,6 @@ class Stage:
 
     def asked(self, data: bytes) -> None:
         """Note a packet of the board."""
-        self.trace.packets += 1
         self.trace.add(BUS, self.hand.kernel.now, data)
 
     def answered(self, data: bytes) -> bytes:
@@ -226,8 +223,7 @@ class Comparison:
     second: BoardTrace
     """What the second board did."""
     packets: int
-    replies: int
-    """Bytes to the host."""
+    """Of the first board on its servo bus."""
     hand_seconds: float
 
 
@@ -235,8 +231,7 @@ def compare(session: Session, first: Contender, second: Contender | BoardTrace) 
     """Run a session on both, or on the first where the second was recorded, and look for the first difference."""
     a = Stage(first, session).run()
     b = second if isinstance(second, BoardTrace) else Stage(second, session).run()
-    replies = sum(len(data) for _, data in a.events["host"])
-    return Comparison(session, _difference(a, b), b, a.packets, replies, len(a.angles) * SAMPLE_S)
+    return Comparison(session, _difference(a, b), b, len(a.events[BUS]), len(a.angles) * SAMPLE_S)
 
 
 def _difference(a: BoardTrace, b: BoardTrace) -> Difference | None:

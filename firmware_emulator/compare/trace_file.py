@@ -1,14 +1,12 @@
 """Recorded sessions in a file: what happened to a board, and every byte that left it, with its time.
 
-One JSON object a line, one session each, compressed as the name ends (`.xz`, `.gz`). `steps` are those of
-`sessions.py`, named by `do`. Events are either pairs `[time in ns, bytes in hex]`, or packed as written here: each
-distinct `packet` once, then which one came how long `after_ns` the event before. A board repeats itself, so that
-800,000 events take 20 kB.
+One JSON object a line, one session each, compressed. `steps` are those of `sessions.py`, named by `do`. Events are
+packed: each distinct `packet` once, then which one came how long `after_ns` the event before. A board repeats itself,
+so that 800,000 events take 20 kB.
 """
 
 from __future__ import annotations
 
-import gzip
 import json
 import lzma
 import os
@@ -16,22 +14,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from itertools import accumulate, pairwise
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import Any, get_args
 
 from firmware_emulator.compare.run import BUS, HOST, STORE, BoardTrace
-from firmware_emulator.compare.sessions import Await, Damage, Heat, Reset, Send, Servos, Session, Step, Wait
+from firmware_emulator.compare.sessions import Servos, Session, Step
 
-STEPS: dict[str, type[Step]] = {
-    "send": Send,
-    "wait": Wait,
-    "await": Await,
-    "reset": Reset,
-    "damage": Damage,
-    "servos": Servos,
-    "heat": Heat,
-}
-ENDINGS = (".jsonl.xz", ".jsonl.gz", ".jsonl")
-_NAMES = {kind: name for name, kind in STEPS.items()}
+STEPS: dict[str, type[Step]] = {kind.__name__.lower(): kind for kind in get_args(Step)}
+ENDING = ".jsonl.xz"
+"""Of the name of a file of recorded sessions."""
 _BYTES = {"data", "before", "replace"}
 
 Events = list[tuple[int, bytes]]
@@ -51,11 +41,6 @@ class Recorded:
     trace: BoardTrace
 
 
-def is_trace_file(name: str) -> bool:
-    """Whether a name is that of a file of recorded sessions."""
-    return name.endswith(ENDINGS)
-
-
 def read_traces(path: Path) -> Iterator[Recorded]:
     """Read sessions one after the other.
 
@@ -64,7 +49,7 @@ def read_traces(path: Path) -> Iterator[Recorded]:
     """
     number = 0
     try:
-        with _opened(path, "rt") as file:
+        with lzma.open(path, "rt", encoding="utf-8") as file:
             for number, line in enumerate(file, start=1):  # noqa: B007 - for the message
                 yield _recorded(json.loads(line))
     except (OSError, EOFError, lzma.LZMAError, ValueError, KeyError, TypeError) as error:
@@ -76,20 +61,12 @@ def write_traces(path: Path, recorded: Iterable[Recorded]) -> None:
     """Write sessions, packed, in place of what is at `path` when all are written; the folder is there."""
     draft = path.with_name(f".{os.getpid()}.{path.name}")  # this package knows nothing of `aero.whole_file`
     try:
-        with _opened(draft, "wt") as file:
+        with lzma.open(draft, "wt", encoding="utf-8") as file:
             for one in recorded:
                 file.write(json.dumps(_object(one), separators=(",", ":")) + "\n")
         draft.replace(path)
     finally:
         draft.unlink(missing_ok=True)
-
-
-def _opened(path: Path, mode: Literal["rt", "wt"]) -> IO[str]:
-    if path.name.endswith(".xz"):
-        return lzma.open(path, mode, encoding="utf-8")
-    if path.name.endswith(".gz"):
-        return gzip.open(path, mode, encoding="utf-8")
-    return path.open(mode, encoding="utf-8")
 
 
 def _recorded(read: dict[str, Any]) -> Recorded:
@@ -101,7 +78,7 @@ def _recorded(read: dict[str, Any]) -> Recorded:
         read["stops"],
     )
     events = {where: _events(read["events"][where]) for where in (HOST, BUS, STORE)}
-    return Recorded(read["kind"], session, BoardTrace(events, registers=read["registers"], packets=len(events[BUS])))
+    return Recorded(read["kind"], session, BoardTrace(events, registers=read["registers"]))
 
 
 def _object(recorded: Recorded) -> dict[str, Any]:
@@ -131,12 +108,10 @@ def _step(read: dict[str, Any]) -> Step:
 def _described(step: Step) -> dict[str, Any]:
     values = {field.name: getattr(step, field.name) for field in fields(step)}
     said = {name: value.hex() if isinstance(value, bytes) else value for name, value in values.items()}
-    return {"do": _NAMES[type(step)], **said}
+    return {"do": type(step).__name__.lower(), **said}
 
 
-def _events(read: Any) -> Events:
-    if isinstance(read, list):
-        return [(ns, bytes.fromhex(data)) for ns, data in read]
+def _events(read: dict[str, Any]) -> Events:
     packets = [bytes.fromhex(data) for data in read["packets"]]
     which = (packets[index] for index in read["packet"])
     return list(zip(accumulate(read["after_ns"]), which, strict=True))

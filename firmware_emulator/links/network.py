@@ -5,36 +5,19 @@ from __future__ import annotations
 import logging
 import socket
 from collections.abc import Callable
-from enum import Enum, auto
+from types import SimpleNamespace
+from typing import Any
 
 from serial.rfc2217 import PortManager
 
 from firmware_emulator.links import Closing
 
-
 # The board's USB port is the chip's own, so DTR and RTS are requests on the wire and no pins. Source: ESP32-S3
 # technical reference manual, USB Serial/JTAG controller, "reset SoC into download mode"; esptool 5 (`reset.py`) goes
 # through these states. Opening a port raises DTR, then RTS, and closing drops both at once: neither is a reset. A
-# program that drops DTR while RTS is raised does restart the board.
-class Request(Enum):
-    """What a state of the two lines asks of the chip."""
-
-    NONE = auto()
-    CLEAR_DOWNLOAD = auto()
-    """The next reset starts the firmware."""
-    SET_DOWNLOAD = auto()
-    """The next reset waits for a download."""
-    RESET = auto()
-    """The chip restarts."""
-
-
-REQUESTS: dict[tuple[bool, bool], Request] = {
-    (False, False): Request.CLEAR_DOWNLOAD,
-    (True, False): Request.SET_DOWNLOAD,
-    (False, True): Request.RESET,
-    (True, True): Request.NONE,
-}
-"""By (DTR, RTS)."""
+# program that drops DTR while RTS is raised does restart the board. Both raised ask for nothing.
+START, DOWNLOAD, RESET = (False, False), (True, False), (False, True)
+"""States of (DTR, RTS): the next reset starts the firmware, or waits for a download; the chip restarts."""
 
 
 class ModemLines:
@@ -54,10 +37,9 @@ class ModemLines:
         self._lines = (before[0] if dtr is None else dtr, before[1] if rts is None else rts)
         if self._lines == before:
             return False
-        request = REQUESTS[self._lines]
-        if request in {Request.SET_DOWNLOAD, Request.CLEAR_DOWNLOAD}:
-            self.download = request is Request.SET_DOWNLOAD
-        return request is Request.RESET
+        if self._lines in {START, DOWNLOAD}:
+            self.download = self._lines == DOWNLOAD
+        return self._lines == RESET
 
 
 _LOG = logging.getLogger(__name__)
@@ -76,28 +58,16 @@ class _Board:
     cts = dsr = cd = True
     ri = False
 
+    baudrate = 115200
+    dtr = rts = False
+
     def __init__(self, changed: Callable[[str, bool], None]) -> None:
-        self.baudrate = 115200
         self._changed = changed
-        self._dtr = self._rts = False
 
-    @property
-    def dtr(self) -> bool:
-        return self._dtr
-
-    @dtr.setter
-    def dtr(self, value: bool) -> None:
-        self._dtr = value
-        self._changed("dtr", value)
-
-    @property
-    def rts(self) -> bool:
-        return self._rts
-
-    @rts.setter
-    def rts(self, value: bool) -> None:
-        self._rts = value
-        self._changed("rts", value)
+    def __setattr__(self, name: str, value: Any) -> None:
+        super().__setattr__(name, value)
+        if name in {"dtr", "rts"}:
+            self._changed(name, value)
 
     def reset_input_buffer(self) -> None: ...
 
@@ -182,7 +152,7 @@ class NetworkPort(Closing):
         self._client.setblocking(False)
         self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         # It is written for a pyserial port on one side and any file on the other.
-        self._manager = PortManager(_Board(self._change), _Answers(self._send))  # type: ignore[arg-type]
+        self._manager = PortManager(_Board(self._change), SimpleNamespace(write=self._send))  # type: ignore[arg-type]
 
     def _change(self, line: str, value: bool) -> None:
         if self._lines.set(**{line: value}):
@@ -197,10 +167,3 @@ class NetworkPort(Closing):
                 rest = rest[self._client.send(rest) :]
             except OSError:
                 return
-
-
-class _Answers:
-    """Where pyserial's server writes what it negotiates."""
-
-    def __init__(self, write: Callable[[bytes], None]) -> None:
-        self.write = write

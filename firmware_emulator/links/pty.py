@@ -1,8 +1,8 @@
 """Serves an emulated hand in real time: the board, and if asked the raw servo bus.
 
 The kernel is the same one as on virtual time; here a loop runs it up to the wall clock whenever an event is due or
-bytes arrive. Bytes are taken at the instant at which they are seen, and `log` holds those instants: the same bytes at
-the same instants on virtual time give the same answers.
+bytes arrive. Bytes are taken at the instant at which they are seen, which `listeners` hear: the same bytes at the same
+instants on virtual time give the same answers.
 """
 
 from __future__ import annotations
@@ -142,7 +142,6 @@ class PtyServer(Closing):
             OSError: the address cannot be listened on.
             serial.SerialException: the port cannot be opened.
         """
-        self.log: list[WireEntry] | None = None
         self.listeners: list[Callable[[WireEntry], None]] = []
         """Called with the bytes of the board's terminal as they cross it; one that raises is dropped."""
         self.on_late: Callable[[float], object] = lambda _late_s: None
@@ -231,8 +230,6 @@ class PtyServer(Closing):
 
     def _note(self, direction: Literal[">", "<"], data: bytes) -> None:
         entry = (self._hand.kernel.now, direction, data)
-        if self.log is not None:
-            self.log.append(entry)
         for listener in tuple(self.listeners):
             try:
                 listener(entry)

@@ -8,14 +8,15 @@ from urllib.parse import urlsplit
 
 import serial
 
-BAUD = 1_000_000
-
 
 class SerialPort:
     """The servos' end of a serial port; same shape as `Terminal`.
 
     The adapter must not feed back what it sends: the servos would take their own answers for instructions.
     """
+
+    baud = 1_000_000
+    """Rate of the adapter, bit/s."""
 
     def __init__(self, port: str) -> None:
         """Open a port (device path or pyserial URL) at 1 Mbit/s.
@@ -28,16 +29,11 @@ class SerialPort:
                 raise ValueError("the address has no port")
             # pyserial's rfc2217 knows no write timeout.
             write_timeout = None if port.startswith("rfc2217://") else 0.1
-            self._port = serial.serial_for_url(port, BAUD, timeout=0, write_timeout=write_timeout)
+            self._port = serial.serial_for_url(port, self.baud, timeout=0, write_timeout=write_timeout)
             self._port.fileno()
         except (OSError, ValueError, AttributeError) as error:
             said = f"cannot serve the servo bus on {port!r}: {error}; give a device, or socket://HOST:PORT"
             raise serial.SerialException(said) from error
-
-    @property
-    def baud(self) -> int:
-        """The adapter's baud rate, bit/s."""
-        return BAUD
 
     @property
     def name(self) -> str:

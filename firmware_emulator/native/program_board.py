@@ -6,10 +6,21 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firmware_emulator.bus import BusPort, ServoBus
+from firmware_emulator.firmware.frames import Opcode, reply
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.setup_and_loop import ResetCause
 from firmware_emulator.kernel import Kernel, milliseconds, on_grid
-from firmware_emulator.native.program import FORGET, HOST, READY, RESET, SERVOS, STORE, Program, Record, Turn
+from firmware_emulator.native.program import (
+    FORGET,
+    HOST,
+    READY,
+    RESET,
+    SERVOS,
+    STORE,
+    FirmwareProgramError,
+    Program,
+    Record,
+)
 
 REASONS: dict[ResetCause, int] = {"power_on": 1, "reset": 2, "brown_out": 9}
 """What `esp_reset_reason` returns: power-on, external pin, brown-out."""
@@ -17,6 +28,11 @@ SOFTWARE = 3
 """What it returns after the firmware restarted itself."""
 NAMESPACE = "hand/"
 """Of the stored extend values; `Nvs` names them without it."""
+LONGEST_BOOT_S = 60.0
+"""A boot that homes is over by then, s; the slowest known takes 43 s when nothing is found."""
+LONGEST_HOMING_S = 200.0
+"""So is a homing that the host asks for, s; 194 s."""
+WAIT_STEP_S = 0.01
 
 
 class ProgramBoard:
@@ -35,8 +51,6 @@ class ProgramBoard:
         """Put a program on a board that is switched off; `transmit` gets what it sends to the host."""
         self.ready = False
         """Whether `setup` has returned."""
-        self.intercept: Callable[[Turn], bool] = lambda _turn: False
-        """Sees every turn before it takes effect; one for which it holds takes none."""
         self._kernel = kernel
         self._port: BusPort = bus.connect(self._from_servos)
         self._path = program
@@ -66,17 +80,33 @@ class ProgramBoard:
             on_grid(self._kernel.now + self._latency_s), self._arrive, self._program, (HOST, bytes(data))
         )
 
-    def move(self, kernel: Kernel, bus: ServoBus, transmit: Callable[[bytes], None], turn: Turn) -> None:
-        """Go on in another kernel, on another bus, with what the program did at its present instant.
+    def boot_and_home(self) -> None:
+        """Boot as after a reset, and home as when the host asks; the host hears nothing of it.
 
-        The program's clock continues from its current time; from now on it is behind or ahead by whole milliseconds.
+        A program keeps in its RAM what homing did, and nothing outside can put it there.
+
+        Raises:
+            FirmwareProgramError: it did not boot, or did not acknowledge the homing.
         """
-        self._behind_ms = milliseconds(kernel.now) - (milliseconds(self._kernel.now) - self._behind_ms)
-        self._kernel = kernel
-        self._port = bus.connect(self._from_servos)
+        heard = bytearray()
+        transmit, self._transmit = self._transmit, heard.extend
+        self.boot("reset")
+        self._wait(lambda: self.ready, LONGEST_BOOT_S, "setup() did not return")
+        homing = reply(Opcode.HOMING, ())
+        self.receive(homing)
+        self._wait(lambda: homing in heard, LONGEST_HOMING_S, "HOMING (0x01) is not acknowledged")
         self._transmit = transmit
-        self.intercept = lambda _turn: False
-        self._take(turn)
+
+    def _wait(self, until: Callable[[], bool], longest_s: float, otherwise: str) -> None:
+        limit = self._kernel.now + longest_s
+        while not until():
+            if self._kernel.now >= limit:
+                self.stop()
+                raise FirmwareProgramError(
+                    f"{self._path.name}: {otherwise} within {longest_s:g} s; a hand can also start with its boot, "
+                    '`start="power_on"` or `"reset"`'
+                )
+            self._kernel.run_until(self._kernel.now + WAIT_STEP_S)
 
     def _start(self, reason: int) -> None:
         self._ticket += 1
@@ -107,11 +137,6 @@ class ProgramBoard:
             return
         arrived, self._arrived = self._arrived, []
         turn = self._program.turn(round(self._kernel.now * 1e9) - self._behind_ms * 1_000_000, arrived)
-        if not self.intercept(turn):
-            self._take(turn)
-
-    def _take(self, turn: Turn) -> None:
-        """Let what the program did take effect at the present instant."""
         for kind, data in turn.records:
             if kind == HOST:
                 self._transmit(data)

@@ -12,7 +12,7 @@ import click
 from aero.exit_code import Exit
 from firmware_emulator.compare.run import BoardTrace, Contender, compare, contender
 from firmware_emulator.compare.sessions import MAKERS, Session, sessions
-from firmware_emulator.compare.trace_file import Recorded, TraceFileError, is_trace_file, read_traces, write_traces
+from firmware_emulator.compare.trace_file import ENDING, Recorded, TraceFileError, read_traces, write_traces
 from firmware_emulator.native.build import FirmwareBuildError, build
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.cli.exits import Ended, usage_errors
@@ -93,7 +93,7 @@ def compare_command(
         one = contender(first, hand)
         rounds = (
             _recorded_rounds(Path(second), only)
-            if is_trace_file(second)
+            if second.endswith(ENDING)
             else _seeded_rounds(contender(second, hand), seed, only)
         )
     try:

@@ -91,7 +91,8 @@ def test_a_client_comes_back_to_the_terminal(tmp_path):
 
 def test_answers_over_a_terminal_are_those_of_the_same_bytes_at_the_same_instants():
     server = PtyServer(EmulatedHand(Bench(), seed=7, firmware="0.1.0", start="reset"))
-    server.log = []
+    heard: list = []
+    server.listeners.append(heard.append)
     with served(server), serial.Serial(server.name, timeout=1.0) as port:
         port.read(241)
         for word in range(20):
@@ -100,12 +101,12 @@ def test_answers_over_a_terminal_are_those_of_the_same_bytes_at_the_same_instant
     again = InProcessLink(EmulatedHand(Bench(), seed=7, firmware="0.1.0", start="reset"))
     again.log = []
     hand = again._hand
-    for t, direction, data in server.log:
+    for t, direction, data in heard:
         if direction == ">":
             hand.clock.sleep_until(t)
             again.write(data)
-    hand.clock.sleep_until(server.log[-1][0])
-    assert again.log == server.log
+    hand.clock.sleep_until(heard[-1][0])
+    assert again.log == heard
 
 
 def test_time_passes_at_the_rate_of_the_wall_clock():

@@ -3,6 +3,7 @@
 `traces/README.md` says where the recordings come from. No compiler is needed.
 """
 
+import lzma
 from pathlib import Path
 
 import pytest
@@ -62,32 +63,17 @@ def recorded():
     return next(one for one in read_traces(TRACES / "main-left.jsonl.xz") if one.kind == "damage")
 
 
-@pytest.mark.parametrize("ending", [".jsonl", ".jsonl.gz", ".jsonl.xz"])
-def test_what_is_written_is_read_again(tmp_path, ending):
-    path = tmp_path / f"some{ending}"
+def test_what_is_written_is_read_again(tmp_path):
+    path = tmp_path / "some.jsonl.xz"
     write_traces(path, [recorded(), recorded()])
     assert list(read_traces(path)) == [recorded()] * 2
 
 
-def test_events_may_also_be_pairs_of_time_and_bytes(tmp_path):
-    path = tmp_path / "plain.jsonl"
-    path.write_text(
-        '{"kind": "boot", "name": "one", "start": "reset", "stored": [["ext3", 7]], "stops": true, "registers": [],'
-        ' "steps": [{"do": "send", "data": "0400"}, {"do": "servos", "present": [1, 2]}],'
-        ' "events": {"host": [[1000, "0102"], [2500, "03"]], "servo bus": [], "storage": []}}\n'
-    )
-    (one,) = read_traces(path)
-    assert one.session.stored == (("ext3", 7),)
-    assert one.session.steps[0].data == b"\x04\x00"
-    assert one.session.steps[1].present == (1, 2)
-    assert one.trace.events["host"] == [(1000, b"\x01\x02"), (2500, b"\x03")]
-
-
 @pytest.mark.parametrize("content", [b"no json\n", b'{"kind": "boot"}\n', b'{"steps": [{"do": "dance"}]}\n', b"[]\n"])
 def test_a_damaged_file_is_named_with_its_line(tmp_path, content):
-    path = tmp_path / "bad.jsonl"
-    path.write_bytes(content)
-    with pytest.raises(TraceFileError, match=r"bad\.jsonl, line 1: no recorded sessions"):
+    path = tmp_path / "bad.jsonl.xz"
+    path.write_bytes(lzma.compress(content))
+    with pytest.raises(TraceFileError, match=r"bad\.jsonl\.xz, line 1: no recorded sessions"):
         list(read_traces(path))
 
 
@@ -100,7 +86,7 @@ def test_a_file_that_was_cut_is_named(tmp_path):
 
 
 def test_sessions_that_cannot_be_written_leave_the_old_ones(tmp_path):
-    path = tmp_path / "kept.jsonl.gz"
+    path = tmp_path / "kept.jsonl.xz"
     write_traces(path, [recorded()])
     before = path.read_bytes()
 
