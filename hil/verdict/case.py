@@ -98,7 +98,9 @@ class DiagnosisCase:
         # A failure that is gone cannot be seen to go again.
         if self.convicted is not None or self.gone or len(self.done) >= MOST_STEPS or not self.suspects:
             return None
-        best = max(self._proposals(), key=self._worth, default=None)
+        # What needs no tool comes first, whatever is likeliest.
+        proposals = [one for one in self._proposals() if self.done or not one.step.tool]
+        best = max(proposals, key=self._worth, default=None)
         if best is None or self._worth(best) < WORTH_A_STEP:
             return None
         return Proposal(steps()["again"]) if self._once_by_chance and not self.done else best

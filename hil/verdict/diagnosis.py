@@ -15,7 +15,6 @@ from hil.verdict.case import DiagnosisCase
 from hil.verdict.findings import Finding
 from hil.verdict.parts import Suspect, listed, place
 
-VALIDATE = "aero-hil validate"
 LEADING = 0.5
 """Part of the likelihood of the first suspect from which on another leads with it."""
 
@@ -93,12 +92,7 @@ def hand_options(header: Header) -> str:
     return "".join(f" {shlex.quote(option)}" for option in options)
 
 
-def on_hand(text: str, header: Header) -> str:
-    """Return a text whose commands name the hand of a recording."""
-    return text.replace(f"`{VALIDATE}", f"`{VALIDATE}{hand_options(header)}")
-
-
 def command_again(header: Header) -> str:
     """Return the command that made a recording, without the path of its program."""
     program, _, rest = header.command.partition(" ")
-    return f"{Path(program).name} {rest}" if header.command else f"{VALIDATE}{hand_options(header)}"
+    return f"{Path(program).name} {rest}" if header.command else f"aero-hil validate{hand_options(header)}"

@@ -1,4 +1,4 @@
-"""Whether a run reads as a healthy hand that runs another firmware than was named, or whose windows were moved.
+"""Whether a run reads as a healthy hand that runs another firmware than was named.
 
 No board tells its version. But each version has limits of its own, from healthy hands that ran it. A hand whose
 readings are off by the limits of the version that was named, and all within those of another, is a healthy hand with
@@ -7,10 +7,8 @@ that other one.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
-from aero.actuation.window import SHIFT_CLOSING
-from aero.channels import Channel
 from aero.firmware import VERSION_GROUPS, Firmware, firmware_of
 from hil.checks import Measured
 from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits, within_limits
@@ -33,8 +31,6 @@ TELLING = {("coupling", "stop_without_abduction"), ("excursion", "closed_percent
 at 47 to 50 % of those before; telemetry comes every 20 ms from `pre`, every 10 ms from the others."""
 LEAST = 2
 """Readings that must be off by the named version; one alone could be any fault's."""
-ROUNDED_COUNTS = 2.0
-"""Room for the rounding of whole degrees, counts."""
 
 
 def limits_of_others(named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...]]:
@@ -43,27 +39,10 @@ def limits_of_others(named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...
     return {version: load_limits(version, guarded=guarded) for version in others}
 
 
-def moved_windows(numbers: Mapping[str, Measured], off: Mapping[Key, float | None]) -> dict[Channel, float]:
-    """Return the channels whose window does not begin where homing leaves it, and by how many counts."""
-    return {
-        channel: numbers["window"][channel.label]["window_moved"]
-        for channel in Channel
-        if out_of_limits(off.get(("window", "window_moved", channel.label), 0.0))
-    }
-
-
-def has_other_windows(moved: Mapping[Channel, float]) -> bool:
-    """Return whether just the windows moved that 0.2.0 moves, by as much and both to the same version's side."""
-    return moved.keys() == SHIFT_CLOSING.keys() and any(
-        all(abs(counts - sign * SHIFT_CLOSING[channel]) <= ROUNDED_COUNTS for channel, counts in moved.items())
-        for sign in (-1, 1)
-    )
-
-
 def reads_as(
     numbers: Mapping[str, Measured], off: Mapping[Key, float | None], named: str, others: Mapping[str, Sequence[Limit]]
 ) -> str:
-    """Return how another version, or a board that was not homed, explains a run, for people; empty where none does.
+    """Return how another version explains a run, for people; empty where none does.
 
     Args:
         numbers: what was measured, by experiment.
@@ -71,15 +50,10 @@ def reads_as(
         named: version that was named.
         others: limits by version, see `limits_of_others`.
     """
-    moved = moved_windows(numbers, off)
-    if len(moved) == 1:
-        return "one window was trimmed"
-    if versions := other_versions(numbers, off, named, others):
-        unhomed = ", or with a board that was not homed" if may_be_unhomed(named, versions) else ""
-        return (
-            f"it reads as firmware {listed(map(versions_alike, versions))}, or as a board{unhomed} with moved windows"
-        )
-    return "the windows are those of another firmware" if has_other_windows(moved) else ""
+    found = other_versions(numbers, off, named, others)
+    return (
+        f"it reads as firmware {listed(map(versions_alike, found))}, or as a board that was not homed" if found else ""
+    )
 
 
 def other_versions(
@@ -87,11 +61,6 @@ def other_versions(
 ) -> tuple[str, ...]:
     """Return the versions, each the oldest of those that move alike, as which a run reads as a healthy hand."""
     return tuple(version for version, limits in others.items() if _reads_as(numbers, off, named, version, limits))
-
-
-def may_be_unhomed(named: str, found: Collection[str]) -> bool:
-    """Return whether a board of the named version that was not homed would read as one of the versions found."""
-    return _shifts(named) and not all(_shifts(version) for version in found)
 
 
 def versions_alike(version: str) -> str:
@@ -116,8 +85,3 @@ def _compares(key: Key, one: Firmware, other: Firmware) -> bool:
     if experiment in OF_THE_TEXT or (experiment, metric) in OF_THE_MAP:
         return False
     return one.settings == other.settings or (experiment, metric) not in OF_THE_TORQUE
-
-
-def _shifts(version: str) -> bool:
-    """Return whether a version moves windows when it homes; one that was not homed has those of an older version."""
-    return len(firmware_of(version).calibration_states) > 1

@@ -14,7 +14,7 @@ from aero.errors import DesyncError
 from aero.safety import SafetyReason
 from hil.checks.shared.subjects import subject_words
 from hil.faults.part import Part
-from hil.verdict.failures import Failures
+from hil.verdict.failures import FAR, Failures
 from hil.verdict.limits import Key
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind, RunEnd
@@ -58,6 +58,8 @@ TORQUE = {
 """Readings that too little torque moves, and to which side."""
 SENSORS = ("presence/temperature", "alike/temperature", "staircase/resolution", "holding/creep_percent")
 """Readings that a servo makes by itself, whatever it pulls."""
+PULLS = ("excursion/stop_current", "staircase/spring", "staircase/spring_shape", "holding/holding_current")
+"""Readings of how much a servo pulls."""
 MOVED = "audit/others_moved"
 OF_THE_LINK = ("session/", "presence/", "driver/", "run/")
 THUMB = frozenset({Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR})
@@ -167,6 +169,8 @@ def another_setting(signs: RunSigns) -> Iterable[Clue]:
     """Readings that a healthy hand of another version, or one that was not homed, would have."""
     if signs.reads_as:
         yield Clue(signs.reads_as, _all(signs), _hand(setup=0.75, board=0.25))
+    elif moved := signs.failures.keys(lambda check, _: check == "window/window_moved"):
+        yield Clue("windows do not begin where homing leaves them", moved, _hand(setup=0.75, board=0.25))
     elif unanswered := signs.failures.hand("session/unanswered_limits"):
         # A board of firmware `pre` leaves limits unanswered; so does a link that loses, which the rule above sees.
         keys = _all(signs) if _orderly(signs) else unanswered
@@ -226,13 +230,18 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         jumping = failures.weight(own & failures.keys(lambda check, _: check in JUMPS))
         everything = failures.weight(own) or 1.0
         # What answers only now and then stands still and jumps; nothing mechanical does.
-        servo, bus = 0.35 + 0.5 * sensed / everything, 0.03 + 0.3 * still / everything
+        # A channel that stops early and pulls at nothing was told to stop there, by a limit in its servo.
+        limited = failures.excess("excursion/fist_travel", channel.label) < 0.0 and not any(
+            failures.excess(check, channel.label) > FAR for check in PULLS
+        )
+        servo, setup = (0.6, 0.03) if limited else (0.35 + 0.5 * sensed / everything, 0.12)
+        bus = 0.03 + 0.3 * still / everything
         usb = 0.1 * jumping / everything
         alone = len(_channels(failures)) <= 1
         board = 0.3 * still / everything + (0.0 if alone else OF_SEVERAL)
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): 0.85 - servo}
         keys = _all(signs) if ended and alone else own | _with(failures, channel)
-        shared = _hand(setup=0.12, bus=bus, usb=usb, board=board)
+        shared = _hand(setup=setup, bus=bus, usb=usb, board=board)
         yield Clue(f"readings of the {subject_words(channel.label)} are off", keys, weights | shared)
 
 

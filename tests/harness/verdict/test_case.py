@@ -71,12 +71,14 @@ def test_a_failure_that_homing_mends_is_the_set_ups():
     assert case.convicted == Suspect(Part.SETUP)
 
 
-def test_homing_that_mends_one_channel_leaves_its_servo_suspected():
+def test_homing_that_mends_a_channel_that_was_limited_leaves_its_servo_suspected():
     """Homing writes the angle limits of a servo, too: they may be what was wrong."""
-    case = played(DiagnosisCase(on("ring"), RING), {"look": StepOutcome.GONE})
+    limited = {Suspect(Part.SERVO, Channel.RING): 0.6, Suspect(Part.DIGIT, Channel.RING): 0.3, Suspect(Part.SETUP): 0.1}
+    case = played(DiagnosisCase(on("ring"), limited), {"look": StepOutcome.GONE})
     assert case.convicted is None
     assert case.next_step is None
-    assert case.remaining[:2] == (Suspect(Part.SETUP), Suspect(Part.SERVO, Channel.RING))
+    assert set(case.remaining) == {Suspect(Part.SETUP), Suspect(Part.SERVO, Channel.RING)}
+    assert played(DiagnosisCase(on("ring"), RING), {"look": StepOutcome.GONE}).convicted == Suspect(Part.SETUP)
 
 
 def test_a_little_that_failed_may_be_a_busy_computers_and_is_seen_again_first():

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from aero.firmware import firmware_of
-from hil.verdict.firmware_version import limits_of_others, may_be_unhomed, other_versions
+from hil.verdict.firmware_version import limits_of_others, other_versions
 from hil.verdict.limits import excesses, load_limits
 
 
@@ -46,11 +46,6 @@ def differ(one, other):
 def test_a_healthy_hand_with_another_firmware_is_told_from_the_named_one(hand, named):
     found = told(hand, named)
     assert bool(found) == differ(hand.firmware, named)
-
-
-def test_zeros_that_were_lost_look_alike_where_the_named_firmware_shifts_windows():
-    older = next(hand for hand in KEPT if len(firmware_of(hand.firmware).calibration_states) == 1)
-    assert may_be_unhomed("0.2.0", told(older, "0.2.0"))
 
 
 @pytest.mark.parametrize("named", NAMED)

@@ -90,6 +90,19 @@ def test_one_channel_leaves_its_servo_and_its_digit():
     assert set(leading(staircase__friction=4)) == {Suspect(part, Channel.RING) for part in (Part.SERVO, Part.DIGIT)}
 
 
+def test_a_channel_that_stops_early_and_pulls_at_nothing_leads_to_its_servo():
+    """An angle limit was left in its registers; what is held pulls."""
+    assert leading(excursion__fist_travel=-90, staircase__tracking_rms=9) == (Suspect(Part.SERVO, Channel.RING),)
+    held = leading(excursion__fist_travel=-90, staircase__tracking_rms=9, staircase__spring_shape=40)
+    assert Suspect(Part.DIGIT, Channel.RING) in held
+
+
+def test_abduction_is_suspected_where_cmc_flexion_goes_further_than_it_lets_it():
+    off = {"thumb_abduction": -1.2, "thumb_cmc_flexion": -13.8}
+    first = leading(excursion__stop_current=off, excursion__closed_percent={"thumb_cmc_flexion": 15.0})
+    assert {suspect.channel for suspect in first} == {Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION}
+
+
 def test_a_reading_that_a_servo_makes_by_itself_leads_to_it():
     assert leading(staircase__resolution=4) == (Suspect(Part.SERVO, Channel.RING),)
 
