@@ -127,21 +127,21 @@ class HostLink:
         opcode = Opcode(frame[0])
         with self._lock:
             deadline = Deadline.after(self._clock, timeout_s if patience_s is None else patience_s)
-            if not self._overdue.opcodes:
+            if not self._overdue:
                 self._drop_stale_input()
             self._stray = b""
             known = self._outlast(opcode, timeout_s, deadline)
             while known:
                 doubtful = patience_s is not None and self._overdue.may_be_older(opcode, self._clock.now())
                 asked = [self._request(frame) for _ in range(2 if doubtful else 1)]
-                fence = self._overdue.probe(opcode)
-                if doubtful:
+                fence = self._overdue.probe(opcode) if doubtful else None
+                if fence is not None:
                     self._request(make_query(fence))
                 replies: list[Reply] = []
-                together = Deadline(self._clock, asked[0])
+                together = asked[0]
                 for _ in asked:
                     reply = self._answer(opcode, Deadline.after(self._clock, min(timeout_s, deadline.remaining)))
-                    together = together if replies else Deadline.after(self._clock, TOGETHER_S)
+                    together = together if replies else self._clock.now() + TOGETHER_S
                     replies += [] if reply is None else [reply]
                 in_time = len(replies) == len(asked)
                 while patience_s is not None and opcode in self._overdue and not deadline.expired:
@@ -149,7 +149,8 @@ class HostLink:
                     replies += [] if reply is None or reply.opcode != opcode else [reply]
                 equal = len(replies) == len(asked) and len({*replies}) == 1
                 # Two late ones that differ are not taken: of 50,000 calls with replies up to 3 s late, one was wrong.
-                if equal or (in_time and self._comes_next(fence, together.remaining)):
+                # A single reply in time is its own: no other request of its kind waits, see `_outlast`.
+                if equal or (fence and in_time and self._comes_next(fence, Deadline(self._clock, together).remaining)):
                     return Answer(replies[-1], asked[0], self._clock.now())
                 self.disturbances += 1
                 if patience_s is None or deadline.expired:
@@ -314,12 +315,12 @@ class HostLink:
 
     def _drop_stale_input(self, quiet_s: float = 0.0) -> None:
         """Read away what lies there, and what comes before it has been quiet for a while."""
-        limit = Deadline.after(self._clock, _SETTLE_LIMIT_S)
+        limit = self._clock.now() + _SETTLE_LIMIT_S
         self._note(bytes(self._ahead))
         self._ahead.clear()
         while stale := self._transport.read(_DRAIN_BYTES, quiet_s):
             self._note(stale)
-            if limit.expired:
+            if self._clock.now() >= limit:
                 raise DesyncError(
                     f"{self.name}: bytes keep coming for {_SETTLE_LIMIT_S:g} s without a request, the latest "
                     f"{stale[:FRAME_SIZE].hex(' ')}; a hand never does this. Is this the hand's port?"

@@ -24,10 +24,10 @@ The driver does not know where the board is. It knows what it has sent itself, w
 
 from __future__ import annotations
 
-from enum import Enum, auto
+from enum import IntEnum, auto
 
 
-class State(Enum):
+class State(IntEnum):
     """What the driver knows about the board's place in the stream of bytes."""
 
     IN_STEP = auto()
@@ -39,7 +39,7 @@ class State(Enum):
     any frame."""
 
 
-class LinkEvent(Enum):
+class LinkEvent(IntEnum):
     """What changes that."""
 
     SEARCH_BEGINS = auto()
@@ -49,7 +49,7 @@ class LinkEvent(Enum):
     """Until it has returned; then what held before holds again."""
 
 
-class Content(Enum):
+class Content(IntEnum):
     """What a write is made of."""
 
     FRAME = auto()

@@ -45,12 +45,16 @@ class Overdue:
 
     def __contains__(self, opcode: Opcode) -> bool:
         """Whether a reply to an `opcode` may still come in its turn."""
-        return any(waiting is opcode for waiting, _ in self._waiting)
+        return opcode in [waiting for waiting, _ in self._waiting]
+
+    def __bool__(self) -> bool:
+        """Whether any reply may still come."""
+        return bool(self._waiting)
 
     @property
     def opcodes(self) -> tuple[Opcode, ...]:
         """What they asked for."""
-        return tuple(opcode for opcode, _ in self._waiting)
+        return tuple([opcode for opcode, _ in self._waiting])
 
     @property
     def latest(self) -> float:

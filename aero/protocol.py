@@ -313,7 +313,7 @@ class ReplyScanner:
 
     def _may_start(self) -> bool:
         seen = self._buffer[self._start : self._start + len(_HEAD)]
-        return any(head.startswith(seen) for head in self._heads)
+        return seen in self._heads or (len(seen) < len(_HEAD) and any(head.startswith(seen) for head in self._heads))
 
 
 def _make_channel_words(opcode: Opcode, values: ArrayLike, highest: int, what: str) -> bytes:

@@ -49,7 +49,7 @@ class ProgramEnd(Passing):
     def __init__(self, behind: Transport, clock: Clock, assembly: HandAssembly) -> None:
         """Do to a link what the assembly's faults say at the time."""
         super().__init__(behind)
-        self._clock, self._assembly = clock, assembly
+        self._clock, self._assembly, self._link = clock, assembly, assembly.link
 
     def write(self, data: bytes) -> None:
         """Send all of `data`, perhaps late, while there is a port."""
@@ -58,17 +58,17 @@ class ProgramEnd(Passing):
                 self._assembly.fire(fault)
                 self._clock.sleep_until(self._clock.now() + seconds)
         self._check()
-        super().write(data)
+        self._behind.write(data)
 
     def read(self, size: int, timeout: float) -> bytes:
         """Read, while there is a port."""
         self._check()
-        data = super().read(size, timeout)
+        data = self._behind.read(size, timeout)
         self._check()
         return data
 
     def _check(self) -> None:
-        if self._assembly.link.gone():
+        if self._link.gone():
             raise ConnectionError(f"the link to {self.name} hung up (Input/output error), as the fault asked for")
 
 
