@@ -197,7 +197,7 @@ class ServoBus:
 
     def _also_written(self, wanted: int, baud: int) -> list[Servo]:
         """Servos whose secondary ID this is; they take writes and answer nothing."""
-        own = [s for s in self.servos if s.secondary_id == wanted != s.id] if wanted else []
+        own = [s for s in self.servos if s.secondary_id == wanted != s.id]
         return [s for s in own if s.silent_until <= self.kernel.now and s.baud == baud]
 
     def _single(self, packet: Packet, baud: int) -> list[bytes]:
@@ -236,14 +236,19 @@ class ServoBus:
         return [answers[number] for number in wanted if number in answers]
 
     def _sync_write(self, packet: Packet, baud: int) -> None:
-        parameters = packet.parameters
+        parameters, now = packet.parameters, self.kernel.now
         if packet.servo != BROADCAST or len(parameters) < 2:
             return
         address, count = parameters[:2]
         for at in range(2, len(parameters) - count, count + 1):
             wanted = parameters[at]
-            if wanted != BROADCAST:
-                for servo in (*self._listening(wanted, baud), *self._also_written(wanted, baud)):
+            if wanted == BROADCAST:
+                continue
+            taking = [s for s in self.servos if wanted in (s.id, s.secondary_id)]
+            if len(taking) > 1:
+                taking.sort(key=lambda s: s.id != wanted)
+            for servo in taking:
+                if servo.silent_until <= now and servo.baud == baud:
                     servo.write(address, parameters[at + 1 : at + 1 + count])
 
 

@@ -77,6 +77,8 @@ class BuiltHandPlant:
         self._positions[self.compiled.joint_qpos] = joints
         self._time = 0.0
         self._asked = [UNPOWERED] * SHAFTS
+        self._laws = [(0.0, 0.0, 0.0, 0.0)] * SHAFTS
+        """Torque, stiffness, damping and limit of the drives."""
         self._goals = [0.0] * SHAFTS
         self._state: ShaftState | None = None
         """Of the shafts, from one read of MuJoCo's memory; None since something changed."""
@@ -114,7 +116,7 @@ class BuiltHandPlant:
             mujoco.mj_step(model, data)
             model.opt.timestep = step
         # A huge number may become none without a warning of MuJoCo.
-        if any(self._warnings.tolist()) or not np.isfinite(data.qpos).all():
+        if any(self._warnings.tolist()) or not isfinite(sum(self._positions.tolist())):
             # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
             raise DivergedError(
                 "a hand with these numbers of its unit and these faults cannot be simulated: the built hand's physics "
@@ -138,6 +140,7 @@ class BuiltHandPlant:
         if not drive.current_limit >= 0.0:
             raise ValueError(f"a current limit is not negative, not {drive.current_limit}")
         self._asked[shaft] = drive
+        self._laws[shaft] = drive.torque, drive.stiffness, drive.damping, drive.limit
         self._goals[shaft] = self._setpoints[shaft] = drive.setpoint
         self._state = None
         self.compiled.drive(shaft, drive)
@@ -179,10 +182,12 @@ class BuiltHandPlant:
             angles = self._positions.take(self.compiled.shaft_qpos).tolist()
             speeds = self._velocities.take(self.compiled.shaft_dofs).tolist()
             # Seven numbers are handled as numbers, at a third of what arrays of them take.
-            efforts = [
-                min(max(d.torque + d.stiffness * (goal - angle) - d.damping * speed, -d.limit), d.limit)
-                for d, goal, angle, speed in zip(self._asked, self._goals, angles, speeds, strict=True)
-            ]
+            efforts = []
+            for (torque, stiffness, damping, limit), goal, angle, speed in zip(
+                self._laws, self._goals, angles, speeds, strict=True
+            ):
+                effort = torque + stiffness * (goal - angle) - damping * speed
+                efforts.append(limit if effort > limit else -limit if effort < -limit else effort)
             self._state = ShaftState(angles, speeds, efforts)
         return self._state
 
@@ -261,7 +266,8 @@ class BuiltHandPlant:
         _, speeds, efforts = self.state()
         for drive, speed, nominal in zip(self._asked, speeds, efforts, strict=True):
             effort, most = present * nominal, drive.current_limit
-            winding = min(max(effort - back_emf * speed, -most), most)
+            winding = effort - back_emf * speed
+            winding = most if winding > most else -most if winding < -most else winding
             # A bridge draws the winding's current for as much of the time as its duty; a motor that brakes gives none
             # back.
             if (power := effort * winding) > 0.0:

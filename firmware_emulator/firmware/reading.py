@@ -6,7 +6,6 @@ The board reads a hundred times a second and a host asks less often, so words ar
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from struct import Struct
 
 from firmware_emulator.firmware.frames import CHANNELS
@@ -22,30 +21,32 @@ class Telemetry:
     def __init__(self, blocks: Sequence[bytes], extend: Sequence[int], grasp: Sequence[int]) -> None:
         """Keep blocks of registers 56 to 70, and both ends of the window (counts) as they are now."""
         self._blocks, self._extend, self._grasp = blocks, extend, grasp
+        self._unpacked: tuple[tuple[int, ...], ...] | None = None
 
-    @cached_property
+    @property
     def positions(self) -> Sequence[int]:
         """Share of the window, 0..65535."""
-        return list(map(to_host, self._registers[0], self._extend, self._grasp))
+        return list(map(to_host, self._registers()[0], self._extend, self._grasp))
 
-    @cached_property
+    @property
     def speeds(self) -> Sequence[int]:
         """Signed, register units."""
-        return list(map(_signed, self._registers[1]))
+        return list(map(_signed, self._registers()[1]))
 
-    @cached_property
+    @property
     def currents(self) -> Sequence[int]:
         """Signed, register units."""
-        return list(map(_signed, self._registers[3]))
+        return list(map(_signed, self._registers()[3]))
 
-    @cached_property
+    @property
     def temperatures(self) -> Sequence[int]:
         """°C."""
-        return self._registers[2]
+        return self._registers()[2]
 
-    @cached_property
     def _registers(self) -> tuple[tuple[int, ...], ...]:
-        return tuple(zip(*map(_BLOCK.unpack, self._blocks), strict=True))
+        if self._unpacked is None:
+            self._unpacked = tuple(zip(*map(_BLOCK.unpack, self._blocks), strict=True))
+        return self._unpacked
 
 
 NOTHING_READ = Telemetry((bytes(_BLOCK.size),) * CHANNELS, (0,) * CHANNELS, (0,) * CHANNELS)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from firmware_emulator.servo.model_file import EEPROM_END, MEMORY_SIZE, Register, ServoModel
 from firmware_emulator.servo.models import HLS3606M
-from firmware_emulator.servo.registers import decode_signed, encode_signed
+from firmware_emulator.servo.registers import encode_signed
 
 
 class RegisterFile:
@@ -15,9 +15,12 @@ class RegisterFile:
     def __init__(self, servo: int, model: ServoModel = HLS3606M) -> None:
         """Hold a model's factory values for the servo with this ID."""
         self.model = model
-        # Name to the addresses of the low and the high byte (0: there is none) and the bit of the sign (0: none), since
-        # a goal reads a dozen registers of each servo.
-        self._places = {name: (*_byte_places(row, model), row.sign_bit) for name, row in model.places.items()}
+        # Name to the addresses of the low and the high byte (0: there is none) and what stands for the sign (0: none),
+        # since a goal reads a dozen registers of each servo.
+        self._places = {
+            name: (*_byte_places(row, model), 1 << row.sign_bit if row.sign_bit else 0)
+            for name, row in model.places.items()
+        }
         self._lock = model.places["lock"].address
         # Behind what the bus reads stand the numbers of what the model lacks.
         size = max(MEMORY_SIZE, *(row.span.stop for row in model.places.values()))
@@ -25,6 +28,7 @@ class RegisterFile:
         self._put_factory_values()
         self._store(self._eeprom, model.places["id"], servo)
         self.bytes = bytearray(size)
+        self._readable = memoryview(self.bytes)[:MEMORY_SIZE]
         self.power_up()
 
     def power_up(self) -> None:
@@ -42,11 +46,12 @@ class RegisterFile:
 
     def get(self, name: str) -> int:
         """Return a register's value, signed where the register is."""
-        low, high, sign_bit = self._places[name]
+        low, high, sign = self._places[name]
         word = self.bytes[low]
         if high:
             word |= self.bytes[high] << 8
-        return decode_signed(word, sign_bit) if sign_bit else word
+        # As `decode_signed` says; bits above the sign do not count.
+        return -(word & sign - 1) if word & sign else word & sign - 1 if sign else word
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the servo, whether or not a bus write may."""
@@ -61,7 +66,7 @@ class RegisterFile:
 
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes; addresses behind the map read as zero."""
-        data = bytes(self.bytes[address : min(address + count, MEMORY_SIZE)])
+        data = self._readable[address : address + count].tobytes()
         return data if len(data) == count else data.ljust(count, b"\0")
 
     def write(self, address: int, data: bytes) -> None:

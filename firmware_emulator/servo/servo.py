@@ -28,6 +28,8 @@ from firmware_emulator.servo.shafts import Shafts
 MIDDLE = 128
 """What an STS servo's torque register takes for an order to calibrate, and does not keep."""
 MID_COUNTS = 2048
+NO_ID = -1
+"""What stands for no ID."""
 
 
 class Servo:
@@ -99,7 +101,12 @@ class Servo:
         write = address, data
         if write == self._last_goal:
             return
+        known, self._asked = self._asked, None
         self._last_goal = write if address == self._goal_block else None
+        if known and known.enable == control.ON and address == self._goal_block and len(data) == self._goal_size:
+            self.memory.write(address, data)
+            self._control_written(known.with_goal_of(self.memory))
+            return
         at = self._torque - address
         if self.model.middle_by_torque and 0 <= at < len(data) and data[at] == MIDDLE:
             self.calibrate(None)
@@ -108,10 +115,6 @@ class Servo:
         written = range(address, address + len(data))
         if _meet(written, self._goal):
             self.memory.set("torque_enable", control.ON)
-        known, self._asked = self._asked, None
-        if known and known.enable == control.ON and address == self._goal_block and len(data) == self._goal_size:
-            self._control_written(known.with_goal_of(self.memory))
-            return
         if _meet(written, self._control):
             self._control_written()
         if _meet(written, self._offset):
@@ -124,8 +127,9 @@ class Servo:
         """Follow the registers that set the rate and IDs this servo answers to."""
         self.id = self.memory.get("id")
         """Its ID."""
-        self.secondary_id = self.memory.get("secondary_id") if self.model.has("secondary_id") else 0
-        """A second ID that takes writes and answers nothing; 0 for none, for the hand's servo 0 has that ID."""
+        # Zero is none, for the hand's servo 0 has that ID.
+        self.secondary_id = (self.memory.get("secondary_id") if self.model.has("secondary_id") else 0) or NO_ID
+        """A second ID that takes writes and answers nothing."""
         self.baud = self.model.baud_rates[self.memory.get("baud")]
         """bit/s."""
 

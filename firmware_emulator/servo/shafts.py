@@ -38,6 +38,8 @@ class Shafts:
         self._refresh = refresh_period_s
         # Seven servos sample at one instant: the last sample is found by its time, without arithmetic.
         self._sampled, self._looked = -1, -1.0
+        self._advanced = -1.0
+        """When the plant was last brought to a tick, s: seven servos act on their goals at one instant."""
         self._sample = Sample(0.0, [], [], [])
         self._moving: dict[int, Callable[[float], float | None]] = {}
         self._ticking = False
@@ -72,7 +74,10 @@ class Shafts:
 
     def advance(self) -> None:
         """Bring the plant to the last tick that has passed."""
-        self._plant.advance_to(math.floor(self._kernel.now / self._period + 1e-6) * self._period)
+        now = self._kernel.now
+        if now != self._advanced:
+            self._plant.advance_to(math.floor(now / self._period + 1e-6) * self._period)
+            self._advanced = now
 
     def drive(self, shaft: int, drive: Drive) -> None:
         """Change a shaft's drive from the last tick on."""
