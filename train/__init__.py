@@ -1,4 +1,4 @@
 """What ships is made here, from many runs: policies, units, limits, coefficients of the map. JAX lives here alone.
 
-Only `train.environment`, `train.ppo`, `train.training` and what they import of JAX need the extra `train`.
+Only `train.trainer`, `train.selection` and what they import of JAX need the extra `train`.
 """

@@ -20,8 +20,8 @@ from model.compiled_hand import CompiledHand
 from model.geometry.winding import SPOOL_RADIUS
 from model.scene import CUBE, Cube, add_cube
 from model.units import Unit
-from train.hands import TIMESTEP_S, HandRanges, in_training
-from train.scene import add_sensors, tip_geoms
+from train.hands import TIMESTEP_S, in_training
+from train.scene import add_sensors
 from train.simulator import STATE_KIND, Floats, Simulator
 from train.task import PHYSICS_STEP_S
 
@@ -73,24 +73,8 @@ def build_scene(unit: Unit, torque_limit: float | None, cube: Cube = CUBE) -> Co
     return scene
 
 
-def draw_scenes(
-    units: Sequence[Unit],
-    ranges: HandRanges,
-    rng: np.random.Generator,
-    torque_limit: float | None,
-    cubes: Sequence[Cube] | None = None,
-) -> list[CompiledHand]:
-    """Return these hands with fingertips of drawn friction, each with its own of `cubes` or with the paper's."""
-    scenes = [
-        build_scene(unit, torque_limit, cube) for unit, cube in zip(units, cubes or [CUBE] * len(units), strict=True)
-    ]
-    for scene in scenes:
-        scene.model.geom_friction[tip_geoms(scene.model), 0] = rng.uniform(*ranges.tip_friction)
-    return scenes
-
-
 class BuiltSimulator(Simulator):
-    """A batch of built hands over `mujoco.rollout`; holds a thread pool. Use as a context manager, or `close` it."""
+    """A batch of built hands over `mujoco.rollout`; holds a thread pool; use as a context manager."""
 
     def __init__(
         self, scenes: Sequence[CompiledHand], corrections: Floats | None = None, threads: int | None = None
@@ -109,7 +93,7 @@ class BuiltSimulator(Simulator):
         if len(set(map(id, scenes))) < len(scenes):
             raise ValueError("every built hand needs a scene of its own, for the friction of its sheaths is in it")
         self._scenes = list(scenes)
-        self._indices = _state_indices(self._models[0])
+        self._indices = _state_indices(self.models[0])
         self.state_size = len(self._indices) + len(CABLES)
         self._corrections = (
             np.zeros((len(scenes), 1, _SHAFTS)) if corrections is None else np.array(corrections)[:, None]
@@ -118,7 +102,7 @@ class BuiltSimulator(Simulator):
 
     def replace(self, slot: int, scene: CompiledHand, correction: Floats) -> None:
         """Put another hand and its correction (7,) into a slot of the batch."""
-        self._models[slot], self._scenes[slot] = scene.model, scene
+        self.models[slot], self._scenes[slot] = scene.model, scene
         self._corrections[slot, 0] = correction
 
     def part(self, slots: Sequence[int], threads: int | None = None) -> BuiltSimulator:
@@ -126,10 +110,10 @@ class BuiltSimulator(Simulator):
         return BuiltSimulator([self._scenes[slot] for slot in slots], self._corrections[slots, 0], threads)
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
-        """Step every scene, see `Batch`."""
+        """Step every scene, see `Simulator`."""
         full, tensions = np.empty((len(states), len(self._indices))), states[:, _TENSIONS]
         full[:, self._indices] = states[:, : len(self._indices)]
-        angles = np.zeros((len(states), controls.shape[1] * _STEPS, self._models[0].nu))
+        angles = np.zeros((len(states), controls.shape[1] * _STEPS, self.models[0].nu))
         setpoints = self._map.angles_from_travel(self._map.travel_from_lengths(controls + self._corrections))
         angles[:, :, :_SHAFTS] = np.repeat(setpoints, _STEPS, axis=1)
         sensors = []

@@ -1,7 +1,8 @@
-"""The cube task for training: a batch of hands that restart by themselves, over either backend.
+"""The cube task for training in JAX: a batch of hands that restart by themselves, over native MuJoCo or MJX.
 
-Each restart draws one of the environment's prepared starts. Everything that changes is in `EnvironmentState`, a JAX
-pytree, so that a run can be saved and resumed to the bit.
+The solver starts cold each control period, so that both backends see exactly the same input and policies can be
+exchanged between them. Each restart draws one of the environment's prepared starts. Everything that changes is in
+`EnvironmentState`, a JAX pytree, so that a run can be saved and resumed to the bit.
 """
 
 from __future__ import annotations
@@ -12,14 +13,76 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import mujoco
 import numpy as np
+from mujoco import mjx
 
 from aero.actuation.arrays import Array
 from aero.policy.task import ACTION_SIZE
 from train import actuation
-from train.physics import Advance
-from train.simulator import Batch, Floats, positions, velocities
-from train.task import Episode, Task, TurningWeight, begin, command, critic_state, draw_starts, finish, observed, unpack
+from train.randomise import Draws
+from train.simulator import Floats, Simulator, StopCheck, positions, velocities
+from train.task import (
+    SENSOR_COUNT,
+    Episode,
+    Task,
+    TurningWeight,
+    begin,
+    command,
+    critic_state,
+    draw_starts,
+    finish,
+    observed,
+    unpack,
+)
+
+Advance = Callable[[jax.Array, jax.Array], tuple[jax.Array, jax.Array]]
+"""(batch, state), (batch, steps, 7) controls -> (batch, state) at the end, (batch, steps, 43) sensors."""
+
+
+def native(simulator: Simulator) -> Advance:
+    """Return the period over native MuJoCo: JAX calls back into `mujoco.rollout`, in single precision at the border."""
+
+    def roll(states: jax.Array, controls: jax.Array) -> tuple[np.ndarray, np.ndarray]:
+        last, sensors = simulator.advance(np.asarray(states, np.float64), np.asarray(controls, np.float64))
+        return last.astype(np.float32), sensors.astype(np.float32)
+
+    def advance(states: jax.Array, controls: jax.Array) -> tuple[jax.Array, jax.Array]:
+        shapes = (
+            jax.ShapeDtypeStruct(states.shape, jnp.float32),
+            jax.ShapeDtypeStruct((*controls.shape[:2], SENSOR_COUNT), jnp.float32),
+        )
+        last, sensors = jax.pure_callback(roll, shapes, states, controls, vmap_method="broadcast_all")
+        return last, sensors
+
+    return advance
+
+
+def over_mjx(model: mujoco.MjModel, draws: Draws | None = None) -> Advance:
+    """Return the period over MJX.
+
+    Args:
+        model: a compiled `train.scene`.
+        draws: randomised fields, one model for each member of the batch; None gives all the same model.
+    """
+    device = mjx.put_model(model)
+    template = mjx.make_data(model)
+    fields = {name: jnp.asarray(values) for name, values in (draws or {}).items()}
+    positions, velocities = slice(1, 1 + model.nq), slice(1 + model.nq, 1 + model.nq + model.nv)
+
+    def one(own: dict[str, jax.Array], state: jax.Array, controls: jax.Array) -> tuple[jax.Array, jax.Array]:
+        hand = device.tree_replace(own) if own else device
+        start = template.replace(time=state[0], qpos=state[positions], qvel=state[velocities])
+
+        def step(data: mjx.Data, control: jax.Array) -> tuple[mjx.Data, jax.Array]:
+            after = mjx.step(hand, data.replace(ctrl=control))
+            return after, after.sensordata
+
+        end, sensors = jax.lax.scan(step, start, controls)
+        return jnp.concatenate([end.time[None], end.qpos, end.qvel]), sensors
+
+    return lambda states, controls: jax.vmap(one)(fields, states, controls)
+
 
 STARTS = 8
 """Prepared starts of each environment."""
@@ -30,10 +93,10 @@ Starts = tuple[Array, Array]
 
 def prepare_starts(
     task: Task,
-    simulator: Batch,
+    simulator: Simulator,
     rng: np.random.Generator,
     count: int = STARTS,
-    check: Callable[[], None] = lambda: None,
+    check: StopCheck = lambda: None,
 ) -> tuple[Floats, Floats]:
     """Return states (batch, count, state size) and sensors (batch, count, 43) of starts, drawn for each environment.
 
@@ -92,12 +155,6 @@ class CubeEnvironment:
     def __init__(self, task: Task, advance: Advance, turning: TurningWeight | None = None) -> None:
         """Make environments that move by `advance` and weight each hand's turning by `turning`."""
         self._task, self._advance, self._turning = task, advance, turning
-
-    @property
-    def prices(self) -> Prices:
-        """The task's own."""
-        weights = self._task.rewarded.weights
-        return Prices(jnp.float32(weights.fall), jnp.float32(weights.action_rate))
 
     def begin(self, starts: Starts, key: Array, *, staggered: bool = False) -> EnvironmentState:
         """Start every environment; `staggered` ones are of any age, so that not all episodes end at once."""

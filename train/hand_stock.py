@@ -6,7 +6,7 @@ of the oldest in turn, so the count of redraws says which hands are there: a res
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,15 +15,11 @@ import numpy as np
 from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
 from model.scene import CUBE, any_cube, nearer, tail_cube
-from train import randomise
-from train.built import BuiltSimulator, draw_scenes
-from train.hands import corrections, draw_hand, draw_healthy
-from train.scene import build_scene
-from train.simulator import Batch, Floats, Simulator
-from train.stage import TrainingStage
-
-StopCheck = Callable[[], None]
-"""Looks whether the run is to end, and raises if so."""
+from train import built, randomise
+from train.hands import draw_hand, draw_healthy, training_correction
+from train.recipe import TrainingStage
+from train.scene import build_scene, tip_geoms
+from train.simulator import Floats, Simulator, StopCheck
 
 
 class StockedHand(NamedTuple):
@@ -55,17 +51,20 @@ class HandStock:
             cube = tail_cube(rng) if tail else any_cube(rng)
             if self.training:
                 cube = nearer(cube, rng.uniform(*self.stage.cube_reach))
-        (scene,) = draw_scenes([unit], self.stage.hands, rng, self.settings.torque_limit, [cube])
+        scene = built.build_scene(unit, self.settings.torque_limit, cube)
+        scene.model.geom_friction[tip_geoms(scene.model), 0] = rng.uniform(*self.stage.hands.tip_friction)
         error_m = self.stage.hands.correction_error_m
-        return StockedHand(scene, corrections([unit], self.settings, rng, error_m=error_m, threads=1)[0])
+        return StockedHand(scene, training_correction(unit, self.settings, rng, error_m))
 
-    def batch(self, numbers: Sequence[int], threads: int | None, check: StopCheck) -> BuiltSimulator:
+    def batch(
+        self, numbers: Sequence[int], threads: int | None = None, check: StopCheck = lambda: None
+    ) -> built.BuiltSimulator:
         """Build the hands of these numbers as one batch."""
         made = []
         for number in numbers:
             check()
             made.append(self.hand(number))
-        return BuiltSimulator([one.scene for one in made], np.array([one.correction for one in made]), threads)
+        return built.BuiltSimulator([one.scene for one in made], np.array([one.correction for one in made]), threads)
 
 
 def present(count: int, new: int) -> list[int]:
@@ -85,8 +84,8 @@ def hands_to_measure(
     count: int,
     *,
     threads: int | None,
-    check: Callable[[], None],
-) -> Batch:
+    check: StopCheck = lambda: None,
+) -> Simulator:
     """Return `count` hands that follow from the seed; whoever asks for them closes the batch."""
     if stage.built:
         return HandStock(stage, settings, seed, training=False).batch(range(count), threads, check)

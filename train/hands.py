@@ -5,11 +5,7 @@ The ranges span the default hand, the hand of the paper and the recorded one (`m
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +70,7 @@ class HandRanges:
     tip_friction: Bounds = (0.2, 0.8)
     """Friction of the fingertips, one draw; contact friction is the larger of the two geoms', the cube's is 0.3."""
     correction_error_m: float = 0.0005
-    """By how much the correction of a cable (`corrections`) may be wrong, on both sides, m. An assumption: the
+    """By how much the correction of a cable (`training_correction`) may be wrong, on both sides, m. An assumption: the
     static error of a finger's servo alone is 0.3 mm of cable (docs/calibration.md)."""
 
 
@@ -145,26 +141,12 @@ def draw_healthy(rng: np.random.Generator) -> Unit:
     return plausible_unit(int(rng.integers(*UNNAMED_SEEDS)))
 
 
-def corrections(
-    units: Sequence[Unit],
-    settings: PolicySettings,
-    rng: np.random.Generator,
-    *,
-    error_m: float = 0.0,
-    threads: int | None = None,
-) -> Floats:
-    """Return by how much longer each channel of each hand must be commanded, (hands, 7), m, abduction rad.
+def training_correction(unit: Unit, settings: PolicySettings, rng: np.random.Generator, error_m: float = 0.0) -> Floats:
+    """Return by how much longer each channel of a hand must be commanded, (7,), m, abduction rad.
 
-    As a hand is before it runs a policy (`model.units.cable_correction`), at training's step.
-
-    Args:
-        units: the hands.
-        settings: whose nominal grasp the joints are to reach.
-        rng: for the errors.
-        error_m: by how much the correction of a cable may be wrong, uniform on both sides.
-        threads: default: all cores.
+    As a hand is before it runs a policy (`model.units.cable_correction`), at training's step; each cable is wrong by up
+    to `error_m`, uniform on both sides.
     """
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        found = np.array(list(pool.map(partial(correction, settings=settings), map(in_training, units))))
-    found[:, CABLES] += rng.uniform(-error_m, error_m, (len(units), len(CABLES)))
+    found = np.array(correction(in_training(unit), settings))
+    found[list(CABLES)] += rng.uniform(-error_m, error_m, len(CABLES))
     return found

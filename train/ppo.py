@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 import optax
 from brax.training.acme import running_statistics, specs
 from brax.training.agents.ppo import networks as ppo_networks
@@ -23,11 +21,9 @@ from brax.training.types import Transition
 from aero.actuation.arrays import Array
 from aero.policy.file import Policy
 from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
-from aero.whole_file import whole
 from train.convert import network
 from train.environment import CubeEnvironment, EnvironmentState, Prices
-from train.recipe import Recipe
-from train.stage import Ramp, TrainingStage
+from train.recipe import Ramp, Recipe, TrainingStage
 from train.task import CRITIC_SIZE, PHYSICS_STEP_S, Task
 
 AVERAGE_DECAY = 0.99
@@ -92,8 +88,6 @@ class Ppo:
             },
             PPONetworkParams(policy="policy", value="value"),
         )
-        self.epochs = recipe.epochs
-        """Passes over a batch."""
         self.act = jax.jit(self._act)
         self.learn = jax.jit(self._learn)
 
@@ -201,24 +195,3 @@ def deployable(name: str, task: Task, parameters: NetworkParameters, provenance:
         trained_delay_s=task.actuation.delay_s,
         provenance=dict(provenance),
     )
-
-
-def save_parameters(parameters: NetworkParameters, path: Path) -> None:
-    """Write PPO parameters so that `load_parameters` finds them again; an interrupted write leaves the old file."""
-    arrays: dict[str, Any] = {f"{i:03d}": np.asarray(leaf) for i, leaf in enumerate(jax.tree.leaves(parameters))}
-    with whole(path) as draft, draft.open("xb") as file:
-        np.savez(file, **arrays)
-
-
-def load_parameters(template: NetworkParameters, path: Path) -> NetworkParameters:
-    """Read PPO parameters of the same structure as `template`.
-
-    Raises:
-        ValueError: the file holds other shapes, so it belongs to another recipe.
-    """
-    leaves, structure = jax.tree.flatten(template)
-    with np.load(path, allow_pickle=False) as archive:
-        stored = [archive[name] for name in sorted(archive.files)]
-    if [np.shape(leaf) for leaf in leaves] != [array.shape for array in stored]:
-        raise ValueError(f"{path} does not fit the recipe's networks; it belongs to another recipe")
-    return jax.tree.unflatten(structure, stored)

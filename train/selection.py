@@ -22,12 +22,11 @@ from train.evaluation.rollouts import run
 from train.evaluation.trial_set import trial_set_of
 from train.evaluation.trials import ANY_CUBE, over_hands, run_trials
 from train.hand_stock import hands_to_measure
-from train.ppo import deployable, load_parameters, networks_of, untrained
+from train.ppo import deployable, networks_of, untrained
 from train.recipe import Goal, Recipe
-from train.run import AVERAGE, CHECKPOINTS
-from train.run_state import RunFolderError, Standing
+from train.run_state import AVERAGE, CHECKPOINTS, RunFolderError, Standing, load_arrays
 from train.simulator import Floats
-from train.stage_run import EPISODE_S
+from train.trainer import EPISODE_S
 
 CANDIDATES = 8
 """Last checkpoints among which is chosen."""
@@ -129,7 +128,6 @@ def ranked(
     provenance: dict[str, Any],
     *,
     threads: int | None = None,
-    check: Callable[[], None] = lambda: None,
     on_candidate: Callable[[Candidate], None] = lambda _: None,
 ) -> list[Candidate]:
     """Return the last checkpoints of a run and its average, the best first.
@@ -140,11 +138,10 @@ def ranked(
         standing: where it stands; checkpoints of its attempt count.
         provenance: what the policies' files are to say besides their steps.
         threads: None for all cores.
-        check: called between two batches of physics; what it raises ends the choice.
         on_candidate: called with each candidate as it is measured.
 
     Raises:
-        FileNotFoundError: there is no checkpoint.
+        RunFolderError: there is no checkpoint.
     """
     stage = recipe.stages[standing.stage]
     task, settings = recipe.task_in(stage), recipe.task.settings
@@ -156,12 +153,12 @@ def ranked(
     template = (normaliser, networks.policy, networks.value)
     found = []
     seed = (HELD_OUT_SEED, standing.seed)
-    with hands_to_measure(stage, settings, seed, HELD_OUT, threads=threads, check=check) as hands:
+    with hands_to_measure(stage, settings, seed, HELD_OUT, threads=threads) as hands:
         for path in paths:
             steps = int(path.stem.rpartition("_")[2])
             about = {**provenance, "steps": steps, "averaged": path.name.startswith(AVERAGE)}
-            policy = deployable(recipe.name, task, load_parameters(template, path), about)
-            made = run(policy, task, hands, EPISODE_S, seed=HELD_OUT_SEED, check=check)
+            policy = deployable(recipe.name, task, load_arrays(path, template), about)
+            made = run(policy, task, hands, EPISODE_S, seed=HELD_OUT_SEED)
             bound = lower_bound(recipe.goal, made.rate_rad_s, made.kept)
             found.append(Candidate(path.stem, policy, float(made.kept.mean()), float(made.rate_rad_s.mean()), bound))
             on_candidate(found[-1])

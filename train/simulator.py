@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Self
 
 import mujoco
@@ -16,39 +15,37 @@ from aero.actuation.arrays import Array
 from train.task import STATE_POSITIONS, STATE_VELOCITIES
 
 Floats = NDArray[np.float64]
+StopCheck = Callable[[], None]
+"""Called between two batches of physics; what it raises ends the work."""
 STATE_KIND = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _POSITIONS = slice(1, 1 + STATE_POSITIONS)
 _VELOCITIES = slice(1 + STATE_POSITIONS, 1 + STATE_POSITIONS + STATE_VELOCITIES)
 
 
-class Batch(ABC):
-    """A batch of training scenes, one model each; remembers nothing of any episode.
+class Simulator:
+    """A batch of training scenes, one model each, over a thread pool; remembers nothing of any episode.
 
-    A state is (time, positions (23), velocities (22)).
+    Use it as a context manager. A state is (time, positions (23), velocities (22)).
     """
 
-    def __init__(self, models: Sequence[mujoco.MjModel]) -> None:
-        self._models = list(models)
-        self.state_size = mujoco.mj_stateSize(self._models[0], STATE_KIND)
-
-    @property
-    def models(self) -> list[mujoco.MjModel]:
+    def __init__(self, models: Sequence[mujoco.MjModel], threads: int | None = None) -> None:
+        """Make a batch of `len(models)` scenes on `threads` threads (default: all cores)."""
+        self.models = list(models)
         """The scenes' models."""
-        return self._models
+        self.state_size = mujoco.mj_stateSize(self.models[0], STATE_KIND)
+        threads = threads or os.cpu_count() or 1
+        self._data = [mujoco.MjData(self.models[0]) for _ in range(threads)]
+        self._pool = rollout.Rollout(nthread=threads)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:  # noqa: B027 - most batches hold nothing
-        """Give back what the batch holds."""
+        self._pool.close()
 
     def __len__(self) -> int:
-        return len(self._models)
+        return len(self.models)
 
-    @abstractmethod
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
         """Step every scene.
 
@@ -59,6 +56,8 @@ class Batch(ABC):
         Returns:
             The states after the last step, (batch, state_size), and the sensors of every step, (batch, steps, 43).
         """
+        trajectory, sensors = self._pool.rollout(self.models, self._data, states, controls)
+        return trajectory[:, -1], sensors
 
     def at(self, starts: Floats) -> Floats:
         """Return states at rest at `starts` (batch, 23)."""
@@ -70,26 +69,6 @@ class Batch(ABC):
         """Return the sensors at rest at `starts` (batch, 23) under `control` (7,), (batch, 43)."""
         controls = np.broadcast_to(control, (len(self), 1, len(control)))
         return self.advance(self.at(starts), controls)[1][:, 0]
-
-
-class Simulator(Batch):
-    """The batch over native MuJoCo; holds a thread pool. Use as a context manager, or `close` it."""
-
-    def __init__(self, models: Sequence[mujoco.MjModel], threads: int | None = None) -> None:
-        """Make a batch of `len(models)` scenes on `threads` threads (default: all cores)."""
-        super().__init__(models)
-        threads = threads or os.cpu_count() or 1
-        self._data = [mujoco.MjData(self._models[0]) for _ in range(threads)]
-        self._pool = rollout.Rollout(nthread=threads)
-
-    def close(self) -> None:
-        """Stop the threads."""
-        self._pool.close()
-
-    def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
-        """Step every scene, see `Batch`."""
-        trajectory, sensors = self._pool.rollout(self._models, self._data, states, controls)
-        return trajectory[:, -1], sensors
 
 
 def positions(states: Array) -> Array:

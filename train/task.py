@@ -244,6 +244,10 @@ class TurningWeight:
         return fast * slow
 
 
+HARDLY_RAD_S = 0.1
+"""Rate below which a hand hardly turns the cube: a turn takes more than a minute."""
+
+
 def fallen(cube_height: Array) -> Array:
     """Return whether the cube is lost, given the height of its centre (m, world frame)."""
     return cube_height < LOST_HEIGHT_M

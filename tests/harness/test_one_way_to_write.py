@@ -16,7 +16,7 @@ ITS_OWN_WAY = {
     "firmware_emulator/native/build.py": "into a temporary folder",
     "firmware_emulator/native/sketch.py": "into a temporary folder",
     "firmware_emulator/compare/trace_file.py": "may import nothing of ours",
-    "train/progress.py": "adds to a log",
+    "train/run_state.py": "adds to a log",
 }
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from train.evaluation.rollouts import Episodes
-from train.progress import Checkpoint
+from train.run_state import Checkpoint
 
 POINT = Checkpoint(
     attempt=0,

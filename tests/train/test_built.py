@@ -23,7 +23,7 @@ from model.plant import BuiltHandPlant
 from model.units import Unit, load_unit
 from model.units.plausible import plausible_unit
 from train.actuation import DRAWS, ActuationRanges
-from train.built import EXTRA, BuiltSimulator, build_scene, draw_scenes
+from train.built import EXTRA, BuiltSimulator, build_scene
 from train.hands import HANDS, TIMESTEP_S, draw_hand, in_training
 from train.simulator import positions, velocities
 from train.task import NOMINAL_RESET, PAPER_RESET, SENSOR_COUNT, Task, begin, command, draw_starts, finish, unpack
@@ -37,7 +37,7 @@ OUT_OF_REACH = (1.0, 0.0, 0.0)
 def built():
     rng = np.random.default_rng(0)
     units = [draw_hand(HANDS, rng) for _ in range(BATCH)]
-    with BuiltSimulator(draw_scenes(units, HANDS, rng, 0.5), threads=1) as simulator:
+    with BuiltSimulator([build_scene(unit, 0.5) for unit in units], threads=1) as simulator:
         yield simulator
 
 

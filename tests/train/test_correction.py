@@ -11,7 +11,7 @@ from model.units import load_unit
 from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 from train.built import BuiltSimulator, build_scene
-from train.hands import HANDS, corrections, draw_hand
+from train.hands import HANDS, draw_hand, training_correction
 from train.task import PAPER_RESET, draw_starts, unpack
 
 SETTINGS = replace(PAPER_TRAINING, torque_limit=0.5)
@@ -24,15 +24,19 @@ def hands():
     return [draw_hand(HANDS, rng) for _ in range(16)]
 
 
+def corrections(hands, error_m=0.0):
+    rng = np.random.default_rng(0)
+    return np.array([training_correction(unit, SETTINGS, rng, error_m) for unit in hands])
+
+
 @pytest.fixture(scope="module")
 def corrected(hands):
-    return corrections(hands, SETTINGS, np.random.default_rng(0), threads=1)
+    return corrections(hands)
 
 
 @pytest.mark.parametrize("unit", [load_unit("reference"), plausible_unit(0)])
 def test_training_corrects_a_hand_as_deployment_does(unit):
-    found = corrections([unit], SETTINGS, np.random.default_rng(0), threads=1)[0]
-    np.testing.assert_allclose(found, correction(unit, SETTINGS), atol=0.2e-3)
+    np.testing.assert_allclose(corrections([unit])[0], correction(unit, SETTINGS), atol=0.2e-3)
 
 
 def test_hands_differ_by_millimetres_before(corrected):
@@ -42,7 +46,7 @@ def test_hands_differ_by_millimetres_before(corrected):
 
 
 def test_an_error_of_a_correction_stays_in_its_bounds(hands, corrected):
-    errors = corrections(hands, SETTINGS, np.random.default_rng(0), error_m=ERROR_M, threads=1) - corrected
+    errors = corrections(hands, ERROR_M) - corrected
     assert (np.abs(errors) <= ERROR_M).all()
     assert errors[:, CABLES].min() < -0.9 * ERROR_M
     assert errors[:, CABLES].max() > 0.9 * ERROR_M

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 pytest.importorskip("jax", reason="needs the extra `train`")
 
+from train.recipe import DropPrice
 from train.run_state import Tendency
-from train.stage import DropPrice
 
 PRICE = DropPrice()
 prices = st.floats(*PRICE.bounds)

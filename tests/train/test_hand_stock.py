@@ -1,5 +1,7 @@
 """Which hands a batch holds, and that a hand is the same whoever builds it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +10,15 @@ from hypothesis import strategies as st
 from model.units.plausible import plausible_unit
 from train.hand_stock import HandStock, oldest, present
 from train.recipe import STEADY
+from train.scene import build_scene
+
+MODEL = build_scene().compile()
+
+
+def scene():
+    """A hand that was not built, whose fingertips can be given a friction."""
+    return SimpleNamespace(model=MODEL)
+
 
 STOCK = HandStock(STEADY.stages[-1], STEADY.task.settings, (3, 0, 2, 0))
 
@@ -26,8 +37,8 @@ def test_the_oldest_hands_give_way_to_the_next_numbers(count, redraws):
 def test_the_last_stage_trains_on_healthy_hands_that_no_command_can_name(monkeypatch):
     drawn = []
     monkeypatch.setattr("train.hands.plausible_unit", lambda seed: drawn.append(seed) or plausible_unit(seed))
-    monkeypatch.setattr("train.hand_stock.draw_scenes", lambda units, *_: drawn.extend(units) or [None])
-    monkeypatch.setattr("train.hand_stock.corrections", lambda *_, **__: np.zeros((1, 7)))
+    monkeypatch.setattr("train.built.build_scene", lambda unit, *_: drawn.append(unit) or scene())
+    monkeypatch.setattr("train.hand_stock.training_correction", lambda *_: np.zeros(7))
     STOCK.hand(7)
     seed, unit = drawn
     assert seed > 4_294_967_295  # the largest `--seed`
@@ -38,6 +49,6 @@ def test_the_last_stage_trains_on_healthy_hands_that_no_command_can_name(monkeyp
 def seen(monkeypatch):
     """Cubes of the hands that a stock builds, without building them."""
     seen = []
-    monkeypatch.setattr("train.hand_stock.draw_scenes", lambda u, r, g, t, cubes: seen.extend(cubes) or [None])
-    monkeypatch.setattr("train.hand_stock.corrections", lambda *_, **__: np.zeros((1, 7)))
+    monkeypatch.setattr("train.built.build_scene", lambda _unit, _limit, cube: seen.append(cube) or scene())
+    monkeypatch.setattr("train.hand_stock.training_correction", lambda *_: np.zeros(7))
     return seen

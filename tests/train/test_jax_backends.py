@@ -17,9 +17,8 @@ from aero.policy.settings import PAPER_TRAINING  # noqa: E402
 from aero.policy.task import ActionMemory, ShownAction, observe, targets  # noqa: E402
 from train import actuation, randomise  # noqa: E402
 from train.convert import Origin, convert  # noqa: E402
-from train.environment import CubeEnvironment, prepare_starts  # noqa: E402
-from train.physics import native, over_mjx  # noqa: E402
-from train.ppo import deployable, load_parameters, save_parameters  # noqa: E402
+from train.environment import CubeEnvironment, Prices, native, over_mjx, prepare_starts  # noqa: E402
+from train.ppo import deployable  # noqa: E402
 from train.scene import build_scene  # noqa: E402
 from train.simulator import Simulator, positions  # noqa: E402
 from train.task import (  # noqa: E402  # noqa: E402  # noqa: E402
@@ -106,16 +105,6 @@ def test_a_folder_written_by_brax_converts_to_the_same_policy(folder):
     assert policy.provenance["source"] == path.name
 
 
-def test_parameters_come_back_as_they_went(tmp_path):
-    _, parameters = brax_parameters()
-    _, other = brax_parameters(1)
-    save_parameters(parameters, tmp_path / "p.npz")
-    again = load_parameters(other, tmp_path / "p.npz")
-    jax.tree.map(np.testing.assert_array_equal, parameters, again)
-    with pytest.raises(ValueError, match="another recipe"):
-        load_parameters(parameters[:2], tmp_path / "p.npz")
-
-
 def test_observation_and_action_are_the_same_in_a_trace_and_in_numpy():
     rng = np.random.default_rng(0)
     for shown in ShownAction:
@@ -163,12 +152,13 @@ def world():
     rng = np.random.default_rng(0)
     simulator = Simulator(randomise.models(model, randomise.draw(model, rng, 4, randomise.table(model))), threads=1)
     task = Task(episode_steps=6, actuation=actuation.SERVOS)
-    yield task, native(simulator), prepare_starts(task, simulator, rng, count=2)
-    simulator.close()
+    with simulator:
+        yield task, native(simulator), prepare_starts(task, simulator, rng, count=2)
 
 
 KEY = jax.random.PRNGKey(0)
 PUSH = jnp.full((4, 7), 0.1)
+PRICES = Prices(np.float32(-100.0), np.float32(-1.0))
 
 
 def test_the_environment_restarts_by_itself_and_counts_cut_episodes(world):
@@ -176,7 +166,7 @@ def test_the_environment_restarts_by_itself_and_counts_cut_episodes(world):
     environment = CubeEnvironment(task, advance)
     state, step = environment.begin(starts, KEY), jax.jit(environment.step)
     for k in range(1, 14):
-        state, made = step(state, PUSH, environment.prices)
+        state, made = step(state, PUSH, PRICES)
         np.testing.assert_array_equal(made.over, float(k % 6 == 0))
         np.testing.assert_array_equal(made.cut, float(k % 6 == 0))
         shown = np.asarray(state.observation["state"])[:, 7:]
@@ -190,14 +180,14 @@ def test_turning_is_weighted_by_the_running_rate_of_each_hand_which_outlives_its
     task, advance, starts = world
     environment = CubeEnvironment(task, advance, TurningWeight(memory_steps=4))
     state = environment.begin(starts, KEY)._replace(rate=jnp.array([0.0, 0.4, 0.7, 2.0]))
-    after, made = environment.step(state, 0 * PUSH, environment.prices)
+    after, made = environment.step(state, 0 * PUSH, PRICES)
     rotation = np.asarray(made.rotation)
     weights = np.array([2.0, 1.0, 0.5 * 0.6 / 0.9, 0.1 * 0.4])
     np.testing.assert_allclose(made.reward, 0.05 * weights * rotation, atol=1e-6)
     rate = np.asarray(state.rate) + (rotation - np.asarray(state.rate)) / 4
     np.testing.assert_allclose(after.rate, rate, atol=1e-6)
     for _ in range(6):
-        before, (after, _) = after, environment.step(after, 0 * PUSH, environment.prices)
+        before, (after, _) = after, environment.step(after, 0 * PUSH, PRICES)
     assert np.abs(np.asarray(after.rate) - np.asarray(before.rate)).max() < 1.0
     assert (np.asarray(after.rate) != 0.0).all()
 

@@ -1,18 +1,20 @@
 from dataclasses import replace
 
 import pytest
+
+pytest.importorskip("jax", reason="needs the extra `train`")
+
 from checkpoints import POINT
 
-from train.progress import PICTURE, append, read
-from train.recipe import PAPER, Goal
-from train.stage import Redraw, TrainingStage
+from train.recipe import PAPER, Goal, Redraw, TrainingStage
+from train.run_state import PICTURE, append, read_curve
 
 
 def test_a_curve_comes_back_as_it_went_and_is_drawn(tmp_path):
     points = [POINT, replace(POINT, attempt=1, steps=0, rate_rad_s=-0.1)]
     for point in points:
         append(tmp_path, point)
-    assert read(tmp_path) == points
+    assert read_curve(tmp_path) == points
     assert (tmp_path / PICTURE).read_bytes().startswith(b"\x89PNG")
 
 

@@ -107,7 +107,7 @@ def test_the_same_draw_moves_alike_on_both_backends():
     solver converges here: cut off after the scene's 8 steps of line search, the backends part by 0.025 rad/s.
     """
     jax = pytest.importorskip("jax", reason="needs the extra `train`")
-    from train.physics import over_mjx  # noqa: PLC0415 - only this test needs the extra
+    from train.environment import over_mjx  # noqa: PLC0415 - only this test needs the extra
 
     model = _with_a_ball(CUBE)
     others = [_with_a_ball(replace(CUBE, **{name: ends[-1]})) for name, ends in CHANGES.items()]

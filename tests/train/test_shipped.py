@@ -19,7 +19,7 @@ from train.actuation import BUS
 from train.built import BuiltSimulator, build_scene
 from train.evaluation.cube_trial import Surroundings, run_trial
 from train.evaluation.rollouts import Episodes, run, task_of
-from train.hands import corrections
+from train.hands import training_correction
 from train.recipe import AS_PLACED
 
 EPISODES = 8
@@ -31,7 +31,9 @@ def batch():
     """Healthy hands with the paper's cube, corrected exactly."""
     units, settings = [plausible_unit(k) for k in range(EPISODES)], find_policy(DEFAULT).settings
     scenes = [build_scene(unit, settings.torque_limit) for unit in units]
-    with BuiltSimulator(scenes, corrections(units, settings, np.random.default_rng(0))) as simulator:
+    rng = np.random.default_rng(0)
+    corrections = np.array([training_correction(unit, settings, rng) for unit in units])
+    with BuiltSimulator(scenes, corrections) as simulator:
         yield simulator
 
 

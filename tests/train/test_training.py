@@ -13,14 +13,20 @@ from click.testing import CliRunner
 
 from aero.policy.file import load
 from hil.cli import main
-from train import selection, stage_run, training
+from train import selection, trainer
 from train.built import BuiltSimulator
-from train.progress import Epoch, read
-from train.recipe import STEADY, Stuck
-from train.run import Listener
-from train.run_state import STATE, RunFolderError, Standing, Tendency, load_arrays, read_standing, save_state
-from train.stage import Redraw
-from train.training import StopReason, TrainingEnd
+from train.recipe import STEADY, Redraw, Stuck
+from train.run_state import (
+    STATE,
+    RunFolderError,
+    Standing,
+    Tendency,
+    load_arrays,
+    read_curve,
+    read_standing,
+    save_arrays,
+)
+from train.trainer import StopReason, TrainingEnd
 
 TINY = replace(
     STEADY,
@@ -34,25 +40,16 @@ TINY = replace(
     checkpoint_steps=80,
 )
 """Three updates of 40 steps; hands are replaced before the third. One stage, for XLA compiles each one anew."""
-EPOCH = Epoch(
-    attempt=0,
-    stage="find",
-    steps=20_480,
-    rate_rad_s=0.25,
-    hazard_per_s=0.01,
-    drop_price=120.0,
-    steps_per_s=1000.0,
-    left_s=600.0,
-)
+STANDING = Standing("steady", 3, attempt=1, steps=20_480, updates=7, tendency=Tendency(0.25, 0.01, 7), drop_price=120.0)
 
 
 @pytest.fixture(autouse=True)
 def short_episodes(monkeypatch):
-    monkeypatch.setattr(stage_run, "EPISODE_S", 0.5)
+    monkeypatch.setattr(trainer, "EPISODE_S", 0.5)
 
 
 def trained(folder, recipe=TINY, **options):
-    return training.train(recipe, "native", 0, folder, threads=1, **options)
+    return trainer.train(recipe, "native", 0, folder, threads=1, **options)
 
 
 def kept(folder):
@@ -62,15 +59,14 @@ def kept(folder):
 
 
 def test_a_state_comes_back_as_it_went(tmp_path):
-    standing = Standing("steady", 3, attempt=1, steps=1000, updates=7, tendency=Tendency(0.1, 0.02, 7), drop_price=61.3)
     arrays = {"a": np.arange(3.0, dtype=np.float32), "b": (np.uint32(7), np.zeros((2, 0)))}
-    save_state(tmp_path, standing, arrays)
-    assert read_standing(tmp_path) == standing
-    again = load_arrays(tmp_path, arrays)
+    save_arrays(tmp_path / STATE, arrays, STANDING)
+    assert read_standing(tmp_path) == STANDING
+    again = load_arrays(tmp_path / STATE, arrays)
     np.testing.assert_array_equal(again["a"], arrays["a"])
     assert again["b"][0] == 7
     with pytest.raises(ValueError, match="another recipe"):
-        load_arrays(tmp_path, {"a": np.zeros(4)})
+        load_arrays(tmp_path / STATE, {"a": np.zeros(4)})
     with pytest.raises(RunFolderError, match="holds no run yet"):
         read_standing(tmp_path / "elsewhere")
 
@@ -79,29 +75,27 @@ def commanded(monkeypatch, folder, *arguments, ending=StopReason.DONE, by_signal
     """Run the command with a training that only tells, and return what it asked for and what it said."""
     asked = []
 
-    def fake(recipe, backend, seed, folder, *, listener, provenance, **options):
+    def fake(recipe, backend, seed, folder, *, say, provenance, **options):
         asked.append((recipe, backend, seed, folder, options))
         assert {"mujoco", "jax", "brax"} <= provenance["versions"].keys()
-        listener.epoch(EPOCH)
-        listener.checkpoint(POINT)
+        say(str(POINT))
         if ending is StopReason.TIME:
             (folder / STATE).touch()
         return TrainingEnd(ending, Standing(recipe.name, seed, steps=40_960), by_signal)
 
-    monkeypatch.setattr(training, "train", fake)
+    monkeypatch.setattr(trainer, "train", fake)
     monkeypatch.setattr(selection, "choose", lambda *_, **__: None)
     result = CliRunner().invoke(main, ["train", *arguments, "--out", str(folder)], catch_exceptions=False)
     return asked[0], result
 
 
-def test_the_command_asks_for_the_recipe_and_says_epochs_checkpoints_and_how_to_go_on(monkeypatch, tmp_path):
+def test_the_command_asks_for_the_recipe_and_says_checkpoints_and_how_to_go_on(monkeypatch, tmp_path):
     arguments = ["paper", "--backend", "native", "--steps", "102400", "--seed", "3", "--minutes", "5", "--threads", "1"]
     (recipe, *rest), result = commanded(monkeypatch, tmp_path, *arguments, ending=StopReason.TIME)
     said = result.output
     assert result.exit_code == 0
     assert (recipe.name, recipe.steps) == ("paper", 102_400)
     assert rest == ["native", 3, tmp_path, {"minutes": 5.0, "threads": 1, "resume": False}]
-    assert "0.02 M steps   0.25 rad/s  keeps  86%  1.00% drops/s at 120   1000 steps/s    10 min left" in said
     assert "0.55 rad/s  keeps  97%; average  0.50 rad/s  keeps  98%" in said
     assert "the time is over: 0.04 M of 0.10 M steps, in " in said
     assert f"aero-hil train paper --seed 3 --steps 102400 --out {tmp_path} --resume" in said.replace("\n", "")
@@ -109,7 +103,7 @@ def test_the_command_asks_for_the_recipe_and_says_epochs_checkpoints_and_how_to_
 
 @pytest.mark.parametrize(("accelerated", "environments"), [(False, STEADY.environments), (True, 8192)])
 def test_mjx_without_a_gpu_says_so_and_keeps_to_the_size_for_cpus(accelerated, environments, monkeypatch, tmp_path):
-    monkeypatch.setattr(training, "accelerated", lambda: accelerated)
+    monkeypatch.setattr(trainer, "accelerated", lambda: accelerated)
     (recipe, *_), result = commanded(monkeypatch, tmp_path, "--backend", "mjx")
     assert recipe.environments == environments
     assert not any(stage.built for stage in recipe.stages)
@@ -129,10 +123,12 @@ def test_a_run_that_a_signal_ended_has_its_exit_code_and_says_what_is_kept(numbe
     assert "--resume" in result.output
 
 
-def test_the_time_that_is_left_is_said_when_it_is_known(monkeypatch, tmp_path):
-    monkeypatch.setattr(f"{__name__}.EPOCH", replace(EPOCH, left_s=None))
-    _, result = commanded(monkeypatch, tmp_path, "--backend", "native")
-    assert "time left not known yet" in result.output
+def test_an_epoch_is_a_line_of_what_the_hands_in_training_did(monkeypatch):
+    monkeypatch.setattr(trainer, "EPISODE_S", 15.0)
+    assert trainer.epoch_line("find", STANDING, 1000.0, None) == (
+        "find    0.02 M steps   0.25 rad/s  keeps  86%  1.00% drops/s at 120   1000 steps/s  time left not known yet"
+    )
+    assert trainer.epoch_line("find", STANDING, 1000.0, 600.0).endswith("steps/s    10 min left")
 
 
 def test_the_command_refuses_a_folder_that_holds_a_run(tmp_path):
@@ -147,7 +143,7 @@ def unbroken(tmp_path_factory):
     """A run that nothing ended before its time."""
     folder = tmp_path_factory.mktemp("unbroken")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stage_run, "EPISODE_S", 0.5)
+        patch.setattr(trainer, "EPISODE_S", 0.5)
         return folder, trained(folder, provenance={"commit": "abc"})
 
 
@@ -155,7 +151,7 @@ def unbroken(tmp_path_factory):
 def test_a_run_leaves_a_policy_every_checkpoint_and_its_curve(unbroken):
     folder, ended = unbroken
     assert (ended.ending, ended.standing.steps, ended.standing.new_hands) == (StopReason.DONE, 120, 3)
-    assert [point.steps for point in read(folder)] == [80, 120]
+    assert [point.steps for point in read_curve(folder)] == [80, 120]
     names = {path.name for path in (folder / "checkpoints").iterdir()}
     assert names == {f"{kind}0_{steps:010d}.npz" for kind in ("", "average_") for steps in (80, 120)}
     policy = load(folder / "steady.npz")
@@ -164,7 +160,7 @@ def test_a_run_leaves_a_policy_every_checkpoint_and_its_curve(unbroken):
     with pytest.raises(RunFolderError, match="resume"):
         trained(folder)
     with pytest.raises(ValueError, match="seed 0"):
-        training.train(TINY, "native", 1, folder, resume=True)
+        trainer.train(TINY, "native", 1, folder, resume=True)
 
 
 @pytest.mark.slow
@@ -192,7 +188,7 @@ def test_a_signal_ends_a_run_before_the_next_batch_of_physics_and_the_resumed_on
     assert expected.keys() == found.keys()
     for name, array in expected.items():
         np.testing.assert_array_equal(found[name], array)
-    assert [point.steps for point in read(tmp_path)] == [80, 120]
+    assert [point.steps for point in read_curve(tmp_path)] == [80, 120]
 
 
 @pytest.mark.slow
@@ -211,18 +207,16 @@ def test_the_last_checkpoints_and_the_average_are_ranked_on_other_hands(unbroken
 
 @pytest.mark.slow
 def test_a_run_that_holds_the_cube_still_is_begun_again_with_another_seed(tmp_path):
-    told = []
-
-    def enough(point):
-        told.append(point)
-        if point.attempt == 1:
+    def enough(line):
+        if "attempt 1" in line:
             raise KeyboardInterrupt
 
     hopeless = replace(TINY, stuck=Stuck(steps=80, rate_rad_s=1e3))
     with pytest.raises(KeyboardInterrupt):
-        trained(tmp_path, hopeless, listener=Listener(checkpoint=enough))
-    assert [(point.attempt, point.steps) for point in told] == [(0, 80), (1, 80)]
-    assert told[0].score != told[1].score
+        trained(tmp_path, hopeless, say=enough)
+    first, second = read_curve(tmp_path)
+    assert [(point.attempt, point.steps) for point in (first, second)] == [(0, 80), (1, 80)]
+    assert first.score != second.score
 
 
 @pytest.mark.slow

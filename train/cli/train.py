@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from math import exp
 from pathlib import Path
 from typing import Literal
 
@@ -15,10 +14,8 @@ from hil.cli.options import SEED, Finite, NewFolder
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import source_commit, versions
-from train.progress import Checkpoint, Epoch
 from train.recipe import RECIPES, on_gpu, on_routed_hands
 
-EPISODE_S = 15.0
 WITHOUT_GPU = (
     "Warning: JAX finds no GPU here; MJX on a CPU is more than 100 times slower than `--backend native`, good for "
     "a smoke test. The recipe keeps its size for CPUs, not the paper's 8192 environments."
@@ -74,14 +71,14 @@ def train(
     with usage_errors():
         prepared_folder(out)
     try:
-        from train import run, selection, training  # noqa: PLC0415 - the extra is asked for where it is used
+        from train import selection, trainer  # noqa: PLC0415 - the extra is asked for where it is used
         from train.run_state import STATE, read_standing  # noqa: PLC0415
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
-    on = backend or training.machine_backend()
+    on = backend or trainer.machine_backend()
     console = new_console()
     chosen = RECIPES[recipe]
-    if on == "mjx" and training.accelerated():
+    if on == "mjx" and trainer.accelerated():
         chosen = on_gpu(chosen)
     elif on == "mjx":
         chosen = on_routed_hands(chosen)
@@ -93,12 +90,11 @@ def train(
         console.print(line, soft_wrap=True)
 
     made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
-    listener = run.Listener(lambda point: say(_checkpoint_line(point)), lambda epoch: say(_epoch_line(epoch)))
     try:
         if only_choose:
-            ended = training.TrainingEnd(training.StopReason.DONE, read_standing(out))
+            ended = trainer.TrainingEnd(trainer.StopReason.DONE, read_standing(out))
         else:
-            ended = training.train(
+            ended = trainer.train(
                 chosen,
                 on,
                 seed,
@@ -107,11 +103,11 @@ def train(
                 threads=threads,
                 resume=resume,
                 provenance=made_with,
-                listener=listener,
+                say=say,
             )
             done = f"{ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps"
             say(f"{ended.ending.value}: {done}, in {out}")
-        if ended.ending is training.StopReason.DONE:
+        if ended.ending is trainer.StopReason.DONE:
             chooser = {"chosen_at_commit": source_commit()}
             selection.choose(chosen, out, ended.standing, hands=units, threads=threads, say=say, chooser=chooser)
         elif not (out / STATE).exists():
@@ -126,21 +122,3 @@ def train(
         raise
     if ended.by_signal:
         sys.exit(128 + ended.by_signal)
-
-
-def _epoch_line(epoch: Epoch) -> str:
-    kept = exp(-EPISODE_S * epoch.hazard_per_s)
-    price = "" if epoch.drop_price is None else f" at {epoch.drop_price:3.0f}"
-    left = "time left not known yet" if epoch.left_s is None else f"{epoch.left_s / 60:4.0f} min left"
-    return (
-        f"{epoch.stage}  {epoch.steps / 1e6:6.2f} M steps  {epoch.rate_rad_s:5.2f} rad/s  keeps {kept:4.0%}  "
-        f"{epoch.hazard_per_s:5.2%} drops/s{price}  {epoch.steps_per_s:5.0f} steps/s  {left}"
-    )
-
-
-def _checkpoint_line(point: Checkpoint) -> str:
-    return (
-        f"checkpoint  attempt {point.attempt}  {point.steps / 1e6:6.2f} M steps  {point.elapsed_s / 60:5.1f} min  "
-        f"{point.rotation_rad:5.1f} rad  {point.rate_rad_s:5.2f} rad/s  keeps {point.survival:4.0%}; "
-        f"average {point.average_rate_rad_s:5.2f} rad/s  keeps {point.average_survival:4.0%}"
-    )

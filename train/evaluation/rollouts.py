@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +13,7 @@ from aero.policy.task import CHANNELS, targets
 from model.scene import SETTLING_S
 from train import actuation
 from train.actuation import SPEED_LIMIT
-from train.simulator import Batch, Floats, positions, velocities
+from train.simulator import Floats, Simulator, StopCheck, positions, velocities
 from train.task import Episode, EpisodeOutcome, Task, begin, command, draw_starts, finish, observed, unpack
 
 
@@ -65,7 +64,13 @@ def task_of(policy: Policy, settings: PolicySettings | None = None) -> Task:
 
 
 def run(
-    policy: Policy, task: Task, batch: Batch, seconds: float, seed: int = 0, *, check: Callable[[], None] = lambda: None
+    policy: Policy,
+    task: Task,
+    batch: Simulator,
+    seconds: float,
+    seed: int = 0,
+    *,
+    check: StopCheck = lambda: None,
 ) -> Episodes:
     """Run one episode in every scene of `batch`.
 

@@ -14,9 +14,9 @@ from aero.policy.settings import PAPER_DEPLOYMENT, PolicySettings
 from aero.whole_file import whole
 from model.scene import CUBE, Cube
 from train.actuation import BUS, ActuationRanges
-from train.built import BuiltSimulator, draw_scenes
 from train.evaluation.rollouts import Episodes, run, task_of
-from train.hands import HANDS, corrections, draw_hand
+from train.hand_stock import HandStock
+from train.recipe import TrainingStage
 from train.scene import build_scene
 from train.simulator import Simulator
 from train.task import NOMINAL_RESET, Task
@@ -28,6 +28,8 @@ SERVO_DELAY_S = 0.025
 SWEEP_LAGS_S = (0.015, 0.040, 0.060)
 SWEEP_DELAYS_S = (0.0, 0.010, 0.020, 0.030, 0.040, 0.050)
 BUILT = "built hands, as training draws them"
+BUILT_STAGE = TrainingStage("built", steps=0, built=True, actuation=BUS)
+"""Which hands those are."""
 
 Figures = dict[str, dict[str, float]]
 """Condition to figure to value, SI units."""
@@ -77,12 +79,8 @@ def measure(
 
 def on_built_hands(policy: Policy, episodes: int, *, seconds: float, seed: int) -> Episodes:
     """Run an episode on each of as many built hands as training draws them, with the paper's cube."""
-    rng = np.random.default_rng(seed)
-    units = [draw_hand(HANDS, rng) for _ in range(episodes)]
-    scenes = draw_scenes(units, HANDS, rng, policy.settings.torque_limit)
-    corrected = corrections(units, policy.settings, rng, error_m=HANDS.correction_error_m)
-    with BuiltSimulator(scenes, corrected) as batch:
-        return run(policy, replace(task_of(policy), actuation=BUS), batch, seconds, seed)
+    with HandStock(BUILT_STAGE, policy.settings, (seed,), training=False).batch(range(episodes)) as batch:
+        return run(policy, replace(task_of(policy), actuation=BUILT_STAGE.actuation), batch, seconds, seed)
 
 
 def beside_a_deployment(

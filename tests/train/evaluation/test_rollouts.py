@@ -7,7 +7,7 @@ from policies import holding, policy
 from aero.channels import Channel
 from aero.policy.settings import PAPER_TRAINING
 from train.evaluation.rollouts import run, task_of
-from train.simulator import Batch
+from train.simulator import Simulator
 from train.task import SENSOR_COUNT, unpack
 
 HANDS, PERIODS, SUBSTEPS, PERIOD_S = 3, 40, 5, 0.05
@@ -16,7 +16,7 @@ HEIGHT, SPIN = int(PLACES.cube_position[2]), [int(place) for place in PLACES.cub
 CONTACTS = int(PLACES.cube_contacts[0])
 
 
-class Script(Batch):
+class Script(Simulator):
     """Sensors (periods, hands, substeps, 43), whatever is commanded."""
 
     def __init__(self, sensors):
