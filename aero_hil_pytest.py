@@ -27,7 +27,7 @@ from aero_hil import PACKAGES, hidden
 
 if TYPE_CHECKING:
     from aero.hand import Hand
-    from hil.targets.hands_file import NamedHand
+    from hil.targets.hand_spec import HandSpec
     from hil.targets.target import Target
 
 IN_SOFTWARE = ("emulated", "pty")
@@ -160,9 +160,7 @@ def pytest_configure(config: pytest.Config) -> None:
     name = option.aero_hil
     if name not in IN_SOFTWARE and not hasattr(config, "workerinput") and _workers(config) > 1:
         raise pytest.UsageError(f"--hil={name}: one program at a time can use a hand; run without -n, or with -n 1")
-    if name not in IN_SOFTWARE:
-        _named_hand(config)
-    if option.aero_hil_firmware is not None or option.aero_hil_unit is not None:
+    if name not in IN_SOFTWARE or option.aero_hil_firmware is not None or option.aero_hil_unit is not None:
         _opener(config)
 
 
@@ -236,15 +234,9 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
     """Say which hand will be tested, in a session that tests one."""
     if not any(_uses(item, "aero_target") for item in items):
         return []
-    option = config.option
-    named = _named_hand(config)
-    firmware = option.aero_hil_firmware or named.firmware or _ours("aero.firmware").DEFAULT_FIRMWARE
-    side = option.aero_hil_hand or named.side or "right"
-    emulated = f", unit {option.aero_hil_unit or 'reference'}, seed {option.aero_hil_seed}"
-    return (
-        f"aero-hil: {side} hand on {option.aero_hil}, firmware {firmware}"
-        f"{emulated if option.aero_hil in IN_SOFTWARE else ''}"
-    )
+    spec = _spec(config)
+    emulated = f", unit {spec.unit}, seed {spec.seed}" if spec.in_software else ""
+    return f"aero-hil: {spec.side} hand on {config.option.aero_hil}, firmware {spec.firmware}{emulated}"
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
@@ -532,34 +524,38 @@ def _open(config: pytest.Config) -> Target:
     return target
 
 
-def _named_hand(config: pytest.Config) -> NamedHand:
-    """Return what `--hil` names.
+def _spec(config: pytest.Config, texts: Sequence[str] = ()) -> HandSpec:
+    """Return the hand that the options choose.
 
     Raises:
-        UsageError: nothing, or `hands.toml` has a mistake.
+        UsageError: there is none such.
     """
-    try:
-        named: NamedHand = _ours("hil.targets.hands_file").named_hand(config.option.aero_hil)
-    except ValueError as error:
-        raise pytest.UsageError(f"--hil: {error}") from error
-    return named
-
-
-def _opener(config: pytest.Config, texts: Sequence[str] = ()) -> AbstractContextManager[Target]:
-    """Return the target's context manager, not yet entered."""
     option = config.option
-    opening = _ours("hil.targets.opening")
     try:
-        target: AbstractContextManager[Target] = opening.open_target(
+        spec: HandSpec = _ours("hil.targets.hand_spec").HandSpec.named(
             option.aero_hil,
             firmware=option.aero_hil_firmware,
             hand=option.aero_hil_hand,
-            unit=option.aero_hil_unit or "reference",
+            unit=option.aero_hil_unit,
             seed=option.aero_hil_seed,
             faults=_faults(texts),
             # As an owner's hand has been; one with faults might not come through it.
             homed=not texts and not option.aero_hil_still,
         )
+    except ValueError as error:
+        raise pytest.UsageError(f"--hil: {error}") from error
+    return spec
+
+
+def _opener(config: pytest.Config, texts: Sequence[str] = ()) -> AbstractContextManager[Target]:
+    """Return the target's context manager, not yet entered.
+
+    Raises:
+        UsageError: no such hand can be opened.
+    """
+    spec = _spec(config, texts)
+    try:
+        target: AbstractContextManager[Target] = _ours("hil.targets.opening").open_target(spec)
     except ValueError as error:
         raise pytest.UsageError(str(error)) from error
     return target

@@ -8,10 +8,11 @@ from pathlib import Path
 import click
 
 from aero.exit_code import Exit
+from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
 from hil.cli.options import open_hand
 from hil.cli.terminal import ProgressBar, console
-from hil.report.case_page import write_case_page
+from hil.report.page import render_case
 from hil.report.results import write_results
 from hil.targets.hand_spec import HandSpec
 from hil.verdict.case import DiagnosisCase, Proposal
@@ -52,7 +53,7 @@ def diagnose(*, folder: Path, port: str) -> None:
         case = case.after(proposal, outcome, note)
         write_case(folder, case, about)
         out.print(f"so         {outcome.value}")
-    write_case_page(folder, case)
+    write_whole(folder / "case.html", render_case(case))
     out.print(conclusion(case), style="bold")
     out.print(str(folder / "case.html"))
     sys.exit(Exit.WITHIN_LIMITS if case.gone else Exit.OUT_OF_LIMITS)

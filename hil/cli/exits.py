@@ -14,6 +14,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import click
@@ -22,7 +23,14 @@ from click.core import ParameterSource
 from aero.exit_code import Exit
 from hil.cli.command_table import is_ours
 from hil.cli.output import echo, printable
-from hil.recordings.errors import FULL_DISK, CannotBeWrittenError, UnwritablePlaceError
+from hil.recordings.errors import (
+    FULL_DISK,
+    CannotBeMeasuredError,
+    CannotBeWrittenError,
+    NotOneHandError,
+    UnusableFileError,
+    UnwritablePlaceError,
+)
 
 _LOG = logging.getLogger(__name__)
 
@@ -64,6 +72,20 @@ def usage_errors() -> Iterator[None]:
         raise Ended(str(error), Exit.USAGE) from error
     except (ValueError, OverflowError) as error:
         raise Ended(str(error), Exit.USAGE) from error
+
+
+@contextmanager
+def judging(*paths: Path) -> Iterator[None]:
+    """Around what is made of recordings that were given: what they lack ends with one line that names them.
+
+    Any other error is a defect of this program and ends as one.
+    """
+    try:
+        yield
+    except NotOneHandError as error:
+        raise Ended(str(error), Exit.USAGE) from error
+    except (CannotBeMeasuredError, UnusableFileError) as error:
+        raise Ended(f"{', '.join(map(str, paths))}: {error}", Exit.USAGE) from error
 
 
 def code_of(error: BaseException) -> Exit:

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import click
 
-from hil.cli.exits import usage_errors
+from hil.cli.exits import judging, usage_errors
+from hil.cli.options import RECORDING
 from hil.cli.output import echo
-from hil.cli.reading import RECORDING, judging, read
+from hil.recordings.mcap_file import read_recording
 from hil.recordings.output import prepared_file
 from hil.report.film import write_film
-from hil.report.foxglove.export import LAYOUT, export
+from hil.report.foxglove import LAYOUT, export
 from model.pictures import check_drawing
 
 
@@ -36,7 +37,7 @@ def export_command(*, recording: Path, out: Path | None) -> None:
             raise ValueError(f"{path} is the recording itself; give another file with --out")
         if film:
             check_drawing("a film")
-    made = read(recording)
+        made = read_recording(recording)
     with judging(recording):
         (write_film if film else export)(made, path)
     if film:

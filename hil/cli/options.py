@@ -44,6 +44,7 @@ def _unwound(opening: AbstractContextManager[Target]) -> Iterator[Target]:
         yield opened
 
 
+RECORDING = click.Path(exists=True, dir_okay=False, path_type=Path)
 RECORD = click.option(
     "--record", type=click.Path(dir_okay=False, path_type=Path),
     help="Write the bytes of the program that uses the port to this MCAP file, for `aero-hil report`.",

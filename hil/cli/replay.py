@@ -19,10 +19,9 @@ from aero.channels import Channel
 from aero.firmware import FIRMWARE
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, unsigned_values
 from hil.cli.exits import usage_errors
-from hil.cli.options import TARGET, open_hand
+from hil.cli.options import RECORDING, TARGET, open_hand
 from hil.cli.output import echo
-from hil.cli.reading import RECORDING, read
-from hil.recordings.mcap_file import write_recording
+from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.output import prepared_file
 from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recording import Header, Recording
@@ -136,9 +135,9 @@ def _read_until(target: Target, t: float) -> None:
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the new recording here.")
 def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str | None, out: Path | None) -> None:
     """Send the bytes of RECORDING to a hand again and compare the answers."""
-    recorded = read(recording)
-    header = recorded.header
     with usage_errors():
+        recorded = read_recording(recording)
+        header = recorded.header
         if out is not None:
             prepared_file(out)
         hand = HandSpec.named(

@@ -11,10 +11,11 @@ import click
 
 from aero.exit_code import Exit
 from aero.whole_file import write_whole
-from hil.cli.exits import Ended, usage_errors
+from hil.cli.exits import Ended, judging, usage_errors
+from hil.cli.options import RECORDING
 from hil.cli.output import echo
-from hil.cli.reading import RECORDING, judging, read
 from hil.cli.terminal import console as new_console
+from hil.recordings.mcap_file import read_recording
 from hil.recordings.output import prepared_file
 from hil.recordings.recording import Recording
 from hil.report.beside_run import beside_text
@@ -94,7 +95,8 @@ def _judgeable(path: Path) -> Recording:
     Raises:
         Ended: it is of something else; the message says what reads it.
     """
-    recording = read(path)
+    with usage_errors():
+        recording = read_recording(path)
     if reason := NOT_JUDGED.get(recording.header.experiment):
         raise Ended(f"{path} {reason}", Exit.USAGE)
     return recording

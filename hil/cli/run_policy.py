@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from aero.channels import CABLES, Channel
 from aero.exit_code import Exit
 from aero.policy.file import Policy
 from aero.policy.held import held_at_the_end
-from aero.policy.running import Ending, Run, RunSettings
+from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import furthest_codes
 from aero.protocol import MAX_CODE
@@ -30,10 +28,9 @@ from hil.cli.terminal import console as new_console
 from hil.cli.viewing import telling, viewing
 from hil.recordings.output import prepared_file
 from hil.recordings.policy_run import PolicyRun, record_policy
-from hil.recordings.recorder import Recorder
+from hil.recordings.recorder import Progress, Recorder
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import GroundTruth, Target
-from hil.view.feed import Observer
 from hil.view.sources import source_of
 from model.cube_plant import CubePlant, CubeWatch
 from model.scene import CUBE
@@ -103,21 +100,20 @@ def run_policy(
             truth = opened.find(GroundTruth)
             plant = None if truth is None else truth.plant
             cube = CubeWatch(plant, hand.seed) if isinstance(plant, CubePlant) else None
-            result = _recorded(opened, record, observer, Running(policy, settings, whose, cube))
+            result = _recorded(
+                opened,
+                record,
+                lambda recorder, show: record_policy(
+                    opened, recorder, policy, settings, progress=telling(observer, show), cube=cube, correction=whose
+                ),
+            )
         ended = result.run.ending
         observer.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
         ours = policy.name == DEFAULT and not dry_run  # measured with this policy alone
-        held = held_at_the_end(result.currents_a, policy.settings.period_s) if ours else None
-        _print(
-            console,
-            result.run,
-            {
-                "lateness, ms": _lateness(result),
-                "peak current, A": f"{result.run.peak_current_a:.2f} of {max_current:g}",
-                **({} if held is None else {"by the thumb's currents": held.value}),
-                **({} if cube is None else _of_cube(cube)),
-            },
-        )
+        held = held_at_the_end(result.currents_a, policy.settings.period_s).value if ours else ""
+        console.print(_outcome(result, held, cube, max_current))
+        if result.run.reason:
+            console.print(result.run.reason)
         if record:
             console.print(f"recorded in {record}")
     sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
@@ -140,17 +136,8 @@ def _before_moving(opened: Target, policy: Policy, settings: RunSettings) -> str
     return before_moving(opened, (reach / MAX_CODE).tolist(), moving_s)
 
 
-class Running(NamedTuple):
-    """What runs, and how."""
-
-    policy: Policy
-    settings: RunSettings
-    correction: str
-    cube: CubeWatch | None
-
-
-def _recorded(opened: Target, path: Path | None, observer: Observer, running: Running) -> PolicyRun:
-    """Run the policy and record it to `path`, if not None, whatever ends it."""
+def _recorded(opened: Target, path: Path | None, run: Callable[[Recorder, Progress], PolicyRun]) -> PolicyRun:
+    """Run a policy and record it to `path`, if not None, whatever ends it."""
     recorder, name = Recorder(opened, "policy", path), opened.describe()
     with ProgressBar() as bar:
         task = bar.add_task(name, total=1.0)
@@ -159,10 +146,7 @@ def _recorded(opened: Target, path: Path | None, observer: Observer, running: Ru
             bar.update(task, completed=done, description=f"{name}: {doing}")
 
         try:
-            result = record_policy(
-                opened, recorder, running.policy, running.settings,
-                progress=telling(observer, show), cube=running.cube, correction=running.correction,
-            )  # fmt: skip
+            result = run(recorder, show)
         except BaseException:
             if recorder.begun:
                 recorder.finish(ended=False)
@@ -173,19 +157,9 @@ def _recorded(opened: Target, path: Path | None, observer: Observer, running: Ru
     return result
 
 
-def _lateness(result: PolicyRun) -> str:
-    late_ms = 1e3 * np.percentile(result.lateness_s or (0.0,), (50, 99, 100))
-    return "median {:.2f}, 99 % {:.2f}, most {:.2f}".format(*late_ms)
-
-
-def _of_cube(cube: CubeWatch) -> dict[str, str]:
-    return {
-        "cube turned": f"{cube.rotation_rad:.2f} rad in {cube.alive_s:.1f} s, {cube.rate_rad_s:.2f} rad/s",
-        "cube at the end": "lost" if cube.lost else "in the hand",
-    }
-
-
-def _print(console: Console, run: Run, further: Mapping[str, str]) -> None:
+def _outcome(result: PolicyRun, held: str, cube: CubeWatch | None, most_a: float) -> Table:
+    """Return what a person reads at the end; `held` is empty where the currents do not tell it."""
+    run, late_ms = result.run, 1e3 * np.percentile(result.lateness_s or (0.0,), (50, 99, 100))
     rows = {
         "ended because": run.ending.value,
         "guard": "stopped the hand" if run.ending is Ending.STOPPED else "saw nothing",
@@ -194,11 +168,15 @@ def _print(console: Console, run: Run, further: Mapping[str, str]) -> None:
         "periods outside the command window": str(run.saturated),
         "periods held back by the speed limit": str(run.limited),
         "peak temperature, °C": f"{run.peak_temperature_c:.0f}",
-        **further,
+        "lateness, ms": "median {:.2f}, 99 % {:.2f}, most {:.2f}".format(*late_ms),
+        "peak current, A": f"{run.peak_current_a:.2f} of {most_a:g}",
     }
+    if held:
+        rows["by the thumb's currents"] = held
+    if cube is not None:
+        turned = f"{cube.rotation_rad:.2f} rad in {cube.alive_s:.1f} s, {cube.rate_rad_s:.2f} rad/s"
+        rows |= {"cube turned": turned, "cube at the end": "lost" if cube.lost else "in the hand"}
     table = Table(show_header=False)
-    for name, text in rows.items():
-        table.add_row(name, text)
-    console.print(table)
-    if run.reason:
-        console.print(run.reason)
+    for row in rows.items():
+        table.add_row(*row)
+    return table

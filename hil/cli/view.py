@@ -8,8 +8,10 @@ from pathlib import Path
 import click
 
 from hil.checks import EXPERIMENTS
+from hil.cli.exits import judging, usage_errors
+from hil.cli.options import RECORDING
 from hil.cli.output import echo
-from hil.cli.reading import RECORDING, judging, read
+from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Header
 from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings
@@ -25,7 +27,8 @@ def view(*, recording: Path) -> None:
 
     The posture is what the actuation map makes of the encoders. Judged again where it is of an experiment.
     """
-    recorded = read(recording)
+    with usage_errors():
+        recorded = read_recording(recording)
     header = recorded.header
     with judging(recording):
         shown = frames(recorded)

@@ -26,6 +26,8 @@ from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_
 from hil.report.finger_map import DIGITS, MARKS, verdicts
 from hil.report.measured import MeasuredNumber, readings_of
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
+from hil.verdict.case import DiagnosisCase
+from hil.verdict.case_words import asked, came_of, conclusion, why
 from hil.verdict.findings import Finding, Why, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import EndKind
@@ -113,7 +115,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     # How the run ended stands beside the verdict.
     said = [finding for finding in diagnosis.evidence if finding != validation.end.finding]
     speaking = sorted(said, key=excess, reverse=True)
-    return _template().render(
+    return _template("report.html.j2").render(
         header=header,
         validation=validation,
         verdict=(verdict := verdict_of(validation)),
@@ -147,8 +149,24 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     )
 
 
+def render_case(case: DiagnosisCase) -> str:
+    """Return the page of a case: what is at fault, and the chain of steps that says so; it loads nothing."""
+    steps = [
+        (came_of(one), f"step-{number}/report.html", one.proposal.step.asks) for number, one in enumerate(case.done, 1)
+    ]
+    proposal = case.next_step
+    return _template("case.html.j2").render(
+        convicted=case.convicted,
+        conclusion=conclusion(case),
+        suspects=[(str(suspect), weight) for suspect, weight in case.likely.items()],
+        before=[(str(suspect), weight) for suspect, weight in case.suspects.items()],
+        steps=steps,
+        next="" if proposal is None else f"{asked(proposal)} {why(case, proposal)}",
+    )
+
+
 @cache
-def _template() -> Template:
+def _template(name: str) -> Template:
     environment = Environment(
         loader=PackageLoader("hil.report"),
         autoescape=True,
@@ -157,7 +175,7 @@ def _template() -> Template:
         lstrip_blocks=True,
     )
     environment.filters |= {"marked": marked, "subject": subject_words, "number": reading_text}
-    return environment.get_template("report.html.j2")
+    return environment.get_template(name)
 
 
 def reading_text(value: float) -> str:

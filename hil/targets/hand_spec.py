@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
-from hil.targets.hands_file import IN_SOFTWARE, named_hand
+from hil.targets.hands_file import IN_SOFTWARE, fields_of
 
 if TYPE_CHECKING:
     from aero.safety import Thresholds
@@ -60,6 +59,8 @@ class HandSpec:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "faults", tuple(self.faults))
+        if self.firmware_program is not None:
+            object.__setattr__(self, "firmware_program", Path(self.firmware_program))
         firmware_of(self.firmware)
         if self.side not in get_args(Side):
             raise ValueError(f"a hand is right or left, not {self.side!r}")
@@ -91,38 +92,19 @@ class HandSpec:
             refuse_at_a_port(self.faults)
 
     @classmethod
-    def named(
-        cls,
-        target: str = "emulated",
-        *,
-        firmware: str | None = None,
-        hand: Side | None = None,
-        firmware_program: Path | str | None = None,
-        faults: Iterable[Injection] = (),
-        **others: Any,
-    ) -> Self:
+    def named(cls, target: str = "emulated", *, hand: Side | None = None, **fields: Any) -> Self:
         """Return the hand of a target or of a name in `hands.toml`, see `hil.targets.hands_file`.
 
         Args:
             target: `emulated`, `pty`, the path or pyserial URL of a port, or a name.
-            firmware: version; that of `hands.toml` when None, else 0.2.0.
             hand: side; that of `hands.toml` when None, else right.
-            firmware_program: path of the program.
-            faults: of an emulated hand.
-            others: the other fields.
+            fields: the other fields; None for what `hands.toml` says, else the default.
 
         Raises:
             ValueError: an unknown name, a mistake in `hands.toml`, or what `HandSpec` refuses.
         """
-        known = named_hand(target)
-        return cls(
-            target=known.port,
-            firmware=firmware or known.firmware or DEFAULT_FIRMWARE,
-            side=hand or known.side or "right",
-            firmware_program=None if firmware_program is None else Path(firmware_program),
-            faults=tuple(faults),
-            **{"hand_id": known.name, "twin": known.twin, "baseline": known.baseline, **others},
-        )
+        said = {"side": hand, **fields}
+        return cls(**(fields_of(target) | {name: value for name, value in said.items() if value is not None}))
 
     @property
     def in_software(self) -> bool:

@@ -10,10 +10,9 @@ import re
 import sys
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from aero.firmware import FIRMWARE
 from aero.regular_file import read_text
@@ -31,38 +30,25 @@ ALLOWED: Mapping[str, Sequence[str]] = {
 """Keys of a hand, and the values that each may have; any text where none are listed."""
 
 
-@dataclass(frozen=True)
-class NamedHand:
-    """What `--hil` names: an entry of `hands.toml`, or a target alone."""
-
-    port: str
-    """`emulated`, `pty`, or the path or pyserial URL of a port."""
-    name: str = ""
-    """Its name in the file; empty for a target alone."""
-    firmware: str | None = None
-    side: Literal["right", "left"] | None = None
-    twin: str | None = None
-    """Unit that `aero-hil calibrate` made of this hand, or a shipped one."""
-    baseline: Path | None = None
-    """Folder that `aero-hil baseline` made."""
+Fields = dict[str, Any]
+"""Fields of `hil.targets.hand_spec.HandSpec`, those that are known."""
 
 
-def named_hand(target: str) -> NamedHand:
+def fields_of(target: str) -> Fields:
     """Return what `target` stands for: a name of the first file that has it, or a port or an emulated hand as it is.
 
     Raises:
         ValueError: a file has a mistake, or there is no such name and no such port.
     """
     if target in IN_SOFTWARE or PORT.search(target):
-        return NamedHand(target)
-    known: dict[str, NamedHand] = {}
+        return {"target": target}
+    known: dict[str, Fields] = {}
     for path in files():
-        for name, hand in read_hands(path).items():
-            known.setdefault(name, hand)
+        known = read_hands(path) | known
     if target in known:
         return known[target]
     if os.path.lexists(target):
-        return NamedHand(target)
+        return {"target": target}
     close = get_close_matches(target, [*known, *IN_SOFTWARE], 1)
     meant = f"Did you mean `{close[0]}`? " if close else ""
     there = f"{', '.join(known)} of {FILE}" if known else f"no name, as there is no {FILE} here"
@@ -86,7 +72,7 @@ def user_folder() -> Path:
     return Path(base or Path.home() / ".config") / "aero-hil"
 
 
-def read_hands(path: Path) -> dict[str, NamedHand]:
+def read_hands(path: Path) -> dict[str, Fields]:
     """Return the hands of a file by name; its relative paths are relative to its folder.
 
     Raises:
@@ -101,13 +87,13 @@ def read_hands(path: Path) -> dict[str, NamedHand]:
     return {name: _hand(path, name, table) for name, table in tables.items()}
 
 
-def _hand(path: Path, name: str, table: Any) -> NamedHand:
+def _hand(path: Path, name: str, table: Any) -> Fields:
     where = f"{path}, [{name}]"
     if not isinstance(table, dict):
         raise ValueError(
             f"{path}: `{name}` stands outside a table; begin each hand with its name, such as [bench-left]"
         )
-    if not NAME.fullmatch(name) or name in IN_SOFTWARE or PORT.search(name):
+    if not _may_name(name):
         raise ValueError(f"{where}: a name is made of letters, digits, - and _, and is none of a port")
     for key, value in table.items():
         if key not in ALLOWED:
@@ -120,11 +106,17 @@ def _hand(path: Path, name: str, table: Any) -> NamedHand:
             raise ValueError(f"{where}: `{key}` is one of {', '.join(ALLOWED[key])}, not {value!r}")
     if "port" not in table:
         raise ValueError(f"{where}: `port` is missing")
-    twin, baseline = table.get("twin"), table.get("baseline")
-    if twin is not None and twin.endswith(".toml"):
-        twin = str(path.parent / twin)
-    folder = None if baseline is None else path.parent / baseline
-    return NamedHand(table["port"], name, table.get("firmware"), table.get("side"), twin, folder)
+    fields = {"hand_id": name, **table}
+    fields["target"] = fields.pop("port")
+    if table.get("twin", "").endswith(".toml"):
+        fields["twin"] = str(path.parent / table["twin"])
+    if "baseline" in table:
+        fields["baseline"] = path.parent / table["baseline"]
+    return fields
+
+
+def _may_name(name: str) -> bool:
+    return bool(NAME.fullmatch(name)) and name not in IN_SOFTWARE and not PORT.search(name)
 
 
 def refuse_taken(name: str, path: Path = Path(FILE)) -> None:
@@ -133,7 +125,7 @@ def refuse_taken(name: str, path: Path = Path(FILE)) -> None:
     Raises:
         ValueError: the name is none, or the file has it, or has a mistake.
     """
-    if not NAME.fullmatch(name) or name in IN_SOFTWARE or PORT.search(name):
+    if not _may_name(name):
         raise ValueError(f"{name!r} cannot name a hand; use letters, digits, - and _, such as bench-left")
     if path.exists() and name in read_hands(path):
         raise ValueError(f"{path} has [{name}] already; choose another name, or edit the file")

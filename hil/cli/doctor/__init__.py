@@ -16,7 +16,7 @@ from hil.cli.doctor.hand import examine_port
 from hil.cli.doctor.machine import check_drawing, check_installation, check_jitter, lateness_s
 from hil.cli.exits import usage_errors
 from hil.cli.output import echo, printable
-from hil.targets.hands_file import FILE, add_hand, named_hand, refuse_taken
+from hil.targets.hands_file import FILE, add_hand, fields_of, refuse_taken
 
 
 def examine(named: str = "") -> Iterator[Examined]:
@@ -45,7 +45,7 @@ def doctor(port: str | None, save: str | None, as_json: bool) -> None:
     if save is not None and port is None:
         raise click.UsageError("--save needs --hil: the hand that is saved is asked first")
     with usage_errors():
-        port = named_hand(port).port if port else ""
+        port = fields_of(port)["target"] if port else ""
         if save is not None:
             refuse_taken(save)
     findings = []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import subprocess
@@ -72,8 +71,7 @@ def check_installation() -> Iterator[Examined]:
     lacking = [name for name in extras if not usable[name]]
     said = f"usable: {', '.join(name for name in extras if usable[name]) or 'none'}"
     said += f"; not installed: {', '.join(lacking)}" if lacking else ""
-    install = install_command("NAME", ours.read_text("direct_url.json"))
-    remedy = f"for one of the others: {install}" if lacking else ""
+    remedy = "for one of the others, from a checkout: pip install -e '.[NAME]'" if lacking else ""
     figures = {name: {"usable": usable[name], "packages": extras[name]} for name in extras}
     yield Examined("extras", Verdict.OK, said, remedy, data=figures)
 
@@ -117,18 +115,6 @@ def _declared(name: str) -> Sequence[str]:
         return requires(name) or ()
     except PackageNotFoundError:
         return ()
-
-
-def install_command(extra: str, origin: str | None) -> str:
-    """Return how to add an extra to an installation, by what its `direct_url.json` says; None for an index's."""
-    direct = json.loads(origin or "{}")
-    url = direct.get("url", "")
-    if not url:
-        return f"pip install '{PROJECT}[{extra}]'"
-    if not url.startswith("file://") or "dir_info" not in direct:
-        return f"pip install '{PROJECT}[{extra}] @ {url}'"
-    editable = "-e " if direct["dir_info"].get("editable") else ""
-    return f"pip install {editable}'{url.removeprefix('file://')}[{extra}]'"
 
 
 class Attempt(NamedTuple):

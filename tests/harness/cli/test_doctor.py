@@ -27,7 +27,7 @@ from hil.cli.doctor.hand import (
     check_ports,
     holders,
 )
-from hil.cli.doctor.machine import check_jitter, install_command, needs
+from hil.cli.doctor.machine import check_jitter, needs
 from hil.cli.exits import ending
 from hil.targets.hand_spec import HandSpec
 from hil.targets.pty_process import serve_in_process
@@ -125,19 +125,6 @@ def test_an_extra_without_its_packages_is_not_usable() -> None:
     declared = {"aero-hil": ["numpy>=2", "mujoco>=3 ; extra == 'emulate'", "aero-hil[emulate] ; extra == 'hil'"]}
     found = needs("hil", lambda name: declared.get(name, []), lambda name: None)
     assert found == {"mujoco": None}
-
-
-@pytest.mark.parametrize(
-    ("origin", "command"),
-    [
-        (None, "pip install 'aero-hil[view]'"),
-        ('{"url": "file:///srv/aero", "dir_info": {"editable": true}}', "pip install -e '/srv/aero[view]'"),
-        ('{"url": "file:///srv/aero", "dir_info": {}}', "pip install '/srv/aero[view]'"),
-        ('{"url": "https://x/a.whl", "archive_info": {}}', "pip install 'aero-hil[view] @ https://x/a.whl'"),
-    ],
-)
-def test_an_extra_is_installed_from_where_the_rest_came(origin: str | None, command: str) -> None:
-    assert install_command("view", origin) == command
 
 
 @pytest.mark.parametrize(

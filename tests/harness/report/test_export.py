@@ -24,8 +24,7 @@ pytest.importorskip("foxglove_schemas_protobuf", reason="needs the extra `foxglo
 from google.protobuf.timestamp_pb2 import Timestamp
 from mcap_protobuf.decoder import DecoderFactory
 
-from hil.report.foxglove.export import POSTURE_S
-from hil.report.foxglove.hand_scene import ROOT, frames, scene
+from hil.report.foxglove import POSTURE_S, ROOT, frames, scene
 
 SCHEMAS = {
     "/joints/measured": "foxglove.JointStates",

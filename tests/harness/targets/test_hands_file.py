@@ -1,6 +1,7 @@
 """A name in `hands.toml` stands for a port and what is known of the hand there; mistakes are one line."""
 
 import re
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 import hil
 from hil.cli import main
 from hil.cli.doctor.hand import Answers
-from hil.targets.hands_file import NAME, PORT, add_hand, named_hand, read_hands
+from hil.targets.hands_file import NAME, PORT, add_hand, fields_of, read_hands
 
 pytest_plugins = ["pytester"]
 
@@ -49,15 +50,14 @@ def folders(tmp_path, monkeypatch):
 def test_a_name_brings_all_that_the_file_says(folders):
     work, _ = folders
     (work / "hands.toml").write_text(BENCH)
-    hand = named_hand("bench-left")
-    assert (hand.port, hand.name, hand.firmware, hand.side) == ("/dev/ttyACM7", "bench-left", "0.1.5", "left")
-    assert (hand.twin, str(hand.baseline)) == ("mine.toml", "known")
+    said = {"target": "/dev/ttyACM7", "hand_id": "bench-left", "firmware": "0.1.5", "side": "left"}
+    assert fields_of("bench-left") == said | {"twin": "mine.toml", "baseline": Path("known")}
 
 
 def test_an_unknown_name_offers_the_nearest(folders):
     (folders[0] / "hands.toml").write_text(BENCH)
     with pytest.raises(ValueError, match=r"'bench-lef'. Did you mean `bench-left`.*/dev/ttyACM0"):
-        named_hand("bench-lef")
+        fields_of("bench-lef")
     with pytest.raises(ValueError, match="Did you mean `emulated`"):
         hil.open_target("emulatd")
 
@@ -107,7 +107,7 @@ def test_what_is_added_is_read_again_and_the_rest_stays(tmp_path_factory, name, 
         return
     add_hand(name, port, versions, path)
     hand = read_hands(path)[name]
-    assert (hand.port, hand.firmware) == (port, versions[0] if len(versions) == 1 else None)
+    assert (hand["target"], hand.get("firmware")) == (port, versions[0] if len(versions) == 1 else None)
     assert path.read_text(encoding="utf-8").startswith(BENCH)
     with pytest.raises(ValueError, match="already"):
         add_hand(name, "COM9", [], path)
@@ -124,5 +124,5 @@ def test_doctor_saves_a_hand_that_answers_and_never_another_s_name(folders, monk
     assert run(main, ["doctor", "--save", "x"]).exit_code == 2
     said = run(main, ["doctor", "--hil", "/dev/ttyACM3", "--save", "bench-right"]).output
     assert "--hil bench-right" in said
-    assert named_hand("bench-right").port == "/dev/ttyACM3"
+    assert fields_of("bench-right")["target"] == "/dev/ttyACM3"
     assert (folders[0] / "hands.toml").read_text().startswith(BENCH)

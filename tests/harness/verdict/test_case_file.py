@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from aero.channels import Channel
 from hil.recordings.errors import UnusableFileError
-from hil.report.case_page import render_case
+from hil.report.page import render_case
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import CASE, HandOfCase, case_of, read_case, table_of, write_case
 from hil.verdict.case_words import MEND, conclusion

@@ -16,18 +16,30 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
+from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
 from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.JointState_pb2 import JointState
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.KeyValuePair_pb2 import KeyValuePair
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.Pose_pb2 import Pose
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
 from mcap_protobuf.schema import build_file_descriptor_set
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Joint
 from aero.whole_file import whole
@@ -37,14 +49,15 @@ from hil.recordings.errors import writing
 from hil.recordings.mcap_file import RecordingFile, epoch_ns
 from hil.recordings.recording import Header, Recording
 from hil.report.evidence import by_finding
-from hil.report.foxglove.hand_scene import frames, scene
 from hil.verdict.findings import Finding, failed
 from hil.verdict.validation import judge_recordings
-from model.drawn_parts import PosedHand
+from model.drawn_parts import DrawnPart, PosedHand, Vector
 
+ROOT = "world"
+"""Frame that the frames of all bodies are in."""
 POSTURE_S = 0.05
 """Least time from one posture to the next, s: what a film of the hand needs."""
-LAYOUT = Path(__file__).with_name("layout.json")
+LAYOUT = Path(__file__).with_name("foxglove_layout.json")
 """The layout of Foxglove's panels that ships with this project."""
 
 TimedEntry = tuple[float, Callable[[RecordingFile], None]]
@@ -165,3 +178,57 @@ def _schema(kind: type[Message]) -> bytes:
 def _timestamp(header: Header, t: float) -> Timestamp:
     seconds, nanos = divmod(epoch_ns(header) + round(t * 1e9), 10**9)
     return Timestamp(seconds=seconds, nanos=nanos)
+
+
+def scene(hand: PosedHand, at: Timestamp) -> SceneUpdate:
+    """Return everything that is drawn of a hand but its cables, each part in the frame of its body."""
+    by_body = groupby(hand.parts(), key=lambda part: part.body)
+    return SceneUpdate(entities=[_entity(body, list(parts), at) for body, parts in by_body])
+
+
+def frames(hand: PosedHand, joints: ArrayLike, at: Timestamp) -> FrameTransforms:
+    """Return the frames of all bodies.
+
+    Args:
+        hand: is left in the posture.
+        joints: (16,) float, rad, in the order of `Joint`.
+        at: time of the posture.
+    """
+    hand.pose(joints)
+    transforms = [
+        FrameTransform(
+            timestamp=at,
+            parent_frame_id=ROOT,
+            child_frame_id=body,
+            translation=_vector(position),
+            rotation=_quaternion(quaternion),
+        )
+        for body, position, quaternion in hand.frames()
+    ]
+    return FrameTransforms(transforms=transforms)
+
+
+def _entity(body: str, parts: list[DrawnPart], at: Timestamp) -> SceneEntity:
+    entity = SceneEntity(timestamp=at, frame_id=body, id=body, frame_locked=True)
+    for part in parts:
+        r, g, b, a = part.rgba
+        pose = Pose(position=_vector(part.position), orientation=_quaternion(part.quaternion))
+        size, color = _vector(part.size), Color(r=r, g=g, b=b, a=a)
+        if part.shape == "box":
+            entity.cubes.append(CubePrimitive(pose=pose, size=size, color=color))
+        elif part.shape == "cylinder":
+            drawn = CylinderPrimitive(pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=color)
+            entity.cylinders.append(drawn)
+        else:
+            entity.spheres.append(SpherePrimitive(pose=pose, size=size, color=color))
+    return entity
+
+
+def _vector(values: Vector) -> Vector3:
+    x, y, z = values.tolist()
+    return Vector3(x=x, y=y, z=z)
+
+
+def _quaternion(values: Vector) -> Quaternion:
+    w, x, y, z = values.tolist()
+    return Quaternion(w=w, x=x, y=y, z=z)
