@@ -22,8 +22,11 @@ from train.campaign.trial import SIDES, USUAL_FIRMWARE, Outcome, Trial
 from train.limits.compute import Healthy, Readings, computed_limits
 
 GENERATOR = "model/units/plausible.py and model/units/conditions.py"
-USUAL, RARE = (400_000, 448), ((401_000, "pre"), (402_000, "0.1.1"), (403_000, "0.1.2"))
-"""First seed and number of the hands with usual firmware; first seeds of others."""
+USUAL = (400_000, 448)
+"""First seed and number of the hands with usual firmware."""
+_OTHERWISE = (versions[-1] for versions in VERSION_GROUPS if not set(versions) & set(USUAL_FIRMWARE))
+RARE = tuple((401_000 + 1_000 * number, version) for number, version in enumerate(_OTHERWISE))
+"""First seed of the hands with each firmware that moves as no usual one does."""
 RARE_HANDS = 64
 SHORT, SHORT_HANDS = 404_000, 80
 """First seed and number of the hands that only go through the short staircase, which no run has by default."""

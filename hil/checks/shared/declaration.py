@@ -16,7 +16,7 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `floor` | least distance of the limit from any healthy reading: what emulated hands do not vary, such as a busy host |
 | `recorded`, `recorded_by` | readings of physical hands, which the limits must hold, and whose they are |
 | `at_least`, `at_most`, `source` | instead of all that: a bound that physics or the wire gives |
-| `firmware` | versions that a bound holds for; several bounds of one number are a list `bounds` |
+| `firmware` | versions that a bound holds for; of several, a list `bounds`, one without holds for all others |
 | `worse` | `by` how much, or which `share`, it may grow over a hand's baseline, and the `meaning` of growth |
 | `column`, `paper`, `differs` | its column in the table beside the paper, the paper's number, why ours may differ |
 | `published` | a figure of the paper's text, and the metric of the simulator that corresponds (`model`) |
@@ -39,6 +39,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
 
 from aero.channels import Channel
+from aero.firmware import VERSION_GROUPS
 from hil.checks.shared.subjects import GROUPS
 
 LimitSide = Literal["above", "below", "both"]
@@ -224,9 +225,11 @@ def parse_checks(experiment: str, subjects: tuple[str, ...], table: Mapping[str,
     """
     common = {key: table[key] for key in BOUND & table.keys()}
     bounds = [common | bound for bound in table.get("bounds", [{}])]
+    named = {version for bound in bounds for version in bound.get("firmware", ())}
+    others = tuple(version for group in VERSION_GROUPS if named and named.isdisjoint(group) for version in group)
     lists = [{key: tuple(bound[key]) for key in ("firmware", "recorded") if key in bound} for bound in bounds]
     return tuple(
-        Check(experiment, table["name"], subjects, **{**bound, **tuples})
+        Check(experiment, table["name"], subjects, **{"firmware": others, **bound, **tuples})
         for bound, tuples in zip(bounds, lists, strict=True)
         if bound
     )
