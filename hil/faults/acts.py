@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from hil.faults.catalogue import channel_named, parse_fault
-from hil.faults.part import Part
+from hil.faults.fault import Part
 from hil.faults.workbench import Workbench
 
 

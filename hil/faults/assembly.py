@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from random import Random
 
 from firmware_emulator.firmware.hands import HandSide
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Plant
-from hil.faults.active import Active
 from hil.faults.link_faults import LinkFaults
 from hil.faults.shaft_fault import ShaftFault
 from model import BuiltHandPlant
@@ -16,6 +16,16 @@ from model.units import Unit
 
 Change = Callable[[Unit], Unit]
 """Makes the unit with a fault of the one without."""
+
+
+@dataclass(frozen=True)
+class Active:
+    """A fault that was injected, before and after it begins."""
+
+    begin: Callable[[], object]
+    """Lets it have its effect from now on."""
+    clear: Callable[[], object] | None = None
+    """Takes it away; None for what cannot be undone, such as a restart."""
 
 
 class HandAssembly:

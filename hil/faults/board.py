@@ -1,19 +1,25 @@
-"""Faults of the board: lost or wrong memory, restarts."""
+"""Faults of the board: lost or wrong memory, restarts, and which firmware it runs: it is built with that."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from aero.channels import WIRE_ORDER
+from aero.firmware import FIRMWARE
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.calibrate_mid import centre
+from firmware_emulator.firmware.hands import HandSide
 from firmware_emulator.firmware.homing import home
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
-from hil.faults.active import Active
-from hil.faults.assembly import HandAssembly
-from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity
-from hil.faults.part import Part
+from hil.faults.assembly import Active, HandAssembly
+from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity
+
+BOARD = FaultLayer.BOARD
+RUNS = "board_runs_"
+"""Begins the name of a fault that says which version the board runs in truth."""
+OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
 
 
 def _event(
@@ -47,29 +53,13 @@ def _forget(hand: EmulatedHand, fault: Injection) -> None:
     hand.reset("reset")
 
 
-def _trim(hand: EmulatedHand, fault: Injection) -> None:
-    _trim_by(hand, fault, round(fault.severity))
-
-
-def _trim_back(hand: EmulatedHand, fault: Injection) -> None:
-    _trim_by(hand, fault, -round(fault.severity))
-
-
-def _trim_by(hand: EmulatedHand, fault: Injection, counts: int) -> None:
+def _trim(hand: EmulatedHand, fault: Injection, *, way: int) -> None:
     board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.where)
-    board.window.extend[servo] += counts
+    board.window.extend[servo] += way * round(fault.severity)
     board.nvs.store_extend(servo, board.window.extend[servo])
 
 
-def _centre(hand: EmulatedHand, fault: Injection) -> None:
-    _under_lock(hand, fault, homes=False)
-
-
-def _centre_and_home(hand: EmulatedHand, fault: Injection) -> None:
-    _under_lock(hand, fault, homes=True)
-
-
-def _under_lock(hand: EmulatedHand, fault: Injection, *, homes: bool) -> None:
+def _centre(hand: EmulatedHand, fault: Injection, *, homes: bool) -> None:
     """Let the board do what another program has asked of it; its acknowledgement went there."""
     board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.where)
 
@@ -89,67 +79,49 @@ def _emulated(hand: EmulatedHand, fault: Injection) -> Board:
     return hand.board
 
 
+def _runs(version: str) -> Inject:
+    def inject(assembly: HandAssembly, fault: Injection) -> Active:
+        declared = assembly.firmware
+        if version == declared:
+            raise ValueError(f"a board that runs {version} as declared is no fault; declare another firmware")
+        return Active(lambda: setattr(assembly, "firmware", version), lambda: assembly.flash(declared, assembly.side))
+
+    return inject
+
+
+def _wrong_side(assembly: HandAssembly, fault: Injection) -> Active:
+    return Active(
+        lambda: setattr(assembly, "board_side", OTHER_SIDE[assembly.side]),
+        lambda: assembly.flash(assembly.firmware, assembly.side),
+    )
+
+
+# fmt: off
 FAULTS = (
-    Fault(
-        "board_restart",
-        FaultLayer.BOARD,
-        Part.BOARD,
-        "the board restarts",
-        _event(_restart),
-        at_s=5.0,
-        alike=(Part.SUPPLY, Part.USB),
+    Fault("board_restart", BOARD, Part.BOARD, "the board restarts",
+          _event(_restart), at_s=5.0, alike=(Part.SUPPLY, Part.USB)),
+    Fault("power_cycle", BOARD, Part.SUPPLY, "power is lost and returns",
+          _event(_power_cycle), at_s=5.0, alike=(Part.BOARD, Part.USB)),
+    Fault("board_hangs", BOARD, Part.BOARD, "the board does nothing more",
+          _event(_hang, _restart), at_s=5.0, alike=(Part.USB,)),
+    Fault("nvs_lost", BOARD, Part.SETUP, "the board restarts without its stored zeros",
+          _event(_forget), alike=(Part.BOARD,)),
+    Fault("trim_left_in", BOARD, Part.SETUP, "the open end is trimmed away",
+          _event(partial(_trim, way=1), partial(_trim, way=-1)), ALL, Severity("counts", (40, 120, 400), -2048, 2048)),
+    Fault("calibrated_mid", BOARD, Part.SETUP,
+          "CALIBRATE_MID moved a servo's zero, and the commands stay as they were",
+          _event(partial(_centre, homes=False)), ALL, at_s=5.0),
+    Fault("calibrated_mid_and_homed", BOARD, Part.SETUP,
+          "CALIBRATE_MID, then HOMING, which undoes it; nothing is read meanwhile",
+          _event(partial(_centre, homes=True)), ALL, at_s=5.0),
+    # The firmware or the name that was given for it: whoever flashes and whoever names mend the same.
+    *(
+        Fault(f"{RUNS}{version}", FaultLayer.FIRMWARE, Part.SETUP,
+              f"the board runs {version}, another version than declared",
+              _runs(version), later=False, excludes="version", alike=(Part.BOARD,))
+        for version in FIRMWARE
     ),
-    Fault(
-        "power_cycle",
-        FaultLayer.BOARD,
-        Part.SUPPLY,
-        "power is lost and returns",
-        _event(_power_cycle),
-        at_s=5.0,
-        alike=(Part.BOARD, Part.USB),
-    ),
-    Fault(
-        "board_hangs",
-        FaultLayer.BOARD,
-        Part.BOARD,
-        "the board does nothing more",
-        _event(_hang, _restart),
-        at_s=5.0,
-        alike=(Part.USB,),
-    ),
-    Fault(
-        "nvs_lost",
-        FaultLayer.BOARD,
-        Part.SETUP,
-        "the board restarts without its stored zeros",
-        _event(_forget),
-        alike=(Part.BOARD,),
-    ),
-    Fault(
-        "trim_left_in",
-        FaultLayer.BOARD,
-        Part.SETUP,
-        "the open end is trimmed away",
-        _event(_trim, _trim_back),
-        ALL,
-        Severity("counts", (40, 120, 400), -2048, 2048),
-    ),
-    Fault(
-        "calibrated_mid",
-        FaultLayer.BOARD,
-        Part.SETUP,
-        "CALIBRATE_MID moved a servo's zero, and the commands stay as they were",
-        _event(_centre),
-        ALL,
-        at_s=5.0,
-    ),
-    Fault(
-        "calibrated_mid_and_homed",
-        FaultLayer.BOARD,
-        Part.SETUP,
-        "CALIBRATE_MID, then HOMING, which undoes it; nothing is read meanwhile",
-        _event(_centre_and_home),
-        ALL,
-        at_s=5.0,
-    ),
+    Fault("board_of_other_side", FaultLayer.FIRMWARE, Part.SETUP, "the firmware is that of the other hand",
+          _wrong_side, later=False, alike=(Part.BOARD,)),
 )
+# fmt: on

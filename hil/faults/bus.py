@@ -9,11 +9,10 @@ from aero.channels import WIRE_ORDER
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.packets import HEADER, Instruction, pack
 from firmware_emulator.servo.registers import REGISTERS, decode_signed, encode_signed
-from hil.faults.active import Active
-from hil.faults.assembly import HandAssembly
-from hil.faults.fault import ALL, Fault, FaultLayer, Injection, Severity, share
-from hil.faults.part import Part
+from hil.faults.assembly import Active, HandAssembly
+from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share
 
+BUS = FaultLayer.BUS
 PERIOD_S = 0.1
 """Period of a servo that is silent now and then, s."""
 ENOUGH = 0x7FFF
@@ -122,7 +121,9 @@ def _current(answer: BusAnswer, factor: float, random: Random) -> bytes:
     return answer.with_register("present_current", lambda value: round(value * factor))
 
 
-def _spoiled(name: str, part: Part, words: str, spoil: Spoil, severity: Severity) -> Fault:
+def _spoiled(spoil: Spoil) -> Inject:
+    """Return what lets a servo's answers arrive otherwise."""
+
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
         def begin() -> None:
             if not isinstance(assembly.hand.bus.tap, SpoiledAnswers):
@@ -135,40 +136,22 @@ def _spoiled(name: str, part: Part, words: str, spoil: Spoil, severity: Severity
 
         return Active(begin, clear)
 
-    return Fault(name, FaultLayer.BUS, part, words, inject, ALL, severity)
+    return inject
 
 
+# fmt: off
 FAULTS = (
-    _spoiled(
-        "servo_silent",
-        Part.BUS,
-        "a servo now and then does not answer",
-        _silent,
-        Severity("ms of every 100", (15, 30, 70), 0, 100),
-    ),
-    _spoiled("answers_damaged", Part.BUS, "answers of a servo are damaged", _damaged, share("answers", 0.05, 0.2, 0.6)),
-    _spoiled(
-        "position_garbage", Part.SERVO, "a servo reports any position", _garbage, share("readings", 0.01, 0.05, 0.3)
-    ),
-    _spoiled(
-        "position_coarse",
-        Part.SERVO,
-        "a servo reports rounded positions",
-        _coarse,
-        Severity("counts", (8, 16, 64), 1, 1024),
-    ),
-    _spoiled(
-        "temperature_wrong",
-        Part.SERVO,
-        "a servo reports too high a temperature",
-        _warmer,
-        Severity("°C", (10, 20, 40), -100, 100),
-    ),
-    _spoiled(
-        "current_wrong",
-        Part.SERVO,
-        "a servo reports a wrong current",
-        _current,
-        Severity("factor", (1.3, 2, 4), 0, 100),
-    ),
+    Fault("servo_silent", BUS, Part.BUS, "a servo now and then does not answer",
+          _spoiled(_silent), ALL, Severity("ms of every 100", (15, 30, 70), 0, 100)),
+    Fault("answers_damaged", BUS, Part.BUS, "answers of a servo are damaged",
+          _spoiled(_damaged), ALL, share("answers", 0.05, 0.2, 0.6)),
+    Fault("position_garbage", BUS, Part.SERVO, "a servo reports any position",
+          _spoiled(_garbage), ALL, share("readings", 0.01, 0.05, 0.3)),
+    Fault("position_coarse", BUS, Part.SERVO, "a servo reports rounded positions",
+          _spoiled(_coarse), ALL, Severity("counts", (8, 16, 64), 1, 1024)),
+    Fault("temperature_wrong", BUS, Part.SERVO, "a servo reports too high a temperature",
+          _spoiled(_warmer), ALL, Severity("°C", (10, 20, 40), -100, 100)),
+    Fault("current_wrong", BUS, Part.SERVO, "a servo reports a wrong current",
+          _spoiled(_current), ALL, Severity("factor", (1.3, 2, 4), 0, 100)),
 )
+# fmt: on

@@ -9,9 +9,8 @@ import numpy as np
 
 from aero.channels import CABLES, Channel
 from hil.faults.assembly import HandAssembly
-from hil.faults.cable import NEVER_TAUT_M
+from hil.faults.mechanics import JOINTS, NEVER_TAUT_M, with_values
 from hil.faults.servo import servo_of
-from hil.faults.unit_change import JOINTS, with_values
 from model.units import Unit
 
 TOUCH_S = 2.0

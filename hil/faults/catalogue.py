@@ -6,12 +6,12 @@ import re
 from difflib import get_close_matches
 
 from aero.channels import CABLES, FINGERS, Channel
-from hil.faults import board, bus, cable, encoder, firmware, gear, host, joint, link, motor, servo, supply, winding
+from hil.faults import board, bus, encoder, host, link, mechanics, motor, servo, supply, winding
 from hil.faults.fault import ALL, STEPS, Fault, Injection
 
 CATALOGUE: dict[str, Fault] = {
     fault.name: fault
-    for file in (cable, joint, gear, winding, motor, encoder, supply, servo, bus, board, firmware, link, host)
+    for file in (mechanics, winding, motor, encoder, supply, servo, bus, board, link, host)
     for fault in file.FAULTS
 }
 """Every fault, from the hand to the host."""

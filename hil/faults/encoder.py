@@ -12,11 +12,11 @@ from random import Random
 
 from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
-from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Severity
+from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Part, Severity
 from hil.faults.motor import on_shaft
-from hil.faults.part import Part
 from hil.faults.shaft_fault import Floats, ShaftFault
 
+ENCODER = FaultLayer.ENCODER
 ReadingChange = Callable[[float, float], float]
 """What an encoder reads, rad, at a shaft angle, rad, and a time since it went wrong, s."""
 
@@ -80,7 +80,7 @@ class Scaled(Encoder):
 
 
 class Frozen(Encoder):
-    """An encoder that reads the same for ever; the loop pushes with a constant torque."""
+    """An encoder that reads for ever what it read first; the loop pushes with a constant torque."""
 
     def changed(self, drive: Drive) -> Drive:
         """Return the torque that the constant error asks for."""
@@ -112,24 +112,13 @@ class Play:
         return self._at
 
 
-class Stays:
-    """An encoder that repeats its first reading."""
-
-    def __init__(self) -> None:
-        self._at: float | None = None
-
-    def __call__(self, true: float, seconds: float) -> float:
-        """Return the first reading."""
-        self._at = true if self._at is None else self._at
-        return self._at
-
-
-def _quantised(step: float) -> ReadingChange:
+def _quantised(counts: float, random: Random) -> ReadingChange:
+    step = counts * RAD_PER_COUNT
     return lambda true, seconds: step * math.floor(true / step + 0.5)
 
 
-def _noisy(rms: float, random: Random) -> ReadingChange:
-    return lambda true, seconds: true + random.gauss(0.0, rms)
+def _noisy(counts: float, random: Random) -> ReadingChange:
+    return lambda true, seconds: true + random.gauss(0.0, counts * RAD_PER_COUNT)
 
 
 def _encoder(make: Callable[[float, Random], ReadingChange]) -> Inject:
@@ -142,53 +131,27 @@ def _offset(counts: float, random: Random) -> ReadingChange:
     return lambda true, seconds: true + counts * RAD_PER_COUNT
 
 
-def _fault(name: str, words: str, inject: Inject, severity: Severity | None, at_s: float = 0.0) -> Fault:
-    return Fault(name, FaultLayer.ENCODER, Part.SERVO, words, inject, ALL, severity, at_s)
-
-
-def _zero(name: str, words: str, at_s: float) -> Fault:
-    # Homing mends a zero that was displaced once, whatever displaced it.
-    return replace(_fault(name, words, _encoder(_offset), ZERO, at_s), alike=(Part.SETUP,))
-
-
 ZERO = Severity("counts", (40, 120, 400), -2048, 2048)
+# fmt: off
 FAULTS = (
-    _fault(
-        "encoder_scale",
-        "an encoder reads too much",
-        on_shaft(lambda assembly, fault: Scaled(assembly.shafts, fault.where, fault.severity)),
-        Severity("factor", (1.02, 1.05, 1.2), 0.5, 2),
-    ),
-    _zero("encoder_offset", "an encoder's zero is displaced", 0.0),
-    _zero("encoder_slip", "a magnet slips once", 10.0),
-    _fault(
-        "encoder_creep",
-        "an encoder's zero creeps",
-        _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),
-        Severity("counts/s", (0.5, 2, 10), -100, 100),
-    ),
-    _fault(
-        "encoder_noise",
-        "an encoder is noisy",
-        _encoder(lambda rms, random: _noisy(rms * RAD_PER_COUNT, random)),
-        Severity("counts rms", (3, 10, 40)),
-    ),
-    _fault(
-        "encoder_frozen",
-        "an encoder always reads the same",
-        on_shaft(lambda assembly, fault: Frozen(assembly.shafts, fault.where, Stays())),
-        None,
-    ),
-    _fault(
-        "encoder_quantised",
-        "an encoder's steps are coarse",
-        _encoder(lambda step, _: _quantised(step * RAD_PER_COUNT)),
-        Severity("counts", (8, 16, 64), 1, 1024),
-    ),
-    _fault(
-        "encoder_play",
-        "backlash at a shaft",
-        _encoder(lambda play, _: Play(play * RAD_PER_COUNT)),
-        Severity("counts", (15, 40, 150), 0, 2048),
-    ),
+    Fault("encoder_scale", ENCODER, Part.SERVO, "an encoder reads too much",
+          on_shaft(lambda assembly, fault: Scaled(assembly.shafts, fault.where, fault.severity)),
+          ALL, Severity("factor", (1.02, 1.05, 1.2), 0.5, 2)),
+    # Homing mends a zero that was displaced once, whatever displaced it.
+    Fault("encoder_offset", ENCODER, Part.SERVO, "an encoder's zero is displaced",
+          _encoder(_offset), ALL, ZERO, alike=(Part.SETUP,)),
+    Fault("encoder_slip", ENCODER, Part.SERVO, "a magnet slips once",
+          _encoder(_offset), ALL, ZERO, 10.0, alike=(Part.SETUP,)),
+    Fault("encoder_creep", ENCODER, Part.SERVO, "an encoder's zero creeps",
+          _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),
+          ALL, Severity("counts/s", (0.5, 2, 10), -100, 100)),
+    Fault("encoder_noise", ENCODER, Part.SERVO, "an encoder is noisy",
+          _encoder(_noisy), ALL, Severity("counts rms", (3, 10, 40))),
+    Fault("encoder_frozen", ENCODER, Part.SERVO, "an encoder always reads the same",
+          on_shaft(lambda assembly, fault: Frozen(assembly.shafts, fault.where, lambda true, seconds: true)), ALL),
+    Fault("encoder_quantised", ENCODER, Part.SERVO, "an encoder's steps are coarse",
+          _encoder(_quantised), ALL, Severity("counts", (8, 16, 64), 1, 1024)),
+    Fault("encoder_play", ENCODER, Part.SERVO, "backlash at a shaft",
+          _encoder(lambda play, _: Play(play * RAD_PER_COUNT)), ALL, Severity("counts", (15, 40, 150), 0, 2048)),
 )
+# fmt: on

@@ -8,15 +8,30 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from aero.channels import Channel
-from hil.faults.active import Active
-from hil.faults.assembly import HandAssembly
-from hil.faults.part import Part
+from hil.faults.assembly import Active, HandAssembly
 
 Inject = Callable[[HandAssembly, "Injection"], Active]
 """Puts a fault into a hand at its stage; raises ValueError for a hand that cannot have it."""
 ALL = tuple(Channel)
 STEPS = ("mild", "medium", "severe")
 """What may stand for a severity."""
+
+
+class Part(Enum):
+    """Where a fault sits. A servo and a digit are those of one channel, the others of the whole hand."""
+
+    COMPUTER = "this computer and its program"
+    DRIVER = "the driver or its actuation map"
+    USB = "USB cable and hub"
+    BOARD = "board and its firmware"
+    SUPPLY = "power supply and its wires"
+    BUS = "plugs of the servo bus"
+    SERVO = "servo"
+    """Motor, gear, encoder, current sensor, and the settings in its registers."""
+    DIGIT = "digit"
+    """Cable, spring, joint and stop, and what touches it."""
+    SETUP = "set-up"
+    """Homing, the named firmware or side, something held, a glove, neighbours that touch."""
 
 
 class AssemblyStage(IntEnum):
@@ -31,7 +46,7 @@ class AssemblyStage(IntEnum):
 
 
 class FaultLayer(Enum):
-    """What a fault is about; each has a file. Its value is its name for people and the stage of its injection."""
+    """What a fault is about. Its value is its name for people and the stage of its injection."""
 
     CABLE = "cable", AssemblyStage.BUILDING
     JOINT = "joint", AssemblyStage.BUILDING

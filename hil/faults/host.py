@@ -6,10 +6,8 @@ from collections.abc import Iterable
 
 from aero.clock import Clock
 from aero.transport import Transport
-from hil.faults.active import Active
-from hil.faults.assembly import HandAssembly
-from hil.faults.fault import Fault, FaultLayer, Injection, Severity
-from hil.faults.part import Part
+from hil.faults.assembly import Active, HandAssembly
+from hil.faults.fault import Fault, FaultLayer, Injection, Part, Severity
 
 STALL_SHARE = 0.02
 """Share of the writes before which a program is held up."""

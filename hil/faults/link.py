@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from random import Random
 from typing import Protocol
 
-from hil.faults.active import Active
-from hil.faults.fault import Fault, FaultLayer, Injection, Severity, share
+from hil.faults.assembly import Active
+from hil.faults.fault import Fault, FaultLayer, Injection, Part, Severity, share
 from hil.faults.link_faults import Direction, LinkEffect, LinkFaults, Pieces
-from hil.faults.part import Part
 
 Act = Callable[[bytes, float, Random, float], Pieces]
 """What becomes of a piece, given the severity, and the time, s."""
@@ -130,7 +129,7 @@ def _fault(
     part: Part,
     words: str,
     put: Put,
-    severity: Severity | None,
+    severity: Severity | None = None,
     *,
     at_s: float = 0.0,
     alike: tuple[Part, ...] = (),
@@ -139,11 +138,11 @@ def _fault(
     return LinkFault(name, layer, part, words, put, severity=severity, at_s=at_s, alike=alike, put=put)
 
 
-def _passing(new: Callable[[], Act], direction: Direction = "from_hand", *, overtakes: bool = False) -> Put:
+def _passing(act: Act, direction: Direction = "from_hand", *, overtakes: bool = False) -> Put:
     """Return what puts in something that acts on every piece of one direction."""
 
     def make(side: LinkSide, fault: Injection) -> LinkEffect:
-        act, random = new(), side.random(fault)
+        random = side.random(fault)
         return LinkEffect(
             fault, direction, lambda data, now: act(data, fault.severity, random, now), overtakes=overtakes
         )
@@ -151,8 +150,8 @@ def _passing(new: Callable[[], Act], direction: Direction = "from_hand", *, over
     return _begun(make)
 
 
-def _same(act: Act) -> Callable[[], Act]:
-    return lambda: act
+def _stale(side: LinkSide, fault: Injection) -> Active:
+    return _passing(Stale())(side, fault)
 
 
 def _lost(data: bytes, random: Random) -> Pieces:
@@ -180,105 +179,39 @@ BOTH: dict[str, tuple[str, Act]] = {
 WAYS: tuple[tuple[str, str, Direction], ...] = (("reply", "replies", "from_hand"), ("command", "commands", "to_hand"))
 SOME = (0.01, 0.05, 0.3)
 OFTEN = (0.05, 0.2, 0.6)
+# fmt: off
 FAULTS = (
     *(
-        _fault(f"{way}_{name}", Part.USB, f"{plural} {words}", _passing(_same(act), direction), share(plural, *SOME))
+        _fault(f"{way}_{name}", Part.USB, f"{plural} {words}", _passing(act, direction), share(plural, *SOME))
         for way, plural, direction in WAYS
         for name, (words, act) in BOTH.items()
     ),
-    _fault(
-        "reply_delayed",
-        Part.USB,
-        "replies come late",
-        _passing(_same(_delayed)),
-        Severity("ms at most", (5, 30, 400)),
-        alike=(Part.COMPUTER,),
-    ),
-    _fault(
-        "command_delayed",
-        Part.USB,
-        "commands come late",
-        _passing(_same(_delayed), "to_hand"),
-        Severity("ms at most", (5, 30, 400)),
-        alike=(Part.COMPUTER,),
-    ),
-    _fault(
-        "usb_timer",
-        Part.USB,
-        "a USB adapter hands replies over on a timer",
-        _passing(_same(_on_timer)),
-        Severity("ms", (4, 16, 50)),
-        alike=(Part.COMPUTER,),
-    ),
-    _fault(
-        "reply_stale",
-        Part.BOARD,
-        "replies repeat older ones",
-        _passing(Stale),
-        share("replies", *OFTEN),
-        alike=(Part.USB, Part.BUS),
-    ),
-    _fault(
-        "reply_cut",
-        Part.USB,
-        "replies come in two pieces",
-        _passing(_same(_sometimes(_cut))),
-        share("replies", *OFTEN),
-        alike=(Part.COMPUTER,),
-    ),
-    _fault(
-        "reply_reordered",
-        Part.USB,
-        "replies overtake each other",
-        _passing(_same(_sometimes(_late)), overtakes=True),
-        share("replies", *SOME),
-        alike=(Part.COMPUTER,),
-    ),
-    _fault(
-        "reply_other_opcode",
-        Part.USB,
-        "replies have another opcode",
-        _passing(_same(_sometimes(_other_opcode))),
-        share("replies", *SOME),
-        alike=(Part.BOARD,),
-    ),
-    _fault(
-        "reply_junk", Part.USB, "junk comes before replies", _passing(_same(_sometimes(_junk))), share("replies", *SOME)
-    ),
-    _fault(
-        "link_slow",
-        Part.USB,
-        "bytes of replies trickle",
-        _passing(_same(_bandwidth)),
-        Severity("baud", (115200, 38400, 9600), 300, 1e7),
-        alike=(Part.COMPUTER,),
-    ),
-    _fault(
-        "link_silent",
-        Part.USB,
-        "nothing comes back for a while",
-        _begun(lambda side, fault: LinkEffect(fault, silent_until=side.now() + fault.severity)),
-        Severity("s", (0.2, 1, 30)),
-        at_s=5.0,
-        alike=(Part.BOARD, Part.COMPUTER),
-    ),
-    _fault(
-        "boot_text",
-        Part.BOARD,
-        "a boot text comes in between",
-        _begun(lambda side, fault: LinkEffect(fault, inserts=BOOT_TEXT)),
-        None,
-        at_s=40.0,
-        alike=(Part.USB, Part.SUPPLY),
-    ),
-    _fault(
-        "link_hangs_up",
-        Part.USB,
-        "the port is gone",
-        _begun(lambda side, fault: LinkEffect(fault, is_gone=True)),
-        None,
-        at_s=5.0,
-        alike=(Part.COMPUTER, Part.BOARD),
-        layer=FaultLayer.HOST,
-    ),
+    _fault("reply_delayed", Part.USB, "replies come late",
+           _passing(_delayed), Severity("ms at most", (5, 30, 400)), alike=(Part.COMPUTER,)),
+    _fault("command_delayed", Part.USB, "commands come late",
+           _passing(_delayed, "to_hand"), Severity("ms at most", (5, 30, 400)), alike=(Part.COMPUTER,)),
+    _fault("usb_timer", Part.USB, "a USB adapter hands replies over on a timer",
+           _passing(_on_timer), Severity("ms", (4, 16, 50)), alike=(Part.COMPUTER,)),
+    _fault("reply_stale", Part.BOARD, "replies repeat older ones",
+           _stale, share("replies", *OFTEN), alike=(Part.USB, Part.BUS)),
+    _fault("reply_cut", Part.USB, "replies come in two pieces",
+           _passing(_sometimes(_cut)), share("replies", *OFTEN), alike=(Part.COMPUTER,)),
+    _fault("reply_reordered", Part.USB, "replies overtake each other",
+           _passing(_sometimes(_late), overtakes=True), share("replies", *SOME), alike=(Part.COMPUTER,)),
+    _fault("reply_other_opcode", Part.USB, "replies have another opcode",
+           _passing(_sometimes(_other_opcode)), share("replies", *SOME), alike=(Part.BOARD,)),
+    _fault("reply_junk", Part.USB, "junk comes before replies",
+           _passing(_sometimes(_junk)), share("replies", *SOME)),
+    _fault("link_slow", Part.USB, "bytes of replies trickle",
+           _passing(_bandwidth), Severity("baud", (115200, 38400, 9600), 300, 1e7), alike=(Part.COMPUTER,)),
+    _fault("link_silent", Part.USB, "nothing comes back for a while",
+           _begun(lambda side, fault: LinkEffect(fault, silent_until=side.now() + fault.severity)),
+           Severity("s", (0.2, 1, 30)), at_s=5.0, alike=(Part.BOARD, Part.COMPUTER)),
+    _fault("boot_text", Part.BOARD, "a boot text comes in between",
+           _begun(lambda side, fault: LinkEffect(fault, inserts=BOOT_TEXT)),
+           at_s=40.0, alike=(Part.USB, Part.SUPPLY)),
+    _fault("link_hangs_up", Part.USB, "the port is gone",
+           _begun(lambda side, fault: LinkEffect(fault, is_gone=True)),
+           at_s=5.0, alike=(Part.COMPUTER, Part.BOARD), layer=FaultLayer.HOST),
 )
+# fmt: on

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.assembly import HandAssembly
-from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity, share
-from hil.faults.part import Part
+from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share
 from hil.faults.shaft_fault import Floats, ShaftFault
 from model.units import Unit
 
+MOTOR = FaultLayer.MOTOR
 PERIOD_S = 0.1
 """Period of a motor that works now and then, s."""
 UNPOWERED = Drive(powered=False)
@@ -42,16 +42,12 @@ class Motor(ShaftFault):
         return self._change(drive)
 
 
-class Weak(ShaftFault):
+class Weak(Motor):
     """A motor that gives less torque for its current, as with magnets that were hot."""
 
     def __init__(self, behind: Plant, shaft: int, lost: float) -> None:
-        super().__init__(behind, shaft)
+        super().__init__(behind, shaft, lambda drive: weaker(drive, lost))
         self._lost = lost
-
-    def changed(self, drive: Drive) -> Drive:
-        """Return the drive with less torque."""
-        return weaker(drive, self._lost)
 
     def efforts(self) -> Floats:
         """Return efforts, (7,), N m, that of the weak motor as its current tells it."""
@@ -100,42 +96,17 @@ def _runaway(drive: Drive, share: float, unit: Unit) -> Drive:
     return Drive(torque=torque, limit=torque)
 
 
+# fmt: off
 FAULTS = (
-    Fault(
-        "motor_dead",
-        FaultLayer.MOTOR,
-        Part.SERVO,
-        "a motor gets no current",
-        _motor(lambda drive, severity, unit: UNPOWERED),
-        ALL,
-        excludes="motor",
-    ),
-    Fault(
-        "motor_weak",
-        FaultLayer.MOTOR,
-        Part.SERVO,
-        "a motor gives little torque for its current",
-        on_shaft(lambda assembly, fault: Weak(assembly.shafts, fault.where, fault.severity)),
-        ALL,
-        Severity("of torque lost", (0.15, 0.4, 0.8), 0.0, 0.99),
-    ),
-    Fault(
-        "motor_intermittent",
-        FaultLayer.MOTOR,
-        Part.SERVO,
-        "a motor has a bad contact",
-        on_shaft(lambda assembly, fault: Intermittent(assembly.shafts, fault.where, fault.severity)),
-        ALL,
-        share("time off", 0.1, 0.3, 0.7),
-    ),
-    Fault(
-        "motor_runaway",
-        FaultLayer.MOTOR,
-        Part.SERVO,
-        "a motor only closes",
-        _motor(_runaway),
-        ALL,
-        share("stall torque", 0.2, 0.4, 1.0),
-        excludes="motor",
-    ),
+    Fault("motor_dead", MOTOR, Part.SERVO, "a motor gets no current",
+          _motor(lambda drive, severity, unit: UNPOWERED), ALL, excludes="motor"),
+    Fault("motor_weak", MOTOR, Part.SERVO, "a motor gives little torque for its current",
+          on_shaft(lambda assembly, fault: Weak(assembly.shafts, fault.where, fault.severity)),
+          ALL, Severity("of torque lost", (0.15, 0.4, 0.8), 0.0, 0.99)),
+    Fault("motor_intermittent", MOTOR, Part.SERVO, "a motor has a bad contact",
+          on_shaft(lambda assembly, fault: Intermittent(assembly.shafts, fault.where, fault.severity)),
+          ALL, share("time off", 0.1, 0.3, 0.7)),
+    Fault("motor_runaway", MOTOR, Part.SERVO, "a motor only closes",
+          _motor(_runaway), ALL, share("stall torque", 0.2, 0.4, 1.0), excludes="motor"),
 )
+# fmt: on

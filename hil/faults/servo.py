@@ -9,12 +9,11 @@ from aero.channels import FINGERS, WIRE_ORDER, Channel
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo.registers import REGISTERS
 from firmware_emulator.servo.servo import Servo
-from hil.faults.active import Active
-from hil.faults.assembly import HandAssembly
-from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity
-from hil.faults.part import Part
+from hil.faults.assembly import Active, HandAssembly
+from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity
 from hil.faults.winding import NEIGHBOUR
 
+SERVO = FaultLayer.SERVO
 THUMB_ID_NEIGHBOUR = {
     Channel.THUMB_ABDUCTION: Channel.THUMB_CMC_FLEXION,
     Channel.THUMB_CMC_FLEXION: Channel.THUMB_FLEXOR,
@@ -79,59 +78,17 @@ def _hot(assembly: HandAssembly, fault: Injection) -> Active:
     return Active(lambda: servo.heat_to(fault.severity), lambda: servo.heat_to(COOL_C))
 
 
+# fmt: off
 FAULTS = (
-    Fault(
-        "servo_missing",
-        FaultLayer.SERVO,
-        Part.BUS,
-        "a servo is not on the bus",
-        _missing,
-        ALL,
-        alike=(Part.SERVO,),
-    ),
-    Fault(
-        "servo_id_doubled",
-        FaultLayer.SERVO,
-        Part.SERVO,
-        "a servo has its neighbour's ID too",
-        _double,
-        ALL,
-        excludes="id",
-    ),
-    Fault(
-        "finger_ids_exchanged",
-        FaultLayer.SERVO,
-        Part.SERVO,
-        "two fingers' IDs are exchanged",
-        _exchange,
-        FINGERS[:3],
-        excludes="id",
-    ),
-    Fault(
-        "thumb_ids_exchanged",
-        FaultLayer.SERVO,
-        Part.SERVO,
-        "the IDs of two thumb servos are exchanged",
-        _exchange,
-        tuple(THUMB_ID_NEIGHBOUR),
-        excludes="id",
-    ),
-    Fault(
-        "servo_hot",
-        FaultLayer.SERVO,
-        Part.SERVO,
-        "a servo is hot",
-        _hot,
-        ALL,
-        Severity("°C", (55, 65, 78), 0, 120),
-    ),
-    Fault(
-        "protection_low",
-        FaultLayer.SERVO,
-        Part.SERVO,
-        "a servo's protection current is set low",
-        stored("protection_current", lambda right, severity: round(severity)),
-        ALL,
-        Severity("6.5 mA", (400, 200, 60), 0, 1023),
-    ),
+    Fault("servo_missing", SERVO, Part.BUS, "a servo is not on the bus", _missing, ALL, alike=(Part.SERVO,)),
+    Fault("servo_id_doubled", SERVO, Part.SERVO, "a servo has its neighbour's ID too", _double, ALL, excludes="id"),
+    Fault("finger_ids_exchanged", SERVO, Part.SERVO, "two fingers' IDs are exchanged",
+          _exchange, FINGERS[:3], excludes="id"),
+    Fault("thumb_ids_exchanged", SERVO, Part.SERVO, "the IDs of two thumb servos are exchanged",
+          _exchange, tuple(THUMB_ID_NEIGHBOUR), excludes="id"),
+    Fault("servo_hot", SERVO, Part.SERVO, "a servo is hot", _hot, ALL, Severity("°C", (55, 65, 78), 0, 120)),
+    Fault("protection_low", SERVO, Part.SERVO, "a servo's protection current is set low",
+          stored("protection_current", lambda right, severity: round(severity)),
+          ALL, Severity("6.5 mA", (400, 200, 60), 0, 1023)),
 )
+# fmt: on

@@ -66,15 +66,19 @@ class ShaftFault:
 
     def angles(self) -> Floats:
         """Return shaft angles, (7,), rad."""
-        return self.behind.angles()
+        return self.seen(self.behind.angles())
 
     def speeds(self) -> Floats:
         """Return shaft speeds, (7,), rad/s."""
-        return self.behind.speeds()
+        return self.seen(self.behind.speeds())
 
     def efforts(self) -> Floats:
         """Return the efforts of the drives, (7,), N m."""
-        return self.behind.efforts()
+        return self.seen(self.behind.efforts())
+
+    def seen(self, values: Floats) -> Floats:
+        """Return what is read of the angles, speeds or efforts behind the fault, (7,)."""
+        return values
 
     def renew(self) -> None:
         """Apply the present drive to the shaft."""

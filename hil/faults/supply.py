@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
-from firmware_emulator.plant import Drive, Plant
-from hil.faults.active import Active
+from firmware_emulator.plant import Drive
 from hil.faults.assembly import HandAssembly
-from hil.faults.fault import Fault, FaultLayer, Inject, Injection, Severity
-from hil.faults.motor import weaker
-from hil.faults.part import Part
+from hil.faults.fault import Fault, FaultLayer, Inject, Injection, Part, Severity
+from hil.faults.mechanics import another_unit
+from hil.faults.motor import on_shaft, weaker
 from hil.faults.shaft_fault import ShaftFault
-from hil.faults.unit_change import another_unit
 from model.units import Unit
 
+SUPPLY = FaultLayer.SUPPLY
 NOTICEABLE = 0.01
 """Change of the voltage, fraction, from which on the drives are updated."""
+BROWN_OUT_V, RECOVERED_V = 3.6, 4.0
+"""Below the first, the board's regulator cannot give the chip its 3.3 V (assumption); above the second it is well."""
 SHAFTS = range(7)
 
 
 class Sagging(ShaftFault):
     """A supply with a resistance in front of all motors."""
 
-    def __init__(self, behind: Plant, lost_at_stall: float, stall_torque: float) -> None:
-        super().__init__(behind, shaft=0)
-        self._lost_per_effort = lost_at_stall / (len(SHAFTS) * stall_torque)
+    def __init__(self, assembly: HandAssembly, lost_at_stall: float, *, feeds_board: bool) -> None:
+        super().__init__(assembly.shafts, shaft=0)
+        self._assembly, self._feeds_board = assembly, feeds_board
+        self._lost_per_effort = lost_at_stall / (len(SHAFTS) * assembly.healthy.servos.stall_torque)
         self._lost = 0.0
-        self._on_change: Callable[[float], None] = lambda _lost: None
+        self._browned_out = False
         self._all_asked = [Drive(powered=False) for _ in SHAFTS]
-
-    def follow(self, on_change: Callable[[float], None]) -> None:
-        """Call this with the fraction of the voltage that is lost, whenever it has changed noticeably."""
-        self._on_change = on_change
 
     def advance_to(self, t: float) -> None:
         """Integrate to `t`, s, and see what the motors draw."""
@@ -40,14 +37,14 @@ class Sagging(ShaftFault):
         lost = self._lost_per_effort * float(abs(self.behind.efforts()).sum()) if self.active else 0.0
         if abs(lost - self._lost) > NOTICEABLE:
             self._lost = lost
-            self._on_change(lost)
+            self._supply()
             self.renew()
 
     def end(self) -> None:
         """Have no effect any more."""
         super().end()
         self._lost = 0.0
-        self._on_change(0.0)
+        self._supply()
 
     @property
     def supply_left(self) -> float:
@@ -69,26 +66,14 @@ class Sagging(ShaftFault):
         for shaft in SHAFTS:
             self.drive(shaft, self._all_asked[shaft])
 
-
-class Supply:
-    """What a sagging supply does to the electronics: the servos measure it, and the board may not outlive it."""
-
-    def __init__(self, assembly: HandAssembly, *, feeds_board: bool) -> None:
-        """Follow the supply of a hand."""
-        self._assembly = assembly
-        self._feeds_board = feeds_board
-        self._browned_out = False
-
-    def changed(self, lost: float) -> None:
-        """Take the fraction of the voltage that is lost now."""
+    def _supply(self) -> None:
+        """Let the servos measure the voltage that is left; the board may not outlive it."""
         if not self._assembly.is_running:
             return
         hand = self._assembly.hand
-        volts = self._assembly.unit.servos.voltage * (1.0 - lost)
+        volts = self._assembly.unit.servos.voltage * self.supply_left
         hand.supply(volts)
-        if not self._feeds_board:
-            return
-        if not self._browned_out and volts < BROWN_OUT_V:
+        if self._feeds_board and not self._browned_out and volts < BROWN_OUT_V:
             self._browned_out = True
             # Not from inside a step of the plant.
             hand.kernel.call_at(hand.kernel.now, hand.reset, "brown_out")
@@ -96,17 +81,8 @@ class Supply:
             self._browned_out = False
 
 
-BROWN_OUT_V, RECOVERED_V = 3.6, 4.0
-"""Below the first, the board's regulator cannot give the chip its 3.3 V (assumption); above the second it is well."""
-
-
 def _sags(*, feeds_board: bool) -> Inject:
-    def inject(assembly: HandAssembly, fault: Injection) -> Active:
-        sagging = Sagging(assembly.shafts, fault.severity, assembly.healthy.servos.stall_torque)
-        sagging.follow(Supply(assembly, feeds_board=feeds_board).changed)
-        return assembly.insert(sagging)
-
-    return inject
+    return on_shaft(lambda assembly, fault: Sagging(assembly, fault.severity, feeds_board=feeds_board))
 
 
 def _low(unit: Unit, fault: Injection) -> Unit:
@@ -114,29 +90,14 @@ def _low(unit: Unit, fault: Injection) -> Unit:
 
 
 AT_STALL = "of voltage lost when all motors stall"
+# fmt: off
 FAULTS = (
-    Fault(
-        "supply_low",
-        FaultLayer.SUPPLY,
-        Part.SUPPLY,
-        "the supply is weak",
-        another_unit(_low),
-        severity=Severity("of voltage lost", (0.08, 0.2, 0.4), 0, 0.95),
-    ),
-    Fault(
-        "supply_sags",
-        FaultLayer.SUPPLY,
-        Part.SUPPLY,
-        "the supply is weak under load",
-        _sags(feeds_board=False),
-        severity=Severity(AT_STALL, (0.3, 0.6, 0.9), 0, 0.95),
-    ),
-    Fault(
-        "supply_browns_out",
-        FaultLayer.SUPPLY,
-        Part.SUPPLY,
-        "the supply is weak under load and feeds the board too, which restarts",
-        _sags(feeds_board=True),
-        severity=Severity(AT_STALL, (0.6, 0.75, 0.9), 0, 0.95),
-    ),
+    Fault("supply_low", SUPPLY, Part.SUPPLY, "the supply is weak",
+          another_unit(_low), severity=Severity("of voltage lost", (0.08, 0.2, 0.4), 0, 0.95)),
+    Fault("supply_sags", SUPPLY, Part.SUPPLY, "the supply is weak under load",
+          _sags(feeds_board=False), severity=Severity(AT_STALL, (0.3, 0.6, 0.9), 0, 0.95)),
+    Fault("supply_browns_out", SUPPLY, Part.SUPPLY,
+          "the supply is weak under load and feeds the board too, which restarts",
+          _sags(feeds_board=True), severity=Severity(AT_STALL, (0.6, 0.75, 0.9), 0, 0.95)),
 )
+# fmt: on

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 from aero.channels import FINGERS, Channel
 from firmware_emulator.plant import Drive, Plant
-from hil.faults.fault import ALL, Fault, FaultLayer
+from hil.faults.fault import ALL, Fault, FaultLayer, Part
 from hil.faults.motor import on_shaft
-from hil.faults.part import Part
 from hil.faults.shaft_fault import Floats, ShaftFault
 
+WINDING = FaultLayer.WINDING
 NEIGHBOUR = {
     Channel.INDEX: Channel.MIDDLE,
     Channel.MIDDLE: Channel.RING,
@@ -27,19 +27,8 @@ class Reversed(ShaftFault):
         """Return the drive in the other direction."""
         return replace(drive, setpoint=-drive.setpoint, torque=-drive.torque)
 
-    def angles(self) -> Floats:
-        """Return shaft angles, one with the other sign."""
-        return self._turned(self.behind.angles())
-
-    def speeds(self) -> Floats:
-        """Return shaft speeds, one with the other sign."""
-        return self._turned(self.behind.speeds())
-
-    def efforts(self) -> Floats:
-        """Return efforts, one with the other sign."""
-        return self._turned(self.behind.efforts())
-
-    def _turned(self, values: Floats) -> Floats:
+    def seen(self, values: Floats) -> Floats:
+        """Return values, one with the other sign."""
         if self.active:
             values[self.shaft] *= -1.0
         return values
@@ -62,48 +51,22 @@ class Exchanged(ShaftFault):
         """Change the goal angle of a shaft, rad."""
         self.behind.set_setpoint(self._order[shaft], setpoint)
 
-    def angles(self) -> Floats:
-        """Return shaft angles, (7,), rad."""
-        return self.behind.angles()[self._order]
-
-    def speeds(self) -> Floats:
-        """Return shaft speeds, (7,), rad/s."""
-        return self.behind.speeds()[self._order]
-
-    def efforts(self) -> Floats:
-        """Return efforts, (7,), N m."""
-        return self.behind.efforts()[self._order]
+    def seen(self, values: Floats) -> Floats:
+        """Return values, two exchanged."""
+        return values[self._order]
 
     def renew(self) -> None:
         """Do nothing: it is there from the beginning."""
 
 
+# fmt: off
 FAULTS = (
-    Fault(
-        "winding_reversed",
-        FaultLayer.WINDING,
-        Part.DIGIT,
-        "a cable is wound the other way round",
-        on_shaft(lambda assembly, fault: Reversed(assembly.shafts, fault.where)),
-        ALL,
-        later=False,
-    ),
-    Fault(
-        "finger_cables_swapped",
-        FaultLayer.WINDING,
-        Part.DIGIT,
-        "two fingers' cables are exchanged",
-        on_shaft(lambda assembly, fault: Exchanged(assembly.shafts, fault.where)),
-        FINGERS[:3],
-        later=False,
-    ),
-    Fault(
-        "thumb_cables_swapped",
-        FaultLayer.WINDING,
-        Part.DIGIT,
-        "the two thumb cables are exchanged",
-        on_shaft(lambda assembly, fault: Exchanged(assembly.shafts, fault.where)),
-        (Channel.THUMB_CMC_FLEXION,),
-        later=False,
-    ),
+    Fault("winding_reversed", WINDING, Part.DIGIT, "a cable is wound the other way round",
+          on_shaft(lambda assembly, fault: Reversed(assembly.shafts, fault.where)), ALL, later=False),
+    Fault("finger_cables_swapped", WINDING, Part.DIGIT, "two fingers' cables are exchanged",
+          on_shaft(lambda assembly, fault: Exchanged(assembly.shafts, fault.where)), FINGERS[:3], later=False),
+    Fault("thumb_cables_swapped", WINDING, Part.DIGIT, "the two thumb cables are exchanged",
+          on_shaft(lambda assembly, fault: Exchanged(assembly.shafts, fault.where)),
+          (Channel.THUMB_CMC_FLEXION,), later=False),
 )
+# fmt: on

@@ -15,14 +15,12 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.homing import home
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
-from hil.faults.active import Active
-from hil.faults.assembly import HandAssembly
+from hil.faults.assembly import Active, HandAssembly
 from hil.faults.by_hand import TOUCH_S, bend, turn, unloaded
-from hil.faults.fault import AssemblyStage, FaultLayer, Injection
+from hil.faults.fault import AssemblyStage, FaultLayer, Injection, Part
 from hil.faults.host import refuse_at_a_port
-from hil.faults.part import Part
+from hil.faults.mechanics import JOINTS, with_values
 from hil.faults.schedule import Schedule, refuse_rivals
-from hil.faults.unit_change import JOINTS, with_values
 from hil.faults.winding import NEIGHBOUR
 from model import BuiltHandPlant
 from model.units import Unit

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from aero.channels import Channel
 from hil.checks.shared.subjects import subject_words
-from hil.faults.part import Part
+from hil.faults.fault import Part
 
 __all__ = ["Part", "Suspect", "listed", "place"]
 

@@ -11,7 +11,7 @@ from importlib import resources
 
 from aero.channels import FINGERS, Channel
 from hil.checks.shared.subjects import subject_words
-from hil.faults.part import Part
+from hil.faults.fault import Part
 from hil.verdict.parts import Suspect
 
 

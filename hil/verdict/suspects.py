@@ -13,7 +13,7 @@ from aero.channels import FINGERS, Channel
 from aero.errors import DesyncError
 from aero.safety import SafetyReason
 from hil.checks.shared.subjects import subject_words
-from hil.faults.part import Part
+from hil.faults.fault import Part
 from hil.verdict.failures import FAR, Failures
 from hil.verdict.limits import Key
 from hil.verdict.parts import Suspect

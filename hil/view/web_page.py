@@ -18,7 +18,7 @@ from viser import uplot
 from aero.channels import Channel
 from hil.faults.acts import ACTS
 from hil.faults.catalogue import CATALOGUE
-from hil.faults.part import Part
+from hil.faults.fault import Part
 from hil.view import panel
 from hil.view.access_token import new_token, requiring_token
 from hil.view.frame import Heading, Message, Note, Verdicts, ViewFrame

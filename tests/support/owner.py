@@ -9,10 +9,9 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from firmware_emulator.servo.registers import REGISTERS
 from hil.faults import FaultNeverFiredError
-from hil.faults.fault import FaultLayer, Injection
-from hil.faults.part import Part
+from hil.faults.fault import FaultLayer, Injection, Part
+from hil.faults.mechanics import JOINTS
 from hil.faults.servo import servo_of
-from hil.faults.unit_change import JOINTS
 from hil.faults.winding import NEIGHBOUR
 from hil.faults.workbench import Workbench
 from hil.targets.opening import open_target

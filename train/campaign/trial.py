@@ -15,7 +15,7 @@ from aero.firmware import DEFAULT_FIRMWARE
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT
 from hil.faults import FaultNeverFiredError, parse_fault
-from hil.faults.firmware import RUNS
+from hil.faults.board import RUNS
 from hil.recordings.provenance import source_commit
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed

@@ -10,7 +10,7 @@ from aero.channels import WIRE_ORDER
 from hil import GroundTruth, MissingCapabilityError, open_target
 from hil.faults import CATALOGUE
 from hil.faults.acts import ACTS
-from hil.faults.part import Part
+from hil.faults.fault import Part
 from hil.faults.workbench import Workbench
 from hil.recordings.recorder import Recorder
 

@@ -15,8 +15,8 @@ from aero.channels import FINGERS
 from aero.errors import AeroError
 from hil import GroundTruth, open_target
 from hil.faults import CATALOGUE
-from hil.faults.part import Part
-from hil.faults.unit_change import JOINTS
+from hil.faults.fault import Part
+from hil.faults.mechanics import JOINTS
 from model.units import load_unit
 from train.identification.unit_file import unit_toml
 
