@@ -1,31 +1,43 @@
-"""The guard of a hand: it starts it gently, and polls it before whatever a program asks of it."""
+"""The guard of a hand: what polls it, stops it, and opens it for the last time, whatever the reason."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+import os
+import threading
+from contextlib import AbstractContextManager
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.channels import Channel
 from aero.clock import Clock
-from aero.driver import AeroHand
-from aero.errors import RefusedError
+from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.firmware import ServoSettings
-from aero.protocol import MAX_CODE, Centred, position_codes
-from aero.safety.ending import EndingHand
-from aero.safety.opening import OPEN, move_slowly
+from aero.protocol import MAX_CODE, position_codes
+from aero.safety.interrupts import uninterrupted
+from aero.safety.opening import OPEN, SWITCH_OFF, Doubt, open_and_relax
+from aero.safety.servo_limits import ServoLimits
 from aero.safety.standby import Standby
-from aero.safety.stop import Health, Phase, SafetyReason, SafetyStopError, Violation
+from aero.safety.stop import LinkLostError, Phase, SafetyReason, SafetyStopError, Violation
 from aero.safety.thresholds import Thresholds
-from aero.safety.watchdog import WatchedClock
+from aero.safety.watch import Lookout
+from aero.safety.watchdog import Watchdog
 
 _LOG = logging.getLogger(__name__)
+ENDED = Violation(SafetyReason.ENDED, "The program ended")
+"""Nothing was wrong."""
+WATCHDOG_S = 0.5
+"""Time from one check of whether a hand on a port goes unwatched to the next, s."""
 
 
-class Guard(EndingHand):
-    """Stands between a program and an `AeroHand`; every method but `end` runs in a `turn`."""
+class Guard:
+    """Polls a hand between its first motion and its last, which it makes once; the hand takes nothing afterwards.
+
+    The lock covers one call of the program, with the poll before it: a slow start, a command, a reading, the last
+    opening. So no call of one thread comes between the steps of another's. Threads that call during the last opening
+    are refused at once.
+    """
 
     def __init__(
         self,
@@ -37,162 +49,182 @@ class Guard(EndingHand):
         thresholds: Thresholds,
         standby: Standby | None,
     ) -> None:
-        """Guard a hand that nothing has moved yet; the arguments are those of `GuardedHand`."""
-        super().__init__(hand, clock, spans_counts=spans_counts, usual=usual, thresholds=thresholds, standby=standby)
-        self.clock: Clock = WatchedClock(clock, self.poll_alone, thresholds.look_s)
-        """Waiting on it watches the hand."""
-        self._own_clock = WatchedClock(clock, self.poll, thresholds.look_s)
-        self._in_torque_mode = False
+        """Take a hand that nothing has moved yet; the arguments are those of `GuardedHand`."""
+        self.phase = Phase.RESTING
+        self.limits = ServoLimits(hand, usual, thresholds)
+        telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
+        self.lookout = Lookout(hand, clock, thresholds, spans_counts, telemetry_s)
+        self.last_codes = position_codes(OPEN)
+        self.in_torque_mode = False
+        self._thresholds = thresholds
+        self._clock = clock
+        self._hand = hand
+        self._standby = standby
+        self._owner = os.getpid()
+        self._closed = False
+        self._is_open = True
+        self._ending = ENDED
+        """Why it is opened for the last time."""
+        self._stop: SafetyStopError | None = None
+        self._watchdog = Watchdog(self._poll_for_the_program, WATCHDOG_S)
+        self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of a call
 
-    def check(self) -> Health:
-        """Read what a hand at rest says; raises SafetyStopError as `GuardedHand.check`."""
-        self.poll()
-        hand = self._hand
-        health = Health(hand.read_codes(), hand.read_currents(), hand.read_temperatures())
-        violation = self._lookout.watch.temperatures(health.temperatures_c)
-        most = Channel(int(np.argmax(np.abs(health.currents_a))))
-        drawn = abs(health.currents_a[most])
-        if violation is None and drawn > self.thresholds.current_a:
-            violation = Violation(
-                SafetyReason.CURRENT_AT_REST,
-                f"{most.label} draws {drawn:.1f} A at rest (limit {self.thresholds.current_a:g} A): it holds against "
-                "something; take it out, or open the hand by hand",
-                most,
-            )
-        if violation is not None:
-            raise SafetyStopError(
-                f"{self._hand.name}: not moved. {violation.text}.", violation.reason, violation.channel
-            )
-        return health
+    def turn(self) -> AbstractContextManager[bool]:
+        """Return the lock under which one call of the program is made.
 
-    def start(self, goal: ArrayLike = OPEN) -> None:
-        """Check a hand that has not moved yet, open it gently, see that it has opened, and go gently to a goal (7,).
-
-        A start that an exception interrupted is made again from its beginning.
+        Raises:
+            SafetyStopError: the hand is being opened for the last time, was stopped, or belongs to another process.
         """
-        if self.phase is Phase.MOVING:
+        self._refuse()
+        return self._lock
+
+    def poll(self) -> None:
+        """Poll the hand if it is time; nothing happens before the first motion. Raises as `turn`, or stops the hand."""
+        self._refuse()
+        if self.phase not in {Phase.OPENING, Phase.MOVING}:
             return
-        health = self.check()
+        stop = self.lookout.look(closed=self._closed, restore=lambda: self.limits.restore(self.last_codes))
+        if stop is not None:
+            self.abort(stop.violation, silent=stop.silent)
+
+    def poll_alone(self) -> None:
+        """Poll the hand as a call of its own."""
+        with self.turn():
+            self.poll()
+
+    def begin(self) -> None:
+        """See that the hand is opened whatever happens from now on, and make it slow and weak."""
         if self._standby is not None:
             self._standby.start()
             self._watchdog.start()
         self.phase, self._is_open = Phase.OPENING, False
-        self._limits.begin()
-        self._ramp(health.codes, OPEN)
-        self._own_clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
-        self._expect_open()
-        self._ramp(OPEN, goal)
-        _LOG.info("%s: opened slowly, and watched from now on", self._hand.name)
-        self.poll()
-        self._limits.weaken(())
-        self.phase = Phase.MOVING
+        self.limits.begin()
 
     def command(self, codes: NDArray[np.int64]) -> None:
-        """Send every channel to a position, (7,); slowly if the hand has not moved yet."""
-        self.start(codes)
-        self._command(codes)
-
-    def command_torques(self, magnitudes: NDArray[np.int64]) -> None:
-        """Pull channels closed, (7,), with no goal that encoders could be compared with."""
-        self.start()
+        """Poll the hand, and send every channel to a position (7,) that encoders are compared with."""
         self.poll()
-        self._lookout.watch.encoders.forget()
-        self._closed = self._in_torque_mode = True
-        self._hand.command_torques(magnitudes)
-
-    def expect_stops(self, channels: Iterable[Channel]) -> None:
-        """Give the usual limits, and weaker ones to the thumb and to `channels`."""
-        self.start()
-        self.poll()
-        self._limits.weaken(channels)
-
-    def limit_torques(self, most: int) -> None:
-        """Give the usual limits, but no channel more torque than `most` register units."""
-        self.expect_stops(())
-        for channel in Channel:
-            if (limits := self._limits.of(channel)) is not None:
-                self.limit(channel, torque=min(limits.torque, most))
-
-    def limit(self, channel: Channel, **changed: int) -> None:
-        """Change a channel's `speed` or `torque`, register units; opens the hand first if nothing has moved yet.
-
-        Raises:
-            RefusedError: the firmware has no limits; nothing is sent.
-        """
-        if not self._limits.settable:  # its board would stay silent for a second, in which nothing watches the hand
-            raise RefusedError(f"{self._hand.name}: its firmware has no speed and torque limits. Nothing was sent.")
-        self.start()
-        for name, register_units in changed.items():
-            self.poll()
-            self._limits.change(channel, name, register_units)
-
-    def calibrate_mid(self, channel: Channel) -> Centred:
-        """Calibrate a channel of a hand that holds still; `GuardedHand.calibrate_mid`."""
-        self.start()
-        self.poll()
-        before = self._limits.of(channel)
-        if before is None:
-            return self._hand.calibrate_mid(channel)
-        gentle = self.thresholds
-        self.limit(channel, speed=gentle.gentle_speed, torque=gentle.gentle_torque)
-        try:
-            # The command ends torque mode, and the servo takes the limits with it.
-            self._command(position_codes(self._hand.read_codes()) if self._in_torque_mode else self._last_codes)
-            self.poll()
-            result = self._hand.calibrate_mid(channel)
-            self._lookout.watch.pause()  # what was commanded meant other angles
-            codes = self._last_codes.copy()
-            codes[channel] = result.code
-            self._command(codes)
-        finally:
-            self.limit(channel, speed=before.speed, torque=before.torque)
-        return result
-
-    def home(self, timeout_s: float) -> None:
-        """Open the hand slowly, and home it; `GuardedHand.home`."""
-        if self.phase is Phase.MOVING:
-            self.poll()
-            self._ramp(self._hand.read_codes(), OPEN)
-            self._own_clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
-        self.start()
-        self.poll()
-        self._hand.home(timeout_s)
-        self._lookout.pause()
-
-    def _ramp(self, start_codes: ArrayLike, goal_codes: ArrayLike) -> None:
-        """Move all channels slowly."""
-        last = self._last_codes
-
-        def command(codes: NDArray[np.int64]) -> None:
-            nonlocal last
-            if self._last_codes is not last:
-                raise RuntimeError(f"{self._hand.name}: a signal handler has commanded it during a slow motion")
-            self._command(codes)
-            last = self._last_codes
-
-        move_slowly(command, self._own_clock, start_codes, goal_codes, self.thresholds.opening_s)
-
-    def _command(self, codes: NDArray[np.int64]) -> None:
-        self.poll()
-        closed, before = bool((codes > self.thresholds.arrival * MAX_CODE).any()), self._last_codes
+        closed, before = bool((codes > self._thresholds.arrival * MAX_CODE).any()), self.last_codes
         # Noted first: an interrupt may come after the frame has gone out and before this method continues.
-        self._last_codes, self._closed = codes, self._closed or closed
+        self.last_codes, self._closed = codes, self._closed or closed
         try:
             self._hand.command_codes(codes)
         except Exception:
-            self._last_codes = before  # it has not gone out as a whole
+            self.last_codes = before  # it has not gone out as a whole
             raise
-        self._in_torque_mode = False
+        self.in_torque_mode = False
         self._closed = closed
-        self._lookout.watch.encoders.commanded(self._bare_clock.now(), codes / MAX_CODE)
+        self.lookout.watch.encoders.commanded(self._clock.now(), codes / MAX_CODE)
 
-    def _expect_open(self) -> None:
-        shares = self._hand.read_codes() / MAX_CODE
-        worst = Channel(int(np.argmax(shares)))
-        if shares[worst] > self.thresholds.arrival:
-            text = (
-                f"{worst.label} is still {shares[worst]:.0%} closed after the hand was opened slowly: it is "
-                "blocked, its servo has no torque, or its zero is lost; home the hand"
+    def command_torques(self, magnitudes: NDArray[np.int64]) -> None:
+        """Poll the hand, and pull channels closed, (7,), with no goal that encoders could be compared with."""
+        self.poll()
+        self.lookout.watch.encoders.forget()
+        self._closed = self.in_torque_mode = True
+        self._hand.command_torques(magnitudes)
+
+    def abort(self, violation: Violation, *, silent: bool = False) -> NoReturn:
+        """Stop the hand for a violation.
+
+        Raises:
+            SafetyStopError: always, unless a signal that came meanwhile raises its own for a hand that is open.
+        """
+        violation = violation._replace(text=violation.text + self.lookout.remark())
+        stop: SafetyStopError | None = None
+        try:
+            with uninterrupted():
+                stop = self._open(violation, silent=silent)
+        finally:
+            if stop is not None and not self._is_open:
+                raise stop  # this has to be said, whatever the signal was
+        raise stop
+
+    def end(self) -> None:
+        """Open the hand if the program has moved it, and give the port back; `GuardedHand.close`."""
+        if os.getpid() != self._owner:
+            return
+        before = self._stop
+        self._watchdog.end()
+        try:
+            try:
+                self._open_at_the_end()
+            finally:
+                # An interrupt may have come before the first call held it back; else this one does nothing.
+                self._open_at_the_end()
+        finally:
+            try:
+                self._hand.close()
+                if self._standby is not None:
+                    (self._standby.stand_down if self._is_open else self._standby.take_over)()
+            finally:
+                if self._stop is not None and self._stop is not before and not self._is_open:
+                    raise self._stop  # this has to be said, whatever the signal was
+
+    def _refuse(self) -> None:
+        """Refuse a call that the hand takes from nobody now, or not from here.
+
+        Raises:
+            SafetyStopError: it is being opened for the last time, was stopped, or belongs to another process.
+        """
+        if os.getpid() != self._owner:
+            raise SafetyStopError(
+                f"{self._hand.name}: this process was forked; the hand belongs to the one that opened it.",
+                SafetyReason.FORKED,
             )
-            self._abort(Violation(SafetyReason.STILL_CLOSED, text, worst))
-        self._lookout.watch.encoders.found(self._bare_clock.now(), shares)
+        if self._stop is not None:
+            raise SafetyStopError(str(self._stop), self._stop.reason, self._stop.channel, self._stop.unanswered)
+        if self.phase is Phase.ENDING:
+            raise SafetyStopError(
+                f"{self._hand.name}: it is being opened for the last time. {self._ending.text}.",
+                self._ending.reason,
+                self._ending.channel,
+            )
+
+    def _poll_for_the_program(self) -> None:
+        """Poll a hand on a port that goes unwatched, which stops it."""
+        if self._closed and self.lookout.unwatched_s > self._thresholds.unwatched_s:
+            self.poll_alone()
+
+    def _open_at_the_end(self) -> None:
+        with uninterrupted(), self._lock:
+            # ENDING: an exception has interrupted the opening.
+            if self.phase in {Phase.OPENING, Phase.MOVING, Phase.ENDING}:
+                self._open(None)
+
+    def _open(self, violation: Violation | None, *, silent: bool = False) -> SafetyStopError:
+        """Open slowly and leave weak; the hand takes no more commands of the program.
+
+        Args:
+            violation: what stops the hand; None when the program ended.
+            silent: whether the board has just left questions unanswered: it is not asked first where its hand stands.
+
+        Returns:
+            What every later call raises; also now, when the hand may not be open.
+        """
+        stop = violation or ENDED
+        self._ending, self.phase = stop, Phase.ENDING
+        kind: type[SafetyStopError] = SafetyStopError
+        try:
+            doubt = open_and_relax(
+                self._hand,
+                self._clock,
+                self._thresholds,
+                settable=self.limits.settable,
+                last_codes=self.last_codes,
+                silent=silent,
+            )
+        except ConnectionError as error:
+            doubt = Doubt(str(error))
+            if violation is None:
+                stop, kind = Violation(SafetyReason.LINK_LOST, "The link was lost"), LinkLostError
+        self._is_open = doubt is None
+        text = f"{self._hand.name}: {'stopped and opened slowly' if doubt is None else 'stopped'}. {stop.text}."
+        if doubt is None:
+            self._stop = SafetyStopError(text, stop.reason, stop.channel)
+            _LOG.log(logging.INFO if violation is None else logging.WARNING, text)
+        else:
+            text += f" {SWITCH_OFF}, because {doubt.text}"
+            reason = SafetyReason.NOT_OPENED if stop.reason is SafetyReason.ENDED else stop.reason
+            self._stop = kind(text, reason, stop.channel, doubt.unanswered)
+            _LOG.error(text)
+        self.phase = Phase.STOPPED
+        return self._stop

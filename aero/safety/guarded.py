@@ -9,24 +9,27 @@ from functools import update_wrapper
 from types import TracebackType
 from typing import Concatenate, ParamSpec, Self, TypeVar
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from aero import protocol
 from aero.channels import Channel
 from aero.clock import Clock, positive_s
 from aero.driver import HOMING_TIMEOUT_S, AeroHand
+from aero.errors import RefusedError
 from aero.firmware import ServoSettings
-from aero.protocol import Centred, Opcode
+from aero.protocol import MAX_CODE, Centred, Opcode
 from aero.safety.guard import Guard
+from aero.safety.opening import OPEN, move_slowly
 from aero.safety.standby import Standby
-from aero.safety.stop import Health, Phase
+from aero.safety.stop import Health, Phase, SafetyReason, SafetyStopError, Violation
 from aero.safety.thresholds import Thresholds
+from aero.safety.watchdog import WatchedClock
 from aero.transport import Transport
 
 _LOG = logging.getLogger(__name__)
 STALL_TORQUE = 1000
 """Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
-
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -87,15 +90,16 @@ class GuardedHand:
             thresholds: when to stop; the defaults when None.
             standby: the process that opens the hand should this one be killed; None for a hand in software.
         """
+        self.thresholds = thresholds or Thresholds()
+        """When it is stopped."""
         self._hand = AeroHand(transport, clock)
-        self._guard = Guard(
-            self._hand,
-            clock,
-            spans_counts=spans_counts,
-            usual=usual,
-            thresholds=thresholds or Thresholds(),
-            standby=standby,
+        self._guard = guard = Guard(
+            self._hand, clock, spans_counts=spans_counts, usual=usual, thresholds=self.thresholds, standby=standby
         )
+        self._bare_clock = clock
+        self._own_clock = WatchedClock(clock, guard.poll, self.thresholds.look_s)
+        self.clock: Clock = WatchedClock(clock, guard.poll_alone, self.thresholds.look_s)
+        """Wait on this one, so that the hand is watched meanwhile."""
         # For a program that forgets to close it, and for an interrupt at the very beginning of `close`.
         self._finalizer = weakref.finalize(self, self._guard.end)
 
@@ -108,19 +112,9 @@ class GuardedHand:
         self.close()
 
     @property
-    def thresholds(self) -> Thresholds:
-        """When it is stopped."""
-        return self._guard.thresholds
-
-    @property
     def phase(self) -> Phase:
         """What it is doing."""
         return self._guard.phase
-
-    @property
-    def clock(self) -> Clock:
-        """Wait on this one, so that the hand is watched meanwhile."""
-        return self._guard.clock
 
     @property
     def name(self) -> str:
@@ -155,7 +149,21 @@ class GuardedHand:
             AeroError, ConnectionError: as `read_codes`.
         """
         with self._guard.turn():
-            return self._guard.check()
+            self._guard.poll()
+            health = Health(self._hand.read_codes(), self._hand.read_currents(), self._hand.read_temperatures())
+        violation = self._guard.lookout.watch.temperatures(health.temperatures_c)
+        most = Channel(int(np.argmax(np.abs(health.currents_a))))
+        drawn = abs(health.currents_a[most])
+        if violation is None and drawn > self.thresholds.current_a:
+            violation = Violation(
+                SafetyReason.CURRENT_AT_REST,
+                f"{most.label} draws {drawn:.1f} A at rest (limit {self.thresholds.current_a:g} A): it holds against "
+                "something; take it out, or open the hand by hand",
+                most,
+            )
+        if violation is not None:
+            raise SafetyStopError(f"{self.name}: not moved. {violation.text}.", violation.reason, violation.channel)
+        return health
 
     def begin(self) -> None:
         """Check the hand and open it gently now, if nothing has moved yet, and not in the middle of the first command.
@@ -166,7 +174,7 @@ class GuardedHand:
             SafetyStopError: as `check`; or the hand did not open.
         """
         with self._guard.turn():
-            self._guard.start()
+            self._start()
 
     def expect_stops(self, channels: Iterable[Channel]) -> None:
         """Weaken channels that are about to be driven into their stops, which is no reason to stop the hand then.
@@ -180,7 +188,9 @@ class GuardedHand:
         """
         weak = tuple(map(Channel, channels))
         with self._guard.turn():
-            self._guard.expect_stops(weak)
+            self._start()
+            self._guard.poll()
+            self._guard.limits.weaken(weak)
 
     def limit_torques(self, share: float) -> None:
         """Let no channel use more than a fraction (0..1) of its stall torque; `expect_stops` ends it.
@@ -195,12 +205,16 @@ class GuardedHand:
         if not 0.0 <= share <= 1.0:
             raise ValueError(f"limit_torques: expected a share of the stall torque in 0..1, got {share!r}")
         with self._guard.turn():
-            self._guard.limit_torques(round(STALL_TORQUE * share))
+            self.expect_stops(())
+            for channel in Channel:
+                if (limits := self._guard.limits.of(channel)) is not None:
+                    self._limit(channel, torque=min(limits.torque, round(STALL_TORQUE * share)))
 
     def command_codes(self, codes: ArrayLike) -> None:
         """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""
         goal = protocol.position_codes(codes)
         with self._guard.turn():
+            self._start(goal)
             self._guard.command(goal)
 
     def command_codes_blindly(self, codes: ArrayLike) -> None:
@@ -211,6 +225,7 @@ class GuardedHand:
         """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
         goal = protocol.torque_magnitudes(magnitudes)
         with self._guard.turn():
+            self._start()
             self._guard.command_torques(goal)
 
     read_codes = _polled(AeroHand.read_codes)
@@ -231,13 +246,13 @@ class GuardedHand:
         """
         protocol.make_set_speed(channel, register_units)  # nonsense is refused before anything moves
         with self._guard.turn():
-            self._guard.limit(channel, speed=register_units)
+            self._limit(channel, speed=register_units)
 
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """As `AeroHand.set_torque`; otherwise as `set_speed`."""
         protocol.make_set_torque(channel, register_units)
         with self._guard.turn():
-            self._guard.limit(channel, torque=register_units)
+            self._limit(channel, torque=register_units)
 
     def calibrate_mid(self, channel: Channel) -> Centred:
         """As `AeroHand.calibrate_mid`, at low speed and torque, from a hand that holds still.
@@ -250,7 +265,9 @@ class GuardedHand:
         """
         channel = Channel(channel)
         with self._guard.turn():
-            result = self._guard.calibrate_mid(channel)
+            self._start()
+            self._guard.poll()
+            result = self._calibrate_mid(channel)
         _LOG.warning(
             "%s: %s reads %d counts where it stands. The same command means another angle from now on, and the finger "
             "may jump with the next one; approach it in small steps.",
@@ -266,7 +283,14 @@ class GuardedHand:
         """
         positive_s("timeout_s", timeout_s)
         with self._guard.turn():
-            self._guard.home(timeout_s)
+            if self.phase is Phase.MOVING:
+                self._guard.poll()
+                self._ramp(self._hand.read_codes(), OPEN)
+                self._settle()
+            self._start()
+            self._guard.poll()
+            self._hand.home(timeout_s)
+            self._guard.lookout.pause()
 
     def close(self) -> None:
         """Open the hand slowly and leave it weak, if this program has moved it, and close the port.
@@ -280,3 +304,81 @@ class GuardedHand:
         self._guard.end()
         # It would keep a stopped hand for ever: the guard has the stop, whose traceback has the hand.
         self._finalizer.detach()
+
+    def _start(self, goal: ArrayLike = OPEN) -> None:
+        """Check a hand that has not moved yet, open it gently, see that it has opened, and go gently to a goal (7,).
+
+        A start that an exception interrupted is made again from its beginning.
+        """
+        if self.phase is Phase.MOVING:
+            return
+        health = self.check()
+        self._guard.begin()
+        self._ramp(health.codes, OPEN)
+        self._settle()
+        self._expect_open()
+        self._ramp(OPEN, goal)
+        _LOG.info("%s: opened slowly, and watched from now on", self.name)
+        self._guard.poll()
+        self._guard.limits.weaken(())
+        self._guard.phase = Phase.MOVING
+
+    def _expect_open(self) -> None:
+        shares = self._hand.read_codes() / MAX_CODE
+        worst = Channel(int(np.argmax(shares)))
+        if shares[worst] > self.thresholds.arrival:
+            text = (
+                f"{worst.label} is still {shares[worst]:.0%} closed after the hand was opened slowly: it is "
+                "blocked, its servo has no torque, or its zero is lost; home the hand"
+            )
+            self._guard.abort(Violation(SafetyReason.STILL_CLOSED, text, worst))
+        self._guard.lookout.watch.encoders.found(self._bare_clock.now(), shares)
+
+    def _ramp(self, start_codes: ArrayLike, goal_codes: ArrayLike) -> None:
+        """Move all channels slowly."""
+        last = self._guard.last_codes
+
+        def command(codes: NDArray[np.int64]) -> None:
+            nonlocal last
+            if self._guard.last_codes is not last:
+                raise RuntimeError(f"{self.name}: a signal handler has commanded it during a slow motion")
+            self._guard.command(codes)
+            last = self._guard.last_codes
+
+        move_slowly(command, self._own_clock, start_codes, goal_codes, self.thresholds.opening_s)
+
+    def _settle(self) -> None:
+        """Give encoders the time to arrive."""
+        self._own_clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
+
+    def _limit(self, channel: Channel, **changed: int) -> None:
+        """Change a channel's `speed` or `torque`, register units; opens the hand first if nothing has moved yet.
+
+        Raises:
+            RefusedError: the firmware has no limits; nothing is sent.
+        """
+        if not self._guard.limits.settable:  # its board would be silent for a second, in which nothing watches the hand
+            raise RefusedError(f"{self.name}: its firmware has no speed and torque limits. Nothing was sent.")
+        self._start()
+        for name, register_units in changed.items():
+            self._guard.poll()
+            self._guard.limits.change(channel, name, register_units)
+
+    def _calibrate_mid(self, channel: Channel) -> Centred:
+        before = self._guard.limits.of(channel)
+        if before is None:
+            return self._hand.calibrate_mid(channel)
+        self._limit(channel, speed=self.thresholds.gentle_speed, torque=self.thresholds.gentle_torque)
+        try:
+            # The command ends torque mode, and the servo takes the limits with it.
+            held = self._hand.read_codes() if self._guard.in_torque_mode else self._guard.last_codes
+            self._guard.command(protocol.position_codes(held))
+            self._guard.poll()
+            result = self._hand.calibrate_mid(channel)
+            self._guard.lookout.watch.pause()  # what was commanded meant other angles
+            codes = self._guard.last_codes.copy()
+            codes[channel] = result.code
+            self._guard.command(codes)
+        finally:
+            self._limit(channel, speed=before.speed, torque=before.torque)
+        return result

@@ -250,7 +250,7 @@ def test_ctrl_c_during_the_last_opening_hides_no_hand_that_may_be_closed(monkeyp
     hand._guard._standby = SimpleNamespace(
         stand_down=lambda: asked.append("stand_down"), take_over=lambda: asked.append("take_over")
     )
-    monkeypatch.setattr("aero.safety.ending.open_and_relax", opening)
+    monkeypatch.setattr("aero.safety.guard.open_and_relax", opening)
     with pytest.raises(ending, match="SWITCH THE HAND'S SUPPLY OFF" if doubt else None):
         hand.close()
     assert asked == [after]

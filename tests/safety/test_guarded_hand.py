@@ -272,7 +272,7 @@ def test_a_hand_that_is_unplugged_while_it_is_stopped_was_stopped_by_the_guard()
             target.wire._transport.unplugged = True
             return HOT
 
-        target.hand._guard._lookout.watch.temperatures = hot
+        target.hand._guard.lookout.watch.temperatures = hot
         with pytest.raises(SafetyStopError, match=r"it is hot.*SUPPLY OFF") as stop:
             wait(target, 2.0)
     assert ending(stop.value)[0] == 4
@@ -427,7 +427,7 @@ def test_a_guarded_hand_offers_every_exchange_and_refuses_each_after_a_stop():
     assert exchanges == CALLS.keys()
     with guarded() as target:
         close(target, Channel.INDEX, share=0.5)
-        target.hand._guard._lookout.watch.temperatures = lambda _celsius: HOT
+        target.hand._guard.lookout.watch.temperatures = lambda _celsius: HOT
         with stops(SafetyReason.TEMPERATURE, Channel.RING, "it is hot"):
             wait(target, 2.0)
         mark = target.wire.mark()

@@ -178,7 +178,7 @@ def test_every_call_is_refused_while_the_hand_is_opened_for_the_last_time(monkey
         command()
         return opening(*arguments, **how)
 
-    monkeypatch.setattr("aero.safety.ending.open_and_relax", watched)
+    monkeypatch.setattr("aero.safety.guard.open_and_relax", watched)
     begin = len(link.positions)
     hand.close()
     assert refused == [SafetyReason.ENDED] * 2

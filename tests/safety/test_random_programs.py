@@ -159,7 +159,7 @@ def test_a_search_through_random_programs_finds_no_closed_hand():
 def test_an_opening_that_does_not_open_is_found_and_shrunk_to_a_script_that_runs(monkeypatch):
     """The property can fail, and what it prints fails in the same way."""
     with monkeypatch.context() as broken:
-        broken.setattr("aero.safety.ending.open_and_relax", lambda *hand, **how: None)
+        broken.setattr("aero.safety.guard.open_and_relax", lambda *hand, **how: None)
         with pytest.raises(AssertionError, match="the hand is left") as found:
             run(max_examples=60, stateful_step_count=3, derandomize=True, phases=[Phase.generate, Phase.shrink])
         script = next(note for note in found.value.__notes__ if note.startswith("from guarded_program"))

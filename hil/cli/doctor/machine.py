@@ -19,7 +19,7 @@ from packaging.utils import canonicalize_name
 
 from aero.clock import Clock, WallClock
 from aero.safety import Thresholds
-from aero.safety.lookout import WORTH_SAYING_S
+from aero.safety.watch import WORTH_SAYING_S
 from hil.cli.doctor.finding import Examined, Verdict
 from hil.recordings.provenance import source_commit
 
