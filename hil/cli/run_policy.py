@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -18,10 +19,9 @@ from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import furthest_codes
 from aero.protocol import MAX_CODE
-from aero.safety import Thresholds
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import usage_errors
-from hil.cli.options import VIEW, Finite, Seconds, open_hand, target
+from hil.cli.options import VIEW, Seconds, open_hand, target
 from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
@@ -36,9 +36,6 @@ from model.cube_plant import CubePlant, CubeWatch
 from model.scene import CUBE
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 
-MOST_A = 4.5
-"""What a motor draws at the boards' usual torque limit, A (700 units of 6.5 mA); a guard beyond it never acts."""
-
 
 @click.command("run-policy")
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
@@ -51,10 +48,6 @@ MOST_A = 4.5
     help="Whose correction of the cables: `typical` of healthy hands, `none`, or a unit, such as a file of "
     "`aero-hil calibrate`. The hand's own in hands.toml, or `typical`, when left out.",
 )  # fmt: skip
-@click.option(
-    "--max-current", type=Finite(0.0, MOST_A, min_open=True), default=Thresholds.current_a,
-    show_default=True, help="Current of a motor at which the hand is stopped, A.",
-)  # fmt: skip
 @click.option("--empty", is_flag=True, help="Leave an emulated hand empty.")
 @VIEW
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
@@ -66,7 +59,6 @@ def run_policy(
     dry_run: bool,
     wait: float,
     correction_name: str | None,
-    max_current: float,
     empty: bool,
     view: bool,
     record: Path | None,
@@ -89,14 +81,14 @@ def run_policy(
         settings = RunSettings(seconds=seconds, wait_s=wait, dry=dry_run, correction=correction)
         if record is not None:
             prepared_file(record)
-        thresholds = Thresholds(current_a=max_current)
     console.print(_correction_line(whose, settings.correction))
     if hand.target == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
     with viewing(view, hand) as observer:
-        with open_hand(hand, guarded=True, thresholds=thresholds, cube=CUBE if holds_cube else None) as opened:
+        with open_hand(hand, guarded=True, cube=CUBE if holds_cube else None) as opened:
             observer.follow(source_of(opened))
             console.print(_before_moving(opened, policy, settings))
+            most_a = opened.guard.thresholds.current_a if opened.guard else math.inf
             truth = opened.find(GroundTruth)
             plant = None if truth is None else truth.plant
             cube = CubeWatch(plant, hand.seed) if isinstance(plant, CubePlant) else None
@@ -111,7 +103,7 @@ def run_policy(
         observer.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
         ours = policy.name == DEFAULT and not dry_run  # measured with this policy alone
         held = held_at_the_end(result.currents_a, policy.settings.period_s).value if ours else ""
-        console.print(_outcome(result, held, cube, max_current))
+        console.print(_outcome(result, held, cube, most_a))
         if result.run.reason:
             console.print(result.run.reason)
         if record:

@@ -39,7 +39,7 @@ class HandSpec:
     guarded: bool | None = None
     """Whether the hand is guarded; a physical one is unless this is False."""
     thresholds: Thresholds | None = None
-    """When a guarded hand is stopped; the defaults when None."""
+    """When a guarded hand is stopped, also of `hands.toml`; the defaults when None."""
     hand_id: str = ""
     """Name of the individual hand, for its recordings; the serial number of its USB port when empty."""
     firmware_program: Path | None = None

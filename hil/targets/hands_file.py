@@ -12,11 +12,14 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from aero.firmware import FIRMWARE
 from aero.regular_file import read_text
 from aero.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from aero.safety import Thresholds
 
 FILE = "hands.toml"
 IN_SOFTWARE = ("emulated", "pty")
@@ -25,9 +28,9 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 PORT = re.compile(r"[/\\]|://|^COM\d+$", re.IGNORECASE)
 """Found in the path or URL of a port, and in no name."""
 ALLOWED: Mapping[str, Sequence[str]] = {
-    "port": (), "firmware": tuple(FIRMWARE), "side": ("right", "left"), "twin": (), "baseline": (),
+    "port": (), "firmware": tuple(FIRMWARE), "side": ("right", "left"), "twin": (), "baseline": (), "thresholds": (),
 }  # fmt: skip
-"""Keys of a hand, and the values that each may have; any text where none are listed."""
+"""Keys of a hand, and the values that each may have; any text where none are listed, but for the table `thresholds`."""
 
 
 Fields = dict[str, Any]
@@ -100,6 +103,8 @@ def _hand(path: Path, name: str, table: Any) -> Fields:
             close = get_close_matches(key, ALLOWED, 1)
             meant = f"did you mean `{close[0]}`? " if close else ""
             raise ValueError(f"{where}: unknown key `{key}`; {meant}allowed are {', '.join(ALLOWED)}")
+        if key == "thresholds":
+            continue
         if not isinstance(value, str) or not value:
             raise ValueError(f"{where}: `{key}` is text in quotation marks, not {value!r}")
         if ALLOWED[key] and value not in ALLOWED[key]:
@@ -112,7 +117,25 @@ def _hand(path: Path, name: str, table: Any) -> Fields:
         fields["twin"] = str(path.parent / table["twin"])
     if "baseline" in table:
         fields["baseline"] = path.parent / table["baseline"]
+    if "thresholds" in table:
+        fields["thresholds"] = _thresholds(where, table["thresholds"])
     return fields
+
+
+def _thresholds(where: str, table: Any) -> Thresholds:
+    from aero.safety import Thresholds  # noqa: PLC0415 - help is quick
+
+    if not isinstance(table, dict):
+        raise ValueError(f"{where}: `thresholds` is a table, such as {{ current_a = 3.5 }}, not {table!r}")
+    for key in table:
+        if key not in (known := Thresholds().as_dict()):
+            close = get_close_matches(key, known, 1)
+            meant = f"did you mean `{close[0]}`? " if close else ""
+            raise ValueError(f"{where}: unknown threshold `{key}`; {meant}there are {', '.join(known)}")
+    try:
+        return Thresholds(**table)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from error
 
 
 def _may_name(name: str) -> bool:

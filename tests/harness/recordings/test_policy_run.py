@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -69,14 +70,26 @@ def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turne
     assert "cube" not in empty
 
 
-def test_run_policy_ends_with_one_when_a_limit_ends_it(path):
-    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.5"])
+@pytest.fixture
+def weak(tmp_path, monkeypatch):
+    """Names an emulated hand that may draw as much as is asked."""
+    monkeypatch.chdir(tmp_path)
+
+    def named(most_a):
+        Path("hands.toml").write_text(f'[weak]\nport = "emulated"\nthresholds = {{ current_a = {most_a} }}\n')
+        return ["--hil", "weak"]
+
+    return named
+
+
+def test_run_policy_ends_with_one_when_a_limit_of_this_hand_ends_it(path, weak):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", *weak(0.5)])
     assert result.exit_code == 1
     assert "drawn more than 0.5 A" in " ".join(result.output.split())
 
 
-def test_run_policy_does_not_begin_on_a_hand_that_must_not_be_moved(path):
-    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", "--max-current", "0.001"])
+def test_run_policy_does_not_begin_on_a_hand_that_must_not_be_moved(path, weak):
+    result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", *weak(0.001)])
     assert result.exit_code == 4
     assert "not moved" in result.output
 

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hil
+from aero.safety import Thresholds
 from hil.cli import main
 from hil.cli.doctor.hand import Answers
 from hil.targets.hands_file import NAME, PORT, add_hand, fields_of, read_hands
@@ -23,6 +24,7 @@ firmware = "0.1.5"
 side = "left"
 twin = "mine.toml"
 baseline = "known"
+thresholds = { current_a = 3.5 }
 """
 MISTAKES = {
     "no TOML": ("[bench-left\n", r"not TOML.*line 1"),
@@ -30,6 +32,15 @@ MISTAKES = {
     "another firmware": (BENCH.replace("0.1.5", "9.9"), r"`firmware` is one of pre, .*main, not '9.9'"),
     "another side": (BENCH.replace('"left"', '"third"'), r"`side` is one of right, left, not 'third'"),
     "a number": (BENCH.replace('"0.1.5"', "0.1"), r"`firmware` is text in quotation marks, not 0.1"),
+    "a threshold's name": (
+        BENCH.replace("current_a", "curent_a"),
+        r"unknown threshold `curent_a`; did you .*`current_a`",
+    ),
+    "a threshold of nothing": (
+        BENCH.replace("3.5", "0"),
+        r"\[bench-left\]: safety threshold current_a: expected a pos",
+    ),
+    "no table": (BENCH.replace("{ current_a = 3.5 }", "3.5"), r"`thresholds` is a table, such as { current_a = 3.5 }"),
     "no port": (BENCH.replace("port", "# port"), r"\[bench-left\]: `port` is missing"),
     "outside a table": ('port = "COM3"\n', r"`port` stands outside a table"),
     "a port as name": ('[COM3]\nport = "COM3"\n', r"\[COM3\]: a name is made of"),
@@ -51,7 +62,8 @@ def test_a_name_brings_all_that_the_file_says(folders):
     work, _ = folders
     (work / "hands.toml").write_text(BENCH)
     said = {"target": "/dev/ttyACM7", "hand_id": "bench-left", "firmware": "0.1.5", "side": "left"}
-    assert fields_of("bench-left") == said | {"twin": "mine.toml", "baseline": Path("known")}
+    known = {"twin": "mine.toml", "baseline": Path("known"), "thresholds": Thresholds(current_a=3.5)}
+    assert fields_of("bench-left") == said | known
 
 
 def test_an_unknown_name_offers_the_nearest(folders):
