@@ -19,7 +19,7 @@ import numpy as np
 from aero.actuation.arrays import Array, namespace
 from aero.actuation.window import COUNTS_PER_TURN
 from aero.channels import CABLES
-from aero.policy.running import RunLimits
+from aero.policy.running import RunSettings
 from aero.policy.settings import Row
 from aero.policy.task import CHANNELS
 from model.geometry.winding import SPOOL_RADIUS
@@ -35,7 +35,7 @@ def _per_channel(cable: float, abduction: float) -> np.ndarray:
     return row
 
 
-SPEED_LIMIT = _per_channel(SPOOL_RADIUS, 1.0) * RunLimits().shaft_speed_rad_s
+SPEED_LIMIT = _per_channel(SPOOL_RADIUS, 1.0) * RunSettings.shaft_speed_rad_s
 """Fastest change of a channel at the servo's no-load speed, (7,), m/s, abduction rad/s."""
 COUNT = _per_channel(SPOOL_RADIUS, 1.0) * 2 * np.pi / COUNTS_PER_TURN
 """Change of a channel by one encoder count, (7,), m, abduction rad."""

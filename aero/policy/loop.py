@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from aero.actuation.map import ActuationMap
 from aero.clock import Clock
 from aero.errors import AeroError
+from aero.hand import Hand
 from aero.policy.file import Policy
 from aero.policy.interface import History, Interface, cube_interface
-from aero.policy.running import Ending, Floats, PolicyHand, Run, RunSettings, Step, slewed
+from aero.policy.running import Ending, Floats, Run, RunSettings, Step, slewed
 from aero.policy.task import CHANNELS
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
@@ -26,12 +27,11 @@ from aero.safety import SafetyStopError
 
 def run_policy(
     policy: Policy,
-    hand: PolicyHand,
+    hand: Hand,
     clock: Clock,
     actuation_map: ActuationMap,
     *,
     settings: RunSettings | None = None,
-    script: Floats | None = None,
     on_wait: Callable[[], None] = lambda: None,
     on_ready: Callable[[], None] = lambda: None,
     on_step: Callable[[Step], None] = lambda _: None,
@@ -44,21 +44,15 @@ def run_policy(
         clock: of the hand; a guarded one has its own.
         actuation_map: for the hand's firmware.
         settings: how; None for the defaults.
-        script: actions (periods, 7) to play open loop in place of the policy's; its length bounds the time too.
         on_wait: called when the hand is in the nominal grasp and the object can be put in.
         on_ready: called when the hand has waited in the nominal grasp and the policy is about to begin.
         on_step: called after every control period, before the next one begins.
 
     Raises:
-        ValueError: a script that is not (periods, 7) and finite.
         AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
     """
     settings = settings or RunSettings()
-    if script is not None:
-        script = np.array(script, np.float64)  # a copy: the caller may go on using its own
-        if script.shape[1:] != (CHANNELS,) or not np.isfinite(script).all():
-            raise ValueError(f"a script is finite and (periods, {CHANNELS}), got {script.shape}")
-    session = _Session(policy, hand, clock, actuation_map, settings, script=script)
+    session = _Session(policy, hand, clock, actuation_map, settings)
     home = hand.read_codes().astype(np.float64)
     session.command = home
     try:
@@ -89,6 +83,12 @@ def interface_of(policy: Policy, settings: RunSettings) -> Interface:
     return cube_interface(settings.settings or policy.settings, settings.shown_action or policy.shown_action)
 
 
+MISSING_READINGS = 4
+"""Readings in a row that may be missing; nothing new is commanded meanwhile."""
+LATE_S = 0.5
+"""Time by which the loop may miss a period's start, s."""
+TEMPERATURES_EVERY = 20
+"""Periods between two readings of the temperatures."""
 _NOTHING_YET = Run(Ending.TIME, "", 0, 0, 0, 0, 0.0, 0.0, np.nan)
 
 
@@ -98,21 +98,19 @@ class _Session:
     def __init__(
         self,
         policy: Policy,
-        hand: PolicyHand,
+        hand: Hand,
         clock: Clock,
         actuation_map: ActuationMap,
         settings: RunSettings,
-        *,
-        script: Floats | None,
     ) -> None:
         self._policy, self._hand, self._clock, self._map = policy, hand, clock, actuation_map
-        self._settings, self._script = settings, script
+        self._settings = settings
         self._task = settings.settings or policy.settings
         self._interface = interface_of(policy, settings)
         self._correction = np.array(settings.correction)
         window = actuation_map.window_rad
         codes_per_rad = MAX_CODE / (window[:, 1] - window[:, 0])
-        self._most = settings.limits.shaft_speed_rad_s * self._task.period_s * codes_per_rad
+        self._most = settings.shaft_speed_rad_s * self._task.period_s * codes_per_rad
         self.command = np.zeros(CHANNELS)
         self._blind = 0
         self._tally = _NOTHING_YET
@@ -135,28 +133,28 @@ class _Session:
 
     def loop(self, on_step: Callable[[Step], None]) -> Ending:
         """Let the policy act until the time is over or something ends it."""
-        limits, period_s = self._settings.limits, self._task.period_s
+        period_s = self._task.period_s
         history = History(self._interface, self._map)
         missing, due = 0, self._clock.now()
         pending = self.command
-        for period in range(self._periods()):
+        for period in range(round(self._settings.seconds / period_s)):
             self._clock.sleep_until(due)
             t = self._clock.now()
-            if t - due > limits.late_s:
+            if t - due > LATE_S:
                 return Ending.OVERRUN
             try:
                 codes = self._hand.read_codes()
             except AeroError:
                 missing += 1
                 self._tally = replace(self._tally, missing=self._tally.missing + 1)
-                if missing > limits.missing_readings:
+                if missing > MISSING_READINGS:
                     return Ending.READINGS
                 due = max(due + period_s, self._clock.now())
                 continue
             missing = 0
             lengths = self._map.lengths_from_codes(codes) - self._correction
             observation = history.observe(lengths)
-            action = self._act(period, observation)
+            action = self._interface.action.bounded(self._policy.network.act(observation).astype(np.float64))
             history.acted(action)
             target, asked, saturated = self._asked(action)
             asked, pending = (pending, asked) if self._settings.one_period_late else (asked, asked)
@@ -180,7 +178,7 @@ class _Session:
             )
             self._count(step)
             on_step(step)
-            if self._blind > limits.missing_readings:
+            if self._blind > MISSING_READINGS:
                 return Ending.READINGS
             due = max(due + period_s, t)
         return Ending.TIME
@@ -188,16 +186,6 @@ class _Session:
     def summary(self, ending: Ending, reason: str = "") -> Run:
         """Return what the run came to."""
         return replace(self._tally, ending=ending, reason=reason)
-
-    def _periods(self) -> int:
-        asked = round(self._settings.seconds / self._task.period_s)
-        return asked if self._script is None else min(asked, len(self._script))
-
-    def _act(self, period: int, observation: Floats) -> Floats:
-        if self._script is not None:
-            row: Floats = self._script[period]
-            return row
-        return self._interface.action.bounded(self._policy.network.act(observation).astype(np.float64))
 
     def _asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         target = self._interface.action.target(action, self._map)
@@ -215,7 +203,7 @@ class _Session:
         hottest = np.nan
         try:
             currents = self._hand.read_currents()
-            if period % self._settings.temperatures_every == 0:
+            if period % TEMPERATURES_EVERY == 0:
                 hottest = float(np.max(self._hand.read_temperatures()))
         except AeroError:
             self._blind += 1

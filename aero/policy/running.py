@@ -10,13 +10,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
 from importlib.resources import files
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from aero.channels import Channel
-from aero.policy.settings import PolicySettings, checked_count, checked_number
+from aero.policy.settings import PolicySettings, checked_number
 from aero.policy.task import CHANNELS, ShownAction
 
 
@@ -27,27 +26,6 @@ class Ending(Enum):
     STOPPED = "the guard stopped the hand"
     READINGS = "too many readings in a row were missing"
     OVERRUN = "the loop fell too far behind its period"
-
-
-@dataclass(frozen=True)
-class RunLimits:
-    """Bounds within which a policy may continue.
-
-    Raises:
-        ValueError: a bound that is not finite and positive, or a count that is not a whole number from 0 on.
-    """
-
-    missing_readings: int = 4
-    """Readings in a row that may be missing; nothing new is commanded meanwhile."""
-    late_s: float = 0.5
-    """Time by which the loop may miss a period's start, s."""
-    shaft_speed_rad_s: float = 12.9
-    """Fastest commanded change of a shaft; the servo's own no-load speed, 740 °/s."""
-
-    def __post_init__(self) -> None:
-        checked_count("missing_readings", self.missing_readings)
-        for name in ("late_s", "shaft_speed_rad_s"):
-            checked_number(name, getattr(self, name), above=0.0)
 
 
 TYPICAL_CORRECTION_FILE = "typical_correction.toml"
@@ -76,26 +54,6 @@ def slewed(before: Floats, wanted: Floats, most: Floats) -> Floats:
 Floats = NDArray[np.float64]
 
 
-class PolicyHand(Protocol):
-    """What the loop needs of a hand; `aero.AeroHand` is one, and `aero.safety.GuardedHand`."""
-
-    def read_codes(self) -> NDArray[np.uint16]:
-        """Read positions, (7,), command order."""
-        ...
-
-    def command_codes(self, codes: ArrayLike) -> None:
-        """Send every channel to a position, (7,), command order."""
-        ...
-
-    def read_currents(self) -> Floats:
-        """Read motor currents, (7,), A, command order."""
-        ...
-
-    def read_temperatures(self) -> Floats:
-        """Read servo temperatures, (7,), °C, command order."""
-        ...
-
-
 @dataclass(frozen=True)
 class RunSettings:
     """How to run a policy.
@@ -111,8 +69,6 @@ class RunSettings:
     correction: tuple[float, ...] = field(default_factory=typical_correction)
     """By how much longer each channel of this hand must be commanded than the map says, (7,), m, abduction rad;
     taken off again from what it measures. The typical one when left out."""
-    limits: RunLimits = field(default_factory=RunLimits)
-    """When to stop."""
     approach_s: float = 1.5
     """Time from where the hand is to the nominal grasp, and at the end back, s."""
     wait_s: float = 1.5
@@ -124,14 +80,13 @@ class RunSettings:
     shown_action: ShownAction | None = None
     """Action that the policy is shown; None for the one that it was trained with. The official node shows the last
     one to every policy."""
-    temperatures_every: int = 20
-    """Periods between two readings of the temperatures."""
+    shaft_speed_rad_s: float = 12.9
+    """Fastest commanded change of a shaft; the servo's own no-load speed, 740 °/s."""
 
     def __post_init__(self) -> None:
-        for name in ("seconds", "approach_s"):
+        for name in ("seconds", "approach_s", "shaft_speed_rad_s"):
             checked_number(name, getattr(self, name), above=0.0)
         checked_number("wait_s", self.wait_s, least=0.0)
-        checked_count("temperatures_every", self.temperatures_every, least=1)
         if len(self.correction) != CHANNELS:
             raise ValueError(f"correction needs {CHANNELS} values in command order, got {len(self.correction)}")
         for value in self.correction:

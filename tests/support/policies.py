@@ -1,6 +1,6 @@
 """Random policies and observations."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -60,6 +60,24 @@ def actions_on(policy, lengths, currents=None):
             history.drew(currents[k])
         actions.append(action)
     return np.array(actions)
+
+
+@dataclass
+class Played:
+    """Acts the rows of a script, one after another, whatever it observes."""
+
+    script: np.ndarray
+
+    def __post_init__(self):
+        self._rows = iter(self.script)
+
+    def act(self, _observation):
+        return next(self._rows)
+
+
+def playing(script, of: Policy | None = None) -> Policy:
+    """Return a policy that plays a script (periods, 7) open loop, with the settings of another one."""
+    return replace(of or policy(), network=Played(script))
 
 
 seeds = st.integers(0, 2**32 - 1)

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aero.policy.running import RunLimits, slewed
+from aero.policy.running import RunSettings, slewed
 from train import actuation
 from train.actuation import IDEAL, ActuationRanges, Parameters
 
@@ -62,7 +62,7 @@ def test_a_command_is_slewed_as_the_loop_of_deployment_does():
     wild = [NOMINAL + 0.02, NOMINAL - 0.02, NOMINAL + 0.02]
     sent = drive(params(), wild, ActuationRanges(slewed=True))[::STEPS]
     codes_per_length = 1 / actuation.COUNT
-    last, expected, most = NOMINAL, [], RunLimits().shaft_speed_rad_s * STEPS * STEP_S * 4096 / (2 * np.pi)
+    last, expected, most = NOMINAL, [], RunSettings.shaft_speed_rad_s * STEPS * STEP_S * 4096 / (2 * np.pi)
     for target in wild:
         last = slewed(last * codes_per_length, target * codes_per_length, most) / codes_per_length
         expected.append(last)

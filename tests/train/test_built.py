@@ -5,6 +5,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from policies import playing
 
 from aero.actuation import ActuationMap
 from aero.channels import CABLES, Channel, Joint
@@ -188,7 +189,8 @@ def emulated_lengths(policy, unit, script):
     with guard(InProcessLink(electronics), electronics.clock, codec, "0.2.0", Thresholds()) as hand:
         hand.begin()
         hand.limit_torques(policy.settings.torque_limit)
-        run_policy(policy, hand, hand.clock, codec, settings=settings, script=script, on_step=steps.append)
+        played = playing(script, policy)
+        run_policy(played, hand, hand.clock, codec, settings=settings, on_step=steps.append)
     return np.array([step.lengths for step in steps])
 
 

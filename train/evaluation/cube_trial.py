@@ -85,7 +85,6 @@ def run_trial(
     settings: RunSettings | None = None,
     surroundings: Surroundings = AS_MEASURED,
     thresholds: Thresholds | None = None,
-    script: NDArray[np.float64] | None = None,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> CubeTrial:
     """Run `policy` once from the nominal grasp with the cube put into the hand.
@@ -98,7 +97,6 @@ def run_trial(
         settings: of the loop; the policy's own and 15 s when left out.
         surroundings: what it meets.
         thresholds: of the guard, which watches this hand as it does a physical one; the defaults when left out.
-        script: actions (periods, 7) to play open loop in place of the policy's.
         on_step: called after every control period.
     """
     settings = settings or RunSettings()
@@ -140,7 +138,6 @@ def run_trial(
             electronics.clock,
             codec,
             settings=settings,
-            script=script,
             on_ready=watch.place,
             on_step=follow,
         )

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from policies import actions_on, policy, seeds
+from policies import actions_on, playing, policy, seeds
 
 from aero.actuation import ActuationMap
 from aero.errors import LinkTimeoutError
 from aero.policy.loop import run_policy
-from aero.policy.running import NO_CORRECTION, Ending, RunLimits, RunSettings
+from aero.policy.running import NO_CORRECTION, Ending, RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from aero.policy.task import ShownAction, observe, targets
 from aero.safety import SafetyStopError
@@ -119,7 +119,7 @@ def test_a_replayed_recording_gives_the_same_actions(seed, shown):
 
 @given(seeds, st.floats(1.0, 20.0))
 def test_no_command_ever_jumps_and_all_stay_in_range(seed, speed):
-    settings = replace(SHORT, limits=RunLimits(shaft_speed_rad_s=speed))
+    settings = replace(SHORT, shaft_speed_rad_s=speed)
     _, hand, _ = run(settings, the_policy=policy(seed))
     codes = np.array([codes for _, codes in hand.written], float)
     window = MAP.window_rad
@@ -152,7 +152,7 @@ def test_a_dry_run_writes_nothing():
 
 def test_a_command_can_be_a_period_late_like_the_official_nodes():
     def held(settings):
-        return run(replace(settings, limits=RunLimits(shaft_speed_rad_s=1e3)), the_policy=policy(3))[2]
+        return run(replace(settings, shaft_speed_rad_s=1e3), the_policy=policy(3))[2]
 
     on_time, late = held(SHORT), held(replace(SHORT, one_period_late=True))
     np.testing.assert_array_equal(late[0].command, MAP.codes_from_lengths(np.array(PAPER_TRAINING.nominal)))
@@ -176,10 +176,11 @@ def test_a_policy_can_be_shown_another_action_than_in_training():
 def test_periods_that_ask_for_more_than_the_window_are_counted(reach, periods):
     """The index's cable is asked for 30 mm more than the window has, in `reach` of the periods and then not."""
     beyond, inside = np.zeros(7), np.zeros(7)
-    beyond[0] = -0.05 / PAPER_TRAINING.scale[0]
+    beyond[0] = -1.0
+    far = replace(policy(), settings=replace(PAPER_TRAINING, scale=(0.05, *PAPER_TRAINING.scale[1:])))
     script = np.array([beyond] * sum(reach) + [inside] * (STEPS - sum(reach)))
     clock, steps = StepClock(), []
-    result = run_policy(policy(), FakeHand(clock), clock, MAP, settings=SHORT, script=script, on_step=steps.append)
+    result = run_policy(playing(script, far), FakeHand(clock), clock, MAP, settings=SHORT, on_step=steps.append)
     assert result.saturated == sum(step.saturated.any() for step in steps) == periods
     assert all(step.saturated.tolist() == [True] + [False] * 6 for step in steps[:periods])
     assert all(step.command[0] <= 65535 for step in steps)
@@ -187,11 +188,11 @@ def test_periods_that_ask_for_more_than_the_window_are_counted(reach, periods):
 
 def test_periods_that_the_shafts_speed_holds_back_are_counted():
     """At 1 rad/s a finger makes 0.45 mm a period: 20 mm take longer than the run, and 0.2 mm fit into one period."""
-    slow = replace(SHORT, limits=RunLimits(shaft_speed_rad_s=1.0))
+    slow = replace(SHORT, shaft_speed_rad_s=1.0)
     for action, periods in ((-1.0, STEPS), (-0.01, 0)):
         clock = StepClock()
         script = np.tile([action] + [0.0] * 6, (STEPS, 1))
-        result = run_policy(policy(), FakeHand(clock), clock, MAP, settings=slow, script=script)
+        result = run_policy(playing(script), FakeHand(clock), clock, MAP, settings=slow)
         assert (result.limited, result.saturated) == (periods, 0)
 
 
@@ -279,15 +280,6 @@ def test_a_hand_that_its_guard_has_stopped_is_left_as_the_guard_left_it():
     assert result.ending is Ending.STOPPED
     assert "ring has drawn" in result.reason
     assert max(t for t, _ in hand.written) <= 1.0
-
-
-def test_a_script_is_played_open_loop_and_bounds_the_time():
-    clock = StepClock()
-    hand, steps = FakeHand(clock), []
-    script = np.random.default_rng(0).uniform(-0.1, 0.1, (12, 7))
-    run = run_policy(policy(), hand, clock, MAP, settings=SHORT, script=script, on_step=steps.append)
-    assert run.steps == 12
-    np.testing.assert_array_equal([step.action for step in steps], script)
 
 
 def test_whoever_places_the_object_is_told_when_the_policy_begins():

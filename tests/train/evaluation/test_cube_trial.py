@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from policies import holding, policy
+from policies import holding, playing, policy
 
 from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import find_policy
@@ -138,7 +138,7 @@ def test_either_hand_turns_the_cube_its_own_way(side, plants):
 
 @pytest.mark.parametrize("unit", ["reference", "paper"])
 def test_a_hand_that_holds_the_nominal_grasp_keeps_the_cube(unit):
-    trial = run_trial(policy(), load_unit(unit), settings=RunSettings(seconds=2.0), script=np.zeros((40, 7)))
+    trial = run_trial(holding(), load_unit(unit), settings=RunSettings(seconds=2.0))
     assert trial.run.ending is Ending.TIME, trial.run.reason
     assert trial.kept
     assert trial.airborne == 0.0
@@ -146,7 +146,7 @@ def test_a_hand_that_holds_the_nominal_grasp_keeps_the_cube(unit):
 
 def test_a_hand_that_opens_has_not_kept_the_cube():
     opening = np.tile([1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0], (60, 1))
-    trial = run_trial(policy(), load_unit("reference"), settings=RunSettings(seconds=3.0), script=opening)
+    trial = run_trial(playing(opening), load_unit("reference"), settings=RunSettings(seconds=3.0))
     assert trial.run.ending is Ending.TIME
     assert not trial.kept
     assert trial.alive_s < 2.5
@@ -154,8 +154,7 @@ def test_a_hand_that_opens_has_not_kept_the_cube():
 
 def test_a_run_that_the_guard_ended_has_not_kept_the_cube():
     thresholds = Thresholds(current_a=0.5, current_s=0.2)
-    script = np.zeros((20, 7))
-    trial = run_trial(policy(), load_unit("reference"), settings=SHORT, thresholds=thresholds, script=script)
+    trial = run_trial(holding(), load_unit("reference"), settings=SHORT, thresholds=thresholds)
     assert trial.run.ending is Ending.STOPPED
     assert "drawn more than 0.5 A" in trial.run.reason
     assert not trial.kept
