@@ -7,13 +7,11 @@ the port that asked, in one piece when the last byte of the train is there. Serv
 time: their bytes meet on the wire and are AND-ed. A sync read that nothing can disturb, which is the telemetry of a
 board nearly always, is one step, without packets and events (`BusPort.sync_read`).
 
-Two masters take turns, which is convenient and not what a wire does. With `collides` a master that begins while the
-wire is taken spoils both: servos hear neither packet, and of an answer the bytes that were met are zeros.
+Two masters take turns, which is convenient and not what a wire does.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
@@ -68,15 +66,14 @@ class BusPort:
         bus = self._bus
         if bus.tap is not None:
             bus.tap.asked(data)
-        start = bus.begin(len(data) * self.byte_s)
+        start = max(bus.kernel.now, bus.busy_until)
         if start - self._last_byte > SILENCE_S:
             self._parser.clear()
         for count, packet in self._parser.feed(data):
             bus.kernel.call_at(start + count * self.byte_s, bus.execute, packet, self)
-        self._last_byte = start + len(data) * self.byte_s
-        bus.busy_until = max(bus.busy_until, self._last_byte)
+        self._last_byte = bus.busy_until = start + len(data) * self.byte_s
         if self.echo:
-            bus.kernel.call_at(self._last_byte, bus.deliver, data, self)
+            bus.kernel.call_at(self._last_byte, _receive, data, self)
         return self._last_byte
 
     def sync_read(
@@ -124,10 +121,7 @@ class ServoBus:
     def __init__(self, kernel: Kernel, servos: Sequence[Servo], turnaround_s: float) -> None:
         self.kernel = kernel
         self.busy_until = 0.0
-        self.collides = False
-        """Whether a master that begins while the wire is taken spoils what is on it; else it waits."""
         self.servos = list(servos)
-        self._collision = (-1.0, -1.0)
         self.tap: Tap | None = None
         self.turnaround_s = turnaround_s
         """Time from the end of what is answered to the answer, s."""
@@ -138,18 +132,9 @@ class ServoBus:
         """Return a new master's port; `receive` gets the answers to what it writes."""
         return BusPort(self, receive)
 
-    def begin(self, seconds: float) -> float:
-        """Return when (s) a master may begin that takes the wire for `seconds`."""
-        now = self.kernel.now
-        if not self.collides:
-            return max(now, self.busy_until)
-        if now < self.busy_until:
-            self._collision = now, min(self.busy_until, now + seconds)
-        return now
-
     def is_regular(self, wanted: Sequence[int], baud: int, heard: float) -> bool:
         """Return whether all servos answer a sync read heard at a time (s), each once and in order, unspoiled."""
-        if self.tap is not None or self.collides or self.late_s or self._collision[1] >= self.kernel.now:
+        if self.tap is not None or self.late_s:
             return False
         if not wanted or len(wanted) != len(self.servos):
             return False
@@ -160,20 +145,9 @@ class ServoBus:
                 return False
         return True
 
-    def deliver(self, data: bytes, port: BusPort) -> None:
-        """Let bytes that end now arrive at a port, zeros where something met them."""
-        end, (first, last) = self.kernel.now, self._collision
-        begin = end - len(data) * port.byte_s
-        if last > begin and first < end:
-            met = range(math.floor((first - begin) / port.byte_s), math.ceil((last - begin) / port.byte_s))
-            data = bytes(0 if at in met else byte for at, byte in enumerate(data))
-        port.receive(data)
-
     def execute(self, packet: Packet, port: BusPort) -> None:
         """Let the addressed servos act on a packet whose last byte has just arrived, and send their answers."""
         now, baud = self.kernel.now, port.baud
-        if self._collision[1] > now - (len(packet.parameters) + OVERHEAD) * port.byte_s:
-            return
         if packet.code == Instruction.SYNC_READ:
             answers = self._sync_read(packet, baud)
         elif packet.code == Instruction.SYNC_WRITE:
@@ -187,7 +161,7 @@ class ServoBus:
             self.busy_until = max(self.busy_until, end)
             if self.tap is not None:
                 data = self.tap.answered(data)
-            self.kernel.call_at(end + self.late_s, self.deliver if self.collides else _receive, data, port)
+            self.kernel.call_at(end + self.late_s, _receive, data, port)
             self.late_s = 0.0
 
     def _listening(self, wanted: int, baud: int) -> list[Servo]:

@@ -31,8 +31,8 @@ from firmware_emulator.firmware.servo_calls import (
     write_register,
 )
 from firmware_emulator.kernel import Task, milliseconds, ticks_later
-from firmware_emulator.servo.model_file import FEEDBACK
-from firmware_emulator.servo.registers import FEEDBACK_SIZE, REGISTERS
+from firmware_emulator.servo.model_file import FEEDBACK, FEEDBACK_SIZE
+from firmware_emulator.servo.models import REGISTERS
 
 BEYOND_COUNTS = 50_000
 HALF_TURN = 2048

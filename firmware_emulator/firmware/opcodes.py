@@ -7,14 +7,12 @@ from functools import lru_cache
 
 from firmware_emulator.firmware import homing
 from firmware_emulator.firmware.board import POSITION, Board
-from firmware_emulator.firmware.calibrate_mid import ACK_VERSION, COUNTS_PER_TURN, UNREAD, calibrate_mid
-from firmware_emulator.firmware.frames import CHANNELS, Opcode, reply
+from firmware_emulator.firmware.frames import CHANNELS, MAX_COUNTS, Opcode, divide, reply, to_counts, to_host
 from firmware_emulator.firmware.hands import SERVOS
-from firmware_emulator.firmware.mapping import MAX_COUNTS, divide, to_counts
-from firmware_emulator.firmware.servo_calls import GOAL_ADDRESS, goal, int16, read_signed
+from firmware_emulator.firmware.servo_calls import GOAL_ADDRESS, calibrate, goal, int16, read_signed, write_register
 from firmware_emulator.firmware.set_id import set_id
 from firmware_emulator.firmware.torque_mode import ctrl_tor
-from firmware_emulator.kernel import Task
+from firmware_emulator.kernel import Task, ticks_later
 
 Handler = Callable[[Board, tuple[int, ...]], Task]
 
@@ -22,6 +20,15 @@ MAX_SPEED = 32766
 MAX_TORQUE = 1023
 EIGHTHS_OF_COUNTS_PER_DEGREE = 91
 """The firmware's 11.375 = 4095 / 360, exactly."""
+UNREAD = 0xFFFF
+"""Position word of an acknowledgement when a reading or a step failed."""
+ACK_VERSION = 1
+"""Version of the acknowledgement's format, its word 4."""
+CENTRED, NOT_CENTRED = 0, 1
+CENTRE = range(2000, 2097)
+"""Positions, counts, that are accepted as the middle of a turn."""
+SETTLE_MS = 30
+COUNTS_PER_TURN = 4096
 NO_CHANNEL = (0xFFFF, 0)
 """Acknowledgement of a setting for a channel that does not exist."""
 
@@ -75,6 +82,52 @@ def _present(board: Board, channel: int) -> Task:
     position = yield from read_signed(board.uart, channel, "present_position")
     board.lock.give()
     return (UNREAD if position < 0 else position % COUNTS_PER_TURN, 0, ACK_VERSION)
+
+
+def calibrate_mid(board: Board, words: tuple[int, ...]) -> Task:
+    """Make a servo's present position 2048; refuse an unknown channel, and torque mode, without bus traffic.
+
+    Nothing is stored but the servo's own offset: the window of the channel stays, so that the same command means
+    another angle afterwards. The host is told what was read then. Source: aero-open-firmware dd91e5a.
+    """
+    channel = words[0]
+    position = None
+    if channel < CHANNELS and board.mode == POSITION:
+        yield from board.lock.take()
+        position = yield from centre(board, channel)
+        board.lock.give()
+    if position is None:
+        answer = (UNREAD, 0, NOT_CENTRED)
+    else:
+        counts = position % COUNTS_PER_TURN
+        word = to_host(counts, board.window.extend[channel], board.window.grasp[channel])
+        answer = (counts, word, CENTRED if counts in CENTRE else NOT_CENTRED)
+    board.transmit(reply(Opcode.CALIBRATE_MID, (channel, *answer, ACK_VERSION)))
+
+
+def centre(board: Board, channel: int) -> Task:
+    """Recalibrate and hold; return the position (counts) if every step was acknowledged, else None. The lock is held.
+
+    A negative position counts as unread, a read that failed (32769) as a position.
+    """
+    uart = board.uart
+    calibrated = yield from calibrate(uart, channel)
+    yield ticks_later(board.kernel.now, SETTLE_MS)
+    position = (yield from read_signed(uart, channel, "present_position")) if calibrated else -1
+    # Mode and lock are written whatever came before.
+    in_mode = yield from write_register(uart, channel, "mode", 0)
+    locked = yield from write_register(uart, channel, "lock", 1)
+    held = position >= 0 and in_mode and locked
+    if held:
+        move = goal(
+            position,
+            speed=board.speed[channel],
+            acceleration=board.profile.acceleration,
+            torque=board.torque[channel],
+        )
+        held = yield from uart.write(channel, GOAL_ADDRESS, move)
+    energised = yield from write_register(uart, channel, "torque_enable", 1)
+    return position if held and energised else None
 
 
 def _getter(opcode: Opcode, field: str) -> Handler:

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from struct import Struct
 
-from firmware_emulator.firmware.frames import CHANNELS
-from firmware_emulator.firmware.mapping import to_host
+from firmware_emulator.firmware.frames import CHANNELS, to_host
 
 _BLOCK = Struct("<HH3xB5xH")
 """Position, speed, temperature and current in the feedback block."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from struct import Struct
 
 from firmware_emulator.kernel import Task
-from firmware_emulator.servo.registers import REGISTERS
+from firmware_emulator.servo.models import REGISTERS
 from firmware_emulator.uart_master import UartMaster
 
 GOAL_BLOCK = Struct("<BHHH")

@@ -9,7 +9,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.frames import Opcode, reply
 from firmware_emulator.firmware.servo_calls import unlock, write_register
 from firmware_emulator.kernel import Task, ticks_later
-from firmware_emulator.servo.registers import REGISTERS
+from firmware_emulator.servo.models import REGISTERS
 
 IDS = range(254)
 MAX_LIMIT = 1023

@@ -13,8 +13,7 @@ from firmware_emulator.firmware.profiles import BootHoming
 from firmware_emulator.firmware.reading import Telemetry
 from firmware_emulator.firmware.torque_mode import look_at_soft_limit, make_up_for_looks, next_look
 from firmware_emulator.kernel import TASK_YIELD, Task, milliseconds, ticks_later
-from firmware_emulator.servo.model_file import FEEDBACK
-from firmware_emulator.servo.registers import FEEDBACK_SIZE
+from firmware_emulator.servo.model_file import FEEDBACK, FEEDBACK_SIZE
 
 ResetCause = Literal["power_on", "brown_out", "reset"]
 """Why a board starts: power switched on, a dip of its supply, anything else (reset button, USB, software)."""

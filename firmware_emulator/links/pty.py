@@ -123,7 +123,6 @@ class PtyServer(Closing):
         link: Path | None = None,
         bus_link: Path | None = None,
         bus_port: str | None = None,
-        bus_echo: bool = False,
         listen: tuple[str, int] | None = None,
     ) -> None:
         """Open the terminals; nothing is served before `run`.
@@ -134,7 +133,6 @@ class PtyServer(Closing):
             bus_link: symbolic link to a terminal on the servo bus; no such terminal when None.
             bus_port: serial port (device path or pyserial URL) to serve the servo bus on; start the hand `bare`, lest
                 two boards drive its servos.
-            bus_echo: whether the bus terminal echoes what it sends, as some half-duplex adapters do.
             listen: host and port to serve the board on for `rfc2217://` too, with DTR and RTS; 0 for any free port.
 
         Raises:
@@ -161,7 +159,7 @@ class PtyServer(Closing):
             self._bus = Terminal(bus_link) if bus_link is not None else None
             if self._bus is not None:
                 opened.callback(self._bus.close)
-                self._takers[self._bus] = put_on_bus(emulated_hand.bus, self._bus, echo=bus_echo)
+                self._takers[self._bus] = put_on_bus(emulated_hand.bus, self._bus)
             if bus_port is not None:
                 port = SerialPort(bus_port)
                 self._takers[port] = put_on_bus(emulated_hand.bus, port)

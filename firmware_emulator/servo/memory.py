@@ -6,7 +6,6 @@ from functools import lru_cache
 
 from firmware_emulator.servo.model_file import EEPROM_END, MEMORY_SIZE, Register, ServoModel
 from firmware_emulator.servo.models import HLS3606M
-from firmware_emulator.servo.registers import encode_signed
 
 
 class RegisterFile:
@@ -123,3 +122,28 @@ def _writable(
             runs.append((first, at + 1))
             registers[register] = None
     return tuple(runs), tuple((register, *_byte_places(register, model)) for register in registers)
+
+
+# Signed numbers stand as sign and magnitude, with the sign in bit 15, or in bit 10 for the load.
+def encode_signed(value: int, sign_bit: int = 15) -> int:
+    """Return the register word of a signed value.
+
+    Raises:
+        ValueError: the magnitude does not fit below the sign bit.
+    """
+    limit = (1 << sign_bit) - 1
+    if not -limit <= value <= limit:
+        raise ValueError(f"{value} does not fit a sign-magnitude word with sign bit {sign_bit}: limit is +-{limit}")
+    return value if value >= 0 else -value | 1 << sign_bit
+
+
+def decode_signed(word: int, sign_bit: int = 15) -> int:
+    """Return the signed value of a register word; bits above the sign bit are ignored, as the libraries do.
+
+    Raises:
+        ValueError: the word is not a 16-bit one.
+    """
+    if not 0 <= word <= 0xFFFF:
+        raise ValueError(f"{word} is not a 16-bit register word")
+    magnitude = word & (1 << sign_bit) - 1
+    return -magnitude if word >> sign_bit & 1 else magnitude

@@ -25,6 +25,8 @@ MEMORY_SIZE = 128
 EEPROM_END = 40
 FEEDBACK = 56
 """First address of the measurements; up to 66 they are alike in all series."""
+FEEDBACK_SIZE = 15
+"""Bytes of the measurements that the hand's firmware reads in one go."""
 MODES = ("position", "speed", "current", "pwm", "step")
 """What a mode register's value may stand for; `step` is not modelled and acts as `position`."""
 

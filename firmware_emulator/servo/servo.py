@@ -16,13 +16,12 @@ from firmware_emulator.servo.control import LoopSettings
 from firmware_emulator.servo.electrical import temperature_after
 from firmware_emulator.servo.feedback import MULTI_TURN, FeedbackBlock
 from firmware_emulator.servo.frame import Frame, Mounting
-from firmware_emulator.servo.memory import RegisterFile
+from firmware_emulator.servo.memory import RegisterFile, decode_signed
 from firmware_emulator.servo.model_file import FEEDBACK
 from firmware_emulator.servo.models import model_of
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, CURRENT_UNIT_MA, ServoParameters
 from firmware_emulator.servo.profile import Trapezoid, plan
 from firmware_emulator.servo.protection import OVERLOAD, Protection
-from firmware_emulator.servo.registers import decode_signed
 from firmware_emulator.servo.shafts import Shafts
 
 MIDDLE = 128

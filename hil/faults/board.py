@@ -8,9 +8,9 @@ from functools import partial
 from aero.channels import WIRE_ORDER
 from aero.firmware import FIRMWARE
 from firmware_emulator.firmware.board import Board
-from firmware_emulator.firmware.calibrate_mid import centre
 from firmware_emulator.firmware.hands import HandSide
 from firmware_emulator.firmware.homing import home
+from firmware_emulator.firmware.opcodes import centre
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
 from hil.faults.assembly import Active, HandAssembly

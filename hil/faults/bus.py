@@ -8,7 +8,8 @@ from random import Random
 from aero.channels import WIRE_ORDER
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.packets import HEADER, Instruction, pack
-from firmware_emulator.servo.registers import REGISTERS, decode_signed, encode_signed
+from firmware_emulator.servo.memory import decode_signed, encode_signed
+from firmware_emulator.servo.models import REGISTERS
 from hil.faults.assembly import Active, HandAssembly
 from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from aero.channels import FINGERS, WIRE_ORDER, Channel
 from firmware_emulator.hand import EmulatedHand
-from firmware_emulator.servo.registers import REGISTERS
+from firmware_emulator.servo.models import REGISTERS
 from firmware_emulator.servo.servo import Servo
 from hil.faults.assembly import Active, HandAssembly
 from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity

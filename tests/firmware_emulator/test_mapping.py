@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_emulator.firmware.frames import to_counts, to_host
 from firmware_emulator.firmware.hands import HANDS
-from firmware_emulator.firmware.mapping import to_counts, to_host
 
 U16 = st.integers(0, 65535)
 COUNTS = st.integers(0, 4095)

@@ -11,8 +11,8 @@ from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo.memory import RegisterFile
 from firmware_emulator.servo.model_file import EEPROM_END
+from firmware_emulator.servo.models import REGISTERS
 from firmware_emulator.servo.parameters import HLS3606M, ServoParameters
-from firmware_emulator.servo.registers import REGISTERS
 
 SHAFT_OF_SERVO_3 = 0
 """Servo 3 turns the index, whose counts fall as it closes; 3278 is open."""

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from firmware_emulator.servo.electrical import CurrentLaw, effort_limit, static_current, temperature_after
 from firmware_emulator.servo.feedback import standard_normal
 from firmware_emulator.servo.frame import Frame, Mounting
+from firmware_emulator.servo.memory import decode_signed, encode_signed
 from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT, ServoParameters
 from firmware_emulator.servo.profile import plan
-from firmware_emulator.servo.registers import decode_signed, encode_signed
 
 POSITIONS = st.floats(-2e4, 2e4)
 VELOCITIES = st.floats(-1e4, 1e4)

@@ -7,7 +7,7 @@ from time import perf_counter
 
 from aero.channels import Channel
 from aero.errors import AeroError
-from firmware_emulator.servo.registers import REGISTERS
+from firmware_emulator.servo.models import REGISTERS
 from hil.faults import FaultNeverFiredError
 from hil.faults.fault import FaultLayer, Injection, Part
 from hil.faults.mechanics import JOINTS

@@ -12,7 +12,7 @@ import numpy as np
 
 from aero.channels import FINGERS, WIRE_ORDER, Channel, Joint
 from firmware_emulator.plant import Drive
-from firmware_emulator.servo.registers import REGISTERS
+from firmware_emulator.servo.models import REGISTERS
 from hil.faults.assembly import Active
 from hil.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
 from hil.faults.link import LinkFault

@@ -10,8 +10,8 @@ from feetech_robots.joint_plant import GearedShaft, JointPlant
 from feetech_robots.robot_file import Robot, read_robot
 from firmware_emulator.links.in_process import BusLink
 from firmware_emulator.servo.frame import Mounting
+from firmware_emulator.servo.memory import encode_signed
 from firmware_emulator.servo.model_file import Register
-from firmware_emulator.servo.registers import encode_signed
 from firmware_emulator.servo.servo import Servo
 from firmware_emulator.servo_chain import MountedServo, ServoChain
 

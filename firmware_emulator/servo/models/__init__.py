@@ -43,3 +43,5 @@ def _path(name: str) -> Path:
 
 HLS3606M = model_of("HLS3606M")
 """The hand's servo."""
+REGISTERS = HLS3606M.registers
+"""Its registers by name: below 40 EEPROM, 40 to 55 RAM, 56 and above measurements and factory data."""

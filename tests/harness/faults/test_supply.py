@@ -6,7 +6,7 @@ import pytest
 
 from aero import Channel
 from aero.errors import LinkTimeoutError
-from firmware_emulator.servo.registers import REGISTERS
+from firmware_emulator.servo.models import REGISTERS
 from hil import GroundTruth, open_target
 from hil.faults import parse_fault
 
