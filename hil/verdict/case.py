@@ -14,6 +14,8 @@ from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, neighbour, steps
 
 SURE = 0.75
 """Likelihood from which on a suspect that a step convicts is told."""
+SURE_OF_THE_REST = 0.8
+"""The same of one that is convicted because a failure stays."""
 REMAINS = 0.1
 """Likelihood from which on a suspect is named among those that remain."""
 SURE_TOGETHER = 0.88
@@ -192,11 +194,14 @@ def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | 
 
     Two digits may be at fault together, as where their cables are exchanged.
     """
-    found = [one.proposal.step.convicted(one.outcome, one.proposal.at) for one in done]
+    found = {one.proposal.step.convicted(one.outcome, one.proposal.at): one.outcome for one in done}
     proven = [s for s in likely if any(f and f.part is s.part and f.channel in (None, s.channel) for f in found)]
-    of_one_part = [s for s in proven if s.part is proven[0].part]
-    together = sum(likely[s] for s in of_one_part) >= SURE_TOGETHER
-    return proven[0] if together or (proven and likely[proven[0]] >= SURE) else None
+    if not proven:
+        return None
+    together = sum(likely[s] for s in proven if s.part is proven[0].part) >= SURE_TOGETHER
+    # What stays may be a third part's, which nobody thought of.
+    stays = found.get(proven[0], StepOutcome.SEEN) is StepOutcome.STAYS
+    return proven[0] if together or likely[proven[0]] >= (SURE_OF_THE_REST if stays else SURE) else None
 
 
 def _normalised(weights: Mapping[Suspect, float]) -> dict[Suspect, float]:

@@ -60,6 +60,10 @@ SENSORS = ("presence/temperature", "alike/temperature", "staircase/resolution", 
 """Readings that a servo makes by itself, whatever it pulls."""
 PULLS = ("excursion/stop_current", "staircase/spring", "staircase/spring_shape", "holding/holding_current")
 """Readings of how much a servo pulls."""
+CURRENTS = (*PULLS, "staircase/friction", "audit/pull")
+"""Readings in ampere."""
+OPPOSED = -8.0
+"""Excess of a current below which it has the other sign: one that is zero is less far off."""
 MOVED = "audit/others_moved"
 OF_THE_LINK = ("session/", "presence/", "driver/", "run/")
 THUMB = frozenset({Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR})
@@ -189,6 +193,18 @@ def torque_of_all(signs: RunSigns) -> Iterable[Clue]:
         yield Clue("several channels are weak or slow", weak, _hand(supply=0.75, setup=0.15, board=0.1))
 
 
+def currents_alone(signs: RunSigns) -> Iterable[Clue]:
+    """Currents of several channels to one side, where all moves as it should."""
+    failures = signs.failures
+    channels = failures.keys(lambda check, on: on != "hand" and not check.startswith(OF_THE_LINK))
+    off = [failures.off[key] for key in channels if f"{key[0]}/{key[1]}" in CURRENTS]
+    # Two servos do not read too little at once: a scale or a limit that they share does.
+    one_side = bool(off) and (max(off) < 0.0 or min(off) > 0.0)
+    if one_side and len(off) == len(channels) and len(_channels(failures)) > 1:
+        shared = _hand(board=0.55, setup=0.2, supply=0.15)
+        yield Clue("currents of several channels are off, and all moves", channels, shared)
+
+
 def alike_on_many(signs: RunSigns) -> Iterable[Clue]:
     """One check that fails to one side on most channels."""
     # What comes late has a rule of its own: no set-up delays it.
@@ -205,16 +221,18 @@ def alike_on_many(signs: RunSigns) -> Iterable[Clue]:
 
 
 def two_exchanged(signs: RunSigns) -> Iterable[Clue]:
-    """Two channels of which one moves when the other is commanded."""
-    moved, lag = signs.failures.on(MOVED), signs.failures.on("audit/followed", -1)
-    shape = "staircase/spring_shape"
-    high, low = signs.failures.on(shape, 1), signs.failures.on(shape, -1)
-    two = moved if len(moved & lag) == 2 else high | low if len(high) == len(low) == 1 else frozenset()
-    if len(two) == 2:
+    """Two channels of which one moves when the other is commanded, or two fingers that fail about as much."""
+    failures = signs.failures
+    moved = failures.on(MOVED)
+    failing = {channel: weight for channel in Channel if (weight := failures.weight(_own(failures, channel)))}
+    both = len(failing) == 2 and failing.keys() <= set(FINGERS) and 3.0 * min(failing.values()) > max(failing.values())
+    two = moved if len(moved & failures.on("audit/followed", -1)) == 2 else frozenset(failing if both else ())
+    if two:
         labels = {channel.label for channel in two}
-        own = signs.failures.keys(lambda _, subject: subject in labels)
-        weights = {Suspect(part, one): 0.2 for part in (Part.DIGIT, Part.SERVO) for one in two}
-        yield Clue("two channels are exchanged", own, weights | _hand(bus=0.1, setup=0.1))
+        own = failures.keys(lambda _, subject: subject in labels)
+        # What is exchanged is seen at either; two parts at once are less likely than what both share.
+        weights = {Suspect(Part.DIGIT, min(two)): 0.3, Suspect(Part.SERVO, min(two)): 0.2}
+        yield Clue("two channels fail together", own, weights | _hand(board=0.3, bus=0.05, setup=0.1))
 
 
 def one_channel(signs: RunSigns) -> Iterable[Clue]:
@@ -229,17 +247,20 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         still = failures.weight(own & failures.keys(lambda check, _: check in STANDS_STILL))
         jumping = failures.weight(own & failures.keys(lambda check, _: check in JUMPS))
         everything = failures.weight(own) or 1.0
-        # What answers only now and then stands still and jumps; nothing mechanical does.
-        # A channel that stops early and pulls at nothing was told to stop there, by a limit in its servo.
-        limited = failures.excess("excursion/fist_travel", channel.label) < 0.0 and not any(
-            failures.excess(check, channel.label) > FAR for check in PULLS
-        )
-        servo, setup = (0.6, 0.03) if limited else (0.35 + 0.5 * sensed / everything, 0.12)
-        bus = 0.03 + 0.3 * still / everything
-        usb = 0.1 * jumping / everything
         alone = len(_channels(failures)) <= 1
-        board = 0.3 * still / everything + (0.0 if alone else OF_SEVERAL)
-        weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): 0.85 - servo}
+        servo, setup = 0.35 + 0.5 * sensed / everything, 0.12
+        digit, board = 0.85 - servo, 0.0 if alone else OF_SEVERAL
+        short = failures.excess("excursion/fist_travel", channel.label) < 0.0
+        if short and not any(failures.excess(check, channel.label) > FAR for check in PULLS):
+            # What stops early and pulls at nothing was told to stop there, by a limit in its servo or by its command.
+            servo, digit, board, setup = 0.55, 0.15, 0.2, 0.03
+        elif failures.excess("audit/pull", channel.label) < OPPOSED:
+            # No load makes a current flow the other way: a sign does, of the firmware or of the motor's poles.
+            servo, digit, board = 0.3, 0.2, 0.4
+        # What answers only now and then stands still and jumps; nothing mechanical does.
+        bus, usb = 0.03 + 0.3 * still / everything, 0.1 * jumping / everything
+        board += 0.3 * still / everything
+        weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): digit}
         keys = _all(signs) if ended and alone else own | _with(failures, channel)
         shared = _hand(setup=setup, bus=bus, usb=usb, board=board)
         yield Clue(f"readings of the {subject_words(channel.label)} are off", keys, weights | shared)
@@ -272,6 +293,7 @@ RULES: tuple[Rule, ...] = (
     late,
     another_setting,
     torque_of_all,
+    currents_alone,
     alike_on_many,
     two_exchanged,
     one_channel,

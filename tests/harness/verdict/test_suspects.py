@@ -17,6 +17,7 @@ from hil.verdict.limits import load_limits
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 from hil.verdict.suspects import (
+    CURRENTS,
     FALSIFIED,
     JUMPS,
     SENSORS,
@@ -92,7 +93,7 @@ def test_one_channel_leaves_its_servo_and_its_digit():
 
 def test_a_channel_that_stops_early_and_pulls_at_nothing_leads_to_its_servo():
     """An angle limit was left in its registers; what is held pulls."""
-    assert leading(excursion__fist_travel=-90, staircase__tracking_rms=9) == (Suspect(Part.SERVO, Channel.RING),)
+    assert leading(excursion__fist_travel=-90, staircase__tracking_rms=9)[0] == Suspect(Part.SERVO, Channel.RING)
     held = leading(excursion__fist_travel=-90, staircase__tracking_rms=9, staircase__spring_shape=40)
     assert Suspect(Part.DIGIT, Channel.RING) in held
 
@@ -115,11 +116,25 @@ def test_a_hand_reading_a_little_off_does_not_win_over_fifty_of_a_channel():
     assert all(suspect.channel is Channel.RING for suspect in first)
 
 
-def test_two_exchanged_channels_are_suspected_together():
-    first = leading(
-        audit__others_moved={"ring": 9, "middle": 9}, audit__followed={"ring": -90, "middle": -90},
-    )  # fmt: skip
-    assert {suspect.channel for suspect in first} == {Channel.RING, Channel.MIDDLE}
+EXCHANGED = {"ring": -90, "middle": -90}
+
+
+@pytest.mark.parametrize("moved", [{}, {"audit__others_moved": {"ring": 9, "middle": 9}}])
+def test_two_channels_that_fail_together_share_a_cause(moved):
+    first = leading(audit__followed=EXCHANGED, **moved)
+    assert {Suspect(Part.DIGIT, Channel.MIDDLE), Suspect(Part.BOARD)} <= set(first)
+
+
+def test_currents_alone_of_several_channels_lead_to_the_board():
+    """Half the current scale was told as two weak motors."""
+    low = {"thumb_flexor": -7.5, "thumb_cmc_flexion": -7.4}
+    assert leading(excursion__stop_current=low) == (Suspect(Part.BOARD),)
+    assert Suspect(Part.BOARD) not in leading(excursion__stop_current=low, audit__followed={"thumb_flexor": -9.0})
+
+
+def test_a_current_that_flows_the_other_way_leads_to_a_sign_of_the_board_too():
+    assert Suspect(Part.BOARD) in leading(audit__pull=-14.1, staircase__friction=-16.5)
+    assert Suspect(Part.BOARD) not in leading(audit__pull=-3.1, staircase__friction=-7.2)
 
 
 KEYS = sorted(
@@ -150,4 +165,4 @@ def test_what_is_not_measurable_accuses_nobody():
 def test_every_check_that_a_rule_names_is_judged():
     """A metric that is renamed or dropped is noticed here."""
     judged = {f"{experiment}/{metric}" for experiment, metric, _ in KEYS}
-    assert {*FALSIFIED, *TIMES, *STANDS_STILL, *JUMPS, *TORQUE, *SENSORS, *SPOILT} <= judged
+    assert {*CURRENTS, *FALSIFIED, *TIMES, *STANDS_STILL, *JUMPS, *TORQUE, *SENSORS, *SPOILT} <= judged
