@@ -33,7 +33,7 @@ BYTES = {
     "": "9ebe2f85e3fa3f4c",
     "motor_weak:ring=0.4@0.5": "60246a46a5044814",
     "encoder_noise:pinky": "aa5ffae3af9eee55",
-    "supply_sags=0.6": "213250a87995730c",
+    "supply_sags=0.6": "6b761e17667277d8",
     "cable_long:middle=7.6": "8de8f41e390c4416",
     "late_goals=30": "15ce74591b97cad1",
     "winding_reversed:index": "c335238a5347b84d",
