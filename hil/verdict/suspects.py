@@ -33,7 +33,6 @@ TIMES = (
 )
 STANDS_STILL = (
     "presence/distinct_readings",
-    "excursion/stale",
     "response/standstill",
 )
 SPOILT = ("replay/replay_shape", "staircase/rise_hand_ms")
@@ -145,7 +144,7 @@ def falsified_bytes(signs: RunSigns) -> Iterable[Clue]:
 def standing_readings(signs: RunSigns) -> Iterable[Clue]:
     """Readings that repeat: a bus on which one servo is silent leaves all old values."""
     own = signs.failures.keys(lambda check, _: check in STANDS_STILL)
-    still = signs.failures.on("excursion/stale") | signs.failures.on("response/standstill")
+    still = signs.failures.on("response/standstill")
     if signs.end.stop is SafetyReason.STALE or signs.failures.hand("presence/distinct_readings"):
         yield Clue("no reading changes", _all(signs), _hand(bus=0.5, servo=0.25, usb=0.15, board=0.1))
     elif own and len(still) != 1:

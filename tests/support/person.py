@@ -6,7 +6,7 @@ With three joints a finger that is bent by 5 degrees in all has its tip half a c
 import numpy as np
 
 from aero.channels import FINGERS, Channel
-from hil.checks.look.questions import AGAIN, NO, NONE, STRAIGHT, YES, digit
+from hil.checks.look.check import AGAIN, NO, NONE, STRAIGHT, YES, digit
 
 SEEN_DEG = 5.0
 JOINTS = {finger: slice(3 * finger, 3 * finger + 3) for finger in FINGERS} | {

@@ -39,10 +39,6 @@ FIST[0, list(FINGERS)] = MAX_CODE
 FIST[1] = MAX_CODE
 SETTLE_S = 2.0
 """Time in which the simulator comes to rest, s."""
-MOVING = 0.02
-"""Part of the window from one reading to the next from which a channel moves."""
-REFRESHED_S = 0.015
-"""Time in which every firmware but `pre` has refreshed its readings, s."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -78,10 +74,7 @@ def simulated_fist(firmware: str, window: str, side: Side) -> NDArray[np.float64
 
 
 def measure(recording: Recording) -> Measured:
-    """Return where each channel stops alone and in the fist, under which current, and how many readings are stale.
-
-    The fist is measured beside the simulator's.
-    """
+    """Return where each channel stops alone, under which current, and in the fist, beside the simulator's."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)
     pull = closing_current(currents.values, recording.header.hand)
@@ -108,21 +101,4 @@ def measure(recording: Recording) -> Measured:
             found[Channel(step.channel).label]["stop_current"] = float(
                 last_before(currents.times, pull, step.end)[step.channel]
             )
-    for channel in Channel:
-        found[channel.label]["stale"] = 100.0 * stale(codes.times, codes.values[:, [channel]])
     return found
-
-
-def stale(times: Floats, codes: Floats) -> float:
-    """Return the share of readings that repeat the one before although the channel moved before and after it.
-
-    Args:
-        times: (n,) float, s; readings closer than `REFRESHED_S` may repeat and do not count.
-        codes: (n, k) float, readings.
-    """
-    steps = np.abs(np.diff(codes, axis=0)) / MAX_CODE
-    before, now, after = steps[:-2], steps[1:-1], steps[2:]
-    apart = (np.diff(times)[1:-1] > REFRESHED_S)[:, None]
-    on_its_way = (before > MOVING) & (after > MOVING) & apart
-    repeated = on_its_way & (now == 0)
-    return float(repeated.sum() / on_its_way.sum()) if on_its_way.any() else np.nan

@@ -12,14 +12,29 @@ from collections.abc import Callable
 import numpy as np
 
 from aero.channels import FINGERS, Channel
-from hil.checks.look import questions
-from hil.checks.look.questions import AGAIN, NO, NONE, STRAIGHT
 from hil.checks.shared.experiment import Measured, Sampler, one_closed
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import LookEndedError, MissingCapabilityError, Onlooker, Question, Target
 
+YES, NO, AGAIN, NONE = "yes", "no", "again", "none"
+MOTIONS = {
+    Channel.THUMB_ABDUCTION: "thumb swings across the palm",
+    Channel.THUMB_CMC_FLEXION: "thumb bends at its base",
+    Channel.THUMB_FLEXOR: "tip of the thumb curls",
+}
+"""What each channel of the thumb does, as it looks."""
+STRAIGHT = (*FINGERS, Channel.THUMB_FLEXOR)
+"""Channels whose digit is straight when it is open."""
+YES_OR_NO = {"y": YES, "yes": YES, "n": NO, "no": NO}
+OR_AGAIN = {"a": AGAIN, "again": AGAIN}
+WHICH = (
+    {str(channel + 1): channel.label for channel in Channel}
+    | {channel.label: channel.label for channel in Channel}
+    | {"0": NONE, "none": NONE}
+    | OR_AGAIN
+)
 NUDGE = {channel: 0.1 if channel in FINGERS or channel is Channel.THUMB_ABDUCTION else 0.15 for channel in Channel}
 """Small motion, part of the window: a taut finger bends by 10 degrees or more in all, a slack one not at all."""
 TO_AND_FRO = (0.4, 0.5)
@@ -56,6 +71,40 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
         raise LookEndedError("the look was ended before its end; the hand is open") from error
 
 
+def digit(channel: Channel) -> str:
+    """Return the digit that a channel moves, for people."""
+    return f"{channel.label} finger" if channel in FINGERS else "tip of the thumb"
+
+
+def all_straight() -> Question:
+    """Return whether every open digit is straight."""
+    text = (
+        "The hand is open. Is every finger straight, and the tip of the thumb? A finger that is not in line with its "
+        "neighbours by half a centimetre at the tip is bent."
+    )
+    return Question(text, "y, n", YES_OR_NO)
+
+
+def straight(channel: Channel) -> Question:
+    """Return whether one open digit is straight."""
+    return Question(f"Is the {digit(channel)} straight?", "y, n", YES_OR_NO)
+
+
+def which_moved(motion: str) -> Question:
+    """Return which digit moved a little, three times."""
+    named = [MOTIONS.get(channel, channel.label) for channel in Channel]
+    legend = ", ".join(f"{number} {name}" for number, name in enumerate(named, start=1))
+    return Question(
+        "Something moved a little, three times. What was it?", f"{legend}, 0 nothing, a again", WHICH, motion
+    )
+
+
+def tip_followed(motion: str) -> Question:
+    """Return whether a digit, half closed, followed each time it was moved a little to and fro."""
+    text = "It closed half way and moved a little to and fro, three times. Did its tip follow each time?"
+    return Question(text, "y, n, a again", YES_OR_NO | OR_AGAIN, motion)
+
+
 class _Look:
     def __init__(self, sampler: Sampler, onlooker: Onlooker) -> None:
         self._sampler = sampler
@@ -64,8 +113,8 @@ class _Look:
     def all_open(self) -> None:
         """Ask which digits of the open hand are bent."""
         self._sampler.hold(OPENED, HOLD_S, "open hand")
-        if self._asked(questions.all_straight()) == NO:
-            bent = [channel.label for channel in STRAIGHT if self._asked(questions.straight(channel)) == NO]
+        if self._asked(all_straight()) == NO:
+            bent = [channel.label for channel in STRAIGHT if self._asked(straight(channel)) == NO]
         else:
             bent = []
         self._sampler.recorder.note_parameters(bent=" ".join(bent))
@@ -79,7 +128,7 @@ class _Look:
                 self._sampler.hold(one_closed(channel, NUDGE[channel]), HOLD_S, motion)
                 self._sampler.hold(OPENED, HOLD_S, motion)
 
-        moved = self._asked(questions.which_moved(motion), show)
+        moved = self._asked(which_moved(motion), show)
         self._sampler.recorder.note_parameters(**{f"moved_{channel.label}": moved})
 
     def to_and_fro(self, channel: Channel) -> None:
@@ -94,7 +143,7 @@ class _Look:
                 self._sampler.hold(one_closed(channel, near), HOLD_S, motion)
             self._sampler.hold(OPENED, HOLD_S, "open hand")
 
-        followed = self._asked(questions.tip_followed(motion), show)
+        followed = self._asked(tip_followed(motion), show)
         self._sampler.recorder.note_parameters(**{f"followed_{channel.label}": followed})
 
     def end(self) -> None:

@@ -5,7 +5,7 @@ Leaves `codes` and `command_codes`; encoders are read as fast as the link allows
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE, Opcode
 from hil.checks.shared.experiment import Measured, require
-from hil.checks.shared.signals import CommandStep, find_steps
+from hil.checks.shared.signals import CommandStep, find_steps, in_force
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording, Series
 from hil.targets.target import Target
@@ -100,11 +100,11 @@ def measure(recording: Recording) -> Measured:
     changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
     fast = _after(codes, cycles)
     require(len(fast.times) > 1 and changed.size > 1, "the cycles")
-    goals = goal_at(commands, fast.times)
+    goals = in_force(commands, fast.times)
     asked = requests[codes.times >= cycles]
     swept = [step for step in commanded if step.start >= cycles and step.channel == CHANNEL]
     rate = CYCLES / (codes.times[-1] - cycles) if swept and all_arrived(swept, fast) else np.nan
-    still = {finger: standstills(asked, fast.times, fast.values, goals, (finger,)) for finger in FINGERS}
+    still = {f: standstills(asked, fast.times, fast.values[:, f], goals[:, f]) for f in FINGERS}
     return {
         **{finger.label: {"standstill": 1e3 * max(found, default=np.nan)} for finger, found in still.items()},
         "hand": {
@@ -159,9 +159,7 @@ def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:
     return found
 
 
-def standstills(
-    asked: Floats, times: Floats, codes: Floats, goals: Floats, fingers: Iterable[Channel] = FINGERS
-) -> list[float]:
+def standstills(asked: Floats, times: Floats, codes: Floats, goals: Floats) -> list[float]:
     """Return for how long (s) the same reading of a finger came again and again while it was on its way.
 
     A reading was true at some time between its request and its arrival, so what counts is the time from the first one's
@@ -170,26 +168,17 @@ def standstills(
     Args:
         asked: (n,) float, when each reading was asked for, s.
         times: (n,) float, when it came, s.
-        codes: (n, 7) float, readings.
-        goals: (n, 7) float, commands in force.
-        fingers: that are looked at.
+        codes: (n,) float, readings of the finger.
+        goals: (n,) float, its commands in force.
     """
-    found: list[float] = []
-    for finger in fingers:
-        part, goal = codes[:, finger] / MAX_CODE, goals[:, finger] / MAX_CODE
-        on_its_way = (np.abs(goal - part) > FAR) & (np.minimum(part, 1.0 - part) > SETTING_OUT)
-        changes = np.flatnonzero(np.diff(part) != 0) + 1
-        for first, last in zip(changes[:-1], changes[1:] - 1, strict=True):
-            if on_its_way[first] and on_its_way[last]:
-                found.append(max(float(asked[last] - times[first]), 0.0))
-    return found
-
-
-def goal_at(commands: Series, times: Floats) -> Floats:
-    """Return the commands (n, 7) in force at `times` (n,)."""
-    rows = np.maximum(np.searchsorted(commands.times, times, side="right") - 1, 0)
-    goals: Floats = commands.values[rows]
-    return goals
+    part = codes / MAX_CODE
+    on_its_way = (np.abs(goals / MAX_CODE - part) > FAR) & (np.minimum(part, 1.0 - part) > SETTING_OUT)
+    changes = np.flatnonzero(np.diff(part) != 0) + 1
+    return [
+        max(float(asked[last] - times[first]), 0.0)
+        for first, last in zip(changes[:-1], changes[1:] - 1, strict=True)
+        if on_its_way[first] and on_its_way[last]
+    ]
 
 
 def _after(series: Series, t: float) -> Series:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from hil.recordings.recording import Series
 
 Floats = NDArray[np.float64]
 
@@ -17,6 +18,13 @@ Floats = NDArray[np.float64]
 def at_times(times: Floats, values: Floats, at: Floats) -> Floats:
     """Interpolate each column of `values` (n, k) linearly to the times `at`; returns (m, k)."""
     return np.stack([np.interp(at, times, column) for column in values.T], axis=1)
+
+
+def in_force(commands: Series, at: Floats) -> Floats:
+    """Return the commands (m, k) in force at the times `at` (m,)."""
+    rows = np.maximum(np.searchsorted(commands.times, at, side="right") - 1, 0)
+    found: Floats = commands.values[rows]
+    return found
 
 
 def display_unit(unit: str) -> tuple[str, float]:

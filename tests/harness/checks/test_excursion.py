@@ -1,6 +1,5 @@
 """Excursion, on recordings made by hand."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -55,7 +54,6 @@ def test_every_number_is_the_recorded_one():
             abs(SIMULATED[i] - found[label]["fist_travel"]), abs=near
         )
     assert found["ring"]["fist_difference"] == pytest.approx(44.59 - 0.82 * 45.258, abs=0.01)
-    assert math.isnan(found["ring"]["stale"])
     assert_current_on_the_way_is_left_out(recording)
 
 
@@ -73,25 +71,3 @@ def assert_current_on_the_way_is_left_out(recording):
 def closings(recording):
     commands = recording["command_codes"]
     return [step for step in find_steps(commands.times, commands.values) if step.after > step.before][: len(LABELS)]
-
-
-def stale(percent, dt=0.02):
-    codes = np.zeros((len(percent), 7))
-    codes[:, Channel.RING] = np.array(percent) / 100 * MAX_CODE
-    return excursion.stale(dt * np.arange(len(percent)), codes)
-
-
-def test_a_reading_counts_between_motions_of_more_than_a_fiftieth():
-    """A finger that sets out, arrives or creeps may stand; 2.1 % from one reading to the next is motion."""
-    assert math.isnan(stale((0, 0, 0, 10, 10, 10)))
-    assert math.isnan(stale((0, 1.9, 1.9, 3.8, 3.8)))
-    assert stale((0, 2.1, 2.1, 4.2)) == 1.0
-
-
-def test_the_share_of_a_recording_is_in_per_cent():
-    """The fist goes 10, 20, 20, 30, 30, 40, 50, 60 %: two of three readings between motions repeat."""
-    percent = np.zeros((15 + 9, 7))
-    percent[1:15:2] = 100 * np.eye(7)
-    percent[15:, 0] = (10, 20, 20, 30, 30, 40, 50, 60, 60)
-    recording = held("excursion", percent / 100 * MAX_CODE, 0.02, dt=0.02)
-    assert excursion.measure(recording)["index"]["stale"] == pytest.approx(200 / 3)

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from person import Person
 
 from aero.channels import Channel
-from hil.checks.look.questions import WHICH
+from hil.checks.look.check import WHICH
 from hil.cli import main
 from hil.faults import parse_fault
 from hil.recordings.mcap_file import read_recording

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from hil.checks.look import check as look
-from hil.checks.look.questions import NO, NONE
+from hil.checks.look.check import NO, NONE
 from hil.recordings.recording import Recording
 from tests.support.synthetic import HEADER, LABELS
 

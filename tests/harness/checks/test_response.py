@@ -74,10 +74,9 @@ def test_an_answer_that_was_late_is_no_standstill():
     """The finger moves on every 10 ms, the host is held up for 50 ms with an answer on its way."""
     t = 0.01 * np.arange(12)
     came = np.where(t >= 0.05, t + 0.05, t)
-    part = np.zeros((12, 7))
-    part[:, 0] = np.repeat([0.2, 0.3, 0.4, 0.5, 0.6, 0.7], 2)
+    part = np.repeat([0.2, 0.3, 0.4, 0.5, 0.6, 0.7], 2)
     asked = np.append(t[0], came[:-1])
-    codes, goals = part * MAX_CODE, np.full((12, 7), float(MAX_CODE))
+    codes, goals = part * MAX_CODE, np.full(12, float(MAX_CODE))
     assert max(response.standstills(asked, came, codes, goals)) == pytest.approx(0.0)
     assert max(response.standstills(came, came, codes, goals)) == pytest.approx(0.06)
 
@@ -90,10 +89,8 @@ def test_a_reading_was_asked_for_by_the_last_request_for_one_before_it():
 
 
 def way(*percent):
-    """Codes of a finger; the others stand open."""
-    codes = np.zeros((len(percent), 7))
-    codes[:, 1] = np.array(percent) / 100 * MAX_CODE
-    return codes
+    """Codes of a finger."""
+    return np.array(percent) / 100 * MAX_CODE
 
 
 def test_standstills_count_on_the_way_only():
