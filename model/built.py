@@ -18,7 +18,7 @@ from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import BuiltHandParameters
 from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
-from model.softness import constraint, lay_skin
+from model.softness import constraint
 
 NEVER = 1.0
 """Upper limit of the cables' length, m; out of reach."""
@@ -62,10 +62,7 @@ def build_built(side: Side = "right", parameters: BuiltHandParameters | None = N
     """
     unit = parameters or BuiltHandParameters()
     spec = _assemble(side, unit)
-    probe = spec.copy().compile()
-    _soften(spec, probe, unit)
-    if unit.skin_friction:
-        lay_skin(spec, probe, unit)
+    _soften(spec, unit)
     return spec
 
 
@@ -127,7 +124,7 @@ def _springs(unit: BuiltHandParameters) -> tuple[NDArray[np.float64], NDArray[np
 
 def _add_thenar_stop(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
     """Let the metacarpal meet the palm where it does on a physical hand; the boxes of the palm are too coarse."""
-    stop = constraint(0.0, 1.0, unit.timestep)
+    solref, solimp = constraint(0.0, 1.0, unit.timestep)
     spec.body("palm").add_geom(
         name="thenar",
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -143,8 +140,8 @@ def _add_thenar_stop(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
         geomname1="thenar",
         geomname2="thumb_metacarpal_box0",
         condim=1,
-        solref=stop.solref,
-        solimp=stop.solimp,
+        solref=solref,
+        solimp=solimp,
     )
 
 
@@ -191,25 +188,24 @@ def winding(channel: Channel, unit: BuiltHandParameters) -> dict[Joint, float]:
     }
 
 
-def _soften(spec: mujoco.MjSpec, probe: mujoco.MjModel, unit: BuiltHandParameters) -> None:
+def _soften(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
     """Set the compliances, which depend on the inertias that only the compiler knows."""
+    probe = spec.copy().compile()
     for channel in CABLES:
         tendon = spec.tendon(cable_name(channel))
-        soft = constraint(
-            unit.cable_compliance, float(probe.tendon_invweight0[probe.tendon(tendon.name).id]), unit.timestep
-        )
-        tendon.solref_limit, tendon.solimp_limit = soft.solref, soft.solimp
+        inverse_mass = float(probe.tendon_invweight0[probe.tendon(tendon.name).id])
+        tendon.solref_limit, tendon.solimp_limit = constraint(unit.cable_compliance, inverse_mass, unit.timestep)
     # Dry friction holds: MuJoCo's default lets a loaded joint creep by some 20 counts/s.
     holding = constraint(0.0, 1.0, unit.timestep)
     for name in (*(joint.label for joint in Joint), *map(shaft_name, CABLES)):
         target = spec.joint(name)
-        target.solref_friction, target.solimp_friction = holding.solref, holding.solimp
+        target.solref_friction, target.solimp_friction = holding
     inverse_inertia = {joint: float(probe.dof_invweight0[probe.joint(joint.label).dofadr[0]]) for joint in Joint}
     for joint in Joint:
-        soft = constraint(unit.stop_compliance, inverse_inertia[joint], unit.timestep)
         target = spec.joint(joint.label)
-        target.solref_limit, target.solimp_limit = soft.solref, soft.solimp
+        target.solref_limit, target.solimp_limit = constraint(
+            unit.stop_compliance, inverse_inertia[joint], unit.timestep
+        )
     for equality in spec.equalities:
         both = inverse_inertia[Joint[equality.name1.upper()]] + inverse_inertia[Joint[equality.name2.upper()]]
-        soft = constraint(COUPLING_COMPLIANCE, both, unit.timestep)
-        equality.solref, equality.solimp = soft.solref, soft.solimp
+        equality.solref, equality.solimp = constraint(COUPLING_COMPLIANCE, both, unit.timestep)

@@ -80,15 +80,6 @@ class BuiltHandParameters:
     """Direction of gravity in the hand's frame, of length 1; unless told otherwise the hand lies on its back."""
     contacts: bool = True
     """Whether digits touch each other and the palm; the metacarpal meets the palm in any case."""
-    skin_friction: float = 0.0
-    """Sliding friction of the silicone on fingertips, middle links and palm, against anything; zero is hard plastic
-    without a skin, and the other numbers of the skin are not used. Ranges of all four: `examples/grasps/skin.py`."""
-    skin_twist: float = 0.0
-    """Friction of the skin against twisting, torque over normal force, m."""
-    skin_roll: float = 0.0
-    """Friction of the skin against rolling, torque over normal force, m."""
-    skin_compliance: float = 0.0
-    """Give of the skin at one point, m/N; that of the palm, which is fixed in the world, is not modelled."""
     timestep: float = 0.002
     """Longest step of the physics, s."""
 

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from train.workers import leave_interrupts_to_the_parent
 
 from .grasp import Grasp
 from .own_hand import make_grasp
-from .skin import Skin, with_skin
+from .skin import Skin
 from .taxonomy import GRASPS
 from .trial import Result, codes_of, hold
 
@@ -72,11 +73,11 @@ def main(
         make_with(port, GRASPS[numbers[0] - 1], seconds)
         return
     names = [*(units or ("ideal", "reference")), *(f"plausible:{seed}" for seed in REPORTED_SEEDS if seeds)]
-    hands = [with_skin(unit_named(name), Skin(skin)) for name in names]
+    hands = [unit_named(name) for name in names]
     grasps = [grasp for grasp in GRASPS if not numbers or grasp.number in numbers]
     results: dict[str, list[Result]] = {}
     with ProcessPoolExecutor(workers, initializer=leave_interrupts_to_the_parent) as pool:
-        trials = pool.map(hold, *zip(*product(grasps, hands), strict=True))
+        trials = pool.map(partial(hold, skin=Skin(skin)), *zip(*product(grasps, hands), strict=True))
         for grasp in grasps:
             results[grasp.name] = [next(trials) for _ in names]
             held = sum(result.held for result in results[grasp.name])

@@ -15,6 +15,8 @@ from model.geometry import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
 
+from .skin import Skin, lay_skin
+
 Shape = Literal["sphere", "cylinder", "box"]
 
 FRICTION = 0.4
@@ -76,12 +78,13 @@ class ObjectPlant(BuiltHandPlant):
         position: ArrayLike,
         orientation: ArrayLike,
         parameters: BuiltHandParameters | None = None,
-        hand: Side = "right",
+        skin: Skin = Skin.PLASTIC,
     ) -> None:
         """Put `thing` at `position` (3,), m, and `orientation` (4,), unit quaternion w x y z, in the world frame."""
         self._thing, self._position, self._orientation = thing, np.asarray(position), np.asarray(orientation)
+        self._skin = skin
         # A unit may leave contacts out, which a hand that is fitted without an object does not need.
-        super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), hand)
+        super().__init__(replace(parameters or BuiltHandParameters(), contacts=True))
         self._body = self._model.body("object").id
         self._geom = self._model.geom("object").id
         joint = self._model.joint("object")
@@ -129,7 +132,7 @@ class ObjectPlant(BuiltHandPlant):
         return frozenset(self._model.body(body).name for body in met.ravel()) - {"object"}
 
     def _spec(self, hand: Side) -> mujoco.MjSpec:
-        spec = _bare_hand(hand, self.parameters).copy()
+        spec = _bare_hand(hand, self.parameters, self._skin).copy()
         # Dry friction holds, and is the same in all directions along a surface.
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         spec.option.impratio = NORMAL_TO_FRICTION
@@ -138,9 +141,11 @@ class ObjectPlant(BuiltHandPlant):
 
 
 @lru_cache(maxsize=16)
-def _bare_hand(hand: Side, parameters: BuiltHandParameters) -> mujoco.MjSpec:
-    """Return the hand without an object, made once for each hand and its parameters."""
-    return build_built(hand, parameters)
+def _bare_hand(hand: Side, parameters: BuiltHandParameters, skin: Skin) -> mujoco.MjSpec:
+    """Return the hand without an object, made once for each hand, its parameters and its skin."""
+    spec = build_built(hand, parameters)
+    lay_skin(spec, skin, parameters.timestep)
+    return spec
 
 
 def add_object(spec: mujoco.MjSpec, thing: HeldObject, position: ArrayLike, orientation: ArrayLike) -> None:

@@ -1,15 +1,30 @@
-"""What the silicone skin of a hand may be: a table of ranges, and a unit with a skin out of them.
+"""What the silicone skin of a hand may be: a table of ranges, and a hand with a skin out of them.
 
-No unit has a skin by itself. A hand that holds nothing does not need one.
+The hand of `model` has none: one that holds nothing does not need it.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from enum import StrEnum
 
-from model.units import Unit
+import mujoco
+
+from model.softness import constraint
+
+FIXED = "palm"
+"""The one link with a skin that cannot move, so that the compiler knows no inertia to make it soft against."""
+COVERED = (
+    *(f"{finger}_{link}" for finger in ("index", "middle", "ring", "pinky") for link in ("middle", "distal")),
+    "thumb_distal",
+    FIXED,
+)
+"""Links with a skin (paper, "Mechanical design": fingertips, intermediate phalanges and the contact surface of the
+palm)."""
+ALL_FRICTIONS = 6
+"""MuJoCo's dimension of a contact that slides, twists and rolls with friction."""
+DECIDES = 1
+"""Priority: of a contact the skin's numbers count, whatever it touches."""
 
 
 class Skin(StrEnum):
@@ -29,8 +44,7 @@ class Skin(StrEnum):
 class SkinNumber:
     """One number of the skin, from the silicone that grips least to the one that grips most."""
 
-    field: str
-    """Of `BuiltHandParameters`."""
+    name: str
     least: float
     middle: float
     most: float
@@ -39,7 +53,7 @@ class SkinNumber:
 
 NUMBERS = (
     SkinNumber(
-        "skin_friction",
+        "friction",
         0.75,
         1.0,
         1.5,
@@ -47,7 +61,7 @@ NUMBERS = (
         "silicone on something smooth (assumed; it falls with pressure, Berthold et al. 2023, Meccanica 58, 2165)",
     ),
     SkinNumber(
-        "skin_twist",
+        "twist",
         1.0e-3,
         1.6e-3,
         2.8e-3,
@@ -55,14 +69,14 @@ NUMBERS = (
         "radius and 1.0 to 0.3 MPa, Shore A 30 to 10 (hardness assumed: the paper says soft)",
     ),
     SkinNumber(
-        "skin_roll",
+        "roll",
         0.04e-3,
         0.15e-3,
         0.3e-3,
         "m; 3/16 of the contact radius times the share of energy lost, 0.1 to 0.5 (Greenwood, Minshall and Tabor 1961)",
     ),
     SkinNumber(
-        "skin_compliance",
+        "compliance",
         0.1e-3,
         0.3e-3,
         0.6e-3,
@@ -71,15 +85,26 @@ NUMBERS = (
 )
 
 
-def with_skin(unit: Unit, skin: Skin) -> Unit:
-    """Return the unit with this surface in place of its own."""
+def lay_skin(spec: mujoco.MjSpec, skin: Skin, timestep: float) -> None:
+    """Give the collision boxes of the covered links of a built hand a skin; `timestep` (s) is the hand's.
+
+    The compliance is made with the inertia of the links. A light object adds its own: one of 20 g makes a fingertip
+    twice as soft as asked, one of 100 g by a fifth.
+    """
     end = {Skin.LEAST: "least", Skin.SILICONE: "middle", Skin.MOST: "most"}.get(skin)
-    at = {number.field: getattr(number, end) if end else 0.0 for number in NUMBERS}
-    hand = dataclasses.replace(
-        unit.hand,
-        skin_friction=at["skin_friction"],
-        skin_twist=at["skin_twist"],
-        skin_roll=at["skin_roll"],
-        skin_compliance=at["skin_compliance"],
-    )
-    return dataclasses.replace(unit, hand=hand)
+    if end is None:
+        return
+    at = {number.name: getattr(number, end) for number in NUMBERS}
+    probe = spec.copy().compile()
+    for link in COVERED:
+        for geom in spec.body(link).geoms:
+            if geom.contype == 0:
+                continue
+            geom.friction, geom.condim, geom.priority = (
+                (at["friction"], at["twist"], at["roll"]),
+                ALL_FRICTIONS,
+                DECIDES,
+            )
+            if link != FIXED:
+                inverse_mass = float(probe.body(link).invweight0[0])
+                geom.solref, geom.solimp = constraint(at["compliance"], inverse_mass, timestep)

@@ -20,6 +20,7 @@ from model.units import Unit
 
 from .grasp import Grasp
 from .object_plant import ObjectPlant
+from .skin import Skin
 
 FIRMWARE = DEFAULT_FIRMWARE
 CODEC = ActuationMap.for_firmware(FIRMWARE)
@@ -87,9 +88,9 @@ def codes_of(closure: ArrayLike, codec: ActuationMap = CODEC) -> NDArray[np.uint
     return codes
 
 
-def hold(grasp: Grasp, unit: Unit, seed: int = 0) -> Result:
-    """Make `grasp` once on an emulated hand, `unit`, let gravity turn around it, and push."""
-    plant = ObjectPlant(grasp.thing, grasp.position_m(), grasp.orientation(), unit.hand)
+def hold(grasp: Grasp, unit: Unit, skin: Skin = Skin.PLASTIC, seed: int = 0) -> Result:
+    """Make `grasp` once on an emulated hand, `unit` with a skin, let gravity turn around it, and push."""
+    plant = ObjectPlant(grasp.thing, grasp.position_m(), grasp.orientation(), unit.hand, skin)
     electronics = EmulatedHand(plant, firmware=FIRMWARE, servos=unit.servos, seed=seed)
     clock = electronics.clock
 

@@ -1,28 +1,23 @@
-"""The silicone on a built hand: nothing by default, on the links that the paper names, and as soft as asked."""
+"""The silicone on a built hand: none on plastic, on the links that the paper names, and as soft as asked."""
 
 import pytest
-from grasps.skin import NUMBERS, Skin, with_skin
+from grasps.skin import COVERED, NUMBERS, Skin, lay_skin
 
 from model.built import build_built
-from model.parameters import BuiltHandParameters
-from model.softness import COVERED
-from model.units import load_unit
 
 
-def compiled(parameters):
-    return build_built("right", parameters).compile()
+def covered_with(skin):
+    spec = build_built("right")
+    lay_skin(spec, skin, 0.002)
+    return spec
 
 
 def test_a_hand_of_hard_plastic_is_the_hand_without_a_skin_to_the_byte():
-    plain = build_built("right", BuiltHandParameters()).to_xml()
-    unused = BuiltHandParameters(skin_twist=0.001, skin_roll=0.001, skin_compliance=0.001)
-    assert build_built("right", unused).to_xml() == plain
-    unit = load_unit("reference")
-    assert with_skin(with_skin(unit, Skin.MOST), Skin.PLASTIC) == unit
+    assert covered_with(Skin.PLASTIC).to_xml() == build_built("right").to_xml()
 
 
 def test_the_skin_is_on_fingertips_middle_links_and_palm():
-    plain, covered = compiled(BuiltHandParameters()), compiled(with_skin(load_unit("ideal"), Skin.SILICONE).hand)
+    plain, covered = covered_with(Skin.PLASTIC).compile(), covered_with(Skin.SILICONE).compile()
     changed = {
         covered.body(covered.geom_bodyid[geom]).name
         for geom in range(covered.ngeom)
@@ -35,6 +30,6 @@ def test_the_skin_is_on_fingertips_middle_links_and_palm():
     assert (tip.condim.item(), tip.priority.item()) == (6, 1)
 
 
-@pytest.mark.parametrize("number", NUMBERS, ids=lambda number: number.field)
+@pytest.mark.parametrize("number", NUMBERS, ids=lambda number: number.name)
 def test_the_middle_lies_between_the_ends(number):
     assert number.least < number.middle < number.most

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from grasps.own_hand import make_grasp
-from grasps.skin import Skin, with_skin
+from grasps.skin import Skin
 from grasps.taxonomy import GRASPS
 from grasps.trial import codes_of, hold
 
@@ -27,13 +27,13 @@ def test_an_easy_grasp_is_held():
     "name", ["quadpod", *(pytest.param(name, marks=pytest.mark.slow) for name in ("sphere 3 finger", "palmar pinch"))]
 )
 def test_what_the_search_found_is_held_with_a_skin(name):
-    result = hold(NAMED[name], with_skin(IDEAL, Skin.SILICONE))
+    result = hold(NAMED[name], IDEAL, Skin.SILICONE)
     assert result.held, result.failure
 
 
 def test_the_joint_that_gives_way_is_named():
     grasp = NAMED["tip pinch"]
-    result = hold(grasp, with_skin(load_unit("reference"), Skin.SILICONE))
+    result = hold(grasp, load_unit("reference"), Skin.SILICONE)
     assert result.failure.startswith("taken by gravity")
     assert result.gave_way.startswith("index_mcp closes by")
 
