@@ -1,7 +1,7 @@
 """The words the mechanism is written in: links, hinges, boxes, pulleys and cable paths. Data only, no physics.
 
 Lengths in m, masses in kg, moments in kg m², angles in rad; quaternions are (w, x, y, z). Every element is given in
-the frame of the link that carries it.
+the frame of the link that carries it, a link in that of its parent. Names are unique in the hand.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
-ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 Role = Literal["actuation", "coupling", "mcp_spring", "distal_spring", "cmc_spring"]
 
@@ -25,11 +24,9 @@ class Box:
     """A collision box."""
 
     half: Vector
-    """Half sizes, m."""
+    """Half sizes."""
     pos: Vector
-    """Centre, m."""
     quat: Quaternion = IDENTITY
-    """Orientation."""
 
 
 @dataclass(frozen=True)
@@ -37,15 +34,11 @@ class Pulley:
     """A cylinder that cables wrap around."""
 
     name: str
-    """Unique in the hand."""
     radius: float
-    """Groove radius, m."""
+    """Of the groove."""
     half_length: float
-    """Half the axial length, m."""
     axis: Literal["x", "y"]
-    """Axis of the cylinder in the link's frame."""
     pos: Vector
-    """Centre, m."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +46,7 @@ class Guide:
     """A point that a cable passes through, ends at, or that marks the side of a pulley it takes."""
 
     name: str
-    """Unique in the hand."""
     pos: Vector
-    """Position, m."""
 
 
 @dataclass(frozen=True)
@@ -63,11 +54,9 @@ class Inertia:
     """Mass properties of a link."""
 
     mass: float
-    """Mass, kg."""
     centre: Vector
-    """Centre of mass, m."""
     moments: Vector
-    """Principal moments, kg m²."""
+    """Principal moments."""
     quat: Quaternion
     """Orientation of the principal axes."""
 
@@ -77,9 +66,7 @@ class Hinge:
     """The joint between a link and its parent, at the origin of the link's frame; positive flexes (or abducts)."""
 
     joint: Joint
-    """Which of the sixteen."""
     axis: Vector
-    """Direction in the link's frame."""
     upper: float
     """Angle at the closed stop, rad; the extended stop is zero."""
     damping: float
@@ -91,23 +78,17 @@ class Link:
     """A rigid part and what hangs on it."""
 
     name: str
-    """Unique in the hand."""
-    pos: Vector = ORIGIN
-    """Origin in the parent's frame, m."""
+    pos: Vector = (0.0, 0.0, 0.0)
     quat: Quaternion = IDENTITY
-    """Orientation in the parent's frame."""
     inertia: Inertia | None = None
     """Mass properties; None derives them from the boxes at `BOX_DENSITY`."""
     hinge: Hinge | None = None
     """Joint to the parent; None is rigid."""
     boxes: tuple[Box, ...] = ()
-    """Collision shape."""
     pulleys: tuple[Pulley, ...] = ()
-    """Cylinders that cables wrap around."""
     guides: tuple[Guide, ...] = ()
-    """Points on the cables' way."""
     links: tuple[Link, ...] = ()
-    """Links that are mounted on this one."""
+    """Mounted on this one."""
 
     def walk(self) -> list[Link]:
         """Return this link and all below it, parents first."""
@@ -119,7 +100,6 @@ class Around:
     """One turn of a path around a pulley."""
 
     pulley: str
-    """Name of the pulley."""
     side: str | None = None
     """Guide on the side the cable takes; None leaves the shorter way."""
 
@@ -139,9 +119,7 @@ class Cable:
     """A path from guide to guide over pulleys."""
 
     name: str
-    """Unique in the hand."""
     role: Role
-    """What the cable is for."""
     path: tuple[str | Around, ...]
     """Guides and turns in order from the palm outwards."""
     spring: Spring | None = None
