@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 
 from firmware_emulator.plant import SHAFTS, Drive, ShaftState
 
+SUBSTEP_S = 0.001
+"""Longest integration step."""
+
 
 @dataclass(frozen=True)
 class BenchShaft:
@@ -45,16 +48,11 @@ class Bench:
         shafts: BenchShaft | tuple[BenchShaft, ...] = BenchShaft(),
         *,
         angles: tuple[float, ...] = (0.0,) * SHAFTS,
-        substep: float = 0.001,
     ) -> None:
-        """Put the shafts (one description for all, or seven in command order) at rest at `angles` (rad).
-
-        `substep` is the longest integration step, s.
-        """
+        """Put the shafts (one description for all, or seven in command order) at rest at `angles` (rad)."""
         self._shafts = (shafts,) * SHAFTS if isinstance(shafts, BenchShaft) else tuple(shafts)
         if len(self._shafts) != SHAFTS or len(angles) != SHAFTS:
             raise ValueError(f"a bench has {SHAFTS} shafts, got {len(self._shafts)} and {len(angles)} angles")
-        self._substep = substep
         self._time = 0.0
         self._angles = [float(angle) for angle in angles]
         self._speeds = [0.0] * SHAFTS
@@ -71,7 +69,7 @@ class Bench:
         span = t - self._time
         if span <= 0.0:
             return
-        steps = math.ceil(span / self._substep - 1e-9)
+        steps = math.ceil(span / SUBSTEP_S - 1e-9)
         for shaft in range(SHAFTS):
             self._advance_shaft(shaft, steps, span / steps)
         self._time = t

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from firmware_emulator.firmware.frames import FRAME, Opcode
 from firmware_emulator.firmware.setup_and_loop import ResetCause
@@ -87,8 +88,8 @@ class Session:
     """A board's life from a reset on."""
 
     name: str
-    start: ResetCause
     steps: tuple[Step, ...]
+    start: ResetCause = "reset"
     stored: tuple[tuple[str, int], ...] = ()
     """What is in the storage at first."""
     stops: bool = True
@@ -141,7 +142,7 @@ def boot(rng: random.Random) -> list[Session]:
     causes: tuple[ResetCause, ...] = ("power_on", "reset", "brown_out")
     some = tuple(sorted(rng.sample(range(7), 5)))
     return [
-        Session(f"boot after {cause}, servos {list(present)}", cause, (Servos(present), BOOTED, *_gets()))
+        Session(f"boot after {cause}, servos {list(present)}", (Servos(present), BOOTED, *_gets()), cause)
         for cause in causes
         for present in (tuple(range(7)), some)
     ]
@@ -152,17 +153,12 @@ def homing(rng: random.Random) -> list[Session]:
     home: tuple[Step, ...] = (Send(frame(Opcode.HOMING)), Wait(7000), Send(frame(Opcode.GET_POS)), Await(32, 200.0))
     steps: list[Step] = [SETTLED, Wait(10 * rng.randrange(5000)), *home, *_gets(), Wait(50_000), *_gets()]
     weak = rng.randrange(7)
-    weakened: list[Step] = [
-        SETTLED,
-        Servos((weak,)),
-        Send(frame(Opcode.SET_ID, weak, 500)),
-        Await(16, 3.5),
-        Servos(tuple(range(7))),
-    ]
+    weaken = Send(frame(Opcode.SET_ID, weak, 500))
+    weakened: tuple[Step, ...] = (SETTLED, Servos((weak,)), weaken, Await(16, 3.5), Servos(tuple(range(7))))
     return [
-        Session("homing", "reset", tuple(steps)),
-        Session("homing in vain", "reset", tuple(steps), stops=False),
-        Session("homing with a weak servo", "reset", (*weakened, *home, *_gets())),
+        Session("homing", tuple(steps)),
+        Session("homing in vain", tuple(steps), stops=False),
+        Session("homing with a weak servo", (*weakened, *home, *_gets())),
     ]
 
 
@@ -176,7 +172,7 @@ def opcodes(rng: random.Random) -> list[Session]:
         steps += _gets()
     unknown = [code for code in range(256) if code not in ALL_VERSIONS]
     steps += [step for code in rng.sample(unknown, 40) for step in (Send(frame(code, 1, 2, 3)), _pause(rng))]
-    return [Session("opcodes", "reset", (*steps, *_gets()))]
+    return [Session("opcodes", (*steps, *_gets()))]
 
 
 def torque(rng: random.Random) -> list[Session]:
@@ -193,7 +189,7 @@ def torque(rng: random.Random) -> list[Session]:
             case _:
                 steps.append(Send(frame(Opcode.CTRL_TOR, *[rng.choice((0, 3, 100, 300, 600, 1000)) for _ in range(7)])))
         steps += [Wait(rng.choice((1000, 5000, 10 * rng.randrange(5000), 150_000))), *_gets()]
-    return [Session("torque mode", "reset", tuple(steps))]
+    return [Session("torque mode", tuple(steps))]
 
 
 def set_id(rng: random.Random) -> list[Session]:
@@ -206,11 +202,11 @@ def set_id(rng: random.Random) -> list[Session]:
         for new in ids:
             data = frame(Opcode.SET_ID, rng.choice((new, new | 0x3000)), rng.choice((0, 500, 1023, 1024, 65535)))
             steps += [Send(data), Await(16, 3.5), _pause(rng)]
-        sessions.append(Session(f"SET_ID with {count} servos", "reset", (*steps, *_gets())))
+        sessions.append(Session(f"SET_ID with {count} servos", (*steps, *_gets())))
     # A servo that is plugged in when the scan has passed its ID has the number that is asked for.
     early, late = sorted(rng.sample(range(7), 2))
     steps = [SETTLED, Servos((late,)), Send(frame(Opcode.SET_ID, early, 700)), Wait(1_000_000), Servos((early, late))]
-    return [*sessions, Session("SET_ID of a number that appears", "reset", (*steps, Await(16, 3.5), *_gets()))]
+    return [*sessions, Session("SET_ID of a number that appears", (*steps, Await(16, 3.5), *_gets()))]
 
 
 def split(rng: random.Random) -> list[Session]:
@@ -222,7 +218,7 @@ def split(rng: random.Random) -> list[Session]:
             size = rng.choice((1, 5, 15, 16, 17, 100, 300))
             steps += [Send(data[:size]), _pause(rng)]
             data = data[size:]
-    return [Session("split frames", "reset", tuple(steps))]
+    return [Session("split frames", tuple(steps))]
 
 
 def garbage(rng: random.Random) -> list[Session]:
@@ -231,34 +227,27 @@ def garbage(rng: random.Random) -> list[Session]:
     for _ in range(150):
         data = rng.randbytes(rng.randrange(1, 40)).translate(None, bytes((Opcode.HOMING, Opcode.SET_ID)))
         steps += [Send(data), _pause(rng)]
-    return [Session("garbage", "reset", (*steps, *_gets()))]
+    return [Session("garbage", (*steps, *_gets()))]
 
 
 def damage(rng: random.Random) -> list[Session]:
     """Answers of the servos that are cut, wrong, missing or behind stray bytes, in every mode and while booting."""
+    kinds: tuple[Callable[[], dict[str, Any]], ...] = (
+        lambda: {"keep": rng.choice((0, 1, 2, 5, 20, 126, 131, 140, 146))},
+        lambda: {"flip": rng.randrange(147)},
+        lambda: {"before": rng.choice((b"\0", b"\xff", b"\xff\xff", b"\xff\xff\x05", rng.randbytes(12)))},
+        lambda: {"replace": bytes.fromhex("ff ff 05 00 de 06 12")},
+        lambda: {"replace": rng.randbytes(rng.randrange(1, 160))},
+        lambda: {"flip": rng.randrange(8)},
+    )
 
     def any_damage() -> Damage:
-        after = rng.randrange(12)
-        match rng.randrange(6):
-            case 0:
-                return Damage(after, keep=rng.choice((0, 1, 2, 5, 20, 126, 131, 140, 146)))
-            case 1:
-                return Damage(after, flip=rng.randrange(147))
-            case 2:
-                return Damage(
-                    after, before=rng.choice((b"\0", b"\xff", b"\xff\xff", b"\xff\xff\x05", rng.randbytes(12)))
-                )
-            case 3:
-                return Damage(after, replace=bytes.fromhex("ff ff 05 00 de 06 12"))
-            case 4:
-                return Damage(after, replace=rng.randbytes(rng.randrange(1, 160)))
-            case _:
-                return Damage(after, flip=rng.randrange(8))
+        return Damage(rng.randrange(12), **kinds[rng.randrange(len(kinds))]())
 
     steps: list[Step] = [*(any_damage() for _ in range(3)), SETTLED]
     for _ in range(80):
         steps += [any_damage(), Send(_any_frame(rng)), _pause(rng), *_gets()]
-    return [Session("damaged answers", "reset", tuple(steps))]
+    return [Session("damaged answers", tuple(steps))]
 
 
 def resets(rng: random.Random) -> list[Session]:
@@ -272,18 +261,18 @@ def resets(rng: random.Random) -> list[Session]:
         for _ in range(6):
             steps += [Send(_any_frame(rng)), _pause(rng)]
         steps += [*_gets(), Reset(cause), Wait(10 * rng.randrange(2000)), Send(_any_frame(rng)), BOOTED]
-    return [Session("resets", "reset", (*steps, *_gets()), stored)]
+    return [Session("resets", (*steps, *_gets()), stored=stored)]
 
 
-def fuzz(rng: random.Random, frames: int = 2000) -> list[Session]:
+def fuzz(rng: random.Random) -> list[Session]:
     """Random frames, mostly in bursts that just fit the queue."""
     steps: list[Step] = [SETTLED]
     sent = 0
-    while sent < frames:
+    while sent < 2000:
         count = rng.choice((1, 2, 4, 8, 16))
         steps += [Send(b"".join(_any_frame(rng) for _ in range(count))), _pause(rng)]
         sent += count
-    return [Session("fuzz", "reset", (*steps, *_gets()))]
+    return [Session("fuzz", (*steps, *_gets()))]
 
 
 def calibrate_mid(rng: random.Random) -> list[Session]:
@@ -296,12 +285,8 @@ def calibrate_mid(rng: random.Random) -> list[Session]:
         return [Send(frame(Opcode.CTRL_POS, *[rng.randrange(65536) for _ in range(7)])), _pause(rng)]
 
     every: list[Step] = [SETTLED]
-    mixed: list[Step] = [
-        SETTLED,
-        Servos(tuple(sorted(rng.sample(range(7), 6)))),
-        *calibrated(3),
-        Servos(tuple(range(7))),
-    ]
+    six = Servos(tuple(sorted(rng.sample(range(7), 6))))
+    mixed: list[Step] = [SETTLED, six, *calibrated(3), Servos(tuple(range(7)))]
     for channel in (*range(8), 0xFF03):
         every += [*moved(), *calibrated(channel), Send(frame(Opcode.TRIM, channel, rng.randrange(20))), *_gets()]
     for _ in range(30):
@@ -311,24 +296,15 @@ def calibrate_mid(rng: random.Random) -> list[Session]:
     home: list[Step] = [SETTLED, *moved(), *calibrated(2), Send(frame(Opcode.HOMING)), Await(16, 60.0), *_gets()]
     again: list[Step] = [*calibrated(4), Reset("reset"), SETTLED, *_gets(), *moved(), *_gets()]
     return [
-        Session("CALIBRATE_MID on every channel", "reset", tuple(every)),
-        Session("CALIBRATE_MID among other frames and damaged answers", "reset", tuple(mixed)),
-        Session("CALIBRATE_MID, then homing and a reset", "reset", (*home, *again)),
+        Session("CALIBRATE_MID on every channel", tuple(every)),
+        Session("CALIBRATE_MID among other frames and damaged answers", tuple(mixed)),
+        Session("CALIBRATE_MID, then homing and a reset", (*home, *again)),
     ]
 
 
 MAKERS: dict[str, Callable[[random.Random], list[Session]]] = {
-    "boot": boot,
-    "homing": homing,
-    "opcodes": opcodes,
-    "torque": torque,
-    "set_id": set_id,
-    "split": split,
-    "garbage": garbage,
-    "damage": damage,
-    "resets": resets,
-    "fuzz": fuzz,
-    "calibrate_mid": calibrate_mid,
+    make.__name__: make
+    for make in (boot, homing, opcodes, torque, set_id, split, garbage, damage, resets, fuzz, calibrate_mid)
 }
 """What can be asked for by name."""
 

@@ -72,8 +72,8 @@ def write_traces(path: Path, recorded: Iterable[Recorded]) -> None:
 def _recorded(read: dict[str, Any]) -> Recorded:
     session = Session(
         read["name"],
-        read["start"],
         tuple(_step(step) for step in read["steps"]),
+        read["start"],
         tuple((key, value) for key, value in read["stored"]),
         read["stops"],
     )
