@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 
 from rich.box import SIMPLE_HEAD
@@ -12,13 +11,12 @@ from aero.channels import FINGERS, THUMB, Channel
 from aero.safety import Thresholds
 from hil.targets.target import Target
 
-_LOG = logging.getLogger(__name__)
 FULLY = 0.97
 """Fraction of a window from which a channel closes fully, for people."""
 
 
 def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> str:
-    """Return what will move, for how long, and what stops it, in plain words; the log has the details.
+    """Return what will move, for how long, and what stops it, in plain words.
 
     Args:
         target: the hand; nothing is commanded.
@@ -28,15 +26,8 @@ def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> 
     Raises:
         SafetyStopError: a guarded hand is too hot to move, or holds against something.
     """
-    currents, temperatures = _at_rest(target)
-    for channel in Channel:
-        _LOG.info(
-            "%s now %+.2f A, %.0f °C; will move to %.0f %% of its window",
-            channel.label, currents[channel], temperatures[channel], 100 * furthest[channel],
-        )  # fmt: skip
+    _at_rest(target)
     thresholds = Thresholds() if target.guard is None else target.guard.thresholds
-    stops = ", ".join(f"{name} {value:g}" for name, value in thresholds.as_dict().items())
-    _LOG.info("thresholds of the guard: %s", stops)
     moves = _moves(furthest)
     if not moves:
         return "Nothing will move."

@@ -110,26 +110,8 @@ class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only fr
 
 LONGEST_S = 7 * 86_400.0
 """Longest time that can be asked for, s: a week."""
-
-
-class Seconds(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
-    """A time, s, up to `LONGEST_S`; from `least` on, or above zero when `least` is None."""
-
-    name = "seconds"
-
-    def __init__(self, least: float | None = None) -> None:
-        self.least = least
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the number, or say what is expected."""
-        try:
-            seconds = float(value)
-        except ValueError:
-            self.fail(f"{value!r} is no number of seconds", param, ctx)
-        if not seconds <= LONGEST_S or (seconds <= 0 if self.least is None else seconds < self.least):
-            wanted = "above 0" if self.least is None else f"from {self.least:g} on"
-            self.fail(f"{value} is no time; give a number of seconds {wanted}, up to {LONGEST_S:g}", param, ctx)
-        return seconds
+SECONDS = Finite(0.0, LONGEST_S, min_open=True)
+"""A time, s."""
 
 
 SIDE = click.Choice(["right", "left"])

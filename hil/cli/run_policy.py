@@ -21,7 +21,7 @@ from aero.policy.task import furthest_codes
 from aero.protocol import MAX_CODE
 from hil.cli.before_moving import before_moving
 from hil.cli.exits import usage_errors
-from hil.cli.options import VIEW, Seconds, open_hand, target
+from hil.cli.options import LONGEST_S, SECONDS, VIEW, Finite, open_hand, target
 from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
@@ -40,9 +40,11 @@ from model.units.cable_correction import NONE, TYPICAL, named_correction
 @click.command("run-policy")
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @target
-@click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Time under the policy.")
+@click.option("--seconds", type=SECONDS, default=15.0, show_default=True, help="Time under the policy.")
 @click.option("--dry-run", is_flag=True, help="Read and act, but write nothing to the hand.")
-@click.option("--wait", type=Seconds(least=0.0), default=1.5, show_default=True, help="Seconds for placing the object.")
+@click.option(
+    "--wait", type=Finite(0.0, LONGEST_S), default=1.5, show_default=True, help="Seconds for placing the object."
+)
 @click.option(
     "--correction", "correction_name", metavar="WHOSE",
     help="Whose correction of the cables: `typical` of healthy hands, `none`, or a unit, such as a file of "

@@ -49,17 +49,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     "--out", type=NewFolder(),
     help="Folder for the report, the metrics and the recordings; validation/DATE-AND-TIME if not given.",
 )  # fmt: skip
-def validate(
-    *,
-    hand: HandSpec,
-    names: tuple[str, ...],
-    baseline: Path | None,
-    zeros: str,
-    faults: tuple[str, ...],
-    view: bool,
-    dry_run: bool,
-    out: Path | None,
-) -> None:
+def validate(*, hand: HandSpec, baseline: Path | None, zeros: str, **options: Any) -> None:
     """Check a hand: is everything there, does it move as it should, does it agree with the simulator?
 
     Recordings are written as they are made; after any ending, the figures of what had ended are there. Exits with 0
@@ -67,13 +57,4 @@ def validate(
     """
     from hil.cli.validation_run import run  # noqa: PLC0415 - help is quick
 
-    run(
-        hand,
-        names,
-        baseline=baseline or hand.baseline,
-        homed=zeros == "homed",
-        faults=faults,
-        view=view,
-        dry_run=dry_run,
-        out=out,
-    )
+    run(hand, baseline=baseline or hand.baseline, homed=zeros == "homed", **options)

@@ -67,8 +67,8 @@ class RunProgress:
 
 def run(
     hand: HandSpec,
-    names: Sequence[str],
     *,
+    names: Sequence[str],
     baseline: Path | None,
     homed: bool,
     faults: Sequence[str],

@@ -5,8 +5,7 @@
 | `/joints/measured`, `/joints/commanded` | `foxglove.JointStates` | sixteen joints, rad |
 | `/hand/scene` | `foxglove.SceneUpdate` | the hand, drawn once |
 | `/hand/frames` | `foxglove.FrameTransforms` | where its links are |
-| `/findings` | `foxglove.Event` | each finding, over the seconds that show it |
-| `/findings/log` | `foxglove.Log` | the same, as lines of a log |
+| `/findings` | `foxglove.Log` | each finding, where the seconds that show it begin |
 
 Angles are those that the encoders say: one angle for all joints on a cable, since a cable cannot tell them apart.
 """
@@ -23,12 +22,10 @@ import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
 from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
 from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
-from foxglove_schemas_protobuf.Event_pb2 import Event
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.JointState_pb2 import JointState
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
-from foxglove_schemas_protobuf.KeyValuePair_pb2 import KeyValuePair
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
@@ -49,7 +46,7 @@ from hil.recordings.errors import writing
 from hil.recordings.mcap_file import RecordingFile, epoch_ns
 from hil.recordings.recording import Header, Recording
 from hil.report.evidence import by_finding
-from hil.verdict.findings import Finding, failed
+from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings
 from model.drawn_parts import DrawnPart, PosedHand, Vector
 
@@ -129,32 +126,17 @@ def _findings(recording: Recording) -> Iterator[TimedEntry]:
     seen = by_finding(judged.judged)
     for finding in failed(judged.findings):
         where = seen.get(finding)
-        start, end = (0.0, header.duration_s) if where is None else (where.start, where.end)
-        yield _entry("/findings", start, _event(header, finding, start, end))
-        text = f"{finding.sentence}. {finding.meaning} {finding.remedy}"
-        yield _entry("/findings/log", start, _log(header, start, Log.Level.ERROR, text))
+        said = f"{finding.sentence}. {finding.meaning} {finding.remedy}"
+        text = said if where is None else f"{where.words}: {said}"
+        yield _line(header, 0.0 if where is None else where.start, Log.Level.ERROR, text)
     passed = len(judged.findings) - len(failed(judged.findings))
-    said = f"{passed} of {len(judged.findings)} checks passed"
-    yield _entry("/findings/log", header.duration_s, _log(header, header.duration_s, Log.Level.INFO, said))
+    text = f"{passed} of {len(judged.findings)} checks passed"
+    yield _line(header, header.duration_s, Log.Level.INFO, text)
 
 
-def _event(header: Header, finding: Finding, start: float, end: float) -> Event:
-    said = {
-        "finding": finding.sentence,
-        "subject": finding.subject,
-        "meaning": finding.meaning,
-        "remedy": finding.remedy,
-        "source": finding.source,
-    }
-    return Event(
-        start_time=_timestamp(header, start),
-        end_time=_timestamp(header, end),
-        metadata=[KeyValuePair(key=key, value=value) for key, value in said.items()],
-    )
-
-
-def _log(header: Header, t: float, level: Log.Level.ValueType, text: str) -> Log:
-    return Log(timestamp=_timestamp(header, t), level=level, message=text, name=header.experiment)
+def _line(header: Header, t: float, level: Log.Level.ValueType, text: str) -> TimedEntry:
+    said = Log(timestamp=_timestamp(header, t), level=level, message=text, name=header.experiment)
+    return _entry("/findings", t, said)
 
 
 def _entry(topic: str, t: float, message: Message) -> TimedEntry:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -20,7 +20,7 @@ from hil.checks import EXPERIMENTS, JUDGED, WHOLE_RUN
 from hil.checks.shared.declaration import number
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
-from hil.recordings.recording import Recording
+from hil.recordings.recording import Event, Recording
 from hil.report.beside_paper import MARKED, compared, notes, table, text_rows
 from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_seen
 from hil.report.finger_map import DIGITS, MARKS, verdicts
@@ -74,25 +74,6 @@ class Shown:
     evidence: Evidence | None
     show: str
     """What a link to its plot shows there, JSON."""
-
-
-@dataclass(frozen=True)
-class Repeated:
-    """Events of one experiment that say the same but for their numbers."""
-
-    experiment: str
-    severity: str
-    text: str
-    """Of the first."""
-    times: tuple[float, ...]
-    """s"""
-
-    @property
-    def when(self) -> str:
-        """The times for people."""
-        if len(self.times) == 1:
-            return f"{self.times[0]:.2f} s"
-        return f"{len(self.times)} times, {self.times[0]:.1f} to {self.times[-1]:.1f} s"
 
 
 def render_report(validation: Validation, files: Mapping[str, str] | None = None) -> str:
@@ -253,17 +234,19 @@ def withheld_lines(validation: Validation) -> dict[str, list[str]]:
     }
 
 
-def _repeated(recordings: Iterable[Recording]) -> list[Repeated]:
-    """Return the events of recordings, those that differ in numbers alone as one."""
-    found: dict[tuple[str, str, str], list[tuple[float, str]]] = {}
+def _repeated(recordings: Iterable[Recording]) -> list[tuple[str, str]]:
+    """Return where and what the events of recordings were, those that differ in numbers alone as one."""
+    found: dict[tuple[str, str, str], list[Event]] = {}
     for recording in recordings:
         for event in recording.events:
             key = recording.header.experiment, event.severity, re.sub(r"\d+(\.\d+)?", "#", event.text)
-            found.setdefault(key, []).append((event.t, event.text))
-    return [
-        Repeated(experiment, severity, events[0][1], tuple(t for t, _ in events))
-        for (experiment, severity, _), events in found.items()
-    ]
+            found.setdefault(key, []).append(event)
+    return [(f"{key[0]}, {_when(events)}", f"{key[1]}: {events[0].text}") for key, events in found.items()]
+
+
+def _when(events: Sequence[Event]) -> str:
+    first, last = events[0].t, events[-1].t
+    return f"{first:.2f} s" if len(events) == 1 else f"{len(events)} times, {first:.1f} to {last:.1f} s"
 
 
 def _beside_paper(validation: Validation) -> dict[str, Any] | None:

@@ -16,9 +16,6 @@ import viser
 from viser import uplot
 
 from aero.channels import Channel
-from hil.faults.acts import ACTS
-from hil.faults.catalogue import CATALOGUE
-from hil.faults.fault import Part
 from hil.view import panel
 from hil.view.access_token import new_token, requiring_token
 from hil.view.frame import Heading, Message, Note, Verdicts, ViewFrame
@@ -39,8 +36,6 @@ PANEL_PX, PLOT_PX = 500, 180
 AXIS_PX = 60
 """Width of an axis that has room for "-100.0"."""
 
-OF_A_CHANNEL = ("servo", "digit", "bus")
-"""Parts of which one is replaced at a time."""
 Mode = Literal["Play", "Pause", "Live"]
 
 
@@ -142,38 +137,21 @@ class Page:
         self._buttons.on_click(self._pressed)
 
     def _add_controls(self, gui: viser.GuiApi) -> None:
-        """Add a slider a channel, which commands it as a host would, and the acts of a person."""
+        """Add a slider a channel, which commands it as a host would, and a line for what a person does to it."""
         with gui.add_folder("Command, % of the window"):
             for channel in Channel:
                 slider = gui.add_slider(panel.title(channel), 0.0, 100.0, 1.0, 0.0)
                 slider.on_update(partial(self._commanded, channel))
         with gui.add_folder("Do to the hand"):
-            self._act = gui.add_dropdown("Act", [" ".join((name, *one.takes)) for name, one in ACTS.items()])
-            self._fault = gui.add_dropdown("Fault", list(CATALOGUE))
-            self._part = gui.add_dropdown("Part", [part.name.lower() for part in Part])
-            self._on = [gui.add_dropdown(name, [channel.label for channel in Channel]) for name in ("On", "With")]
-            gui.add_button("Do it").on_click(self._do)
+            words = gui.add_text("Words", "help")
+            gui.add_button("Do it").on_click(lambda _event: self._said(words.value))
 
     def _commanded(self, channel: Channel, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is not None:
             self._on_words(f"command {channel.label} {event.target.value:g}")
 
-    def _do(self, _event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        self._on_words(self._chosen())
-
-    def _chosen(self) -> str:
-        """Return the words of the act that is chosen; what it does not take is left out."""
-        name, *takes = self._act.value.split()
-        fault, channels = CATALOGUE[self._fault.value], iter(dropdown.value for dropdown in self._on)
-        words = [name]
-        for kind in takes:
-            if kind == "FAULT":
-                words.append(fault.name + (f":{next(channels)}" if fault.channels else ""))
-            elif kind == "PART":
-                words.append(self._part.value)
-            elif kind == "CHANNEL" or self._part.value in OF_A_CHANNEL:
-                words.append(next(channels))
-        return " ".join(words)
+    def _said(self, words: str) -> None:
+        self._on_words(words)
 
     def _plot(self, title: str, lines: dict[str, str]) -> viser.GuiUplotHandle:
         """Add a plot over the hand's time with a line for each name and colour."""

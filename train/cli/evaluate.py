@@ -18,7 +18,7 @@ from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
-from hil.cli.options import SEED, Finite, NewFolder, Seconds
+from hil.cli.options import SECONDS, SEED, Finite, NewFolder
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
@@ -48,7 +48,7 @@ WIDTH = 120
     "--as", "deployment_name", type=click.Choice(list(load_deployments())),
     help="Predict a physical hand that is run in this way, beside plain MuJoCo; docs/training.md has the table.",
 )  # fmt: skip
-@click.option("--seconds", type=Seconds(), default=15.0, show_default=True, help="Length of a trial.")
+@click.option("--seconds", type=SECONDS, default=15.0, show_default=True, help="Length of a trial.")
 @click.option("--seed", type=SEED, help="Seed of everything that is drawn; a fresh one, which is printed, by default.")
 @click.option(
     "--episodes", type=click.IntRange(1, MOST), default=100, show_default=True,

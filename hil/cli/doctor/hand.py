@@ -31,8 +31,6 @@ UDEV_COPY = (
 )
 PSEUDO_TERMINALS = {"/dev/ptmx", "/dev/pts/ptmx"}
 """Open in whoever serves a pseudo-terminal: `aero-hil emulate` is no second master of its own hand."""
-TRIES = 3
-"""How often a hand is asked while this computer is busy."""
 SPANS = UNSHIFTED.spans_counts()
 """Width of each channel's command window as homing leaves it, (7,) counts, the same for every firmware and side."""
 RESTARTED = CommandWindow.for_firmware(DEFAULT_FIRMWARE, "mixed")
@@ -158,20 +156,13 @@ def ask(port: str) -> Answers:
         return Answers(codes, hand.knows_limits(), hand.knows_calibrate_mid(), hand.boot_text)
 
 
-def _asked(port: str) -> Answers:
-    """Ask a hand, again where this computer is too busy to hear it; an error says first what could be the computer."""
-    for tries_left in reversed(range(TRIES)):
-        try:
-            return ask(port)
-        except AeroError as error:
-            load, cores = _load()
-            if load <= cores:
-                raise
-            if not tries_left:
-                said = f"this computer is busy (load {load:.0f} on {cores} cores), which may be all that is wrong"
-                error.args = (f"{said}: end what else runs here and try again. Otherwise: {error}", *error.args[1:])
-                raise
-    raise AssertionError("the last try returns or raises")
+def _busy() -> str:
+    """Return, in words to put before what a hand is blamed for, that this computer is busy; empty where it is not."""
+    load, cores = _load()
+    if load <= cores:
+        return ""
+    said = f"this computer is busy (load {load:.0f} on {cores} cores), which may be all that is wrong"
+    return f"{said}: end what else runs here and try again. Otherwise: "
 
 
 def _load() -> tuple[float, int]:
@@ -189,9 +180,9 @@ def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Examined]:
             verdict, remedy = Verdict.WRONG, "end that program first"
             found = f"not asked: {port} is open in {', '.join(held_by)}"
         else:
-            answers = _asked(port)
+            answers = ask(port)
     except (AeroError, ConnectionError, ValueError) as error:
-        verdict, found = Verdict.WRONG, str(error)
+        verdict, found = Verdict.WRONG, f"{_busy()}{error}"
         remedy = "look at the lines about the port above; then supply, cable, and whether this is the hand's port"
     data = {"answers": None if held_by else answers is not None}
     yield Examined("answer", verdict, found, remedy, subject=Subject.LINK, data=data)

@@ -149,16 +149,11 @@ def test_the_command_prints_json_and_says_that_no_hand_answers() -> None:
     assert {"python", "extras", "drawing", "jitter", "ports", "answer"} <= {row["check"] for row in printed["findings"]}
 
 
-def test_a_busy_computer_asks_again_and_is_named_before_the_hand(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
+def test_a_busy_computer_is_named_before_the_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     def silent(port: str) -> hand.Answers:
-        asked.append(port)
         raise LinkTimeoutError("no reply")
 
     monkeypatch.setattr(hand, "ask", silent)
-    for load, tries, said in ((1.0, 1, "no reply"), (11.0, 3, "this computer is busy (load 11 on 2 cores)")):
-        asked.clear()
+    for load, said in ((1.0, "no reply"), (11.0, "this computer is busy (load 11 on 2 cores)")):
         monkeypatch.setattr(hand, "_load", lambda load=load: (load, 2))
-        answer = next(hand.check_hand("port"))
-        assert (len(asked), answer.finding[: len(said)]) == (tries, said)
+        assert next(hand.check_hand("port")).finding.startswith(said)

@@ -237,21 +237,19 @@ def test_without_the_extra_one_line_names_it(tmp_path):
         assert not (tmp_path / "x").exists()
 
 
-def test_only_a_page_that_may_do_something_has_controls_and_says_the_words():
+def test_only_a_page_that_may_do_something_has_a_line_for_it():
     said = []
     looked_at = Page(heading())
     worked_on = Page(Heading("A hand", "right", live=True, hands_on=True), on_words=said.append)
     try:
-        assert not hasattr(looked_at, "_act")
-        for act, words in {
-            "inject FAULT": "inject motor_dead:ring",
-            "exchange_servos CHANNEL CHANNEL": "exchange_servos ring pinky",
-            "replace PART [CHANNEL]": "replace servo ring",
-            "let_go": "let_go",
-        }.items():
-            worked_on._act.value, worked_on._fault.value, worked_on._part.value = act, "motor_dead", "servo"
-            worked_on._on[0].value, worked_on._on[1].value = "ring", "pinky"
-            assert worked_on._chosen() == words
+        buttons = [
+            [handle for handle in page._server.gui._gui_input_handle_from_uuid.values() if handle.label == "Do it"]
+            for page in (looked_at, worked_on)
+        ]
+        assert list(map(len, buttons)) == [0, 1]
+        for callback in buttons[1][0]._impl.update_cb:
+            callback(None)
+        assert said == ["help"]
     finally:
         looked_at.close()
         worked_on.close()
