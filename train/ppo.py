@@ -24,7 +24,7 @@ from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
 from train.convert import network
 from train.environment import CubeEnvironment, EnvironmentState, Prices
 from train.recipe import Ramp, Recipe, TrainingStage
-from train.task import CRITIC_SIZE, PHYSICS_STEP_S, Task
+from train.task import CRITIC_SIZE, Task
 
 AVERAGE_DECAY = 0.99
 """Share that the moving average of the policy's weights keeps an update."""
@@ -190,8 +190,5 @@ def deployable(name: str, task: Task, parameters: NetworkParameters, provenance:
         network=network(normaliser.mean["state"], normaliser.std["state"], actor["params"]),
         settings=task.settings,
         shown_action=task.shown_action,
-        physics_rate_hz=1.0 / PHYSICS_STEP_S,
-        trained_lag_s=task.actuation.lag_s,
-        trained_delay_s=task.actuation.delay_s,
         provenance=dict(provenance),
     )

@@ -30,9 +30,7 @@ FIXED: dict[str, Any] = {
     "head": "tanh of the mean",
 }
 """Header entries that this version of the project can run in one way only; a file that differs is refused."""
-FREE = ("name", "shown_action", "settings", "physics_rate_hz", "trained_lag_s", "trained_delay_s", "provenance")
-
-Span = tuple[float, float]
+FREE = ("name", "shown_action", "settings", "provenance")
 
 
 @dataclass(frozen=True)
@@ -47,12 +45,6 @@ class Policy:
     """Rate, nominal grasp, scales and noise of its training."""
     shown_action: ShownAction
     """Which action its observation shows."""
-    physics_rate_hz: float = 100.0
-    """Physics steps a second in its training."""
-    trained_lag_s: Span = (0.0, 0.0)
-    """Range of the servo's first-order lag it was trained with, s."""
-    trained_delay_s: Span = (0.0, 0.0)
-    """Range of the pure delay it was trained with, s."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     """Where it comes from: JSON values such as seed, steps, commit, versions, source file and its digest."""
     declared: Interface | None = None
@@ -76,9 +68,6 @@ def save(policy: Policy, path: Path) -> None:
         "name": policy.name,
         "shown_action": policy.shown_action.value,
         "settings": asdict(policy.settings),
-        "physics_rate_hz": policy.physics_rate_hz,
-        "trained_lag_s": policy.trained_lag_s,
-        "trained_delay_s": policy.trained_delay_s,
         "provenance": dict(policy.provenance),
     }
     arrays: dict[str, Any] = {"mean": policy.network.mean, "std": policy.network.std}
@@ -93,8 +82,8 @@ def load(path: Path) -> Policy:
 
     Raises:
         FileNotFoundError: there is no such file.
-        PolicyFileError: not a policy file, another version, another layout or order, an unknown or missing entry,
-            or weights that do not fit.
+        PolicyFileError: not a policy file, another version, another layout or order, a missing entry, or
+            weights that do not fit.
     """
     try:
         arrays = read_npz(path, LARGEST_BYTES)
@@ -116,9 +105,8 @@ def _check_entries(path: Path, header: Any) -> None:
     for key, expected in FIXED.items():
         if header.get(key) != expected:
             raise PolicyFileError(f"{path}: {key} must be {expected!r}, the file has {header.get(key)!r}")
-    wrong = set(header) ^ {*FIXED, *FREE}
-    if wrong:
-        raise PolicyFileError(f"{path}: entries missing or unknown in version {VERSION}: {sorted(wrong)}")
+    if missing := set(FREE) - set(header):  # what is more says how it was trained
+        raise PolicyFileError(f"{path}: entries missing in version {VERSION}: {sorted(missing)}")
 
 
 def _policy(header: Mapping[str, Any], arrays: dict[str, Any]) -> Policy:
@@ -138,15 +126,5 @@ def _policy(header: Mapping[str, Any], arrays: dict[str, Any]) -> Policy:
         network=network,
         settings=PolicySettings(**settings),
         shown_action=ShownAction(header["shown_action"]),
-        physics_rate_hz=float(header["physics_rate_hz"]),
-        trained_lag_s=_span(header["trained_lag_s"]),
-        trained_delay_s=_span(header["trained_delay_s"]),
         provenance=header["provenance"],
     )
-
-
-def _span(values: list[float]) -> Span:
-    low, high = map(float, values)
-    if not 0.0 <= low <= high:
-        raise ValueError(f"a range of times must be 0 <= low <= high, got {values}")
-    return low, high

@@ -13,7 +13,6 @@ from aero.channels import Channel
 from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
-from aero.firmware import ServoSettings
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety.thresholds import Thresholds
 
@@ -117,17 +116,6 @@ def open_and_relax(
     return doubt
 
 
-def limit(hand: AeroHand, settings: ServoSettings) -> None:
-    """Limit speed and torque of all channels; the board applies it with the next position command.
-
-    Raises:
-        AeroError, ConnectionError: as `AeroHand.set_speed`.
-    """
-    for channel in Channel:
-        hand.set_speed(channel, settings.speed)
-        hand.set_torque(channel, settings.torque)
-
-
 class _Attempt:
     """One try after another at opening a hand."""
 
@@ -153,8 +141,10 @@ class _Attempt:
         return Doubt("the board has restarted meanwhile") if self._hand.restarts != restarts else doubt
 
     def _limit(self, torque: int) -> None:
-        if self._settable:
-            limit(self._hand, ServoSettings(self._thresholds.gentle_speed, torque))
+        """Limit all channels; the board applies it with the next position command."""
+        for channel in Channel if self._settable else ():
+            self._hand.set_speed(channel, self._thresholds.gentle_speed)
+            self._hand.set_torque(channel, torque)
 
     def _come_to_rest(self) -> None:
         """Wait until the hand no longer moves, so that what is weakened next is at its end."""
