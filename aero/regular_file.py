@@ -5,7 +5,10 @@ from __future__ import annotations
 import os
 import stat
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 MIB = 2**20
 LFS_POINTER = b"version https://git-lfs.github.com/spec/"
@@ -52,3 +55,28 @@ def read_text(path: Path, most_bytes: int = MIB) -> str:
     """
     with open_regular(path, most_bytes) as stream:
         return stream.read(most_bytes).decode("utf-8-sig")
+
+
+def read_npz(path: Path, largest_bytes: int) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an `.npz` file by name: plain numbers or text, nothing run.
+
+    Args:
+        path: the file.
+        largest_bytes: what all arrays together may take; a file says that before it is unpacked.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        ValueError: the file cannot be read, is damaged, holds anything but arrays of numbers and text, or is too large.
+    """
+    import numpy as np  # noqa: PLC0415 - the command line reads `hands.toml` without it
+
+    try:
+        with open_regular(path) as stream, np.load(stream, allow_pickle=False) as archive:
+            claimed = sum(member.file_size for member in archive.zip.infolist())
+            if claimed > largest_bytes:
+                raise ValueError(f"it unpacks to {claimed} bytes; {largest_bytes} are the most that make sense")
+            return dict(archive)
+    except FileNotFoundError:
+        raise
+    except Exception as error:  # of damaged bytes, zipfile, its decompressors and NumPy's parser raise all there is
+        raise ValueError(f"not a readable .npz file: {error or type(error).__name__}") from error

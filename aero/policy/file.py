@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from aero.npz import read_npz
 from aero.policy.interface import Acting, Interface, PolicyFileError, cube_interface
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PolicySettings
 from aero.policy.task import ACTION_LAYOUT, OBSERVATION_LAYOUT, ShownAction
+from aero.regular_file import read_npz
 from aero.whole_file import whole
 
 FORMAT = "aero-hil policy"

@@ -150,12 +150,6 @@ def test_a_lost_reply_is_asked_for_again(hand, board):
     assert [frame[0] for frame in board.frames].count(0x22) == 5, "twice after those that were lost, to compare"
 
 
-def test_a_reply_that_comes_after_the_time_out_is_not_taken_for_the_next_one(hand, board):
-    answers = iter([[(0.105, reply(0x22, [1] * 7))]])
-    board.replies[0x22] = lambda frame: next(answers, [(0.001, reply(0x22, POSITIONS_WIRE))])
-    assert hand.read_codes().tolist() == POSITIONS
-
-
 def test_a_telnet_server_is_named(hand, board):
     """`socket://` at a port that is served for `rfc2217://`."""
     board.replies[0x22] = lambda frame: []
@@ -174,12 +168,6 @@ def test_acknowledged_settings_are_never_repeated(hand, board):
     with pytest.raises(LinkTimeoutError, match="no reply to TRIM within 2 s"):
         hand.trim(Channel.INDEX, 10)
     assert len(board.frames) == 1
-
-
-def test_a_firmware_that_does_not_know_a_setting_is_suspected(hand, board):
-    board.replies[0x31] = lambda frame: []
-    with pytest.raises(LinkTimeoutError, match="too old for SET_SPE"):
-        hand.set_speed(Channel.INDEX, 2400)
 
 
 def test_a_silent_board_is_a_time_out_within_the_time_given(hand, board):

@@ -52,20 +52,6 @@ def spoil(board, change):
     board.say = spoiled
 
 
-def test_one_duplicated_byte_never_shifts_a_value(counting):
-    board, hand = counting
-    positions = iter(range(16))
-
-    def duplicated(data):
-        at = next(positions, None)
-        return [(0.0, data if at is None else data[: at + 1] + data[at:])]
-
-    spoil(board, duplicated)
-    for _ in range(20):
-        codes = hand.read_codes()
-        assert codes.tolist() == [board.value(board.seen)] * 7
-
-
 def test_a_reply_that_is_late_is_waited_for(counting):
     board, hand = counting
     spoil(board, lambda data: [(0.9, data)])
@@ -98,18 +84,6 @@ def test_what_may_not_be_repeated_fails_when_its_reply_is_disturbed(counting):
     with pytest.raises(DesyncError):
         hand.trim(Channel.INDEX, 10)
     assert [frame[0] for frame in board.frames].count(0x03) == 1
-
-
-def test_after_a_dead_while_the_hand_is_read_again(counting):
-    board, hand = counting
-    dead = [True]
-    spoil(board, lambda data: [] if dead[0] else [(0.0, data)])
-    for _ in range(3):
-        with pytest.raises(LinkTimeoutError):
-            hand.read_codes()
-    dead[0] = False
-    board.clock.sleep_until(board.clock.now() + 2.0)
-    assert hand.read_codes().tolist() == [board.value(board.seen)] * 7
 
 
 def duplicated(data, random):

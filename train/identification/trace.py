@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import WIRE_ORDER, Channel
-from aero.npz import read_npz
 from aero.protocol import MAX_CODE
+from aero.regular_file import read_npz
 from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO, HandSide
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_recording

@@ -20,12 +20,6 @@ def test_the_memory_shows_the_action_that_was_declared(first, second):
     np.testing.assert_array_equal(memory.shown(ShownAction.BEFORE_LAST), first)
 
 
-def test_an_empty_memory_shows_zeros():
-    memory = ActionMemory.empty(np.ones((3, 7)))
-    assert memory.shown(ShownAction.BEFORE_LAST).shape == (3, 7)
-    assert not memory.last.any()
-
-
 def test_targets_span_nominal_plus_minus_scale():
     nominal, scale = np.array(PAPER_TRAINING.nominal), np.array(PAPER_TRAINING.scale)
     np.testing.assert_allclose(targets(np.ones(7), nominal, scale), [0.11, 0.11, 0.11, 0.11, 1.45, 0.038, 0.112])
