@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from aero.channels import Channel
-from aero.firmware import DEFAULT_FIRMWARE
 from hil.recordings.recording import Header
-from hil.targets.target import PHYSICAL
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.findings import Finding
 from hil.verdict.parts import Suspect, listed, place
@@ -74,25 +71,7 @@ NOTHING = Diagnosis()
 """Of a run in which nothing is wrong."""
 
 
-def hand_options(header: Header) -> str:
-    """Return the options of `aero-hil` that choose the hand of a recording, each after a blank."""
-    options: list[str] = []
-    if header.target != "emulated":
-        options += ["--hil", header.target]
-    if header.firmware != DEFAULT_FIRMWARE:
-        options += ["--firmware", header.firmware]
-    if header.hand != "right":
-        options += ["--hand", header.hand]
-    if header.unit not in (PHYSICAL, "reference"):
-        options += ["--unit", header.unit]
-    if header.unit != PHYSICAL and header.seed:
-        options += ["--seed", str(header.seed)]
-    for fault in header.faults.split():
-        options += ["--fault", fault]
-    return "".join(f" {shlex.quote(option)}" for option in options)
-
-
 def command_again(header: Header) -> str:
-    """Return the command that made a recording, without the path of its program."""
+    """Return the command that made a recording, without the path of its program; empty where a program made it."""
     program, _, rest = header.command.partition(" ")
-    return f"{Path(program).name} {rest}" if header.command else f"aero-hil validate{hand_options(header)}"
+    return f"{Path(program).name} {rest}" if header.command else ""

@@ -162,12 +162,6 @@ Late = Callable[[str, Metric], float]
 """How long this computer was held up when a subject's reading was taken, s."""
 
 
-def _for_times(recording: Recording) -> float:
-    """Return how long this computer was held up for the times of a recording, s; `LATE_S` at least if often."""
-    stretches = held_up(recording, EXPERIMENTS[recording.header.experiment].period_s)
-    return max(longest(stretches, 0.0, math.inf), LATE_S if part_late(recording) > OFTEN else 0.0)
-
-
 def _late_samples(measuring: Experiment, recording: Recording) -> Why | None:
     """Return why samples of a recording may have come late; None where each came when it was due."""
     if recording.header.target != ON_VIRTUAL_TIME or recording.delays:
@@ -196,7 +190,7 @@ def _lateness(measuring: Experiment, recording: Recording) -> Late:
     stretches = held_up(recording, measuring.period_s)
     commands = recording.series.get("command", recording.series.get("command_codes"))
     steps = [] if commands is None else find_steps(commands.times, commands.values)
-    often_s = _for_times(recording) if part_late(recording) > OFTEN else 0.0
+    often_s = max(longest(stretches, 0.0, math.inf), LATE_S) if part_late(recording) > OFTEN else 0.0
 
     def late(subject: str, metric: Metric) -> float:
         if often_s and metric.timed:

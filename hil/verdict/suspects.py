@@ -35,9 +35,9 @@ STANDS_STILL = (
     "presence/distinct_readings",
     "response/standstill",
 )
-SPOILT = ("replay/replay_shape", "staircase/rise_hand_ms")
-"""Readings that come out wrong where telemetry is old."""
 JUMPS = ("staircase/overshoot_hand_percent",)
+OF_OLD_TELEMETRY = frozenset({*TIMES, *STANDS_STILL, *JUMPS, "replay/replay_shape", "staircase/rise_hand_ms"})
+"""Readings that come out wrong where telemetry is old."""
 TORQUE = {
     "excursion/closed_percent": -1,
     "excursion/fist_travel": -1,
@@ -148,7 +148,7 @@ def standing_readings(signs: RunSigns) -> Iterable[Clue]:
     if signs.end.stop is SafetyReason.STALE or signs.failures.hand("presence/distinct_readings"):
         yield Clue("no reading changes", _all(signs), _hand(bus=0.5, servo=0.25, usb=0.15, board=0.1))
     elif own and len(still) != 1:
-        spoilt = signs.failures.keys(lambda check, _: check in {*TIMES, *STANDS_STILL, *JUMPS, *SPOILT})
+        spoilt = signs.failures.keys(lambda check, _: check in OF_OLD_TELEMETRY)
         yield Clue("readings of several channels stand still on the way", spoilt, _hand(usb=0.35, bus=0.45, board=0.2))
     if contradicted := signs.failures.hand("presence/boot_contradictions"):
         yield Clue("the boot text contradicts the readings", contradicted, _hand(bus=0.7, board=0.3))
@@ -162,7 +162,7 @@ def late(signs: RunSigns) -> Iterable[Clue]:
     if signs.end.stop is SafetyReason.UNWATCHED:
         yield Clue("the program held up its own poll of the hand", _all(signs), _hand(computer=0.9))
     if trips:
-        spoilt = signs.failures.keys(lambda check, _: check in {*TIMES, *STANDS_STILL, *JUMPS, *SPOILT})
+        spoilt = signs.failures.keys(lambda check, _: check in OF_OLD_TELEMETRY)
         yield Clue("replies come late", spoilt, _hand(usb=0.45, computer=0.2, bus=0.2, board=0.15))
     elif delayed or signs.failures.hand("response/command_to_motion"):
         yield Clue("the hand moves late after its commands", own, _hand(usb=0.4, bus=0.3, board=0.3))
@@ -209,12 +209,12 @@ def alike_on_many(signs: RunSigns) -> Iterable[Clue]:
     # What comes late has a rule of its own: no set-up delays it.
     off = signs.failures.off
     sides = {(check, excess > 0) for (e, m, _), excess in off.items() if (check := f"{e}/{m}") not in TIMES}
-    shared = [
-        (check, high)
+    shared = {
+        check
         for check, high in sides
         if len(on := signs.failures.on(check, 1 if high else -1)) >= MANY and on & set(FINGERS)
-    ]
-    own = signs.failures.keys(lambda check, _: any(check == one for one, _ in shared))
+    }
+    own = signs.failures.keys(lambda check, _: check in shared)
     if own:
         yield Clue("most channels fail alike", own, _hand(setup=0.45, board=0.25, supply=0.15, driver=0.05, bus=0.1))
 
