@@ -17,6 +17,8 @@ from hil.recordings.provenance import source_commit
 from model.units.plausible import unit_named
 from train.identification.replay_score import Errors, ReplayScore, score
 from train.identification.trace import load_trace
+from train.identification.trace_replay import replay
+from train.identification.unit_parameters import PHASES_S
 
 SCORED = "shipped `reference`, through every byte"
 FULL_STEPS = (14, 15)
@@ -68,7 +70,10 @@ def _milliamperes(errors: Errors) -> NDArray[np.float64]:
 def main(runs: Path) -> None:
     """Score the shipped unit on RUNS, a folder with the sixteen recorded runs, and store the results."""
     traces, commit = [load_trace(path) for path in sorted(runs.glob("run_*.npz"))], source_commit()[:12]
-    result = score(traces, unit_named("reference"))
+    unit = unit_named("reference")
+    # A recording does not contain its phase.
+    replays = [[replay(trace, unit, phase_s=phase) for phase in PHASES_S] for trace in traces]
+    result = score(traces, replays)
     row = [SCORED, positions(result, [len(trace.t_read) for trace in traces]), "", commit]
     origin = "sixteen recorded runs of one right hand"
     rows = [row if old[0] == SCORED else old for old in load("calibration.scores")["rows"]]

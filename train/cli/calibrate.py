@@ -90,14 +90,15 @@ def calibrate_command(
         out = out.with_name(f"{out.stem}.unfinished.toml")
     found = replace(result.unit, unfinished=stopped is not None)
     write_whole(out, unit_toml(found, fitted_to, result.intervals, result.told))
-    if plots is not None and stopped is None:
-        for trace, prediction in zip(result.traces, result.predictions(), strict=True):
-            write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
     _print(console, result)
     if stopped is None:
-        for table in score_tables(score(result.traces, result.unit)):
+        predictions = result.predictions()
+        if plots is not None:
+            for trace, prediction in zip(result.traces, predictions, strict=True):
+                write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
+        for table in score_tables(score(result.traces, [[prediction] for prediction in predictions])):
             console.print(table)
-    if stopped is not None:
+    else:
         console.print(f"the fit is unfinished; what it had found is in {out}, and is no unit of this hand")
         raise stopped
     console.print(f"unit written to {out}; use it as `--unit {out}`")
@@ -113,12 +114,8 @@ def _print(console: Console, result: Calibration) -> None:
     print_columns(console, title, [channel.label for channel in Channel], rms)
     console.print(f"all recordings: {pooled_rms(result.found.residuals):.2f} counts rms")
     if result.held_out:
-        what = (
-            "each predicted from the others, telemetry phase unknown"
-            if len(result.traces) >= FEWEST
-            else f"each of {PARTS} parts predicted from the others"
-        )
-        console.print(f"{what}: {held_out_rms(result.held_out):.2f} counts rms")
+        what = "each" if len(result.traces) >= FEWEST else f"each of {PARTS} parts"
+        console.print(f"{what} predicted from the others: {held_out_rms(result.held_out):.2f} counts rms")
 
 
 def _fitted(result: Calibration) -> dict[str, list[str]]:

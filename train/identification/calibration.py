@@ -48,8 +48,10 @@ from train.identification.unit_parameters import (
 )
 from train.workers import worker_processes
 
-TYPICAL_ITERATIONS = 3
-"""Iterations that a search usually takes, for the time that is left."""
+COARSE_S = 6.0
+"""Motions of each set of channels that the search begins with, s: steps and a staircase of a recording of ours."""
+COARSE_ITERATIONS, FINE_ITERATIONS = 1, 1
+"""Jacobians of the first motions, and of whole recordings."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,7 @@ def calibrate(
     *,
     firmware: str | None = None,
     free: tuple[Free, ...] = FREE,
-    iterations: int = 3,
     jobs: int = 1,
-    leave_out: bool = True,
     factors: Mapping[str, float] | None = None,
     report: Report = lambda _line: None,
     progress: Callable[[int, int], None] = lambda _done, _about: None,
@@ -103,9 +103,7 @@ def calibrate(
         start: unit that the search starts from and stays near where the traces say nothing.
         firmware: what the hand ran; what the recordings say when None, and 0.2.0 where none says anything.
         free: what is looked for, as far as the traces tell it.
-        iterations: at most so many steps of the search.
         jobs: processes to spread the replays over.
-        leave_out: whether the unit is scored on what was left out.
         factors: how much wider than their standard deviations intervals are, by kind of number; as shipped when None.
         report: called with lines of progress.
         progress: called after each replay with how many are done and about how many it takes.
@@ -134,15 +132,17 @@ def calibrate(
     with _processes(jobs) as pool:
         model = UnitModel(start, kept, firmware, pool, told_by, replayed=replayed)
         about = _replays(model)
-        found = search(model, iterations=iterations, report=report)
+        report(f"the first motions of each channel, {COARSE_S:.0f} s")
+        found = search(_coarse(model), iterations=COARSE_ITERATIONS, report=report)
+        if found.interrupted is None:
+            report("whole recordings")
+            found = search(model, begin=found, iterations=FINE_ITERATIONS, report=report)
         fitted = replace(model, start=model.unit(found.x), free=KEPT)
         try:
             if found.interrupted is None:
                 report("how well each number is known")
                 hidden = find_slopes(fitted, np.zeros(len(KEPT)), found.phases_s, found.residuals)
-                if leave_out:
-                    report("predicting what was left out")
-                    left_out = held_out(model, found)
+                left_out = held_out(model, found)
         except (KeyboardInterrupt, SystemExit) as error:
             found = replace(found, interrupted=error)
     known: Intervals = {}
@@ -158,6 +158,11 @@ def calibrate(
     return Calibration(model.unit(found.x), kept, firmware, known, from_readings, found, left_out)
 
 
+def _coarse(model: UnitModel) -> UnitModel:
+    """Return a model that predicts the first motions of each trace."""
+    return replace(model, traces=tuple(trace.shortened(COARSE_S) for trace in model.traces))
+
+
 def _processes(jobs: int) -> AbstractContextManager[Executor | None]:
     """Return worker processes, or nothing for one job."""
     return nullcontext() if jobs == 1 else worker_processes(jobs)
@@ -166,8 +171,8 @@ def _processes(jobs: int) -> AbstractContextManager[Executor | None]:
 def _replays(model: UnitModel) -> int:
     """Return about how many replays a calibration takes."""
     slopes, kept, phases = len(slope_groups(model.free)), len(slope_groups(KEPT)), len(model.phases_s)
-    iteration = slopes + STEPS + 2
-    return len(model.traces) * (phases + TYPICAL_ITERATIONS * iteration + kept + phases)
+    coarse, fine = slopes + STEPS + phases + 2, slopes + STEPS + 2
+    return len(model.traces) * (phases + COARSE_ITERATIONS * coarse + FINE_ITERATIONS * fine + kept + 1)
 
 
 def _one_firmware(traces: Sequence[Trace], asked: str | None) -> str:

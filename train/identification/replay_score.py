@@ -1,20 +1,17 @@
 """What a unit is worth on recordings: positions, currents and warming by channel, beside what a hand repeats of itself.
 
-A replay meets the board's telemetry on an unknown phase, so that each recording is replayed on several and all count.
 Recordings of the same commands tell how far the hand itself comes out differently, which no model can get below.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.firmware import DEFAULT_FIRMWARE
-from model.units import Unit
 from train.identification.search import (
     LARGEST_STEP,
     Found,
@@ -22,12 +19,10 @@ from train.identification.search import (
     Residuals,
     gauss_newton_step,
     pooled_rms,
-    rounds,
     spreads,
 )
 from train.identification.trace import CHANNELS, Trace
-from train.identification.trace_replay import ReplayedTrace, replay
-from train.identification.unit_parameters import PHASES_S
+from train.identification.trace_replay import ReplayedTrace
 
 Floats = NDArray[np.float64]
 
@@ -59,27 +54,18 @@ class ReplayScore:
     """A unit's errors, and the hand's own differences."""
 
     runs: tuple[tuple[str, Errors], ...]
-    """By recording, over all phases."""
+    """By recording, over its replays."""
     all_runs: Errors
-    """Over all readings of all recordings and phases."""
+    """Over all readings of all recordings and replays."""
     repeats: Errors
     """Between recordings in which a channel has the same commands; NaN where there is no such pair."""
     shares: Mapping[str, tuple[float, float]]
     """Share of the squared error of positions and of currents by cause; NaN without any error."""
 
 
-def score(
-    traces: Sequence[Trace], unit: Unit, *, progress: Callable[[int, int], None] = lambda _done, _about: None
-) -> ReplayScore:
-    """Replay traces on every phase and compare; `progress` is called with the replays done and their total."""
-    misses: list[list[_Misses]] = []
-    about = len(traces) * len(PHASES_S)
-    for trace in traces:
-        misses.append([])
-        for phase in PHASES_S:
-            predicted = replay(trace, unit, firmware=trace.firmware or DEFAULT_FIRMWARE, side=trace.side, phase_s=phase)
-            misses[-1].append(_missed(trace, predicted))
-            progress(sum(map(len, misses)), about)
+def score(traces: Sequence[Trace], predicted: Sequence[Sequence[ReplayedTrace]]) -> ReplayScore:
+    """Compare each trace with its replays, one or more each: on the phase of a fit, or on all where none is known."""
+    misses = [[_missed(trace, one) for one in of] for trace, of in zip(traces, predicted, strict=True)]
     pairs = [_between(a, b, same) for a, b in combinations(traces, 2) if (same := _same_commands(a, b)).any()]
     return ReplayScore(
         tuple((trace.name, _errors(of)) for trace, of in zip(traces, misses, strict=True)),
@@ -190,21 +176,17 @@ BLOCK_S = 2.4
 
 
 def held_out(model: Model, found: Found) -> list[Residuals]:
-    """Predict what was left out with numbers found on the rest: lists by phase, or by part, then by trace.
+    """Predict what was left out with numbers found on the rest: lists by part, then by trace.
 
-    The numbers without it are a Gauss-Newton step from those found with all, which is where a search without it would
-    end but for the curvature. What was left out is then predicted in full: whole traces at every phase, parts of a
-    trace on the phase of the rest.
+    A part is a trace, or blocks of each where there are few. The numbers without it are a Gauss-Newton step from those
+    found with all, and it is predicted by the same slopes; so that nothing is replayed (PRESS, as in linear
+    regression).
     """
     n = len(model.traces)
-    if n >= FEWEST:
-        whole = [[np.full(len(r), i != k) for i, r in enumerate(found.residuals)] for k in range(n)]
-        numbers = [_without(model, found, kept) for kept in whole]
-        return [model.residuals(numbers, [phase] * n) for phase in model.phases_s]
-    part_of = [_parts(trace.t_read) for trace in model.traces]
-    rest = [_without(model, found, [of != part for of in part_of]) for part in range(PARTS)]
-    predicted = rounds(model, rest, [found.phases_s] * PARTS)
-    return [[one[of == part] for one, of in zip(missed, part_of, strict=True)] for part, missed in enumerate(predicted)]
+    part_of = [
+        np.full(len(trace.t_read), k) if n >= FEWEST else _parts(trace.t_read) for k, trace in enumerate(model.traces)
+    ]
+    return [_predicted(model, found, [of == part for of in part_of]) for part in range(n if n >= FEWEST else PARTS)]
 
 
 def held_out_rms(held: Sequence[Residuals]) -> float:
@@ -212,14 +194,14 @@ def held_out_rms(held: Sequence[Residuals]) -> float:
     return pooled_rms(residual for by_trace in held for residual in by_trace)
 
 
-def _without(model: Model, found: Found, kept: Sequence[NDArray[np.bool_]]) -> Floats:
-    """Return the free numbers that a search on the readings `kept`, (m,) of each trace, would find."""
+def _predicted(model: Model, found: Found, left_out: Sequence[NDArray[np.bool_]]) -> Residuals:
+    """Return the residuals of the readings `left_out`, (m,) of each trace, with numbers found on the others."""
     spread = spreads(model)
-    residuals = [r[keep] for r, keep in zip(found.residuals, kept, strict=True)]
-    slopes = [s[keep] for s, keep in zip(found.slopes, kept, strict=True)]
+    residuals = [r[~out] for r, out in zip(found.residuals, left_out, strict=True)]
+    slopes = [s[~out] for s, out in zip(found.slopes, left_out, strict=True)]
     step = gauss_newton_step(residuals, slopes, found.x, spread)
-    moved: Floats = found.x + np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
-    return moved
+    step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
+    return [r[out] + s[out] @ step for r, s, out in zip(found.residuals, found.slopes, left_out, strict=True)]
 
 
 def _parts(times: Floats) -> NDArray[np.int64]:

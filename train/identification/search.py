@@ -34,6 +34,8 @@ LARGEST_STEP = 1.0
 """Longest step of one number in one iteration in units of `Free.spread`."""
 SHORTENED = (1.0, 0.4, 0.15)
 """Shares of a step that are tried until one lowers the cost."""
+NEAR = 4
+"""Share of the grid of phases by which those of a coarser model are off at most."""
 STEPS = 3
 """Steps at most that are taken with the same slopes."""
 WORTH_A_STEP = 0.05
@@ -49,7 +51,7 @@ class Free:
     """One number that is searched for; zero is the start."""
 
     name: str
-    """What it is; rows of one name are moved together to find their slopes."""
+    """What it is."""
     indices: tuple[int, ...]
     """Which entries of a field of that name it moves; empty when the field is one number."""
     channels: tuple[Channel, ...]
@@ -102,16 +104,27 @@ class Found:
     """Ctrl-C or a termination that came; the numbers are the best until then."""
 
 
-def search(model: Model, *, iterations: int = 3, report: Report = lambda _line: None) -> Found:
+def search(
+    model: Model, *, begin: Found | None = None, iterations: int = 3, report: Report = lambda _line: None
+) -> Found:
     """Return the free numbers that predict the traces of a model best, and the slopes on the way there.
 
     Ctrl-C and a termination (`SystemExit`) end the search with the best numbers so far, once there are any.
+
+    Args:
+        model: what predicts.
+        begin: numbers and phases that a coarser model of the same traces found; the start and any phase when None.
+        iterations: at most so many Jacobians.
+        report: called with lines of progress.
     """
-    x: Floats = np.zeros(len(model.free))
     grid = [[phase] * len(model.traces) for phase in model.phases_s]
     apart_s = float(np.ptp(model.phases_s)) / max(len(grid) - 1, 1)
-    found = _best_phased(model, x, grid)
-    coarse = True
+    if begin is None:
+        found = _best_phased(model, np.zeros(len(model.free)), grid)
+    else:
+        apart_s /= NEAR
+        found = _best_phased(model, begin.x, [begin.phases_s])
+    coarse = begin is None
     try:
         for iteration in range(iterations):
             report(f"iteration {iteration}: {pooled_rms(found.residuals):.2f} counts")
@@ -200,12 +213,12 @@ def rounds(model: Model, x: Iterable[Floats], phases_s: Iterable[Sequence[float]
 
 
 def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
-    """Return sets of rows of one name that no channel feels two of: one prediction gives the slopes of a whole set."""
+    """Return sets of rows that no channel feels two of: one prediction gives the slopes of a whole set."""
     groups: list[list[int]] = []
     for row, number in enumerate(free):
         for group in groups:
             felt = {channel for other in group for channel in free[other].channels}
-            if free[group[0]].name == number.name and not felt & set(number.channels):
+            if not felt & set(number.channels):
                 group.append(row)
                 break
         else:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
@@ -46,6 +47,8 @@ OPEN = 0.002
 """Share of the window up to which a channel that is told so is at the open hand."""
 SETTLED_S = 0.4
 """Time after which it rests there, s."""
+GRID_S = 0.020
+"""Whole periods of the telemetry of any firmware, s."""
 LARGEST_BYTES = 128 * 2**20
 """Largest size of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
 
@@ -109,6 +112,38 @@ class Trace:
         latest = np.maximum(np.searchsorted(self.t_command, self.t_read, side="right") - 1, 0)
         rest: NDArray[np.bool_] = opened[latest] & (self.t_read[:, np.newaxis] - since[latest] >= SETTLED_S)
         return rest
+
+    def shortened(self, seconds: float) -> Self:
+        """Return the first motions of each set of channels: `seconds` of them, and the rest of the last of these.
+
+        The trace is cut where all channels rest open and one begins to move. Pieces move forward by whole periods of
+        the telemetry, so that the trace keeps its phase.
+        """
+        moving = self.codes > OPEN * MAX_CODE
+        begins = np.flatnonzero(np.diff(moving.any(axis=1).astype(int), prepend=0) > 0)
+        before = np.maximum(np.searchsorted(self.t_read, self.t_command[begins]) - 1, 0)
+        cuts = self.t_command[begins[self.at_rest()[before].all(axis=1)]]
+        # A read at the time of a command comes first.
+        of_command, of_read = np.searchsorted(cuts, self.t_command, side="right"), np.searchsorted(cuts, self.t_read)
+        ends = np.array([self.t_command[0], *cuts, self.t_command[-1]])
+        kept, shift_s, dropped_s = np.ones(len(cuts) + 1, bool), np.zeros(len(cuts) + 1), 0.0
+        spent_s: defaultdict[bytes, float] = defaultdict(float)
+        for piece, lasts_s in enumerate(np.diff(ends).tolist()):
+            channels = moving[of_command == piece].any(axis=0).tobytes()
+            kept[piece] = spent_s[channels] < seconds
+            spent_s[channels] += lasts_s
+            shift_s[piece] = dropped_s
+            dropped_s += 0.0 if kept[piece] else lasts_s // GRID_S * GRID_S
+        sent, read = kept[of_command], kept[of_read]
+        return replace(
+            self,
+            t_command=(self.t_command - shift_s[of_command])[sent],
+            codes=self.codes[sent],
+            t_read=(self.t_read - shift_s[of_read])[read],
+            counts=self.counts[read],
+            currents=self.currents[read],
+            temperatures=self.temperatures[read],
+        )
 
     def beyond(self) -> NDArray[np.bool_]:
         """Return which readings tell the tension of a cable by their currents, (m, 7).

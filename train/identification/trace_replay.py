@@ -25,7 +25,8 @@ from train.identification.trace import Trace, closing_current_sign
 
 SETTLE_S = 0.5
 """How long the first command is held before the clock of the recording starts; a recording starts at rest, s."""
-
+READ = ("positions", "currents", "temperatures")
+"""What a recording reads, in this order."""
 HALF_A_DEGREE = 0.5
 """What a reading in whole degrees leaves out on average, degC."""
 
@@ -50,7 +51,7 @@ def replay(
     side: HandSide = "right",
     seed: int = 0,
     phase_s: float = 0.0,
-    currents: bool = True,
+    fields: Sequence[str] = READ,
 ) -> ReplayedTrace:
     """Send a trace's commands at their times and read at its read times; servos start as warm as the recorded ones.
 
@@ -63,7 +64,7 @@ def replay(
         side: which hand it was.
         seed: of the emulated hand's noise.
         phase_s: shifts the recording against the board's telemetry, whose 10 ms grid no recording tells, s.
-        currents: whether currents and temperatures are read too, after each position.
+        fields: what is read, one after the other; a replay waits for each answer. The rest is NaN.
     """
     alike = replace(unit, hand=replace(unit.hand, cable_friction_spread=0.0))
     electronics, _ = build_emulated(alike, HandSpec(firmware=firmware, side=side, seed=seed))
@@ -78,8 +79,7 @@ def replay(
     # A read at the time of a write comes first: a live policy reads, then commands.
     order = np.lexsort((np.r_[np.ones(n), np.zeros(m)], times))
     frames = [make_positions(codes) for codes in trace.codes]
-    answers: dict[str, list[Sequence[int]]] = {"positions": [], "currents": [], "temperatures": []}
-    asked = tuple(answers) if currents else ("positions",)
+    answers: dict[str, list[Sequence[int]]] = {field: [] for field in fields}
     electronics.receive(frames[0])
     start = clock.now() + SETTLE_S + phase_s - times.min()
     for event, t in zip(order.tolist(), (start + times[order]).tolist(), strict=True):
@@ -87,22 +87,15 @@ def replay(
         if event < n:
             electronics.receive(frames[event])
             continue
-        for field in asked:
+        for field in fields:
             # One question after the other, each answered at once when it has arrived.
             clock.sleep_until(on_grid(clock.now() + latency_s))
             answers[field].append(getattr(board.telemetry, field))
-    words = {field: _by_shaft(rows) for field, rows in answers.items() if rows}
-    unread = np.full(trace.counts.shape, np.nan)
+    words = {field: np.full(trace.counts.shape, np.nan) for field in READ}
+    for field, rows in answers.items():
+        words[field][:, list(SHAFT_OF_SERVO)] = rows
     return ReplayedTrace(
         np.rint(words["positions"] * trace.spans_counts / MAX_CODE),
-        words["currents"] * CURRENT_A_PER_UNIT * closing_current_sign(side) if currents else unread,
-        words["temperatures"] if currents else unread.copy(),
+        words["currents"] * CURRENT_A_PER_UNIT * closing_current_sign(side),
+        words["temperatures"],
     )
-
-
-def _by_shaft(rows: Sequence[Sequence[int]]) -> NDArray[np.float64]:
-    """Return rows (m, 7) by servo ID in command order."""
-    words = np.array(rows, float)
-    ordered = np.empty_like(words)
-    ordered[:, list(SHAFT_OF_SERVO)] = words
-    return ordered

@@ -18,7 +18,7 @@ from aero.protocol import MAX_CODE
 from model.units import Unit
 from train.identification.search import Floats, Free, Residuals
 from train.identification.trace import Trace
-from train.identification.trace_replay import replay
+from train.identification.trace_replay import READ, replay
 
 ALL = tuple(Channel)
 SPRUNG: tuple[tuple[Channel, tuple[int, ...]], ...] = (
@@ -210,7 +210,7 @@ def _without_rise(hand: dict[str, Any]) -> dict[str, Any]:
 
 def _misses(trace: Trace, unit: Unit, firmware: str, phase_s: float) -> Floats:
     """Return predicted less recorded counts, by the current where the encoder lies beyond the window."""
-    predicted = replay(trace, unit, firmware=firmware, side=trace.side, phase_s=phase_s)
+    predicted = replay(trace, unit, firmware=firmware, side=trace.side, phase_s=phase_s, fields=READ[:2])
     missed = predicted.counts - trace.counts
     pull = (trace.currents - predicted.currents) / (1e-3 * unit.servos.current_floor_ma)
     closed: Floats = np.where(trace.beyond(), pull, missed)

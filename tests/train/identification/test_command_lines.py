@@ -23,7 +23,7 @@ def test_record_then_calibrate(tmp_path, monkeypatch):
 
     def quick(*arguments, **options):
         free = tuple(number for number in FREE if number.name == "hand.spool_friction")
-        return calibrate(*arguments, **options, free=free, iterations=0)
+        return calibrate(*arguments, **options, free=free)
 
     monkeypatch.setattr("train.cli.calibrate.calibrate", quick)
     unit, plots = tmp_path / "unit.toml", tmp_path / "plots"

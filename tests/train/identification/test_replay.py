@@ -22,7 +22,7 @@ from train.identification.excitation import Excitation, play
 from train.identification.replay_score import held_out_rms
 from train.identification.search import pooled_rms, search
 from train.identification.trace import Trace, closing_current_sign
-from train.identification.trace_replay import replay
+from train.identification.trace_replay import READ, replay
 from train.identification.unit_file import unit_toml
 from train.identification.unit_parameters import FREE, UnitModel
 
@@ -93,7 +93,7 @@ def test_a_replay_reads_what_a_driver_gets_through_every_byte(trace, phase_s):
 
 def test_the_phase_of_the_telemetry_is_what_is_left(trace):
     by_phase = [
-        np.sqrt(np.mean((replay(trace, REFERENCE, phase_s=p, currents=False).counts - trace.counts) ** 2))
+        np.sqrt(np.mean((replay(trace, REFERENCE, phase_s=p, fields=READ[:1]).counts - trace.counts) ** 2))
         for p in np.arange(0.0, 0.01, 0.001)
     ]
     assert min(by_phase) < 1.5 < max(by_phase)
@@ -141,7 +141,7 @@ def test_calibration_finds_how_far_the_supply_sags(tmp_path):
 @pytest.mark.slow
 def test_calibration_reports_and_draws(trace):
     free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
-    result = calibrate([trace] * 3, REFERENCE, free=free, iterations=0)
+    result = calibrate([trace] * 3, REFERENCE, free=free)
     assert result.channel_rms().shape == (3, 7)
     assert held_out_rms(result.held_out) < 12.0
     drawing = trace_svg(trace, result.predictions()[0])
@@ -154,7 +154,7 @@ FRICTION = tuple(number for number in FREE if number.name == "hand.spool_frictio
 
 def test_a_single_recording_is_scored_on_parts_left_out_and_only_what_it_moves_is_fitted(trace):
     seen = []
-    result = calibrate([trace], REFERENCE, free=FRICTION, iterations=1, progress=lambda *at: seen.append(at))
+    result = calibrate([trace], REFERENCE, free=FRICTION, progress=lambda *at: seen.append(at))
     assert sum(len(part[0]) for part in result.held_out) == len(trace.t_read)
     assert held_out_rms(result.held_out) < 12.0
     assert [done for done, _ in seen] == list(range(1, len(seen) + 1))

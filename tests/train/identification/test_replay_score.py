@@ -8,9 +8,11 @@ import pytest
 
 from aero.actuation import CommandWindow
 from model.units import load_unit
-from train.identification.replay_score import rise, score
+from train.identification.replay_score import rise
+from train.identification.replay_score import score as scored
 from train.identification.trace import Trace
 from train.identification.trace_replay import replay
+from train.identification.unit_parameters import PHASES_S
 
 UNIT = load_unit("reference")
 
@@ -28,6 +30,10 @@ def recorded(seed, *, shift=0.0, level=30000):
     return dataclasses.replace(
         blank, counts=read.counts, currents=read.currents, temperatures=np.trunc(read.temperatures)
     )
+
+
+def score(traces, unit, phases_s=PHASES_S):
+    return scored(traces, [[replay(trace, unit, phase_s=phase) for phase in phases_s] for trace in traces])
 
 
 def test_a_unit_scores_on_its_own_recording_what_the_phase_alone_does():

@@ -1,10 +1,14 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from aero.channels import Channel
+from aero.channels import FINGERS, Channel
+from aero.protocol import MAX_CODE
 from hil.recordings.mcap_file import write_recording
 from hil.recordings.recording import Header, Recording, Series
-from train.identification.trace import closing_current_sign, load_trace, window_counts
+from train.identification.excitation import PERIOD_S, excitation
+from train.identification.trace import GRID_S, Trace, closing_current_sign, load_trace, window_counts
 
 LABELS = tuple(channel.label for channel in Channel)
 
@@ -86,3 +90,26 @@ def test_a_channel_rests_some_time_after_it_was_told_to_open(tmp_path):
     assert rest[:, 1:].all()
     assert rest[:, 0].tolist() == [True] * 5 + [False] * 9 + [True] * 6
     assert trace.goals_at_reads()[4:6, 0].tolist() == [0.0, 1639.0]
+
+
+@given(st.floats(0.1, 40.0), st.sampled_from(["steps", "ramps", "all"]))
+@settings(deadline=None, max_examples=30)
+def test_a_shortened_trace_has_the_first_motions_of_each_set_of_channels(seconds, name):
+    codes = np.rint(excitation(name, scale=0.8).fractions * MAX_CODE).astype(np.int64)
+    read = PERIOD_S * np.arange(len(codes))
+    numbered = np.tile(np.arange(len(codes), dtype=float)[:, np.newaxis], 7)
+    # Read just before each command, as a policy does.
+    trace = Trace("a", read + 1e-3, codes, read, numbered, numbered, numbered, window_counts("right"))
+    short = trace.shortened(seconds)
+    kept = short.counts[:, 0].astype(int)
+    periods = (read[kept] - short.t_read) / GRID_S
+    assert np.allclose(periods, np.round(periods), atol=1e-6)
+    assert np.all(np.diff(periods) > -1e-6)
+    assert np.diff(short.t_command).min() >= PERIOD_S - 1e-9
+    assert np.array_equal(short.goals_at_reads(), trace.goals_at_reads()[kept])
+    moved = PERIOD_S * (short.codes > 0).sum(axis=0)
+    assert np.all(moved[: len(FINGERS)] == moved[0])
+    assert np.all(moved > 0.0)
+    assert np.all(moved <= PERIOD_S * (codes > 0).sum(axis=0))
+    if name == "all" and seconds < 8.0:
+        assert short.t_read[-1] < 0.5 * read[-1]
