@@ -1,9 +1,9 @@
-"""What the real firmware does with damaged answers of its servos, which no recorded session has."""
+"""What the real firmware does with a damaged answer while it homes, which no recorded session has."""
 
 from tests.firmware_emulator.conftest import AT_STOPS, stopped_bench
 
-TRAIN, WORD = 147, 8
-"""Bytes of the answers of all servos to a telemetry request, and of one servo to a read of two bytes."""
+WORD = 8
+"""Bytes of a servo's answer to a read of two bytes."""
 
 
 class Wire:
@@ -13,26 +13,6 @@ class Wire:
         self.asked_for, self.answered = [], damage
         self.asked = self.asked_for.append
         host.hand.bus.tap = self
-
-
-def test_stray_bytes_in_front_of_a_train_cost_the_cycle(make_host):
-    host = make_host(firmware="0.2.0")
-    before = host.words(0x22)
-    host.send(0x11, *[40000] * 7)
-    Wire(host, lambda data: b"\0" + data if len(data) == TRAIN else data)
-    host.wait(0.3)
-    assert host.words(0x22) == before
-
-
-def test_a_train_cut_within_its_last_answer_is_completed_by_what_came_before(make_host):
-    host = make_host(firmware="0.2.0")
-    host.wait(0.1)
-    for servo in host.hand.servos:
-        servo.heat_to(60.5)
-    Wire(host, lambda data: data[:131] if len(data) == TRAIN else data)
-    host.wait(0.05)
-    # Of the last answer came the header, the ID, the length and the error byte; the rest is of the train before.
-    assert host.words(0x25) == (*(60,) * 6, 34)
 
 
 def test_a_limit_that_cannot_be_read_is_left_alone(make_host):

@@ -29,10 +29,12 @@ QUICK = {("pre", "right"), ("0.2.0", "right"), ("main", "left")}
 """In the default suite; the slow tests have all."""
 
 
-def differences(version, hand, path):
-    """What differs in each session, in order; None where nothing does."""
+def differences(version, hand, path, *, kind=None):
+    """What differs in each session, or each of a kind, in order; None where nothing does."""
     firmware = contender(version, hand)
     for recorded in read_traces(path):
+        if kind not in (None, recorded.kind):
+            continue
         found = compare(recorded.session, firmware, recorded.trace).difference
         yield found and "\n".join([recorded.session.name, *found.lines(("emulated", "real"))])
 
@@ -43,6 +45,12 @@ def differences(version, hand, path):
 def test_every_event_is_that_of_the_real_board(version, hand):
     found = list(differences(version, hand, TRACES / f"{version}-{hand}.jsonl.xz"))
     assert found == [None] * (RECORDED[version, hand] - HOMINGS)
+
+
+@pytest.mark.parametrize(("version", "hand"), [key for key in RECORDED if key not in QUICK])
+def test_every_version_boots_as_the_real_board(version, hand):
+    """After three causes of a reset, all servos or five: its text, what it asks, and when."""
+    assert list(differences(version, hand, TRACES / f"{version}-{hand}.jsonl.xz", kind="boot")) == [None] * 6
 
 
 @pytest.mark.parametrize(

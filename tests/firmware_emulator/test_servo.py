@@ -307,14 +307,6 @@ def test_holding_a_load_heats_and_rest_cools():
     assert bus.read(63, 1) < hot - 4
 
 
-def test_a_servo_that_travels_warms_by_it():
-    bus = Bus(servos=ServoParameters(heating_c_per_s=0.0, heating_c_per_count=1e-3, rest_temperature_c=34.0))
-    for there in (3000, 0, 3000, 0):
-        bus.write_word(42, there)
-        bus.wait(1.0)
-    assert bus.servo.feedback.temperature_c == pytest.approx(34.0 + 1e-3 * (278 + 3 * 3000), abs=0.5)
-
-
 def test_angle_limits_bound_goals_only_when_told_so():
     for clamp, reached in ((False, -1000), (True, 0)):
         bus = Bus(servos=ServoParameters(clamp_goal=clamp))

@@ -38,14 +38,6 @@ def test_a_blocked_servo_reads_exactly_its_goal_torque_whatever_the_gain(units, 
     assert static_current(effort_limit(units, servo), servo) == pytest.approx(units, abs=1e-6)
 
 
-@given(st.floats(0, 0.588), st.floats(0, 0.588), st.floats(0.005, 0.018))
-def test_current_rises_with_effort(first, second, duty_per_count):
-    servo = ServoParameters(duty_per_count=duty_per_count)
-    low, high = sorted((first, second))
-    assert static_current(low, servo) <= static_current(high, servo)
-    assert static_current(-high, servo) == static_current(high, servo)
-
-
 TURNING = ServoParameters(current_turning_ma=13.2, current_fading_counts=1030.0)
 
 

@@ -53,16 +53,3 @@ def test_a_power_cycle_makes_the_servos_limp_and_0_2_0_home(make_host):
     assert host.link.read(30 + 37, 1.0).endswith(b"\xe2\x86\x92 homing\r\n")
     host.wait(10.0)
     assert host.words(0x25) == (34,) * 7
-
-
-def test_the_same_seed_gives_the_same_bytes_after_a_reset(make_host):
-    logs = []
-    for _ in range(2):
-        host = make_host(plant=stopped_bench(), seed=5)
-        host.hand.reset("power_on")
-        host.wait(6.0)
-        for _ in range(20):
-            host.ask(0x24)
-            host.wait(0.01)
-        logs.append(host.link.log)
-    assert logs[0] == logs[1]

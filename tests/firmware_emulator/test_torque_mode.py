@@ -26,22 +26,6 @@ def test_torque_always_closes_and_is_capped(make_host, hand, word, magnitude):
     assert all(angle > 0.1 for angle in angles) or magnitude == 0
 
 
-def test_later_versions_have_a_floor(make_host):
-    host = make_host(firmware="0.1.1")
-    send_torque(host, *[0] * 7)
-    assert goal_torques(host) == (5, 5, -5, 5, 5, 5, 5)
-
-
-def test_an_empty_window_has_the_sign_of_the_version(make_host, bus_log):
-    for firmware, word in (("0.1.0", "64 00"), ("0.1.1", "64 80")):
-        host = make_host(firmware=firmware)
-        host.ask(0x03, 3, -360 & 0xFFFF)
-        bus_log.clear()
-        send_torque(host, *[100] * 7)
-        torques = [packet[6:8] for _, packet in bus_log if packet[2:6] == bytes((3, 5, 3, 44))]
-        assert torques[0] == bytes.fromhex(word)
-
-
 def test_mode_is_not_sent_again_after_homing(make_host, bus_log):
     """The firmware's flag still says torque: servos stay in position mode with a torque limit of the wrong sign."""
     host = make_host(plant=stopped_bench(), firmware="0.2.0")
@@ -79,26 +63,3 @@ def test_the_soft_limit_weakens_outside_and_restores_inside(make_host):
     send_torque(host, *[800] * 7)
     host.wait(0.1)
     assert goal_torques(host) == (800, 800, -800, 800, 800, 800, 800)
-
-
-def test_there_is_no_soft_limit_in_0_1_0(make_host):
-    host = make_host(firmware="0.1.0")
-    send_torque(host, *[800] * 7)
-    host.wait(1.0)
-    assert goal_torques(host) == (800, 800, -800, 800, 800, 800, 800)
-
-
-def test_the_soft_limit_keeps_its_grid_while_position_mode_leaves_nothing_to_look_at(make_host, bus_log):
-    host = make_host(firmware="0.2.0")
-
-    def looks():
-        del bus_log[:]
-        send_torque(host, *[100] * 7)
-        host.wait(0.2)
-        return [round(1000.0 * t) % 20 for t, packet in bus_log if packet[2:7] == bytes((0, 4, 2, 56, 2))][2:]
-
-    before = looks()
-    host.send(0x11, *[0] * 7)
-    host.wait(0.137)
-    assert set(looks()) == set(before)
-    assert len(set(before)) == 1

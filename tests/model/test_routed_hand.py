@@ -71,13 +71,6 @@ def test_a_finger_closes_completely(hand, finger):
     assert hand.joint_angles()[3 * finger : 3 * finger + 3] == pytest.approx(np.full(3, np.pi / 2), abs=0.02)
 
 
-@pytest.mark.parametrize("channel", Channel)
-def test_left_hand_mirrors_the_right(channel):
-    right, left = RoutedHand("right"), RoutedHand("left")
-    np.testing.assert_allclose(sweep(left, channel), sweep(right, channel), atol=1e-9)
-    np.testing.assert_allclose(left.joint_angles(), right.joint_angles(), atol=1e-7)
-
-
 def test_couplings_hold_in_a_fist(hand):
     hand.reset()
     command = hand.command_range[:, 0].copy()
