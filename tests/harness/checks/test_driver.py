@@ -25,10 +25,7 @@ CURRENTS_A = [0.0065, -0.0065, 0.013, 0.0, 0.65, -0.65, 6.5]
 CURRENT_WORDS = [100, -100, 1000, 1, -1, 2, 0]
 TEMPERATURES = [30, 31, 32, 33, 34, 35, 36]
 TEMPERATURE_WORDS = [34, 35, 36, 30, 31, 32, 33]
-QUIET = dict.fromkeys(
-    ("sent", "mapped", "mapped_bias", "mapped_back", "read_wrong"),
-    pytest.approx(0.0),
-)
+QUIET = dict.fromkeys(("sent", "mapped", "mapped_bias", "mapped_back", "read_wrong"), pytest.approx(0.0))
 
 
 def frame(opcode, words):
@@ -130,14 +127,11 @@ def test_the_refused_setting_is_that_of_the_driver():
     assert make_refused_setting() == driver.REFUSED_SETTING
 
 
-def test_currents_have_their_sign_and_scale():
+def test_currents_have_their_sign_and_scale_and_temperatures_are_whole_degrees():
+    assert driver.measure(changed("temperatures", [np.add(TEMPERATURES, 1)]))["index"]["read_wrong"] == 1.0
     assert driver.measure(changed("currents", [np.abs(CURRENTS_A)]))["middle"]["read_wrong"] == pytest.approx(2.0)
     twice = driver.measure(changed("currents", [2 * np.array(CURRENTS_A)]))
     assert twice["thumb_flexor"]["read_wrong"] == pytest.approx(1000.0)
-
-
-def test_temperatures_are_whole_degrees():
-    assert driver.measure(changed("temperatures", [np.add(TEMPERATURES, 1)]))["index"]["read_wrong"] == 1.0
 
 
 @pytest.mark.parametrize("t", [0.05, 0.0999, 0.1, 0.15])
@@ -159,11 +153,7 @@ def test_a_driver_is_not_judged_by_replies_of_a_link_that_is_out_of_order(noise)
     assert driver.measure(replace(recording, wire=tuple(wire)))["index"]["read_wrong"] == 0.0
 
 
-LENGTHS = arrays(
-    float,
-    (1, 7),
-    elements=st.floats(0.0, 1.0),
-)
+LENGTHS = arrays(float, (1, 7), elements=st.floats(0.0, 1.0))
 SHORTEST = np.array([0.0617776, 0.0621875, 0.0616733, 0.0637823, 0.0, 0.026, 0.09])
 LONGEST = np.array([0.107723, 0.1084, 0.10775, 0.109504, 1.75, 0.038, 0.117])
 

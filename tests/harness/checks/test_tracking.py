@@ -133,17 +133,12 @@ def test_excursions_are_those_of_the_channels_own_sweep():
 
 
 def test_of_a_host_that_is_late_now_and_then_the_steps_in_time_count():
-    """A rise reads 0.05 s in steps that were sampled every 20 ms, and longer in those that were not."""
-    in_time, late = Response(1.0, 0.05, 0.06, 0.0, gap=0.0203), Response(1.0, 0.08, 0.06, 0.0, gap=0.035)
-    assert median_rise([in_time, *[late] * 3]) == 0.05
-    assert median_rise([Response(1.0, rise, 0.06, 0.0, gap=0.02) for rise in (0.04, 0.05, 0.09)]) == 0.05
-    assert math.isnan(median_rise([]))
-
-
-def test_of_a_host_that_is_late_in_more_than_three_of_four_steps_no_rise_is_told():
+    """A rise reads 0.05 s in steps that were sampled every 20 ms, and longer in others; of four steps one is enough."""
     in_time, late = Response(1.0, 0.05, 0.06, 0.0, gap=0.0249), Response(1.0, 0.08, 0.06, 0.0, gap=0.0251)
     assert median_rise([in_time, *[late] * 3]) == 0.05
+    assert median_rise([Response(1.0, rise, 0.06, 0.0, gap=0.02) for rise in (0.04, 0.05, 0.09)]) == 0.05
     assert math.isnan(median_rise([in_time, *[late] * 4]))
+    assert math.isnan(median_rise([]))
 
 
 @pytest.mark.parametrize(("period_s", "told"), [(0.01, True), (0.05, False)])
@@ -158,3 +153,20 @@ def test_a_staircase_that_the_host_sampled_late_has_no_rise(period_s, told):
     for row in rows.values():
         assert row["matched_steps"] == 8
         assert ("rise_hand_ms" in row) == told
+
+
+@pytest.mark.parametrize("shaking", ["hand", "model"])
+def test_what_shakes_is_not_settled(shaking):
+    """Hand or simulator swings by 2 % of its range from sample to sample, under a quiet command."""
+    recording = staircase()
+    values = recording[shaking].values.copy()
+    values[::2, 2] += 0.02 * RANGES[2]
+    _, settled = residuals(replaced(recording, shaking, values))
+    assert not settled[1:, 2].any()
+    assert settled[:, 1].any()
+
+
+def test_a_residual_is_hand_less_simulator():
+    recording = staircase(tau=0.02, hand_tau=0.02, offset=0.01)
+    residual, _ = residuals(recording)
+    np.testing.assert_allclose(residual, np.broadcast_to(0.01 * RANGES, residual.shape), atol=1e-12)

@@ -42,18 +42,6 @@ def test_a_cable_that_became_long_since_the_last_homing_leaves_slack(firmware, h
 
 
 @pytest.mark.slow
-def test_a_cable_that_became_short_since_leaves_the_closed_end_of_the_window():
-    assert measured("cable_short:ring=7")["ring"]["left_closed"] > 300
-    assert measured()["ring"]["left_closed"] < 120
-
-
-@pytest.mark.slow
-def test_a_trim_is_found_to_the_count():
-    assert measured("trim_left_in:ring=40")["ring"]["window_moved"] == 40
-    assert measured()["ring"]["window_moved"] == 0
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["cable_long:ring=7.6", "cable_short:ring=7"])
 def test_homing_makes_a_cables_length_invisible(fault):
     """It finds the zero at the closed stop, so that the same counts mean the same angles whatever the length."""

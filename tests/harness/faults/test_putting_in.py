@@ -147,11 +147,3 @@ def test_a_program_on_the_board_takes_no_faults_of_the_firmware(tmp_path):
         open_target(faults=[parse_fault("board_restart")], firmware_program=tmp_path / "none"),
     ):
         pytest.fail("there is no such program")
-
-
-def test_the_pty_target_says_what_never_fired():
-    with (
-        pytest.raises(FaultNeverFiredError, match="boot_text"),
-        open_target("pty", faults=[parse_fault("boot_text@600")]),
-    ):
-        pass

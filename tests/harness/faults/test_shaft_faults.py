@@ -74,12 +74,6 @@ def test_exchanged_cables_turn_each_others_shafts():
     np.testing.assert_allclose(shafts.angles(), GOALS, atol=0.02)
 
 
-def test_a_sagging_supply_weakens_all_motors_while_they_draw():
-    sagging, _ = driven("supply_sags=0.9", seconds=0.15)
-    good, _ = driven("supply_sags=0", seconds=0.15)
-    assert np.all(sagging.angles() < good.angles() - 0.01)
-
-
 def test_answers_of_one_servo_are_spoiled_and_no_others():
     def reported(*faults):
         with open_target(seed=3, faults=faults) as target:
