@@ -19,8 +19,7 @@ from aero.policy.file import Policy, load, save
 from aero.whole_file import write_whole
 from train.evaluation.cube_trial import CubeTrial
 from train.evaluation.rollouts import run
-from train.evaluation.trial_set import trial_set_of
-from train.evaluation.trials import ANY_CUBE, over_hands, run_trials
+from train.evaluation.trials import ANY_CUBE, figures, over_hands, run_trials
 from train.hand_stock import hands_to_measure
 from train.ppo import deployable, networks_of, untrained
 from train.recipe import Goal, Recipe
@@ -105,12 +104,12 @@ def _through_bytes(recipe: Recipe, one: Candidate, hands: int, say: Callable[[st
     made: dict[str, list[CubeTrial]] = {}
     cases = over_hands(one.policy, hands, seconds=EPISODE_S, seed=CHOICE_SEED)
     run_trials(one.policy, cases, made, lambda _done, _name: None)
-    row, trials = trial_set_of(one.name, made[ANY_CUBE]), made[ANY_CUBE]
+    row, trials = figures(made[ANY_CUBE]), made[ANY_CUBE]
     bound = lower_bound(recipe.goal, np.array([t.rate_rad_s for t in trials]), np.array([t.kept for t in trials]))
-    low, high = row.kept_interval
     say(
-        f"  {one.name}: keeps {row.kept_share:.0%} ({low:.0%}-{high:.0%}), {row.rate_rad_s:.2f} rad/s, "
-        f"{row.turning:.0%} above 0.1 rad/s, worth at least {bound:.2f}"
+        f"  {one.name}: keeps {row['survival']:.0%} ({row['survival_low']:.0%}-{row['survival_high']:.0%}), "
+        f"{row['rate_rad_s']:.2f} rad/s, "
+        f"{row['turned_share']:.0%} above 0.1 rad/s, worth at least {bound:.2f}"
     )
     return bound
 

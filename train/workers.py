@@ -12,6 +12,11 @@ from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 
 
+def usable_cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 @contextmanager
 def worker_processes(count: int) -> Iterator[Executor]:
     """Yield workers in fresh processes: MuJoCo does not survive a fork.

@@ -8,8 +8,9 @@ from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP, named
 
 from figures import Rows
 from hil.faults import CATALOGUE, parse_fault
-from train.campaign.summary import NOT_FIRED, Share, false_alarms, flagged, right_part, told
+from train.campaign.summary import NOT_FIRED, false_alarms, flagged, right_part, told
 from train.campaign.trial import Outcome
+from train.share import Share
 
 HEADER = ["", "figure", "95 %"]
 WHOLE_HAND = "supply_low"

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
-from scipy.stats import binomtest
 
 from hil.checks import ALIKE, Measured
 from hil.faults import CATALOGUE, Injection, parse_fault
@@ -21,32 +20,9 @@ from hil.verdict.limits import Key, excesses, load_limits, within_limits
 from hil.verdict.run_end import FINISHED
 from hil.verdict.suspects import clues, suspected
 from train.campaign.trial import Outcome, written
+from train.share import Share
 
-CONFIDENCE = 0.95
 NOT_FIRED = "FaultNeverFiredError"
-
-
-@dataclass(frozen=True)
-class Share:
-    """So many of so many, with the interval that holds the true share with a probability of `CONFIDENCE`."""
-
-    count: int
-    of: int
-
-    @property
-    def value(self) -> float:
-        """The share."""
-        return self.count / self.of
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Clopper and Pearson's interval."""
-        found = binomtest(self.count, self.of).proportion_ci(CONFIDENCE)
-        return float(found.low), float(found.high)
-
-    def __str__(self) -> str:
-        low, high = self.interval
-        return f"{self.count} of {self.of} ({low:.1%} to {high:.1%})"
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,11 @@ from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 from model.units.conditions import KINDS
-from train.campaign.conduct import AHEAD, check_address, cluster, conduct, usable_cores
+from train.campaign.conduct import AHEAD, check_address, cluster, conduct
 from train.campaign.store import NAME, Store, missing, opened
 from train.campaign.summary import flagged, render_campaign
 from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands
-from train.workers import worker_processes
+from train.workers import usable_cores, worker_processes
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from math import isnan, nan
 from pathlib import Path
 
 import click
 import numpy as np
 from click.core import ParameterSource
+from rich.console import Console
 
 from aero.policy.file import Policy
 from aero.policy.loop import interface_of
@@ -19,15 +20,13 @@ from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
 from hil.cli.options import SECONDS, SEED, Finite, NewFolder
-from hil.cli.terminal import ProgressBar
+from hil.cli.terminal import ProgressBar, print_columns
 from hil.cli.terminal import console as new_console
-from hil.recordings.output import prepared_folder
+from hil.recordings.output import json_text, prepared_folder
 from model.scene import CUBE, Cube
-from train.cli.evaluation_tables import print_figures
 from train.evaluation.cube_trial import CubeTrial
-from train.evaluation.deployment import load_deployments
 from train.evaluation.simulation import beside_a_deployment, measure
-from train.evaluation.trials import CORRECTIONS, Case, figures, over_hands, run_trials
+from train.evaluation.trials import CORRECTIONS, Case, figures, load_deployments, over_hands, run_trials
 
 ON = ("simulation", "hands")
 FRESH_SEEDS = 2**31
@@ -36,6 +35,27 @@ MOST = 1_000_000
 """Episodes or hands that one may ask for."""
 WIDTH = 120
 """Columns where no terminal says how many there are."""
+FIGURES = {
+    "survival": ("keeps", "{:.0%}"),
+    "rate_rad_s": ("rad/s", "{:.2f}"),
+    "rotation_median_rad": ("rad", "{:.1f}"),
+    "turned_share": ("> 0.1", "{:.0%}"),
+    "airborne": ("no contact", "{:.2%}"),
+    "let_go": ("> 0.5 mm", "{:.2%}"),
+    "action_change": ("change", "{:.2f}"),
+    "finger_travel_m_s": ("mm/s", "{:.1f}"),
+    "stopped": ("stopped", "{:.0%}"),
+    "mean_current_a": ("mean A", "{:.2f}"),
+    "peak_current_a": ("peak A", "{:.2f}"),
+    "held_15_s": ("held 15 s", "{:.0%}"),
+    "held_50_s": ("held 50 s", "{:.0%}"),
+    "held_200_s": ("held 200 s", "{:.0%}"),
+}
+"""Heading and format of each figure: share that keeps the cube, rate, median rotation, share above 0.1 rad/s, steps
+without contact, samples with nothing within 0.5 mm of the cube, change of the action from step to step, commanded
+travel of a finger, share of trials that something ended, current of the motor that draws most, mean and peak, share
+that still held the cube after a time."""
+SCALE = {"finger_travel_m_s": 1e3}
 
 
 @click.command()
@@ -138,7 +158,7 @@ def evaluate(
         report = {"policy": policy.name, "seed": seed, "results": results}
         if deployment:
             report |= {"deployment": asdict(deployment), "cube": asdict(cube)}
-        write_whole(out / "evaluation.json", json.dumps(report, indent=1))
+        write_whole(out / "evaluation.json", json_text(report))
         for title, rows_of in results.items():
             print_figures(console, title, rows_of)
         if deployment and deployment.measured_rad_s is not None:
@@ -155,3 +175,20 @@ def _check_fit(policy: Policy, backends: Sequence[str], cases: Sequence[Case]) -
         raise ValueError(f"{policy.name} runs through the bytes alone: use --on hands")
     for case in cases[:1]:
         interface_of(policy, case.settings)
+
+
+def print_figures(console: Console, title: str, rows: Mapping[str, Mapping[str, float]]) -> None:
+    """Print a row a condition, a column a figure, with its interval of 95 % where it has one."""
+    shown = {key: column for key, column in FIGURES.items() if any(key in row for row in rows.values())}
+    heads = [head for head, _ in shown.values()]
+    cells = {name: [_cell(row, key, form) for key, (_, form) in shown.items()] for name, row in rows.items()}
+    print_columns(console, title, heads, cells)
+
+
+def _cell(row: Mapping[str, float], key: str, form: str) -> str:
+    if key not in row:
+        return ""
+    scale = SCALE.get(key, 1.0)
+    low, high = row.get(f"{key}_low", nan), row.get(f"{key}_high", nan)
+    interval = "" if isnan(low) else f" ({form.format(low * scale)}-{form.format(high * scale)})"
+    return form.format(row[key] * scale) + interval

@@ -36,51 +36,32 @@ Figures = dict[str, dict[str, float]]
 
 
 def conditions(policy: Policy) -> dict[str, Task]:
-    """Return the conditions in plain MuJoCo without a sweep, by name."""
+    """Return the conditions in plain MuJoCo, by name; behind servos of some lag and delay last."""
     as_trained, deployed = task_of(policy), task_of(policy, PAPER_DEPLOYMENT)
+    servos = [(SERVO_LAG_S, delay_s) for delay_s in SWEEP_DELAYS_S] + [(lag, SERVO_DELAY_S) for lag in SWEEP_LAGS_S]
     return {
         "as trained, with noise": as_trained,
         "as trained, no noise": replace(as_trained, settings=replace(policy.settings, noise=(0.0,) * 7)),
         "as trained, a period late": replace(as_trained, actuation=_servo(0.0, policy.settings.period_s)),
         "deployed, nominal grasp": replace(deployed, reset=NOMINAL_RESET),
+        **{_name(*servo): replace(as_trained, actuation=_servo(*servo)) for servo in servos},
     }
-
-
-def delay_sweep(policy: Policy) -> dict[float, Task]:
-    """Return the training conditions behind a servo of `SERVO_LAG_S`, by delay, s."""
-    return {delay_s: replace(task_of(policy), actuation=_servo(SERVO_LAG_S, delay_s)) for delay_s in SWEEP_DELAYS_S}
-
-
-def lag_sweep(policy: Policy) -> dict[float, Task]:
-    """Return the training conditions behind slower and faster servos with `SERVO_DELAY_S` each, by lag, s."""
-    return {lag_s: replace(task_of(policy), actuation=_servo(lag_s, SERVO_DELAY_S)) for lag_s in SWEEP_LAGS_S}
 
 
 def measure(
     policy: Policy, episodes: int, *, seconds: float, seed: int, picture: Path, progress: Callable[[float, str], None]
 ) -> Figures:
-    """Measure under every condition and sweep and on built hands, and draw the sweep of delays to `picture`."""
-    cases = {
-        **conditions(policy),
-        **{_name(SERVO_LAG_S, delay): task for delay, task in delay_sweep(policy).items()},
-        **{_name(lag, SERVO_DELAY_S): task for lag, task in lag_sweep(policy).items()},
-    }
-    found = {}
+    """Measure under every condition and on built hands with the paper's cube, and draw the delays to `picture`."""
+    cases, found = conditions(policy), {}
     with Simulator([build_scene(policy.settings.torque_limit).compile()] * episodes) as batch:
         for done, (name, task) in enumerate(cases.items()):
             progress(done / (len(cases) + 1), name)
             found[name] = run(policy, task, batch, seconds, seed)
+    _draw_delays([found[_name(SERVO_LAG_S, delay_s)] for delay_s in SWEEP_DELAYS_S], picture)
     progress(len(cases) / (len(cases) + 1), BUILT)
-    swept = [found[_name(SERVO_LAG_S, delay)] for delay in SWEEP_DELAYS_S]
-    delay_picture(list(SWEEP_DELAYS_S), swept, picture)
-    found[BUILT] = on_built_hands(policy, episodes, seconds=seconds, seed=seed)
-    return {name: one.summary() for name, one in found.items()}
-
-
-def on_built_hands(policy: Policy, episodes: int, *, seconds: float, seed: int) -> Episodes:
-    """Run an episode on each of as many built hands as training draws them, with the paper's cube."""
     with HandStock(BUILT_STAGE, policy.settings, (seed,), training=False).batch(range(episodes)) as batch:
-        return run(policy, replace(task_of(policy), actuation=BUILT_STAGE.actuation), batch, seconds, seed)
+        found[BUILT] = run(policy, replace(task_of(policy), actuation=BUILT_STAGE.actuation), batch, seconds, seed)
+    return {name: one.summary() for name, one in found.items()}
 
 
 def beside_a_deployment(
@@ -98,11 +79,11 @@ def beside_a_deployment(
         return {name: run(policy, task, batch, seconds, seed) for name, task in tasks.items()}
 
 
-def delay_picture(delays_s: list[float], episodes: list[Episodes], path: Path) -> None:
-    """Draw the rate (mean and quartiles) and the survival against the delay."""
+def _draw_delays(episodes: list[Episodes], path: Path) -> None:
+    """Draw the rate (mean and quartiles) and the survival against `SWEEP_DELAYS_S`."""
     figure = Figure(figsize=(6, 4.5), layout="constrained")
     rate, survival = figure.subplots(2, 1, sharex=True)
-    delays_ms = 1e3 * np.array(delays_s)
+    delays_ms = 1e3 * np.array(SWEEP_DELAYS_S)
     rates = [one.rate_rad_s for one in episodes]
     rate.fill_between(delays_ms, *np.percentile(rates, [25, 75], axis=1), alpha=0.25, linewidth=0, label="quartiles")
     rate.plot(delays_ms, np.mean(rates, axis=1), marker="o", label="mean")

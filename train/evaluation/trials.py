@@ -1,40 +1,49 @@
-"""Trials through every byte: which are made, and running them on all cores."""
+"""Trials through every byte: which are made, running them on all cores, and what they came to."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
-from math import isnan, nan
-from multiprocessing import cpu_count, get_context
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from importlib.resources import files
+from math import nan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from scipy.stats import bootstrap
 
 from aero.channels import CABLES, Channel
-from aero.firmware import DEFAULT_FIRMWARE
 from aero.policy.file import Policy
 from aero.policy.running import Ending, RunSettings
-from model.geometry import Side
-from model.scene import any_cube
-from model.units import Unit, load_unit
-from model.units.cable_correction import NONE as UNCORRECTED
-from model.units.cable_correction import TYPICAL, correction, named_correction
-from model.units.plausible import plausible_unit
-from train.evaluation.cube_trial import AS_MEASURED, CubeTrial, Surroundings, run_trial
-from train.evaluation.trial_set import share_interval, trial_set_of
-from train.workers import leave_interrupts_to_the_parent
+from aero.policy.settings import PRESETS
+from aero.policy.task import ShownAction
+from hil.targets.hand_spec import HandSpec, Side
+from model.scene import CUBE, Cube, any_cube
+from model.units.cable_correction import NONE, TYPICAL, named_correction
+from model.units.plausible import PLAUSIBLE
+from train.evaluation.cube_trial import CubeTrial, Floats, run_trial
+from train.share import CONFIDENCE, Share
+from train.task import HARDLY_RAD_S
+from train.workers import usable_cores, worker_processes
 
 ANY_CUBE = "any cube on any hand"
 CUBE_STREAM, WRONG_STREAM = 2, 3
 """Streams of a trial's seed that its cube and the error of its correction are drawn from."""
 SIDES: tuple[Side, ...] = ("right", "left")
 EXACT, WRONG = "exact", "wrong"
-CORRECTIONS = (TYPICAL, EXACT, UNCORRECTED, WRONG)
+CORRECTIONS = (TYPICAL, EXACT, NONE, WRONG)
 WRONG_M = 0.0005
 """Standard deviation of the correction of a cable that is wrong, m."""
 HELD_AFTER_S = (15.0, 50.0, 200.0)
 """After which it is said how many of longer trials still hold the cube: 50 s is the paper's rollout."""
+LEAST = 3
+"""Trials below which no interval of a mean is given."""
+OWN = "own"
+"""Stands for what the policy was trained with."""
+ANY_HAND = PLAUSIBLE.removesuffix(":")
+"""Stands for another hand of the healthy population in each trial."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +52,8 @@ class Case:
 
     name: str
     """Row of the table that it counts for."""
-    unit: Unit
-    firmware: str
-    seed: int
+    hand: HandSpec
     settings: RunSettings
-    surroundings: Surroundings = AS_MEASURED
 
 
 def over_hands(
@@ -77,61 +83,109 @@ def over_hands(
     made = []
     for k in range(hands):
         number = seed + k
-        unit, cube = plausible_unit(number), any_cube(np.random.default_rng((number, CUBE_STREAM)))
-        twin = None if twins is None else twins / f"{number}.toml"
-        if twin is not None and not twin.exists():
+        unit, cube = f"{PLAUSIBLE}{number}", any_cube(np.random.default_rng((number, CUBE_STREAM)))
+        if twins is not None and not (twins / f"{number}.toml").exists():
             continue
-        if twin is not None:
-            row = correction(load_unit(str(twin)), policy.settings)
-        elif correct in (TYPICAL, UNCORRECTED):
-            row = named_correction(correct, policy.settings)
-        else:
-            row = correction(unit, policy.settings)
-        if correct == WRONG and twin is None:
+        own = unit if twins is None else str(twins / f"{number}.toml")
+        known = twins is not None or correct in (EXACT, WRONG)
+        row = named_correction(own if known else correct, policy.settings)
+        if correct == WRONG and twins is None:
             error = np.random.default_rng((number, WRONG_STREAM)).standard_normal(len(Channel))
             row = row + WRONG_M * error * np.isin(np.arange(len(Channel)), CABLES)
-        settings = RunSettings(seconds=seconds, correction=tuple(row.tolist()))
-        surroundings = Surroundings(cube, SIDES[k % len(SIDES)])
-        made.append(Case(ANY_CUBE, unit, DEFAULT_FIRMWARE, number, settings, surroundings))
+        hand = HandSpec(unit=unit, seed=number, side=SIDES[k % len(SIDES)], guarded=True, cube=cube)
+        made.append(Case(ANY_CUBE, hand, RunSettings(seconds=seconds, correction=tuple(row.tolist()))))
     if not made:
         raise ValueError(f"{twins} has no {seed}.toml, nor the unit file of another hand of this evaluation")
     return made
 
 
+@dataclass(frozen=True)
+class Deployment:
+    """A way to run any policy: a row of `deployments.toml`."""
+
+    name: str
+    meaning: str
+    """For people."""
+    unit: str
+    """As `unit_named` takes it, or `ANY_HAND`."""
+    firmware: str
+    settings: str
+    """A preset of `aero.policy.settings`, or `OWN`."""
+    one_period_late: bool
+    """Whether each command is written a period late."""
+    shown_action: str
+    """A value of `ShownAction`, or `OWN`."""
+    correction: str
+    """Correction of the cables: `typical`, `none`, or `EXACT` for the hand's own."""
+    guarded: bool
+    """Whether our guard watches the hand."""
+    reference: str = ""
+    """What a physical hand did in it, with the policy's name."""
+    measured_rad_s: float | None = None
+    """How fast a physical hand turned the cube in it, with that policy."""
+
+    def run_settings(self, seconds: float) -> RunSettings:
+        """Return how the loop runs, but for the correction."""
+        return RunSettings(
+            seconds=seconds,
+            settings=None if self.settings == OWN else PRESETS[self.settings],
+            one_period_late=self.one_period_late,
+            shown_action=None if self.shown_action == OWN else ShownAction(self.shown_action),
+        )
+
+    def cases(self, policy: Policy, trials: int, *, seconds: float, seed: int, cube: Cube = CUBE) -> list[Case]:
+        """Return the trials with `cube` through the bytes, with seeds from `seed` on.
+
+        Raises:
+            ValueError: there is no such unit.
+        """
+        settings, found = self.run_settings(seconds), []
+        for number in range(seed, seed + trials):
+            unit = f"{PLAUSIBLE}{number}" if self.unit == ANY_HAND else self.unit
+            whose = unit if self.correction == EXACT else self.correction
+            row = named_correction(whose, settings.settings or policy.settings)
+            hand = HandSpec(unit=unit, firmware=self.firmware, seed=number, guarded=self.guarded, cube=cube)
+            found.append(Case(self.name, hand, replace(settings, correction=tuple(row.tolist()))))
+        return found
+
+
+@cache
+def load_deployments() -> dict[str, Deployment]:
+    """Return what `deployments.toml` holds, by name."""
+    table = tomllib.loads((files("train") / "evaluation" / "deployments.toml").read_text(encoding="utf-8"))
+    return {name: Deployment(name=name, **row) for name, row in table.items()}
+
+
 def run_trials(
     policy: Policy, cases: Sequence[Case], made: dict[str, list[CubeTrial]], progress: Callable[[float, str], None]
 ) -> None:
-    """Run the trials on all cores; each is in `made`, by the name of its case, as soon as it has ended.
-
-    However this is left, no worker is.
-    """
-    workers = min(cpu_count(), max(len(cases), 1))
-    # A fresh interpreter a worker: a copy of this one would share its threads' locks. Leaving the pool ends them.
-    with get_context("spawn").Pool(workers, initializer=leave_interrupts_to_the_parent) as pool:
-        for done, (case, trial) in enumerate(zip(cases, pool.imap(partial(_trial, policy), cases), strict=True), 1):
+    """Run the trials on all cores; each is in `made`, by the name of its case, as soon as it has ended."""
+    with worker_processes(min(usable_cores(), max(len(cases), 1))) as workers:
+        trials = workers.map(partial(_trial, policy), cases)
+        for done, (case, trial) in enumerate(zip(cases, trials, strict=True), 1):
             made.setdefault(case.name, []).append(trial)
             progress(done / len(cases), case.name)
 
 
+def _trial(policy: Policy, case: Case) -> CubeTrial:
+    return run_trial(policy, case.hand, case.settings)
+
+
 def figures(trials: Sequence[CubeTrial]) -> dict[str, float]:
-    """Return the figures of a row of trials, SI units."""
-    found = trial_set_of("", trials)
-    longest_s = max(one.alive_s for one in trials)
+    """Return the figures of a row of trials, SI units; shares and rates have the ends of their intervals of 95 %."""
+    alive, rotation = np.array([(one.alive_s, one.rotation_rad) for one in trials]).T
+    low, high = _rate_interval(trials)
     held: dict[str, float] = {}
-    for moment in (moment for moment in HELD_AFTER_S if moment < longest_s - 1.0):
-        count, name = sum(one.kept or one.alive_s > moment for one in trials), f"held_{moment:g}_s"
-        low, high = share_interval(count, len(trials))
-        held |= {name: count / len(trials), f"{name}_low": low, f"{name}_high": high}
+    for moment in (moment for moment in HELD_AFTER_S if moment < max(alive) - 1.0):
+        held |= _share(f"held_{moment:g}_s", [one.kept or one.alive_s > moment for one in trials])
     return {
-        "episodes": float(found.trials),
-        "survival": found.kept_share,
-        "survival_low": found.kept_interval[0],
-        "survival_high": found.kept_interval[1],
-        "rate_rad_s": found.rate_rad_s,
-        "rate_rad_s_low": found.rate_interval[0],
-        "rate_rad_s_high": found.rate_interval[1],
-        "rotation_median_rad": found.turned_rad,
-        "turned_share": found.turning,
+        "episodes": float(len(trials)),
+        **_share("survival", [one.kept for one in trials]),
+        "rate_rad_s": float(_rate(rotation, alive)),
+        "rate_rad_s_low": low,
+        "rate_rad_s_high": high,
+        "rotation_median_rad": float(np.median(rotation)),
+        "turned_share": _mean([one.rate_rad_s > HARDLY_RAD_S for one in trials]),
         "let_go": _mean([one.let_go for one in trials]),
         "airborne": _mean([one.airborne for one in trials]),
         "finger_travel_m_s": _mean([value for one in trials for value in one.travel_per_s[:4]]),
@@ -142,16 +196,29 @@ def figures(trials: Sequence[CubeTrial]) -> dict[str, float]:
     }
 
 
+def _rate_interval(trials: Sequence[CubeTrial]) -> tuple[float, float]:
+    """Return the bootstrapped interval of the rotation of all trials over their time; NaN of fewer than `LEAST`."""
+    each = [one.rate_rad_s for one in trials]
+    if len(each) < LEAST:
+        return (nan, nan)
+    if np.ptp(each) == 0.0:
+        return (float(each[0]), float(each[0]))
+    columns = [one.rotation_rad for one in trials], [one.alive_s for one in trials]
+    found = bootstrap(columns, _rate, confidence_level=CONFIDENCE, paired=True, rng=0)
+    return (float(found.confidence_interval.low), float(found.confidence_interval.high))
+
+
+def _rate(rotation: Floats, alive: Floats, axis: int = -1) -> Any:
+    """Return the rotation over the time; a trial that drops its cube early counts for little."""
+    return rotation.sum(axis) / np.maximum(alive.sum(axis), np.finfo(float).tiny)
+
+
+def _share(name: str, each: Sequence[bool]) -> dict[str, float]:
+    share = Share(sum(each), len(each))
+    low, high = share.interval
+    return {name: share.value, f"{name}_low": low, f"{name}_high": high}
+
+
 def _mean(values: Sequence[float]) -> float:
-    return float(np.mean([value for value in values if not isnan(value)] or nan))
-
-
-def _trial(policy: Policy, case: Case) -> CubeTrial:
-    return run_trial(
-        policy,
-        case.unit,
-        firmware=case.firmware,
-        seed=case.seed,
-        settings=case.settings,
-        surroundings=case.surroundings,
-    )
+    finite = [value for value in values if np.isfinite(value)]
+    return float(np.mean(finite or nan))

@@ -2,10 +2,10 @@
 
 import pytest
 
-from train.campaign.conduct import conduct, usable_cores
+from train.campaign.conduct import conduct
 from train.campaign.summary import flagged
 from train.campaign.trial import faulty_hands, healthy_hands
-from train.workers import worker_processes
+from train.workers import usable_cores, worker_processes
 
 FIRST_HEALTHY, FIRST_FAULTY = 900_000, 910_000
 """Seeds that the limits do not know."""

@@ -9,13 +9,17 @@ from policies import holding, playing, policy
 from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
+from firmware_emulator.hand import EmulatedHand
+from hil.targets import emulated_hand
+from hil.targets.hand_spec import HandSpec
 from model.cube_plant import CubePlant, CubeWatch
+from model.scene import CUBE
 from model.units import load_unit
 from model.units.cable_correction import correction
-from train.evaluation import cube_trial
-from train.evaluation.cube_trial import Surroundings, run_trial
+from train.evaluation.cube_trial import run_trial
 
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
+HAND = HandSpec(guarded=True, cube=CUBE)
 
 
 class Held(CubePlant):
@@ -82,22 +86,21 @@ def test_a_person_puts_the_cube_within_2_mm_of_its_place():
 
 def test_a_trial_is_run_with_the_torque_that_the_policy_was_trained_with(monkeypatch):
     """Three tenths of a servo's 1000 register units; without a limit of its own, what the guard allows."""
-    made = []
+    made, answer = [], EmulatedHand.receive
 
-    class Watched(cube_trial.EmulatedHand):
-        def __init__(self, *arguments, **options):
-            super().__init__(*arguments, **options)
-            made.append(self)
+    def watched(self, *arguments):
+        made.append(self)
+        return answer(self, *arguments)
 
-    monkeypatch.setattr(cube_trial, "EmulatedHand", Watched)
+    monkeypatch.setattr(EmulatedHand, "receive", watched)
     found = {}
     for limit in (0.3, None):
         one = replace(holding(), settings=replace(holding().settings, torque_limit=limit))
         seen = []
         run_trial(
             one,
-            load_unit("ideal"),
-            settings=SHORT,
+            replace(HAND, unit="ideal"),
+            SHORT,
             on_step=lambda _, seen=seen: seen.append([servo.memory.get("goal_torque") for servo in made[-1].servos]),
         )
         found[limit] = seen[-1]
@@ -107,9 +110,7 @@ def test_a_trial_is_run_with_the_torque_that_the_policy_was_trained_with(monkeyp
 
 def test_a_trial_keeps_the_size_of_the_currents_and_the_rate_of_the_time_alive():
     seen = []
-    trial = run_trial(
-        policy(3), load_unit("reference"), settings=SHORT, on_step=lambda step: seen.append(step.currents_a)
-    )
+    trial = run_trial(policy(3), HAND, SHORT, on_step=lambda step: seen.append(step.currents_a))
     np.testing.assert_allclose(trial.mean_currents_a, np.abs(seen).mean(axis=0))
     assert np.min(seen) < 0.0
     assert replace(trial, rotation_rad=3.0, alive_s=2.0).rate_rad_s == 1.5
@@ -117,11 +118,11 @@ def test_a_trial_keeps_the_size_of_the_currents_and_the_rate_of_the_time_alive()
 
 
 def test_a_trial_follows_the_cube_from_its_placing():
-    trial = run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
+    trial = run_trial(policy(), replace(HAND, seed=1), SHORT)
     assert trial.run.steps > 10
     assert 0.0 < trial.alive_s <= 1.0
     assert np.isfinite(trial.rotation_rad)
-    assert trial == run_trial(policy(), load_unit("reference"), seed=1, settings=SHORT)
+    assert trial == run_trial(policy(), replace(HAND, seed=1), SHORT)
 
 
 @pytest.mark.parametrize("side", ["right", "left"])
@@ -129,8 +130,8 @@ def test_either_hand_turns_the_cube_its_own_way(side, plants):
     """The model is mirrored, so a left hand turns it clockwise; a trial counts both as forward."""
     steady, unit = find_policy("steady"), load_unit("reference")
     settings = RunSettings(seconds=4.0, correction=tuple(correction(unit, steady.settings)))
-    trial = run_trial(steady, unit, settings=settings, surroundings=Surroundings(side=side))
-    assert (trial.surroundings.side, trial.kept) == (side, True)
+    trial = run_trial(steady, replace(HAND, side=side), settings)
+    assert trial.kept
     assert trial.rotation_rad > 1.0
     assert (plants[0].cube_rotation > 1.0) is (side == "right")
     assert (plants[0].cube_rotation < -1.0) is (side == "left")
@@ -138,7 +139,7 @@ def test_either_hand_turns_the_cube_its_own_way(side, plants):
 
 @pytest.mark.parametrize("unit", ["reference", "paper"])
 def test_a_hand_that_holds_the_nominal_grasp_keeps_the_cube(unit):
-    trial = run_trial(holding(), load_unit(unit), settings=RunSettings(seconds=2.0))
+    trial = run_trial(holding(), replace(HAND, unit=unit), RunSettings(seconds=2.0))
     assert trial.run.ending is Ending.TIME, trial.run.reason
     assert trial.kept
     assert trial.airborne == 0.0
@@ -146,7 +147,7 @@ def test_a_hand_that_holds_the_nominal_grasp_keeps_the_cube(unit):
 
 def test_a_hand_that_opens_has_not_kept_the_cube():
     opening = np.tile([1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0], (60, 1))
-    trial = run_trial(playing(opening), load_unit("reference"), settings=RunSettings(seconds=3.0))
+    trial = run_trial(playing(opening), HAND, RunSettings(seconds=3.0))
     assert trial.run.ending is Ending.TIME
     assert not trial.kept
     assert trial.alive_s < 2.5
@@ -154,7 +155,7 @@ def test_a_hand_that_opens_has_not_kept_the_cube():
 
 def test_a_run_that_the_guard_ended_has_not_kept_the_cube():
     thresholds = Thresholds(current_a=0.5, current_s=0.2)
-    trial = run_trial(holding(), load_unit("reference"), settings=SHORT, thresholds=thresholds)
+    trial = run_trial(holding(), replace(HAND, thresholds=thresholds), SHORT)
     assert trial.run.ending is Ending.STOPPED
     assert "drawn more than 0.5 A" in trial.run.reason
     assert not trial.kept
@@ -170,7 +171,7 @@ def plants(monkeypatch):
             super().__init__(*arguments, **options)
             made.append(self)
 
-    monkeypatch.setattr("train.evaluation.cube_trial.CubePlant", Watched)
+    monkeypatch.setattr(emulated_hand, "CubePlant", Watched)
     return made
 
 
@@ -180,8 +181,7 @@ def test_a_left_hand_mirrors_the_right_one():
     for side in ("right", "left"):
         lengths = []
         run_trial(
-            holding(), load_unit("reference"), settings=SHORT, surroundings=Surroundings(side=side),
-            on_step=lambda step, kept=lengths: kept.append(step.lengths),
-        )  # fmt: skip
+            holding(), replace(HAND, side=side), SHORT, on_step=lambda step, kept=lengths: kept.append(step.lengths)
+        )
         made[side] = np.array(lengths)
     np.testing.assert_allclose(made["left"], made["right"], atol=2e-3)

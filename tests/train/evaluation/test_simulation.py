@@ -6,7 +6,7 @@ from policies import holding, policy
 
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from train.evaluation.rollouts import run, task_of
-from train.evaluation.simulation import BUILT, beside_a_deployment, conditions, delay_sweep, lag_sweep, measure
+from train.evaluation.simulation import BUILT, beside_a_deployment, conditions, measure
 from train.scene import build_scene
 from train.simulator import Simulator
 
@@ -44,17 +44,15 @@ def test_a_hand_that_opens_loses_the_cube_and_counts_only_until_then(batch):
 
 
 def test_the_conditions_are_the_papers_and_the_sweep_reaches_a_control_period():
-    trained, quiet, late, deployed = conditions(policy()).values()
+    trained, quiet, late, deployed, *servos = conditions(policy()).values()
     assert trained.settings == policy().settings
     assert max(quiet.settings.noise) == 0
     assert late.actuation.delay_s == (0.05, 0.05)
     assert deployed.settings == PAPER_DEPLOYMENT
     assert deployed.reset.joint_std_rad == 0
-    delays = delay_sweep(policy())
-    assert next(iter(delays)) == 0
-    assert list(delays)[-1] == policy().settings.period_s
-    assert len({task.actuation.lag_s for task in lag_sweep(policy()).values()}) == len(lag_sweep(policy()))
-    assert all(task.actuation.delay_s == (delay, delay) for delay, task in delays.items())
+    swept = [(task.actuation.lag_s[0], task.actuation.delay_s[0]) for task in servos]
+    assert [lag for lag, _ in swept] == [0.025] * 6 + [0.015, 0.04, 0.06]
+    assert [delay for _, delay in swept] == [0.0, 0.01, 0.02, 0.03, 0.04, policy().settings.period_s] + [0.025] * 3
 
 
 def test_every_condition_is_measured_by_name_and_the_delays_are_drawn(tmp_path):

@@ -8,9 +8,9 @@ from policies import holding
 
 from aero.channels import Channel
 from aero.policy.running import Ending, RunSettings, typical_correction
-from model.units import load_unit
+from hil.targets.hand_spec import HandSpec
+from model.scene import CUBE
 from train.evaluation.cube_trial import run_trial
-from train.evaluation.trial_set import trial_set
 from train.evaluation.trials import ANY_CUBE, CORRECTIONS, figures, over_hands
 
 SHORT = RunSettings(seconds=0.2, approach_s=0.2, wait_s=0.1)
@@ -18,22 +18,22 @@ SHORT = RunSettings(seconds=0.2, approach_s=0.2, wait_s=0.1)
 
 @pytest.fixture(scope="module")
 def one():
-    return run_trial(holding(), load_unit("ideal"), settings=SHORT)
+    return run_trial(holding(), HandSpec(unit="ideal", guarded=True, cube=CUBE), SHORT)
 
 
 def test_any_cube_goes_to_another_corrected_hand_each_right_and_left_in_turn():
     made = over_hands(holding(), 4, seconds=15.0, seed=5, correct="exact")
-    assert [case.surroundings.side for case in made] == ["right", "left"] * 2
+    assert [case.hand.side for case in made] == ["right", "left"] * 2
     assert {case.name for case in made} == {ANY_CUBE}
-    assert len({case.unit.name for case in made}) == len({case.surroundings.cube for case in made}) == 4
+    assert len({case.hand.unit for case in made}) == len({case.hand.cube for case in made}) == 4
     assert all(any(case.settings.correction) for case in made)
     again = over_hands(holding(), 3, seconds=15.0, seed=6)
-    assert [case.surroundings.cube for case in again] == [case.surroundings.cube for case in made[1:]]
+    assert [case.hand.cube for case in again] == [case.hand.cube for case in made[1:]]
 
 
 def corrections(**how):
     made = over_hands(holding(), 2, seconds=15.0, seed=5, **how)
-    return {case.seed: np.array(case.settings.correction) for case in made}
+    return {case.hand.seed: np.array(case.settings.correction) for case in made}
 
 
 def test_a_correction_is_typical_or_exact_or_none_or_half_a_millimetre_wrong():
@@ -57,24 +57,24 @@ def test_a_hand_is_corrected_by_its_unit_file_and_left_out_without_one(tmp_path)
         over_hands(holding(), 1, seconds=15.0, seed=5, twins=tmp_path)
 
 
-def test_what_trials_came_to_has_intervals():
+def test_what_trials_came_to_has_intervals(one):
     """Of 18 of 20, Wilson's interval is 69.9 to 97.2 %; that of a mean is about two standard errors to each side."""
     rates = np.random.default_rng(0).normal(0.5, 0.1, 20)
-    found = trial_set("here", [True] * 18 + [False] * 2, np.full(20, 15.0), 15.0 * rates)
-    assert (found.trials, found.kept, found.kept_share, found.turning) == (20, 18, 0.9, 1.0)
-    assert found.kept_interval == pytest.approx((0.699, 0.972), abs=0.001)
+    trials = [replace(one, kept=k < 18, alive_s=15.0, rotation_rad=15.0 * rate) for k, rate in enumerate(rates)]
+    found = figures(trials)
+    assert (found["survival"], found["turned_share"]) == (0.9, 1.0)
+    assert (found["survival_low"], found["survival_high"]) == pytest.approx((0.699, 0.972), abs=0.001)
     error = np.std(rates, ddof=1) / np.sqrt(20)
-    assert found.rate_rad_s == pytest.approx(rates.mean())
-    assert found.rate_interval == pytest.approx((rates.mean() - 2 * error, rates.mean() + 2 * error), abs=0.5 * error)
-    assert found.turned_rad == pytest.approx(15.0 * np.median(rates))
+    assert found["rate_rad_s"] == pytest.approx(rates.mean())
+    interval = found["rate_rad_s_low"], found["rate_rad_s_high"]
+    assert interval == pytest.approx((rates.mean() - 2 * error, rates.mean() + 2 * error), abs=0.5 * error)
+    assert found["rotation_median_rad"] == pytest.approx(15.0 * np.median(rates))
 
 
-def test_few_trials_have_no_interval_and_equal_ones_an_exact_one():
-    assert np.isnan(trial_set("", [True] * 2, [15.0] * 2, [3.0, 4.0]).rate_interval).all()
-    assert trial_set("", [True] * 3, [15.0] * 3, [3.0] * 3).rate_interval == (0.2, 0.2)
-    none = trial_set("", [], [], [])
-    assert (none.trials, none.kept_interval) == (0, (0.0, 1.0))
-    assert np.isnan([none.kept_share, none.rate_rad_s, none.turned_rad, none.turning]).all()
+def test_few_trials_have_no_interval_and_equal_ones_an_exact_one(one):
+    same = replace(one, alive_s=15.0, rotation_rad=3.0)
+    assert np.isnan([figures([same] * 2)[f"rate_rad_s_{end}"] for end in ("low", "high")]).all()
+    assert [figures([same] * 3)[f"rate_rad_s_{end}"] for end in ("low", "high")] == [0.2, 0.2]
 
 
 def test_long_trials_are_counted_after_the_papers_rollout_too(one):
