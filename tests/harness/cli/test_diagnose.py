@@ -1,0 +1,59 @@
+"""`aero-hil diagnose` goes through the steps of a case, and ends with the part that one has convicted."""
+
+from contextlib import contextmanager
+
+import pytest
+from click.testing import CliRunner
+
+from aero.channels import Channel
+from aero.exit_code import Exit
+from hil import open_target
+from hil.cli import diagnose, main
+from hil.verdict.case import DiagnosisCase
+from hil.verdict.case_file import HandOfCase, read_case, write_case
+from hil.verdict.failures import Failures
+from hil.verdict.parts import Part, Suspect
+from hil.verdict.steps import StepOutcome
+
+RING = {Suspect(Part.SERVO, Channel.RING): 0.45, Suspect(Part.DIGIT, Channel.RING): 0.43, Suspect(Part.SETUP): 0.12}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with a case of the ring finger, as a run that failed leaves it."""
+    failed = Failures({("audit", "followed", "ring"): -9.0, ("audit", "pull", "ring"): 3.0})
+    write_case(tmp_path, DiagnosisCase(failed, RING, ("presence", "audit")), HandOfCase("0.2.0", "right"))
+    return tmp_path
+
+
+def diagnosed(folder, typed):
+    return CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "/dev/nowhere"], input=typed)
+
+
+def test_what_a_person_sees_convicts_without_another_run(folder):
+    ended = diagnosed(folder, "y\nthe spring is off\n")
+    assert ended.exit_code == Exit.OUT_OF_LIMITS
+    assert "Digit of the ring finger." in ended.output
+    (done,) = read_case(folder)[0].done
+    assert (done.outcome, done.note) == (StepOutcome.SEEN, "the spring is off")
+    assert (folder / "case.html").is_file()
+
+
+def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch):
+    @contextmanager
+    def mended(_hand):
+        with open_target(homed=True) as target:
+            yield target
+
+    monkeypatch.setattr(diagnose, "open_hand", mended)
+    ended = diagnosed(folder, "n\n\n\n")
+    assert ended.exit_code == Exit.WITHIN_LIMITS
+    assert "leave the hand as it is" in ended.output
+    assert (folder / "step-1" / "audit.mcap").is_file()
+
+
+def test_a_case_that_is_put_down_is_taken_up_where_it_was(folder):
+    put_down = diagnosed(folder, "n\n")
+    assert put_down.exit_code not in (Exit.WITHIN_LIMITS, Exit.OUT_OF_LIMITS)
+    assert read_case(folder)[0].done == ()
+    assert diagnosed(folder, "y\n\n").exit_code == Exit.OUT_OF_LIMITS
