@@ -24,7 +24,6 @@ from train.identification.map_identification import (
     THUMB_CABLES,
     Capture,
     Identification,
-    JointedSimulator,
     captured,
     comparison,
     ends,
@@ -115,7 +114,7 @@ def _max(errors: Floats) -> Floats:
     return largest
 
 
-def thumb_grid(hand: JointedSimulator, abduction: float) -> Capture:
+def thumb_grid(hand: RoutedHand, abduction: float) -> Capture:
     """Settle at the 10 x 10 nodes over both thumb cables' command ranges, abduction (rad) held.
 
     One sweep a level of the CMC cable, (100, ...) samples in all, both cables from open to closed.

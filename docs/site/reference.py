@@ -66,7 +66,9 @@ def _row(experiment: str, metric: Metric, limits: tuple[Limit, ...]) -> str:
         if (subjects := [subject for subject in limit.subjects if subject in metric.subjects])
     ]
     limited = "<br>".join(bounds) or f"{', '.join(metric.subjects)}: none"
-    cells = (f"`{metric.name}`", limited, f"{metric.meaning} {metric.remedy if bounds else ''}")
+    remedies = (metric.low.remedy, metric.high.remedy) if bounds else ()
+    advice = " ".join(dict.fromkeys((metric.low.meaning, metric.high.meaning, *remedies)))
+    cells = (f"`{metric.name}`", limited, advice)
     return f"| {' | '.join(cell.strip().replace('|', chr(92) + '|') for cell in cells)} |"
 
 

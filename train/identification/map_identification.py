@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,6 @@ from aero.actuation import ActuationMap
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.channels import FINGERS, THUMB, Channel, Joint
 from aero.whole_file import write_whole
-from hil.checks.shared.side_by_side import SimulatedHand
 from hil.checks.staircase.reachable_range import calibrated_range
 from model import RoutedHand
 from model.geometry import Side
@@ -34,14 +33,6 @@ SAMPLE_S = 0.02
 """As in the paper's run, 50 samples a second."""
 SETTLE_S = 1.5
 """From one end of a range to rest; the slowest joint needs under a second."""
-
-
-class JointedSimulator(SimulatedHand, Protocol):
-    """A simulator that also gives its joint angles."""
-
-    def joint_angles(self) -> Floats:
-        """Return the joints, (16,) rad."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -82,7 +73,7 @@ class Identification:
     """What it was fitted to."""
 
 
-def identify(hand: JointedSimulator) -> Identification:
+def identify(hand: RoutedHand) -> Identification:
     """Sweep a hand and fit the map's coefficients; the mechanism's winding radii are the paper's."""
     paper = load_coefficients("paper")
     intervals = calibrated_range(hand)[list(FINGERS)]
@@ -111,7 +102,7 @@ def joined(captures: Iterable[Capture]) -> Capture:
     )
 
 
-def staircase(hand: JointedSimulator, channel: Channel) -> Capture:
+def staircase(hand: RoutedHand, channel: Channel) -> Capture:
     """Step one channel over its command range and back in 20 equal levels, the others open; 50 samples a second."""
     goal = open_command(hand)
     opened, closed = ends(hand, channel)
@@ -129,13 +120,13 @@ def staircase(hand: JointedSimulator, channel: Channel) -> Capture:
     return captured(samples)
 
 
-def open_command(hand: JointedSimulator) -> Floats:
+def open_command(hand: RoutedHand) -> Floats:
     """Reset the hand and return the command that holds it open."""
     hand.reset()
     return np.clip(hand.lengths(), *hand.command_range.T)
 
 
-def ends(hand: JointedSimulator, channel: Channel) -> tuple[float, float]:
+def ends(hand: RoutedHand, channel: Channel) -> tuple[float, float]:
     """Return the commands that open and close a channel, m or rad."""
     low, high = hand.command_range[channel]
     return (low, high) if channel == Channel.THUMB_ABDUCTION else (high, low)

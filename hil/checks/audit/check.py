@@ -11,7 +11,7 @@ import numpy as np
 from aero.actuation.window import fits_span
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed, require
+from hil.checks.shared.experiment import OPENED, Measured, Sampler, last_before, map_of, one_closed, require
 from hil.checks.shared.signals import closing_current, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -28,10 +28,10 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Nudge each channel closed and open again."""
     recorder.begin({"nudge": NUDGE, "half_s": HALF_S})
     driver = Sampler(target, recorder, progress, HALF_S * (1 + 2 * len(Channel)))
-    driver.hold(np.zeros(len(Channel)), HALF_S, "open hand")
+    driver.hold(OPENED, HALF_S, "open hand")
     for channel in Channel:
         driver.hold(one_closed(channel, NUDGE), HALF_S, channel.label)
-        driver.hold(np.zeros(len(Channel)), HALF_S, channel.label)
+        driver.hold(OPENED, HALF_S, channel.label)
 
 
 def measure(recording: Recording) -> Measured:

@@ -9,7 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, Sampler, last_before, require
+from hil.checks.shared.experiment import OPENED, Measured, Sampler, last_before, require
 from hil.checks.shared.signals import find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -25,14 +25,13 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close CMC flexion fully at three abductions."""
     recorder.begin({"hold_s": HOLD_S})
     driver = Sampler(target, recorder, progress, HOLD_S * (2 + 2 * len(ABDUCTIONS)))
-    opened = np.zeros(len(Channel))
-    driver.hold(opened, HOLD_S, "open hand")
+    driver.hold(OPENED, HOLD_S, "open hand")
     for abduction in ABDUCTIONS:
         for flexion in (0.0, 1.0, 0.0):
-            codes = opened.copy()
+            codes = OPENED.copy()
             codes[Channel.THUMB_ABDUCTION], codes[Channel.THUMB_CMC_FLEXION] = abduction * MAX_CODE, flexion * MAX_CODE
             driver.hold(codes, HOLD_S, f"abduction {abduction:.0%}")
-    driver.hold(opened, HOLD_S, "open hand")
+    driver.hold(OPENED, HOLD_S, "open hand")
 
 
 def measure(recording: Recording) -> Measured:

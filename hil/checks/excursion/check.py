@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aero.actuation import ActuationMap
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed, require
+from hil.checks.shared.experiment import OPENED, Measured, Sampler, last_before, map_of, one_closed, require
 from hil.checks.shared.signals import closing_current, display_unit, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -45,14 +45,13 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close and open each channel alone, then close all to a fist."""
     recorder.begin({"hold_s": HOLD_S})
     driver = Sampler(target, recorder, progress, HOLD_S * (2 + len(FIST) + 2 * len(Channel)))
-    opened = np.zeros(len(Channel))
-    driver.hold(opened, HOLD_S, "open hand")
+    driver.hold(OPENED, HOLD_S, "open hand")
     for channel in Channel:
         driver.hold(one_closed(channel, 1.0), HOLD_S, channel.label)
-        driver.hold(opened, HOLD_S, channel.label)
+        driver.hold(OPENED, HOLD_S, channel.label)
     for codes in FIST:
         driver.hold(codes, HOLD_S, "fist")
-    driver.hold(opened, HOLD_S, "open hand")
+    driver.hold(OPENED, HOLD_S, "open hand")
 
 
 @cache

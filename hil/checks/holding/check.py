@@ -9,7 +9,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import LOOSE_GRASP, Measured, Sampler, require
+from hil.checks.shared.experiment import LOOSE_GRASP, OPENED, Measured, Sampler, require
 from hil.checks.shared.signals import closing_current
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -24,10 +24,9 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Hold the open hand, a loose grasp, and the open hand again."""
     recorder.begin({"open_s": OPEN_S, "hold_s": HOLD_S})
     driver = Sampler(target, recorder, progress, 2 * OPEN_S + HOLD_S)
-    opened = np.zeros(len(Channel))
-    driver.hold(opened, OPEN_S, "open hand")
+    driver.hold(OPENED, OPEN_S, "open hand")
     driver.hold(MAX_CODE * np.array(LOOSE_GRASP), HOLD_S, "holding")
-    driver.hold(opened, OPEN_S, "open hand")
+    driver.hold(OPENED, OPEN_S, "open hand")
 
 
 def measure(recording: Recording) -> Measured:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aero.channels import CABLES, Channel
-from hil.checks.shared.experiment import Measured, Sampler, last_before, map_of, one_closed
+from aero.channels import CABLES
+from hil.checks.shared.experiment import OPENED, Measured, Sampler, last_before, map_of, one_closed
 from hil.checks.shared.signals import find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -25,7 +25,6 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Home a few times and close each cable channel after each homing."""
     recorder.begin({"homings": HOMINGS})
     driver = Sampler(target, recorder, progress, HOMINGS * HOLD_S * 2 * len(CABLES))
-    opened = np.zeros(len(Channel))
     seconds: list[float] = []
     for i in range(HOMINGS):
         start = target.clock.now()
@@ -35,7 +34,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
         recorder.note(f"homed in {seconds[-1]:.2f} s")
         for channel in CABLES:
             driver.hold(one_closed(channel, 1.0), HOLD_S, f"homing {i + 1}, {channel.label}")
-            driver.hold(opened, HOLD_S, f"homing {i + 1}, {channel.label}")
+            driver.hold(OPENED, HOLD_S, f"homing {i + 1}, {channel.label}")
     recorder.note_parameters(slowest_s=max(seconds))
 
 

@@ -9,10 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from aero.channels import FINGERS, Channel
-from hil.checks.shared.experiment import Measured, Sampler, one_closed
+from hil.checks.shared.experiment import OPENED, Measured, Sampler, one_closed
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -45,7 +43,6 @@ HOLD_S = 0.6
 """Time at each place, s."""
 FURTHEST = (TO_AND_FRO[1],) * 7
 """How far each channel is sent at most, part of its window, command order."""
-OPENED = np.zeros(len(Channel))
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import LOOSE_GRASP, Measured, Sampler, last_before, map_of, require
+from hil.checks.shared.experiment import LOOSE_GRASP, OPENED, Measured, Sampler, last_before, map_of, require
 from hil.checks.shared.signals import closing_current, display_unit, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -39,11 +39,10 @@ def close_again(
     """Close the open hand to a posture, (7,) parts of the window, and open it, `hold_s` at either end."""
     recorder.begin({"closures": closures, "hold_s": hold_s})
     driver = Sampler(target, recorder, progress, hold_s * (1 + 2 * closures))
-    opened = np.zeros(len(Channel))
-    driver.hold(opened, hold_s, "open hand")
+    driver.hold(OPENED, hold_s, "open hand")
     for i in range(closures):
         driver.hold(MAX_CODE * np.array(posture), hold_s, f"closure {i + 1} of {closures}")
-        driver.hold(opened, hold_s, f"closure {i + 1} of {closures}")
+        driver.hold(OPENED, hold_s, f"closure {i + 1} of {closures}")
 
 
 def measure(recording: Recording) -> Measured:

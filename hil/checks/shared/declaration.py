@@ -14,7 +14,7 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `end_of_scale` | reading at which the board clamps: what is really there may be anything beyond |
 | `side` | which side of the healthy readings is a fault: `above`, `below` or `both` |
 | `floor` | least distance of the limit from any healthy reading: what emulated hands do not vary, such as a busy host |
-| `recorded`, `recorded_by` | readings of physical hands, which the limits must hold, and whose they are |
+| `recorded` | readings of physical hands, which the limits must hold; a comment says whose they are |
 | `at_least`, `at_most`, `source` | instead of all that: a bound that physics or the wire gives |
 | `firmware` | versions that a bound holds for; of several, a list `bounds`, one without holds for all others |
 | `worse` | `by` how much, or which `share`, it may grow over a hand's baseline, and the `meaning` of growth |
@@ -58,7 +58,6 @@ class Check:
     """None when the bound is given."""
     floor: float = 0.0
     recorded: tuple[float, float] | None = None
-    recorded_by: str = ""
     at_least: float = -math.inf
     at_most: float = math.inf
     source: str = ""
@@ -163,16 +162,6 @@ class Metric:
     samples_in_time: bool = False
     """Whether it is left out where too few of its samples came in time."""
 
-    @property
-    def meaning(self) -> str:
-        """What it means on either side."""
-        return _either(self.low, self.high).meaning
-
-    @property
-    def remedy(self) -> str:
-        """What to do on either side."""
-        return _either(self.low, self.high).remedy
-
     def text(self, value: float | None) -> str:
         """Return a value as people read it, with its unit; None was withheld."""
         if value is None:
@@ -274,9 +263,3 @@ def _metric(
         published=tuple(figure for figure in figures if figure.subject in subjects),
         **{key: table[key] for key in SEEN & table.keys()},
     )
-
-
-def _either(low: Advice, high: Advice) -> Advice:
-    """Return the texts of both sides, one for both where they are the same."""
-    meaning = low.meaning if low.meaning == high.meaning else f"{low.meaning} {high.meaning}"
-    return Advice(meaning, low.remedy if low.remedy == high.remedy else f"{low.remedy} {high.remedy}")

@@ -222,3 +222,5 @@ def last_before(times: Floats, values: Floats, t: float) -> Floats:
 
 LOOSE_GRASP = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
 """Parts of each channel's window: half closed, and no digit meets another."""
+OPENED = np.zeros(len(Channel))
+"""Codes (7,) of the open hand."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from aero.channels import Channel
 from hil.checks.shared.experiment import CURRENT_EVERY, TEMPERATURE_EVERY
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
+from model import RoutedHand
 
 Floats = NDArray[np.float64]
 
@@ -20,35 +20,10 @@ MODEL_STEP_S = 0.01
 """Time step of the routed hand, and of its trace."""
 
 
-class SimulatedHand(Protocol):
-    """The routed hand as the experiments see it; lengths are (7,) in command order, m and rad."""
-
-    @property
-    def command_range(self) -> Floats:
-        """Admissible commands, (7, 2)."""
-        ...
-
-    def reset(self) -> None:
-        """Return to the open hand at rest."""
-        ...
-
-    def command(self, lengths: Floats) -> None:
-        """Set the goal lengths."""
-        ...
-
-    def advance(self, seconds: float) -> None:
-        """Move time forward."""
-        ...
-
-    def lengths(self) -> Floats:
-        """Return the sensor lengths."""
-        ...
-
-
 def follow(
     target: Target,
     recorder: Recorder,
-    simulator: SimulatedHand,
+    simulator: RoutedHand,
     commands: Floats,
     *,
     period_s: float,

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import Measured, map_of
-from hil.checks.shared.side_by_side import MODEL_STEP_S, SimulatedHand, follow
+from hil.checks.shared.side_by_side import MODEL_STEP_S, follow
 from hil.checks.staircase.cable_loads import loads
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.checks.staircase.residual_sources import details
@@ -91,7 +91,7 @@ class Staircase:
 def run_staircase(
     target: Target,
     recorder: Recorder,
-    simulator: SimulatedHand,
+    simulator: RoutedHand,
     plan: Staircase,
     *,
     reach: Mapping[Channel, float] = FULL,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
-from hil.checks.shared.side_by_side import SimulatedHand
+from model import RoutedHand
 
 Floats = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ _MARGIN_RAD = 1e-6
 """Kept from the ends of the window, so that rounding does not carry a command over them."""
 
 
-def calibrated_range(simulator: SimulatedHand) -> Floats:
+def calibrated_range(simulator: RoutedHand) -> Floats:
     """Sweep one actuator after the other over its range and return the extremes its sensor reached, (7, 2) m and rad.
 
     The other cables are paid out and the thumb is not abducted meanwhile. This is how the paper obtains the lengths

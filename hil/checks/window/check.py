@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES, FINGERS, Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import SAMPLE_S, Measured, Sampler, map_of, one_closed
+from hil.checks.shared.experiment import OPENED, SAMPLE_S, Measured, Sampler, map_of, one_closed
 from hil.checks.shared.signals import closing_current
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -41,8 +41,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Wind each cable slowly, close each finger, and ask the board about each window."""
     recorder.begin({"wind_s": WIND_S, "hold_s": HOLD_S})
     driver = Sampler(target, recorder, progress, HOLD_S + len(CABLES) * (WIND_S + 2 * HOLD_S))
-    opened = np.zeros(len(Channel))
-    driver.hold(opened, HOLD_S, "open hand")
+    driver.hold(OPENED, HOLD_S, "open hand")
     steps = round(WIND_S / SAMPLE_S)
     for channel in Channel:
         extend = target.hand.trim(channel, 0).extend_counts
@@ -57,7 +56,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
             at_stop = target.hand.trim(channel, 0).position_counts
             recorder.note_parameters(**{f"stop_{channel.label}": "" if at_stop is None else at_stop})
             driver.resume()
-        driver.hold(opened, HOLD_S, channel.label)
+        driver.hold(OPENED, HOLD_S, channel.label)
 
 
 def measure(recording: Recording) -> Measured:

@@ -21,4 +21,4 @@ def test_checks_and_metrics_with_a_remedy_name_each_other():
         for subject in metric.subjects
     }
     assert checked <= metrics.keys()
-    assert {key for key, metric in metrics.items() if metric.remedy} - checked == UNJUDGED
+    assert {key for key, metric in metrics.items() if metric.low.remedy or metric.high.remedy} - checked == UNJUDGED

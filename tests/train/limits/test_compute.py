@@ -141,9 +141,7 @@ def test_readings_that_are_not_there_are_left_out():
 
 
 def test_recorded_hands_widen_what_is_healthy():
-    check = Check(
-        "staircase", "friction", ("index",), side="both", floor=0.1, recorded=(-5.0, 1.0), recorded_by="hand of 1999"
-    )
+    check = Check("staircase", "friction", ("index",), side="both", floor=0.1, recorded=(-5.0, 1.0))
     (limit,) = computed_limits([check], [hands([0.0, 2.0])])
     assert limit.healthy == (-5.0, 2.0)
     assert limit.at_least == -5.1
