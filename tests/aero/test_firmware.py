@@ -25,8 +25,11 @@ def test_what_the_driver_takes_a_version_for_is_what_the_board_does(version):
     assert (row.boot_text is BootText.PINGS) == (not board.hand_line)
 
 
-def test_versions_that_move_alike_stand_together():
-    assert VERSION_GROUPS == (("pre",), ("0.1.0", "0.1.1"), ("0.1.2",), ("0.1.3", "0.1.4", "0.1.5"), ("0.2.0", "main"))
+@pytest.mark.parametrize("versions", VERSION_GROUPS)
+def test_versions_that_move_alike_do_so_on_the_board(versions):
+    boards = {(board.speed, board.acceleration, board.torque) for board in map(PROFILES.get, versions)}
+    assert len(boards) == len({FIRMWARE[version].calibration_states for version in versions}) == 1
+    assert {FIRMWARE[version].moves_as for version in versions} == {versions[0]}
 
 
 def test_an_unknown_version_is_named_with_those_that_are_known():

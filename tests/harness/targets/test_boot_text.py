@@ -2,24 +2,13 @@
 
 import pytest
 
+from aero.firmware import FIRMWARE
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from hil import open_target
 from hil.targets.boot_text import identify
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
-
-GROUPS = {
-    "pre": ("pre",),
-    "0.1.0": ("0.1.0", "0.1.1", "0.1.2"),
-    "0.1.1": ("0.1.0", "0.1.1", "0.1.2"),
-    "0.1.2": ("0.1.0", "0.1.1", "0.1.2"),
-    "0.1.3": ("0.1.3",),
-    "0.1.4": ("0.1.4",),
-    "0.1.5": ("0.1.5", "0.2.0", "main"),
-    "0.2.0": ("0.1.5", "0.2.0", "main"),
-    "main": ("0.1.5", "0.2.0", "main"),
-}
 
 
 def boot_text(firmware, side="right", missing=None):
@@ -33,11 +22,12 @@ def boot_text(firmware, side="right", missing=None):
     return printed.decode("utf-8", errors="replace")
 
 
-@pytest.mark.parametrize("firmware", GROUPS)
+@pytest.mark.parametrize("firmware", FIRMWARE)
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_each_boot_text_names_its_version_and_side(firmware, side):
     board = identify(boot_text(firmware, side))
-    assert board.versions == GROUPS[firmware]
+    text = FIRMWARE[firmware].boot_text
+    assert board.versions == tuple(version for version, row in FIRMWARE.items() if row.boot_text is text)
     assert board.side == (None if firmware == "pre" else side)
     assert board.silent == ()
 
