@@ -4,27 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any
 
-from hil.faults.catalogue import channel_named, parse_fault
+from hil.faults.catalogue import channel_named, named, parse_fault
 from hil.faults.fault import Part
 from hil.faults.workbench import Workbench
 
-
-def part_named(name: str) -> Part:
-    """Return the part with a name.
-
-    Raises:
-        ValueError: there is none; the line lists them.
-    """
-    found = {part.name.lower(): part for part in Part}
-    if name not in found:
-        raise ValueError(f"there is no part {name!r}; there are {', '.join(found)}")
-    return found[name]
-
-
-READS: dict[str, Callable[[str], object]] = {"FAULT": parse_fault, "CHANNEL": channel_named, "PART": part_named}
+PARTS = {part.name.lower(): part for part in Part}
+READS: dict[str, Callable[[str], object]] = {
+    "FAULT": parse_fault,
+    "CHANNEL": channel_named,
+    "PART": lambda name: named("part", name, PARTS),
+}
 """What may follow the name of an act, and how it is read."""
 
 
@@ -72,11 +63,7 @@ def act(workbench: Workbench, text: str) -> str:
         ValueError: there is no such act, it takes other words, or it cannot be done; one line says what can.
     """
     name, *words = text.split() or [""]
-    if name not in ACTS:
-        close = get_close_matches(name, ACTS, 1)
-        meant = f"did you mean {close[0]}? " if close else ""
-        raise ValueError(f"there is no act {name!r}; {meant}there are {', '.join(ACTS)}")
-    chosen = ACTS[name]
+    chosen = named("act", name, ACTS)
     if not chosen.least <= len(words) <= len(chosen.takes):
         raise ValueError(f"it is written {' '.join((name, *chosen.takes))}, not {text!r}")
     taken: list[Any] = [READS[kind.strip("[]")](word) for kind, word in zip(chosen.takes, words, strict=False)]

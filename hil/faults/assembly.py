@@ -27,6 +27,11 @@ class Active:
     clear: Callable[[], object] | None = None
     """Takes it away; None for what cannot be undone, such as a restart."""
 
+    def undo(self) -> None:
+        """Take it away, where that can be."""
+        if self.clear is not None:
+            self.clear()
+
 
 class HandAssembly:
     """A hand under assembly. It has a unit, then mechanics, then electronics."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from difflib import get_close_matches
+from typing import TypeVar
 
 from aero.channels import CABLES, FINGERS, Channel
 from hil.faults import board, bus, encoder, host, link, mechanics, motor, servo, supply, winding
 from hil.faults.fault import ALL, STEPS, Fault, Injection
 
+Known = TypeVar("Known")
 CATALOGUE: dict[str, Fault] = {
     fault.name: fault
     for file in (mechanics, winding, motor, encoder, supply, servo, bus, board, link, host)
@@ -30,30 +33,28 @@ def parse_fault(text: str) -> Injection:
     match = TEXT.fullmatch(text.strip())
     if match is None:
         raise ValueError(f"a fault is written NAME[:CHANNEL][=SEVERITY][@SECONDS], not {text!r}")
-    fault = _fault(match["name"])
+    fault = named("fault", match["name"], CATALOGUE, "`aero-hil faults` lists them")
     severity = None if match["severity"] is None else _severity(fault, match["severity"])
     at_s = None if match["at"] is None else _number(match["at"], "a time in seconds")
     return fault.at(severity, None if match["channel"] is None else channel_named(match["channel"]), at_s)
 
 
-def _fault(name: str) -> Fault:
-    if name not in CATALOGUE:
-        close = get_close_matches(name, CATALOGUE, 1)
+def named(what: str, name: str, known: Mapping[str, Known], listed: str = "") -> Known:
+    """Return what has a name.
+
+    Raises:
+        ValueError: nothing has; the line says what may be meant, and what there is.
+    """
+    if name not in known:
+        close = get_close_matches(name, known, 1)
         meant = f"did you mean {close[0]}? " if close else ""
-        raise ValueError(f"there is no fault {name!r}; {meant}`aero-hil faults` lists them")
-    return CATALOGUE[name]
+        raise ValueError(f"there is no {what} {name!r}; {meant}{listed or 'there are ' + ', '.join(known)}")
+    return known[name]
 
 
 def channel_named(label: str) -> Channel:
-    """Return the channel with a label.
-
-    Raises:
-        ValueError: there is none; the line lists them.
-    """
-    found = {channel.label: channel for channel in Channel}
-    if label not in found:
-        raise ValueError(f"there is no channel {label!r}; there are {', '.join(found)}")
-    return found[label]
+    """Return the channel with a label; raises ValueError as `named` does."""
+    return named("channel", label, {channel.label: channel for channel in Channel})
 
 
 def _severity(fault: Fault, text: str) -> float:

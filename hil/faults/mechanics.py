@@ -102,9 +102,7 @@ def _all_servos(field: str, per_unit: float) -> Inject:
             if assembly.is_running:
                 assembly.hand.chain.retime(assembly.unit.servos)
 
-        clear = active.clear
-        assert clear is not None, "another unit can be undone"
-        return Active(lambda: retimed(active.begin), lambda: retimed(clear))
+        return Active(lambda: retimed(active.begin), lambda: retimed(active.undo))
 
     return inject
 

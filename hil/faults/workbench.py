@@ -177,7 +177,7 @@ class Workbench:
         if channel not in self._cables_off:
             raise ValueError(f"the cable of {channel.label} is on its spool")
         active, wound = self._cables_off.pop(channel)
-        _undo(active)
+        active.undo()
         for fault in wound:
             self._put(fault)
         return self._note(f"put the cable of {channel.label} on its spool")
@@ -202,7 +202,7 @@ class Workbench:
         for fault in [one for one in self._present if one.part is Part.SETUP and one.fault.layer in TOUCHING]:
             self._take(fault)
         if self._held is not None:
-            _undo(self._held)
+            self._held.undo()
             self._held = None
         return self._note("took everything out of the hand")
 
@@ -279,7 +279,7 @@ class Workbench:
         for channel in list(self._cables_off):
             self.cable_on(channel)
         if self._held is not None:
-            _undo(self._held)
+            self._held.undo()
             self._held = None
         while self._exchanged:
             self._exchange(*self._exchanged[-1])
@@ -298,9 +298,7 @@ class Workbench:
         active.begin()
 
     def _take(self, fault: Injection) -> None:
-        active = self._present.pop(fault)
-        if active.clear is not None:
-            active.clear()
+        self._present.pop(fault).undo()
 
     def _move(self, part: Part, swap: dict[Channel, Channel]) -> None:
         """Let the faults of a part go along with it to another channel; what cannot sit there is mended on the way."""
@@ -322,8 +320,3 @@ class Workbench:
 def _ends(fault: Injection) -> Sequence[Channel]:
     """Return the channels whose cables a fault of winding is about."""
     return [fault.where] if fault.name == "winding_reversed" else [fault.where, NEIGHBOUR[fault.where]]
-
-
-def _undo(active: Active) -> None:
-    assert active.clear is not None, "what a person does to a unit can be undone"
-    active.clear()
