@@ -48,15 +48,14 @@ McapMessage = tuple[int, int, bytes]
 class ChunkWriter:
     """One file, from its beginning to its summary."""
 
-    def __init__(self, stream: BinaryIO, library: str, chunk_bytes: int) -> None:
-        """Begin a file on a stream; messages are compressed together by `chunk_bytes`, schemas and channels too."""
+    def __init__(self, stream: BinaryIO, library: str) -> None:
+        """Begin a file on a stream."""
         self._stream = stream
-        self._chunk_bytes = chunk_bytes
+        self._compress = zstandard.ZstdCompressor().compress
         self._at = 0
         """Bytes that are written."""
-        self._chunk = bytearray()
-        self._index: dict[int, list[int]] = {}
-        """Times and offsets in turn of the messages in this chunk, by channel."""
+        self._declared = bytearray()
+        """Schemas and channels that no chunk holds yet."""
         self._schemas: list[McapRecord] = []
         self._channels: list[McapRecord] = []
         self._chunks: list[McapRecord] = []
@@ -76,23 +75,62 @@ class ChunkWriter:
         number = len(self._channels) + 1
         self._schemas.append(Schema(id=number, data=schema, encoding=schema_encoding, name=schema_name))
         self._channels.append(Channel(id=number, topic=topic, message_encoding=encoding, schema_id=number, metadata={}))
-        self._chunk += _bytes_of(self._schemas[-1]) + _bytes_of(self._channels[-1])
+        self._declared += _bytes_of(self._schemas[-1]) + _bytes_of(self._channels[-1])
         self._counts[number] = 0
         return number
 
-    def add_messages(self, messages: Iterable[McapMessage]) -> None:
-        """Put messages into the chunk, and write it when it is large enough."""
-        chunk, index, pack = self._chunk, self._index, MESSAGE.pack
+    def write_chunk(self, messages: Iterable[McapMessage]) -> None:
+        """Compress messages together, behind new schemas and channels, and write them; nothing if there is neither."""
+        chunk, self._declared = self._declared, bytearray()
+        # Times and offsets in turn, by channel.
+        index: dict[int, list[int]] = {}
+        pack, opcode = MESSAGE.pack, Opcode.MESSAGE.value
         for channel, t, content in messages:
             index.setdefault(channel, []).extend((t, len(chunk)))
-            chunk += pack(Opcode.MESSAGE, FIXED + len(content), channel, 0, t, t)
+            chunk += pack(opcode, FIXED + len(content), channel, 0, t, t)
             chunk += content
-        if len(chunk) >= self._chunk_bytes:
-            self._end_chunk()
+        if not chunk:
+            return
+        times = list(chain.from_iterable(of[::2] for of in index.values()))
+        first, last = (min(times), max(times)) if times else (0, 0)
+        if times:
+            known = self._span if any(self._counts.values()) else (first, last)
+            self._span = min(known[0], first), max(known[1], last)
+        data = self._compress(chunk)
+        record = _bytes_of(
+            Chunk(
+                compression=COMPRESSION,
+                data=data,
+                message_end_time=last,
+                message_start_time=first,
+                uncompressed_crc=zlib.crc32(chunk),
+                uncompressed_size=len(chunk),
+            )
+        )
+        begin, behind, places, indices = self._at, self._at + len(record), {}, b""
+        for channel, of in index.items():
+            places[channel] = behind + len(indices)
+            body = struct.pack(f"<{len(of)}Q", *of)
+            indices += INDEX.pack(Opcode.MESSAGE_INDEX, INDEX.size - 9 + len(body), channel, len(body)) + body
+            self._counts[channel] += len(of) // 2
+        self._chunks.append(
+            ChunkIndex(
+                chunk_length=len(record),
+                chunk_start_offset=begin,
+                compression=COMPRESSION,
+                compressed_size=len(data),
+                message_end_time=last,
+                message_index_length=len(indices),
+                message_index_offsets=places,
+                message_start_time=first,
+                uncompressed_size=len(chunk),
+            )
+        )
+        self._write(record + indices)
 
     def finish(self) -> None:
         """Write what is left, and the summary with which readers jump about."""
-        self._end_chunk()
+        self.write_chunk(())
         self._write(_bytes_of(DataEnd(0)))
         start, summary, offsets = self._at, b"", []
         for opcode, records in self._groups():
@@ -122,48 +160,6 @@ class ChunkWriter:
         yield Opcode.STATISTICS, [statistics]
         yield Opcode.CHUNK_INDEX, self._chunks
         yield Opcode.METADATA_INDEX, self._metadata
-
-    def _end_chunk(self) -> None:
-        if not self._chunk:
-            return
-        times = list(chain.from_iterable(of[::2] for of in self._index.values()))
-        first, last = (min(times), max(times)) if times else (0, 0)
-        if times:
-            known = self._span if any(self._counts.values()) else (first, last)
-            self._span = min(known[0], first), max(known[1], last)
-        data = zstandard.compress(bytes(self._chunk))
-        record = _bytes_of(
-            Chunk(
-                compression=COMPRESSION,
-                data=data,
-                message_end_time=last,
-                message_start_time=first,
-                uncompressed_crc=zlib.crc32(self._chunk),
-                uncompressed_size=len(self._chunk),
-            )
-        )
-        begin, behind, places, indices = self._at, self._at + len(record), {}, b""
-        for channel, of in self._index.items():
-            places[channel] = behind + len(indices)
-            body = struct.pack(f"<{len(of)}Q", *of)
-            indices += INDEX.pack(Opcode.MESSAGE_INDEX, INDEX.size - 9 + len(body), channel, len(body)) + body
-            self._counts[channel] += len(of) // 2
-        self._chunks.append(
-            ChunkIndex(
-                chunk_length=len(record),
-                chunk_start_offset=begin,
-                compression=COMPRESSION,
-                compressed_size=len(data),
-                message_end_time=last,
-                message_index_length=len(indices),
-                message_index_offsets=places,
-                message_start_time=first,
-                uncompressed_size=len(self._chunk),
-            )
-        )
-        self._write(record + indices)
-        self._chunk.clear()
-        self._index.clear()
 
     def _write(self, data: bytes) -> None:
         self._stream.write(data)

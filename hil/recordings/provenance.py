@@ -50,13 +50,15 @@ def operator() -> str:
 
 def versions(*more: str) -> dict[str, str]:
     """Return the versions of Python, of the installed libraries that results depend on, and of `more`."""
-    found = {"python": platform.python_version()}
-    for name in (*LIBRARIES, *more):
-        try:
-            found[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    return {"python": platform.python_version()} | {name: _version(name) for name in (*LIBRARIES, *more)}
+
+
+@cache
+def _version(name: str) -> str:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
 
 
 @cache

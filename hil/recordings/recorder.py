@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 import threading
+from array import array
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from hil.recordings.errors import CannotBeWrittenError, unwritable, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
 from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
-from hil.recordings.series_layout import LABELS, SERIES_UNITS
+from hil.recordings.series_layout import CODES, LABELS, SERIES_UNITS
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
@@ -27,6 +28,8 @@ Progress = Callable[[float, str], None]
 
 LOGGERS = ("aero", "hil")
 """Packages whose log lines are recorded."""
+SHAPE = (len(Channel),)
+"""Of a sample."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -50,8 +53,7 @@ class Recorder:
         self._file: RecordingFile | None = None
         self._started = ""
         self._parameters: dict[str, float | str] = {}
-        self._times: dict[str, list[float]] = {}
-        self._rows: dict[str, list[NDArray[Any]]] = {}
+        self._columns: dict[str, _Columns] = {}
         self._incomplete: set[str] = set()
         """Series of which a sample was left out."""
         self._events: list[Event] = []
@@ -103,12 +105,14 @@ class Recorder:
 
     def has(self, name: str) -> bool:
         """Whether a series has a sample yet."""
-        return name in self._rows
+        return name in self._columns
 
     def derive(self, name: str, source: str, convert: Callable[[NDArray[Any]], NDArray[Any]]) -> None:
         """Add a whole series, computed from all samples (n, 7) of another and at its times."""
         if self.has(source):
-            for t, row in zip(self._times[source], convert(np.array(self._rows[source])), strict=True):
+            found = self._columns[source]
+            values = found.values().astype(np.uint16 if source in CODES else np.float64)
+            for t, row in zip(found.times, convert(values), strict=True):
                 self._add(name, t, row)
 
     def attach(self, name: str, series: Series) -> None:
@@ -144,8 +148,8 @@ class Recorder:
         duration_s = self._target.clock.now() - self.start
         header = replace(self._header(), duration_s=duration_s, finished=ended)
         series = {
-            name: Series.of(LABELS, SERIES_UNITS[name], self._times[name], np.array(rows))
-            for name, rows in self._rows.items()
+            name: Series.of(LABELS, SERIES_UNITS[name], found.times, found.values())
+            for name, found in self._columns.items()
         }
         if (delays := delay_series(self._target.delays.since(self.start))) is not None:
             self.attach(DELAYS, delays)
@@ -160,24 +164,25 @@ class Recorder:
     def _add(self, name: str, t: float, row: NDArray[Any]) -> None:
         if name not in SERIES_UNITS:
             raise ValueError(f"there is no series {name!r}; there are {', '.join(SERIES_UNITS)}")
-        sample = np.array(row)  # a program may use its buffer again
-        last = self._times[name][-1] if self.has(name) else 0.0
-        if sample.shape != (len(Channel),) or not last <= t < np.inf:
+        found = self._columns.get(name) or _Columns()
+        sample = np.asarray(row, float)
+        if sample.shape != SHAPE or not found.last <= t < inf:
             raise ValueError(
-                f"a sample of {name} has shape (7,) and a time from {last:.3f} s on; got {sample.shape} at {t:.3f} s"
+                f"a sample of {name} has shape (7,) and a time from {found.last:.3f} s on; got {sample.shape} at "
+                f"{t:.3f} s"
             )
         # Seven numbers are looked at as numbers, at a quarter of what an array of them takes.
-        numbers = sample.astype(float).tolist()
+        numbers = sample.tolist()
         if not all(map(isfinite, numbers)):
             if name not in self._incomplete:
                 self._incomplete.add(name)
-                self.note(f"{name}: a sample without finite numbers is left out, {sample.tolist()}", "warning")
+                self.note(f"{name}: a sample without finite numbers is left out, {numbers}", "warning")
             return
-        self._times.setdefault(name, []).append(t)
-        self._rows.setdefault(name, []).append(sample)
+        self._columns[name] = found
+        found.add(t, numbers)
         if self._file is not None:
             self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], t, numbers)
-        self._raise_failure()
+            self._raise_failure()
 
     def _add_event(self, text: str, severity: Severity) -> None:
         """Add an event that happens now, silent when that fails: the guard's way out logs here."""
@@ -226,6 +231,25 @@ class Recorder:
             hand_id=target.hand_id,
             faults=" ".join(map(str, target.wrong)),
         )
+
+
+class _Columns:
+    """The samples of a series while they are taken, as numbers one after another."""
+
+    def __init__(self) -> None:
+        self.times, self._numbers = array("d"), array("d")
+        self.last = 0.0
+        """Time of the last sample, s."""
+
+    def add(self, t: float, numbers: list[float]) -> None:
+        """Take one sample."""
+        self.last = t
+        self.times.append(t)
+        self._numbers.extend(numbers)
+
+    def values(self) -> NDArray[np.float64]:
+        """Return all samples, (n, 7)."""
+        return np.array(self._numbers).reshape(-1, *SHAPE)
 
 
 class LogLines(logging.Handler):
