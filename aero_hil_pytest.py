@@ -14,7 +14,6 @@ from argparse import SUPPRESS
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
@@ -84,33 +83,13 @@ _NO_HAND = pytest.StashKey[str]()
 """Why the hand could not be opened, in a worker of pytest-xdist."""
 _FAILED = pytest.StashKey[str]()
 """Name of the test that showed that no hand is there."""
-_LEFT_OUT = "hil_left_out"
-"""Property of a test that was skipped here, with a `Skip`."""
 
 
-class Skip(StrEnum):
-    """Why a test is skipped, in its JUnit properties; what is said then names the option that runs it."""
-
-    NOT_PRESENT = "not_present"
-    NOT_EMULATED = "not_emulated"
-    MOVES = "moves"
-    HOMES = "homes"
-    TAKES_LONG = "takes_long"
-    NO_GROUND_TRUTH = "no_ground_truth"
-
-
+NOT_EMULATED = "its faults are for an emulated hand; run with --hil=emulated, or see `aero-hil proxy`"
 SLEPT = (
     "this test slept {seconds:g} s of real time, in which the emulated hand's time stood still: it moved nothing; use "
     "`aero_target.clock.sleep_until(aero_target.clock.now() + SECONDS)`, which waits on any hand"
 )
-REASONS = {
-    Skip.NOT_PRESENT: "this hand failed {failed}; mend that first, or choose another hand with --hil",
-    Skip.NOT_EMULATED: "its faults are for an emulated hand; run with --hil=emulated, or see `aero-hil proxy`",
-    Skip.MOVES: "moves the hand; run without --hil-still",
-    Skip.HOMES: "drives the hand into its stops; run with --hil-homing",
-    Skip.TAKES_LONG: "takes long in real time; run with --hil-long",
-    Skip.NO_GROUND_TRUTH: "{target} has no ground truth; run with --hil=emulated",
-}
 
 
 def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
@@ -265,13 +244,12 @@ def _prepare(item: pytest.Item) -> None:
     """Skip what this hand cannot or must not do, with the reason, and record which hand it is."""
     if not _uses(item, "aero_target"):
         return
-    stash, name = item.config.stash, item.config.option.aero_hil
+    stash = item.config.stash
     if _NO_HAND in stash and _FAILED not in stash:
         stash[_FAILED] = item.name
         pytest.fail(stash[_NO_HAND], pytrace=False)
-    if skip := _skip(item):
-        item.user_properties.append((_LEFT_OUT, str(skip.value)))
-        pytest.skip(REASONS[skip].format(failed=stash.get(_FAILED, ""), target=name))
+    if reason := _left_out(item):
+        pytest.skip(reason)
     if _FAULTS not in item.stash:
         item.user_properties += _properties(stash[_TARGET])
 
@@ -367,22 +345,6 @@ def pytest_runtest_makereport(
     return report
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say what of the suite was left out, why, and which flag runs it."""
-    left_out: dict[str, list[str]] = {}
-    for report in terminalreporter.stats.get("skipped", []):
-        # A module that is skipped while it is collected has a report without properties.
-        if any(name == _LEFT_OUT for name, _ in getattr(report, "user_properties", ())):
-            reason = report.longrepr[2].removeprefix("Skipped: ")
-            left_out.setdefault(reason, []).append(report.nodeid.rpartition("::")[2])
-    if not left_out:
-        return
-    terminalreporter.section("aero-hil: left out")
-    for reason, names in left_out.items():
-        terminalreporter.line(f"{len(names)}: {reason}")
-        terminalreporter.line(f"    {', '.join(names)}")
-
-
 @pytest.fixture(scope="session")
 def aero_target(request: pytest.FixtureRequest) -> Iterator[Target]:
     """The hand chosen by `--hil`, see `hil.Target`: one for the session, and one of its own for a test with faults."""
@@ -392,7 +354,7 @@ def aero_target(request: pytest.FixtureRequest) -> Iterator[Target]:
         yield request.config.stash.get(_TARGET, None) or _open(request.config)
         return
     if request.config.option.aero_hil not in IN_SOFTWARE:
-        pytest.skip(REASONS[Skip.NOT_EMULATED])
+        pytest.skip(NOT_EMULATED)
     try:
         opening = _opener(request.config, texts)
     except ValueError as error:
@@ -456,23 +418,27 @@ def _uses(item: pytest.Item, fixture: str) -> bool:
     return False
 
 
-def _skip(item: pytest.Item) -> Skip | None:
-    """Return why a test is skipped, or None."""
+def _left_out(item: pytest.Item) -> str:
+    """Return why a test is skipped and which option runs it; empty where it is not."""
     option, stash = item.config.option, item.config.stash
     marks = {mark.name for mark in item.iter_markers()}
-    emulated = option.aero_hil in IN_SOFTWARE
     target = stash.get(_TARGET, None)
     real_time = target is None or target.real_time
     truth = target is None or target.find(_ours("hil.targets.target").GroundTruth) is not None
+    failed = stash.get(_FAILED, "")
     reasons = {
-        Skip.NOT_EMULATED: "fault" in marks and not emulated,
-        Skip.NOT_PRESENT: _FAILED in stash,
-        Skip.MOVES: "moves" in marks and option.aero_hil_still,
-        Skip.HOMES: "homes" in marks and real_time and not option.aero_hil_homing,
-        Skip.TAKES_LONG: "takes_long" in marks and real_time and not option.aero_hil_long,
-        Skip.NO_GROUND_TRUTH: "needs_ground_truth" in marks and not truth,
+        NOT_EMULATED: "fault" in marks and option.aero_hil not in IN_SOFTWARE,
+        f"this hand failed {failed}; mend that first, or choose another hand with --hil": failed,
+        "moves the hand; run without --hil-still": "moves" in marks and option.aero_hil_still,
+        "drives the hand into its stops; run with --hil-homing": (
+            "homes" in marks and real_time and not option.aero_hil_homing
+        ),
+        "takes long in real time; run with --hil-long": (
+            "takes_long" in marks and real_time and not option.aero_hil_long
+        ),
+        f"{option.aero_hil} has no ground truth; run with --hil=emulated": "needs_ground_truth" in marks and not truth,
     }
-    return next((skip for skip, applies in reasons.items() if applies), None)
+    return next((reason for reason, applies in reasons.items() if applies), "")
 
 
 def _fault_texts(item: pytest.Item) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
-from contextlib import ExitStack, closing, suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,18 +15,16 @@ import click
 
 from aero import AeroHand
 from aero.actuation import ActuationMap
-from aero.clock import WallClock
 from aero.safety.interrupts import noted
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.links.in_process import InProcessLink, WireEntry
 from firmware_emulator.links.pty import PtyServer
 from hil.cli.exits import usage_errors
 from hil.cli.hands_on import HandsOn
-from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, VIEW, HostAndPort, emulation, recording_ended
+from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, VIEW, HostAndPort, emulation, link_recorded
 from hil.cli.output import echo
 from hil.cli.viewing import viewing
 from hil.faults import Schedule, parse_fault
-from hil.recordings.output import prepared_file
 from hil.targets.delays import LATE, LEAST_S, DelayLog, Loop
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
@@ -90,7 +88,6 @@ def emulate(
             if hand.homed:  # on virtual time, a tenth of what it takes a client
                 AeroHand(InProcessLink(electronics), electronics.clock).home()
             server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
-        file: WireFile | None = None
 
         def tell(text: str, severity: Literal["info", "error"]) -> None:
             echo(text, err=True)
@@ -105,21 +102,15 @@ def emulate(
             hands_on.serve()
             return bool(stopped) or (parent is not None and os.getppid() != parent)
 
+        delays = DelayLog()
         page = viewing(view, hand, stay=False, on_words=hands_on.put)
-        with ExitStack() as files, server, closing(electronics), page as observer:
-            delays = DelayLog()
+        recorded = link_recorded(
+            record, target=server.name, unit=unit.name, firmware=hand.firmware, hand=hand.side, seed=hand.seed,
+            delays=delays,
+        )  # fmt: skip
+        with recorded as file, server, closing(electronics), page as observer:
             server.on_late = partial(_late, delays, observer, tell=parent is not None)
-            if record is not None:
-                # An extra that a hand without a recording does not need.
-                from hil.recordings.wire_file import WireFile  # noqa: PLC0415
-
-                with usage_errors():
-                    prepared_file(record)
-                file = WireFile(
-                    record, WallClock(), target=server.name, unit=unit.name, firmware=hand.firmware, hand=hand.side,
-                    seed=hand.seed, delays=delays, on_failure=recording_ended,
-                )  # fmt: skip
-                files.enter_context(closing(file))
+            if file is not None:
                 server.listeners.append(partial(_record, file))
             codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
             observer.follow(EmulatedSource(electronics, workbench.mechanics, codec))
@@ -131,8 +122,6 @@ def emulate(
         for fault in schedule.unfired():
             echo(f"{NEVER_FIRED} {fault}")
     schedule.require_all_fired()
-    if file is not None and file.failure is not None:
-        raise file.failure
 
 
 def _record(file: WireFile, entry: WireEntry) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from functools import update_wrapper
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,13 +13,16 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from aero.clock import WallClock
 from aero.exit_code import Exit
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.output import echo
+from hil.recordings.output import prepared_file
 from hil.targets.hand_spec import HandSpec, Side
 
 if TYPE_CHECKING:
+    from hil.recordings.wire_file import WireFile
     from hil.targets.target import Target
 
 AnyFunction = Callable[..., Any]
@@ -52,8 +55,30 @@ RECORD = click.option(
 """Option of the commands that serve a port."""
 
 
-def recording_ended(error: Exception) -> None:
-    """Print that `--record` has failed; the command continues to serve the port."""
+@contextmanager
+def link_recorded(path: Path | None, **about: Any) -> Iterator[WireFile | None]:
+    """Open the recording of `--record`, None without one; `about` is what `WireFile` takes.
+
+    When it cannot be written any more, that is printed at once, and the command continues to serve the port.
+
+    Raises:
+        CannotBeWrittenError: on leaving, where it could not be written.
+    """
+    if path is None:
+        yield None
+        return
+    # An extra that a link without a recording does not need.
+    from hil.recordings.wire_file import WireFile  # noqa: PLC0415
+
+    with usage_errors():
+        prepared_file(path)
+    with closing(WireFile(path, WallClock(), on_failure=_recording_ended, **about)) as file:
+        yield file
+    if file.failure is not None:
+        raise file.failure
+
+
+def _recording_ended(error: Exception) -> None:
     echo(f"the recording ends here, the link continues: {error}", err=True)
 
 

@@ -5,24 +5,19 @@ from __future__ import annotations
 import signal
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from aero.clock import WallClock
 from aero.exit_code import Exit
 from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
 from hil.cli.exits import Ended, usage_errors
-from hil.cli.options import FAULT_HELP, RECORD, recording_ended
+from hil.cli.options import FAULT_HELP, RECORD, link_recorded
 from hil.cli.output import echo
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
-from hil.recordings.output import prepared_file
 from hil.targets.hand_spec import HandSpec
-
-if TYPE_CHECKING:
-    from hil.recordings.wire_file import WireFile
+from hil.targets.target import PHYSICAL
 
 
 @click.command()
@@ -45,25 +40,12 @@ def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path
             transport = SerialTransport.open(hand.target)
         except ConnectionError as error:
             raise Ended(str(error), Exit.NO_HAND) from error
-        file: WireFile | None = None
-        with closing(transport), ExitStack() as files:
+        recorded = link_recorded(record, target=hand.target, unit=PHYSICAL, firmware=hand.firmware, hand=hand.side)
+        with closing(transport), recorded as file, ExitStack() as opened:
             with usage_errors():
-                between = files.enter_context(closing(LinkProxy(transport, schedule, link=link)))
-            if record is not None:
-                # An extra that a proxy without a recording does not need.
-                from hil.recordings.wire_file import WireFile  # noqa: PLC0415
-                from hil.targets.target import PHYSICAL  # noqa: PLC0415
-
-                with usage_errors():
-                    prepared_file(record)
-                file = WireFile(
-                    record, WallClock(), target=hand.target, unit=PHYSICAL, firmware=hand.firmware, hand=hand.side,
-                    on_failure=recording_ended,
-                )  # fmt: skip
-                files.enter_context(closing(file))
+                between = opened.enter_context(closing(LinkProxy(transport, schedule, link=link)))
+            if file is not None:
                 between.listeners.append(file.add)
             echo(f"ready {between.name}")
             between.run(stop=lambda: bool(stopped))
     schedule.require_all_fired()
-    if file is not None and file.failure is not None:
-        raise file.failure

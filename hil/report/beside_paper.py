@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
 
@@ -26,8 +25,6 @@ MARKED = (
 )
 SPANS = ("excursion_model", "excursion_hand")
 """Metrics that are of a sweep here, and of a fist in the paper."""
-NOTABLE = 0.1
-"""Part of the paper's figure by which ours may differ without a word."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +34,9 @@ class Cell:
     name: str
     ours: str
     paper: str
+    """With `MARK` where it is of another quantity."""
     limit: str
     failed: bool = False
-    why: str = ""
-    """Why it may differ from the paper's; empty when it hardly does, or when it failed and a finding says more."""
-    mark: str = ""
-    """`MARK` where the paper's number is of another quantity."""
 
 
 @dataclass(frozen=True)
@@ -52,29 +46,6 @@ class PaperRow:
     title: str
     unit: str
     cells: tuple[Cell, ...]
-
-
-@dataclass(frozen=True)
-class Footnote:
-    """One reason why figures differ from the paper's, and which."""
-
-    number: int
-    figure: str
-    channels: str
-    reason: str
-
-
-def notes(rows: Iterable[PaperRow]) -> list[Footnote]:
-    """Return each reason that stands in a table once, numbered in the order of the columns."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for row in rows:
-        for cell in row.cells:
-            if cell.why:
-                found.setdefault((cell.name.removesuffix(", ms"), cell.why), []).append(row.title)
-    return [
-        Footnote(number, figure, ", ".join(channels), why)
-        for number, ((figure, why), channels) in enumerate(found.items(), start=1)
-    ]
 
 
 @dataclass(frozen=True)
@@ -111,6 +82,14 @@ def table(result: Result) -> tuple[PaperRow, ...]:
     return tuple(rows)
 
 
+def reasons(result: Result) -> dict[tuple[str, str], None]:
+    """Return why a column may differ from the paper's, each column and reason once and in order."""
+    measuring = EXPERIMENTS[result.recording.header.experiment]
+    of_channels = [measuring.metric(column.name, channel.label) for column in measuring.columns for channel in Channel]
+    found = ((metric.column, metric.differs) for metric in of_channels if metric.differs)
+    return dict.fromkeys((column.title.removesuffix(", ms"), differs) for column, differs in found if column)
+
+
 def length_unit(channel: Channel) -> str:
     """Return the unit of a channel's lengths: mm, or mrad for the abduction."""
     return display_unit(LENGTH_UNITS[channel])[0]
@@ -141,21 +120,15 @@ def _text_row(figure: Published, metric: Metric, experiment: str, validation: Va
 
 def _cell(metric: Metric, subject: str, ours: float | None, finding: Finding | None) -> Cell:
     assert metric.column is not None
-    paper = metric.paper.get(subject)
-    failed = finding is not None and not finding.passed
+    paper, digits = metric.paper.get(subject), metric.column.digits
+    mark = MARK if metric.name in SPANS and subject not in FINGERS else ""
     return Cell(
         metric.column.title,
-        _number(ours, metric.column.digits),
-        "" if paper is None else _number(paper, metric.column.digits),
+        _number(ours, digits),
+        "" if paper is None else _number(paper, digits) + mark,
         "" if finding is None else finding.expected,
-        failed,
-        metric.differs if not failed and ours is not None and _differs(ours, paper) else "",
-        MARK if paper is not None and metric.name in SPANS and subject not in FINGERS else "",
+        finding is not None and not finding.passed,
     )
-
-
-def _differs(ours: float, paper: float | None) -> bool:
-    return paper is not None and abs(ours - paper) > NOTABLE * abs(paper)
 
 
 def _number(value: float | None, digits: int) -> str:

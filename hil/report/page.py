@@ -21,7 +21,7 @@ from hil.checks.shared.declaration import number
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.recording import Event, Recording
-from hil.report.beside_paper import MARKED, compared, notes, table, text_rows
+from hil.report.beside_paper import MARKED, compared, reasons, table, text_rows
 from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_seen
 from hil.report.finger_map import DIGITS, MARKS, verdicts
 from hil.report.measured import MeasuredNumber, readings_of
@@ -252,10 +252,4 @@ def _when(events: Sequence[Event]) -> str:
 def _beside_paper(validation: Validation) -> dict[str, Any] | None:
     """Return the table beside the paper's and why the two differ, None when nothing of it was measured."""
     result = compared(validation)
-    if result is None:
-        return None
-    rows = table(result)
-    found = notes(rows)
-    numbers = {note.reason: note.number for note in found}
-    marked = MARKED if any(cell.mark for row in rows for cell in row.cells) else ""
-    return {"rows": rows, "notes": found, "number": numbers, "marked": marked}
+    return None if result is None else {"rows": table(result), "reasons": reasons(result), "marked": MARKED}

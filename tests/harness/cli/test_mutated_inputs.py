@@ -57,14 +57,12 @@ RECORDING_LINES = (
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
-    """A folder of each kind: results of a validation with its recordings, a unit, a campaign."""
+    """Results of a validation with its recordings, and a unit."""
     folder = tmp_path_factory.mktemp("good")
     with open_target(seed=3) as target:
         (folder / "results").mkdir()
         write_results(validate(target, NAMES, folder=folder / "results"), folder / "results")
     shutil.copy("model/units/reference.toml", folder / "unit.toml")
-    line = f"campaign --healthy 1 --only presence --workers 1 --out {folder / 'campaign'}"
-    assert CliRunner().invoke(main, line.split()).exit_code == 0
     return folder
 
 
@@ -159,19 +157,6 @@ def recordings(good, folder, count):
     return seen
 
 
-def baselines(good, folder, count):
-    seen = {"refused": 0, "used": 0}
-    content = (good / "results" / "checks.json").read_bytes()
-    for seed in range(count):
-        (folder / "b").mkdir(exist_ok=True)
-        (folder / "b" / "checks.json").write_bytes(damaged(content, seed))
-        line = f"validate --only presence --dry-run --baseline {folder / 'b'}"
-        code, said = run(line.split())
-        assert code in {0, 2}, said
-        seen["refused" if code else "used"] += 1
-    return seen
-
-
 def odd_number(content, random):
     """Return a TOML file in which one number, or one of a list, is another."""
     numbers = list(re.finditer(rb"(?<=[=\[ ])-?[0-9][0-9.e+-]*(?=[,\]\n])", content))
@@ -195,31 +180,6 @@ def units(good, folder, count):
     return seen
 
 
-def stores(good, folder, count):
-    seen = {"refused": 0, "used": 0}
-    content = (good / "campaign" / "campaign.duckdb").read_bytes()
-    lines = ("limits C --out L", "campaign --healthy 1 --only presence --workers 1 --out C")
-    for seed in range(count):
-        shutil.rmtree(folder / "c", ignore_errors=True)
-        (folder / "c").mkdir()
-        (folder / "c" / "campaign.duckdb").write_bytes(damaged(content, seed))
-        text = lines[0] if seed % 20 else lines[1]
-        code, said = run([{"C": str(folder / "c"), "L": str(folder / "l")}.get(word, word) for word in text.split()])
-        assert code in {0, 2}, said
-        seen["refused" if code else "used"] += 1
-    return seen
-
-
-HANDS = """[bench]
-port = "emulated"
-firmware = "0.1.5"
-side = "left"
-twin = "reference"
-
-[other-hand]
-port = "pty"
-baseline = "b"
-"""
 LINES = (
     "validate --only presence --dry-run --hil emulated --firmware 0.2.0 --hand right --unit reference --seed 3",
     "validate --only presence --dry-run --fault motor_weak:ring=0.4@0.5 --zeros ideal --baseline b",
@@ -246,18 +206,6 @@ WORDS = (
 """What a word of a command may have become."""
 
 
-def hands_files(good, folder, count):
-    seen = {"refused": 0, "used": 0}
-    for seed in range(count):
-        (folder / "hands.toml").write_bytes(damaged(HANDS.encode(), seed))
-        with pytest.MonkeyPatch.context() as patched:
-            patched.chdir(folder)
-            code, said = run(["validate", "--only", "presence", "--dry-run", "--hil", "bench"])
-        assert code in {0, 2, 3}, said
-        seen["refused" if code else "used"] += 1
-    return seen
-
-
 def options(good, folder, count):
     seen = {}
     shutil.copy(good / "results" / "presence.mcap", folder / "x.mcap")
@@ -278,7 +226,7 @@ def options(good, folder, count):
     return seen
 
 
-KINDS = [recordings, baselines, units, stores, hands_files, options]
+KINDS = [recordings, units, options]
 
 
 def peak_mb():

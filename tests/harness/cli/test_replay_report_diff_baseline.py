@@ -16,7 +16,6 @@ from hil.cli import main
 from hil.cli.replay import compare_replies, resend
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recording import DELAYS, delay_series
-from hil.report.beside_run import difference as diff
 from hil.report.results import write_results
 from hil.targets.delays import Delay, Loop
 from hil.verdict.baseline import store
@@ -135,9 +134,6 @@ def test_a_difference_names_the_channel_that_differs(results, tmp_path):
     codes = audit["codes"].values.copy()
     codes[:, 3] *= 0.9
     changed = replaced(audit, "codes", codes)
-    found = diff(audit, changed)
-    assert [channel.label for channel, row in found.items() if row.rms > 0] == ["pinky"]
-    assert found[3].worst < 0
     write_recording(changed, tmp_path / "changed.mcap")
     beside = ("--beside", tmp_path / "changed.mcap", "--out", tmp_path / "r.html")
     result = invoke("report", results / "audit.mcap", *beside)

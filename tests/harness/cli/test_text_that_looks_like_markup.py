@@ -17,23 +17,11 @@ from hil.cli.terminal import console
 from hil.recordings.mcap_file import read_recording, write_recording
 
 BELL = "\x1b]0;owned"
-ODD = "q[/z]:x:"
 SOURCES = Path(__file__).parents[3]
 
 
 def invoke(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def test_headers_are_shown_as_they_are(tmp_path):
-    write_small_recording(tmp_path / "a.mcap")
-    made = read_recording(tmp_path / "a.mcap")
-    write_recording(
-        dataclasses.replace(made, header=dataclasses.replace(made.header, target=ODD, unit=ODD)), tmp_path / "b.mcap"
-    )
-    result = invoke("report", tmp_path / "a.mcap", "--beside", tmp_path / "b.mcap", "--out", tmp_path / "r.html")
-    assert "Traceback" not in result.output
-    assert result.exit_code in {0, 2}, result.output
 
 
 def test_escape_sequences_of_a_file_reach_no_terminal(tmp_path):
