@@ -8,7 +8,6 @@ experiment of its own: it is measured on the recording of each, and the worst co
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from aero.firmware import firmware_of
 from firmware_emulator.firmware.frames import FRAME_SIZE, Opcode, reply, words_of
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from hil.checks.driver.independent_map import MAP, codes_of_lengths, lengths_of_codes
+from hil.checks.shared.exchanges import Exchange, exchanges
 from hil.checks.shared.experiment import Measured
 from hil.recordings.recording import Recording, Series
 
@@ -41,23 +41,6 @@ STEP = {"codes": 1.0, "currents": CURRENT_A, "temperatures": 1.0}
 """Smallest difference of two readings."""
 
 
-@dataclass(frozen=True)
-class _Request:
-    """A frame that was sent, and all that came before the next one."""
-
-    t: float
-    frame: bytes
-    reply: bytes
-
-    @property
-    def answered(self) -> bool:
-        """Whether a reading has one whole reply, and a command none; other requests are answered in their own ways."""
-        opcode = self.frame[0]
-        if opcode in READ.values():
-            return len(self.reply) == FRAME_SIZE and self.reply.startswith(bytes((opcode, 0)))
-        return opcode != Opcode.CTRL_POS or not self.reply
-
-
 def measure(recording: Recording) -> Measured:
     """Return the largest differences between commands and bytes and between bytes and readings, 0 without either.
 
@@ -65,7 +48,7 @@ def measure(recording: Recording) -> Measured:
     mrad), `mapped_bias` (codes), the mean of `mapped`; of the hand: `unsent`, commands that no frame followed, `extra`,
     frames that no command asked for, and `limits`, speed and torque limits that are not those that a validation sets.
     """
-    requests = list(_requests(recording))
+    requests = exchanges(recording.wire)
     sent, unsent, extra = _sent(recording, requests)
     found = dict.fromkeys(("mapped", "mapped_back"), _NOTHING) | dict(_mapped(recording))
     found |= {"sent": sent, "read_wrong": np.vstack([_NOTHING, *_read(recording, requests)])}
@@ -80,40 +63,33 @@ def measure(recording: Recording) -> Measured:
     }
 
 
-def _limits(recording: Recording, requests: Sequence[_Request]) -> float:
+def _limits(recording: Recording, requests: Sequence[Exchange]) -> float:
     """Return the number of limits that are not the firmware's own, which a validation without a guard sets.
 
     It sets them after it has asked the board whether it knows limits, by `REFUSED_SETTING`. What
     comes after the last command may restore those of before.
     """
     own = firmware_of(recording.header.firmware).settings
-    at = [i for i, request in enumerate(requests) if request.frame[0] == Opcode.CTRL_POS]
+    at = [i for i, request in enumerate(requests) if request.opcode == Opcode.CTRL_POS]
     asked = [i for i, request in enumerate(requests) if request.frame == REFUSED_SETTING]
     if recording.header.safety or own is None or not at or not asked:
         return 0.0
     wanted = {Opcode.SET_SPE: own.speed, Opcode.SET_TOR: own.torque}
-    sent = [request.frame for request in requests[asked[-1] + 1 : at[-1]] if request.frame[0] in wanted]
+    sent = [request.frame for request in requests[asked[-1] + 1 : at[-1]] if request.opcode in wanted]
     return float(sum(words_of(frame)[1] != wanted[Opcode(frame[0])] for frame in sent))
 
 
-def _requests(recording: Recording) -> Iterator[_Request]:
-    sent: tuple[float, bytes] | None = None
-    received = b""
-    for record in recording.wire:
-        if record.direction == "from_hand":
-            received += record.data
-            continue
-        if sent is not None:
-            yield _Request(*sent, received)
-        sent, received = (record.t, record.data), b""
-    if sent is not None:
-        yield _Request(*sent, received)
+def _answered(made: Exchange) -> bool:
+    """Whether a reading has one whole reply, and a command none; other requests are answered in their own ways."""
+    if made.opcode in READ.values():
+        return len(made.received) == FRAME_SIZE and made.received.startswith(bytes((made.opcode, 0)))
+    return made.opcode != Opcode.CTRL_POS or not made.received
 
 
-def _sent(recording: Recording, requests: Iterable[_Request]) -> tuple[Floats, int, int]:
+def _sent(recording: Recording, requests: Iterable[Exchange]) -> tuple[Floats, int, int]:
     """Return the codes of each frame less those asked for, (n, 7), commands without a frame, and frames too many."""
     series = recording.series.get("command_codes")
-    frames = [request for request in requests if request.frame[0] == Opcode.CTRL_POS]
+    frames = [request for request in requests if request.opcode == Opcode.CTRL_POS]
     if series is None or not recording.wire:
         return _NOTHING, 0, 0
     times = np.array([request.t for request in frames])
@@ -142,7 +118,7 @@ def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
         yield "mapped_back", 1e3 * (series["hand"].values - lengths)
 
 
-def _read(recording: Recording, requests: Sequence[_Request]) -> Iterator[Floats]:
+def _read(recording: Recording, requests: Sequence[Exchange]) -> Iterator[Floats]:
     """Yield the readings of each kind less their replies, (n, 7) in steps of the reading."""
     orderly = _in_order(requests)
     for name, opcode in READ.items():
@@ -150,24 +126,24 @@ def _read(recording: Recording, requests: Sequence[_Request]) -> Iterator[Floats
             yield _unlike(recording.series[name], requests, opcode, orderly) / STEP[name]
 
 
-def _in_order(requests: Sequence[_Request]) -> NDArray[np.bool_]:
+def _in_order(requests: Sequence[Exchange]) -> NDArray[np.bool_]:
     """Return for each request whether it, all before it and the next ones were answered as they should be, (n,).
 
     Once a link has lost, delayed or damaged a reply, which frame a driver takes is its own affair.
     """
-    disorder = np.flatnonzero([not request.answered for request in requests])
+    disorder = np.flatnonzero([not _answered(request) for request in requests])
     until = disorder[0] - AHEAD if disorder.size else len(requests)
     orderly: NDArray[np.bool_] = np.arange(len(requests)) < until
     return orderly
 
 
-def _unlike(series: Series, requests: Sequence[_Request], opcode: Opcode, orderly: NDArray[np.bool_]) -> Floats:
+def _unlike(series: Series, requests: Sequence[Exchange], opcode: Opcode, orderly: NDArray[np.bool_]) -> Floats:
     """Return readings less the reply that is most like them, (n, 7), where the link was in order.
 
     A reading's time is taken before or after it is asked for, and a guard may poll the hand in between. So the reply
     is that to the last request before this time, or to one between it and the next reading.
     """
-    asked = np.array([at for at, request in enumerate(requests) if request.frame[0] == opcode and request.answered])
+    asked = np.array([at for at, request in enumerate(requests) if request.opcode == opcode and _answered(request)])
     if not asked.size:
         return _NOTHING
     times = np.array([requests[at].t for at in asked])
@@ -178,7 +154,7 @@ def _unlike(series: Series, requests: Sequence[_Request], opcode: Opcode, orderl
     there = (either >= 0) & (either < len(asked))
     either = np.where(there, either, 0)
     there &= (either <= last) | (times[either] < np.append(series.times[1:], np.inf) - SAME_TIME_S)
-    gaps = series.values - _readings([requests[at].reply for at in asked], opcode)[either]
+    gaps = series.values - _readings([requests[at].received for at in asked], opcode)[either]
     nearer = np.where(there, np.abs(gaps).sum(axis=2), np.inf).argmin(axis=0)
     judged = there.any(axis=0) & (orderly[asked][either] | ~there).all(axis=0)
     unlike: Floats = gaps[nearer, np.arange(len(nearer))][judged]

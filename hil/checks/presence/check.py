@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from aero.channels import Channel
-from hil.checks.shared.exchanges import exchanges, lost_replies, round_trips
+from hil.checks.shared.exchanges import exchanges, lost_replies
 from hil.checks.shared.experiment import Measured, require
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Header, Recording
@@ -46,11 +46,12 @@ def measure(recording: Recording) -> Measured:
         }
         for channel in Channel
     }
-    requests, trips = round_trips(recording.wire)
+    made = exchanges(recording.wire)
+    trips = [one.completed - one.t for one in made if one.completed is not None]
     require(bool(trips), "replies")
     return channels | {
         "hand": {
-            "lost_replies": 100.0 * lost_replies(exchanges(recording.wire)) / requests,
+            "lost_replies": 100.0 * lost_replies(made) / len(made),
             "round_trip": 1e3 * float(np.median(trips)),
             "distinct_readings": float(len(np.unique(currents, axis=0))),
             "boot_contradictions": float(_contradictions(recording.header)),

@@ -18,8 +18,17 @@ UNANSWERED = {Opcode.CTRL_POS, Opcode.CTRL_TOR}
 class Exchange:
     """A frame that was sent, and everything that came before the next one."""
 
-    opcode: int
+    t: float
+    """When it was sent, s."""
+    frame: bytes
     received: bytes = b""
+    completed: float | None = None
+    """When there was one whole reply, s."""
+
+    @property
+    def opcode(self) -> int:
+        """What was asked."""
+        return self.frame[0]
 
 
 def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
@@ -27,24 +36,12 @@ def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
     found: list[Exchange] = []
     for record in wire:
         if record.direction == "to_hand":
-            found.append(Exchange(record.data[0]))
+            found.append(Exchange(record.t, record.data))
         elif found:
             found[-1].received += record.data
+            if len(found[-1].received) == FRAME_SIZE:
+                found[-1].completed = record.t
     return found
-
-
-def round_trips(wire: Iterable[WireRecord]) -> tuple[int, list[float]]:
-    """Return how many requests went out, and the time (s) to the complete reply of each that was answered at once."""
-    requests, trips = 0, []
-    asked, received = 0.0, 0
-    for record in wire:
-        if record.direction == "to_hand":
-            requests, asked, received = requests + 1, record.t, 0
-        else:
-            received += len(record.data)
-            if received == FRAME_SIZE:
-                trips.append(record.t - asked)
-    return requests, trips
 
 
 def surplus_frames(made: Iterable[Exchange]) -> int:

@@ -9,11 +9,9 @@ import pytest
 from aero.errors import LinkTimeoutError
 from hil import open_target
 from hil.checks import DEFAULT, EXPERIMENTS
-from hil.checks.shared.exchanges import round_trips
 from hil.checks.shared.experiment import record
 from hil.recordings.output import json_text
 from hil.report.results import checks_json
-from hil.targets.wire_log import WireRecord
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
 
@@ -56,20 +54,6 @@ class _Backwards:
         @staticmethod
         def spans_counts():
             return np.full(7, 7)
-
-
-def test_round_trips_count_a_split_reply_once_and_a_lost_one_not():
-    wire = [
-        WireRecord(0.0, "to_hand", b"?" * 16),
-        WireRecord(0.002, "from_hand", b"x" * 10),
-        WireRecord(0.003, "from_hand", b"x" * 6),
-        WireRecord(1.0, "to_hand", b"?" * 16),
-        WireRecord(2.0, "to_hand", b"?" * 16),
-        WireRecord(2.001, "from_hand", b"x" * 16),
-    ]
-    requests, trips = round_trips(tuple(wire))
-    assert requests == 3
-    assert trips == pytest.approx([0.003, 0.001])
 
 
 def test_a_board_that_falls_silent_ends_the_run_with_the_drivers_words(monkeypatch):
