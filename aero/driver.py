@@ -225,21 +225,18 @@ class AeroHand:
         """
         return dict(self._settings) if self._settings_at_restart == self._link.restarts else {}
 
-    def knows_limits(self) -> bool:
-        """Return whether the board has speed and torque limits, which firmware `pre` has not; this changes nothing.
+    def knows(self, opcode: Opcode) -> bool:
+        """Return whether the board knows SET_TOR (all but firmware `pre`) or CALIBRATE_MID (`main` alone).
 
-        It is asked to limit a channel that no board has. It refuses, or does not know the request and says nothing.
-        Errors as `read_codes`.
+        It is asked about a channel that no board has, and refuses, or does not know the request and says nothing. This
+        changes nothing. Errors as `read_codes`.
         """
-        return self._knows(protocol.make_refused_setting())
-
-    def knows_calibrate_mid(self) -> bool:
-        """Return whether the board knows CALIBRATE_MID, which tells firmware `main` from all before; changes nothing.
-
-        It is asked to calibrate a channel that no board has. It refuses, or does not know the request and says nothing.
-        Errors as `read_codes`.
-        """
-        return self._knows(protocol.make_refused_calibration())
+        try:
+            self._link.ask(protocol.make_refused(opcode), self._reply_timeout_s, self._patience_s)
+        except LinkTimeoutError:
+            self._query(Opcode.GET_TEMP)  # silent about this alone, or altogether?
+            return False
+        return True
 
     def trim(self, channel: Channel, degrees: int) -> Trimmed:
         """Shift one channel's extended end by whole degrees (-360..360) of its shaft, kept over restarts; not repeated.
@@ -349,15 +346,6 @@ class AeroHand:
         answer = self._link.ask(protocol.make_query(opcode), self._reply_timeout_s, self._patience_s)
         self._read_from = answer.asked
         return answer.reply
-
-    def _knows(self, request: bytes) -> bool:
-        """Return whether the board answers a request that it refuses, if it knows it."""
-        try:
-            self._link.ask(request, self._reply_timeout_s, self._patience_s)
-        except LinkTimeoutError:
-            self._query(Opcode.GET_TEMP)  # silent about this alone, or altogether?
-            return False
-        return True
 
     def _set(self, opcode: Opcode, channel: Channel, value: int, request: bytes) -> None:
         stored = self._acknowledged(request, channel, self._patience_s).words[1]

@@ -83,8 +83,8 @@ SINCE = {
 }
 """The firmware that first knew an opcode; earlier ones drop the frame and say nothing."""
 
-NO_CHANNEL = len(Channel)
-"""A channel that no board has."""
+_NO_CHANNEL = {Opcode.SET_TOR: REFUSED_CHANNEL, Opcode.CALIBRATE_MID: len(Channel)}
+"""A channel that no board has, in a request for it to refuse."""
 
 PADDING = b"\0"
 """A byte that does no harm wherever the board reads it: opcode 0 is unknown and swallows its frame in silence."""
@@ -173,14 +173,17 @@ def make_calibrate_mid(channel: Channel) -> bytes:
     return _FRAME.pack(Opcode.CALIBRATE_MID, FILLER, wire_index(channel), 0, 0, 0, 0, 0, 0)
 
 
-def make_refused_calibration() -> bytes:
-    """Return a CALIBRATE_MID of a channel that no board has: firmware `main` refuses it, all before say nothing."""
-    return _FRAME.pack(Opcode.CALIBRATE_MID, FILLER, NO_CHANNEL, 0, 0, 0, 0, 0, 0)
+def make_refused(opcode: Opcode) -> bytes:
+    """Return a request about a channel that no board has: a board that knows SET_TOR or CALIBRATE_MID refuses it.
 
+    One that does not know it says nothing. Nothing changes.
 
-def make_refused_setting() -> bytes:
-    """Return a torque limit for a channel that no board has: whoever knows limits refuses it, none changes."""
-    return _FRAME.pack(Opcode.SET_TOR, FILLER, REFUSED_CHANNEL, 0, 0, 0, 0, 0, 0)
+    Raises:
+        ValueError: another opcode.
+    """
+    if opcode not in _NO_CHANNEL:
+        raise ValueError(f"no board refuses {opcode!r}; it does {', '.join(one.name for one in _NO_CHANNEL)}")
+    return _FRAME.pack(opcode, FILLER, _NO_CHANNEL[opcode], 0, 0, 0, 0, 0, 0)
 
 
 def make_set_id(new_id: int, current_limit: int) -> bytes:

@@ -7,7 +7,7 @@ import numpy as np
 
 import hil
 from aero.channels import Channel
-from aero.protocol import MAX_CODE
+from aero.protocol import MAX_CODE, Opcode
 from aero.safety.opening import move_slowly
 from hil.targets.target import Target
 from model.geometry import Side
@@ -33,7 +33,7 @@ def centre(*, place: str, side: Side, firmware: str, channels: tuple[str, ...]) 
     with this firmware, that is the next time the supply is switched on.
     """
     with hil.open_target(place, firmware=firmware, hand=side, guarded=True) as opened:
-        if not opened.hand.knows_calibrate_mid():
+        if not opened.hand.knows(Opcode.CALIBRATE_MID):
             raise click.UsageError(
                 f"{opened.name}: this board does not know CALIBRATE_MID, so it runs 0.2.0 or earlier; flash the main "
                 "branch of July 2026 or later"

@@ -17,65 +17,26 @@ from aero.policy.file import Policy
 from aero.policy.interface import Interface, PolicyFileError
 from aero.policy.task import ShownAction
 
-
-@dataclass
-class OnnxActor:
-    """The first output of an ONNX model with one input, (1, n) of either precision."""
-
-    path: Path
-
-    @cached_property
-    def _session(self) -> Any:
-        import onnxruntime  # noqa: PLC0415 - an extra
-
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = 1  # a small network; more threads would only disturb the loop
-        return onnxruntime.InferenceSession(self.path, options, providers=["CPUExecutionProvider"])
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return the path alone: a session cannot go to another process."""
-        return {"path": self.path}
-
-    def __call__(self, observation: NDArray[np.float64]) -> Any:
-        """Return the action (m,) for an observation (n,)."""
-        inputs = self._session.get_inputs()
-        if len(inputs) != 1:
-            raise ValueError(f"a model has one input, the observation; this one has {[one.name for one in inputs]}")
-        precision = np.float64 if inputs[0].type == "tensor(double)" else np.float32
-        (action, *_) = self._session.run(None, {inputs[0].name: observation[np.newaxis].astype(precision)})
-        return action[0]
-
-
-@dataclass
-class PythonActor:
-    """What a factory `package.module:name` returns: a callable from observation (n,) to action (m,)."""
-
-    spec: str
-
-    @cached_property
-    def _act(self) -> Callable[[NDArray[np.float64]], Any]:
-        name = self.spec.partition(":")[2]
-        made = getattr(imported(self.spec), name)()
-        if not callable(made):
-            raise TypeError(f"the factory must return a callable, from observation to action; got {made!r}")
-        return made  # type: ignore[no-any-return]
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return the name alone: each process makes its own."""
-        return {"spec": self.spec}
-
-    def __call__(self, observation: NDArray[np.float64]) -> Any:
-        """Return the action (m,) for an observation (n,)."""
-        return self._act(observation)
+Actor = Callable[[NDArray[np.float64]], Any]
+"""From an observation (n,) to an action (m,)."""
+ONNX = ".onnx"
 
 
 @dataclass
 class OwnNetwork:
-    """An actor whose answers are checked: what does not fit is one line."""
+    """What people bring, with its answers checked: what does not fit is one line."""
 
     name: str
-    actor: OnnxActor | PythonActor
+    """`FILE.onnx` or `package.module:factory`."""
     interface: Interface
+
+    @cached_property
+    def _actor(self) -> Actor:
+        return _onnx(self.name) if self.name.endswith(ONNX) else _python(self.name)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the actor out: a session cannot go to another process, so each makes its own."""
+        return {"name": self.name, "interface": self.interface}
 
     def act(self, observation: ArrayLike) -> NDArray[np.float64]:
         """Return the action (m,) for an observation (n,).
@@ -84,7 +45,7 @@ class OwnNetwork:
             PolicyFileError: the policy failed, or its answer has another size or is not finite.
         """
         try:
-            action = np.asarray(self.actor(np.asarray(observation, np.float64)), np.float64).reshape(-1)
+            action = np.asarray(self._actor(np.asarray(observation, np.float64)), np.float64).reshape(-1)
         except ModuleNotFoundError:
             raise  # a missing extra has a line of its own
         except Exception as error:
@@ -99,9 +60,36 @@ class OwnNetwork:
         return action
 
 
+def _onnx(path: str) -> Actor:
+    """Return the first output of an ONNX model with one input, (1, n) of either precision."""
+    import onnxruntime  # noqa: PLC0415 - an extra
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1  # a small network; more threads would only disturb the loop
+    session = onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+    inputs = session.get_inputs()
+    if len(inputs) != 1:
+        raise ValueError(f"a model has one input, the observation; this one has {[one.name for one in inputs]}")
+    precision = np.float64 if inputs[0].type == "tensor(double)" else np.float32
+
+    def act(observation: NDArray[np.float64]) -> Any:
+        (action, *_) = session.run(None, {inputs[0].name: observation[np.newaxis].astype(precision)})
+        return action[0]
+
+    return act
+
+
+def _python(spec: str) -> Actor:
+    """Return what a factory `package.module:name` makes."""
+    made = getattr(imported(spec), spec.partition(":")[2])()
+    if not callable(made):
+        raise TypeError(f"the factory must return a callable, from observation to action; got {made!r}")
+    return made  # type: ignore[no-any-return]
+
+
 def is_own(name: str) -> bool:
     """Return whether a name is that of an ONNX file or of a Python factory."""
-    return name.endswith(".onnx") or (":" in name and not Path(name).exists())
+    return name.endswith(ONNX) or (":" in name and not Path(name).exists())
 
 
 def load_own(name: str) -> Policy:
@@ -111,21 +99,19 @@ def load_own(name: str) -> Policy:
         PolicyFileError: it or its interface cannot be read, or they do not fit each other.
         ModuleNotFoundError: onnxruntime is not installed.
     """
-    actor: OnnxActor | PythonActor
-    if name.endswith(".onnx"):
-        path = Path(name)
-        if not path.is_file():
+    if name.endswith(ONNX):
+        if not Path(name).is_file():
             raise PolicyFileError(f"there is no policy {name!r}")
-        actor, beside = OnnxActor(path), path.with_suffix(".toml")
+        beside = Path(name).with_suffix(".toml")
     else:
         module = imported(name)
         if not hasattr(module, name.partition(":")[2]):
             raise PolicyFileError(f"{name}: {module.__name__} has no {name.partition(':')[2]!r}")
-        actor, beside = PythonActor(name), Path(str(module.__file__)).with_suffix(".toml")
+        beside = Path(str(module.__file__)).with_suffix(".toml")
     interface = Interface.load(beside)
-    network = OwnNetwork(Path(name).name, actor, interface)
+    network = OwnNetwork(name, interface)
     network.act(np.zeros(interface.observation_size))
-    return Policy(network.name, network, interface.settings(), ShownAction.LAST, declared=interface)
+    return Policy(Path(name).name, network, interface.settings(), ShownAction.LAST, declared=interface)
 
 
 def imported(spec: str) -> Any:

@@ -113,48 +113,43 @@ class Watch:
             )
 
 
-class Lateness:
-    """Remembers the delays of the last `kept_s` (s): polls that began late, and replies that came late.
+LATE = {
+    "poll": "this machine was busy or the program did not call: polls began up to {:.2f} s late",
+    "reply": "readings came up to {:.2f} s after they were asked for, because of this machine, the link or the board",
+}
+"""What may be late, and what is said of the worst. Nothing tells who held a reply up, and no reply at all is nobody's
+lateness."""
 
-    Who is late differs. A poll begins late because this machine was busy, or because the program did not call. A reply
-    comes late because of the machine, the link or the board, and nothing tells which. No reply at all is nobody's
-    lateness.
-    """
+
+class Lateness:
+    """Remembers the delays of the last `kept_s` (s): polls that began late, and replies that came late."""
 
     def __init__(self, kept_s: float, piece_s: float) -> None:
         """Keep delays for `kept_s`; an idle program waits in pieces of `piece_s`, so its polls begin that late (s)."""
         self._kept_s = kept_s
         self._piece_s = piece_s
-        self._looks: deque[tuple[float, float]] = deque()
-        self._replies: deque[tuple[float, float]] = deque()
+        self._delays: deque[tuple[float, str, float]] = deque()
 
     def began(self, t: float, late_s: float) -> bool:
         """Take a poll that began at `t`, `late_s` after it was due (s); return whether that is worth saying."""
         late = late_s > self._piece_s + WORTH_SAYING_S
-        self._note(self._looks, t, late_s if late else 0.0)
+        self._note(t, "poll", late_s if late else 0.0)
         return late
 
     def answered(self, t: float, after_s: float) -> None:
         """Take a poll that was answered at `t`, `after_s` after it began (s)."""
-        self._note(self._replies, t, after_s)
+        self._note(t, "reply", after_s)
 
-    def _note(self, delays: deque[tuple[float, float]], t: float, late_s: float) -> None:
+    def _note(self, t: float, what: str, late_s: float) -> None:
         if late_s > WORTH_SAYING_S:
-            delays.append((t, late_s))
-        for kept in (self._looks, self._replies):
-            while kept and kept[0][0] < t - self._kept_s:
-                kept.popleft()
+            self._delays.append((t, what, late_s))
+        while self._delays and self._delays[0][0] < t - self._kept_s:
+            self._delays.popleft()
 
     def remark(self) -> str:
         """Return what to say about it, empty when all was in time."""
-        said = ""
-        if self._looks:
-            worst = max(late_s for _, late_s in self._looks)
-            said += f"this machine was busy or the program did not call: polls began up to {worst:.2f} s late"
-        if self._replies:
-            worst = max(late_s for _, late_s in self._replies)
-            replies = f"readings came up to {worst:.2f} s after they were asked for, because of this machine, the link "
-            said += f"{'; ' if said else ''}{replies}or the board"
+        worst = {what: max((s for _, one, s in self._delays if one == what), default=0.0) for what in LATE}
+        said = "; ".join(LATE[what].format(late_s) for what, late_s in worst.items() if late_s)
         return f". In the {self._kept_s:g} s before, {said}" if said else ""
 
 

@@ -140,7 +140,7 @@ def _own_limits(target: Target) -> Iterator[Callable[[], None]]:
         if asked:
             return
         asked = True
-        if own is None or not hand.knows_limits():
+        if own is None or not hand.knows(Opcode.SET_TOR):
             return
         changed = True
         for channel in Channel:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from aero import AeroHand, Channel
 from aero.errors import DesyncError, LinkTimeoutError, NoTelemetryError, RefusedError
-from aero.protocol import READINGS, Centred, Trimmed
+from aero.protocol import READINGS, Centred, Opcode, Trimmed
 
 POSITIONS_WIRE = [0x2200 + i for i in range(7)]
 POSITIONS = [*POSITIONS_WIRE[3:], *POSITIONS_WIRE[:3]]
@@ -340,10 +340,10 @@ def test_the_longer_acknowledgement_of_a_trim_tells_where_the_servo_stands(hand,
 
 def test_a_board_that_is_silent_about_calibration_is_older_than_main(hand, board):
     board.replies[0x04] = lambda frame: []
-    assert not hand.knows_calibrate_mid()
+    assert not hand.knows(Opcode.CALIBRATE_MID)
     # Channel 7, which no board has; nothing of it can move a hand.
     assert board.frames[0] == reply(0x04, [7, 0, 0, 0, 0, 0, 0])
     with pytest.raises(LinkTimeoutError, match="too old for CALIBRATE_MID"):
         hand.calibrate_mid(Channel.INDEX)
     board.replies[0x04] = lambda frame: [(0.001, reply(0x04, [7, 0xFFFF, 0, 1, 1, 0, 0]))]
-    assert hand.knows_calibrate_mid()
+    assert hand.knows(Opcode.CALIBRATE_MID)

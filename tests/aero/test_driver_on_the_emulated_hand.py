@@ -9,6 +9,7 @@ from aero import ActuationMap, AeroHand, Channel, CommandWindow
 from aero.channels import FINGERS
 from aero.errors import RefusedError
 from aero.firmware import FIRMWARE
+from aero.protocol import Opcode
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
@@ -79,7 +80,7 @@ def test_the_papers_servo_is_slower_on_longer_ways_by_the_root_of_the_step():
 def test_only_the_firmware_before_limits_does_not_know_them_and_asking_changes_nothing(firmware):
     rig = Rig(firmware=firmware)
     before = rig.hand.read_codes()
-    assert rig.hand.knows_limits() == (firmware != "pre")
+    assert rig.hand.knows(Opcode.SET_TOR) == (firmware != "pre")
     np.testing.assert_array_equal(rig.hand.read_codes(), before)
 
 
@@ -88,7 +89,7 @@ def test_only_the_firmware_before_limits_does_not_know_them_and_asking_changes_n
 def test_one_harmless_question_tells_main_from_all_before(firmware, side):
     rig = Rig(firmware=firmware, hand=side)
     before = rig.hand.read_codes()
-    assert rig.hand.knows_calibrate_mid() == (firmware == "main")
+    assert rig.hand.knows(Opcode.CALIBRATE_MID) == (firmware == "main")
     np.testing.assert_array_equal(rig.hand.read_codes(), before)
 
 

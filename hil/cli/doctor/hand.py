@@ -13,7 +13,7 @@ from aero import UNSHIFTED, AeroHand, Channel, CommandWindow
 from aero.actuation.window import fits_span
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
-from aero.protocol import MAX_CODE
+from aero.protocol import MAX_CODE, Opcode
 from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.targets.boot_text import identify
 
@@ -153,7 +153,7 @@ def ask(port: str) -> Answers:
     """
     with AeroHand.open_unguarded(port) as hand:
         codes = tuple(hand.read_codes().tolist())
-        return Answers(codes, hand.knows_limits(), hand.knows_calibrate_mid(), hand.boot_text)
+        return Answers(codes, hand.knows(Opcode.SET_TOR), hand.knows(Opcode.CALIBRATE_MID), hand.boot_text)
 
 
 def _busy() -> str:

@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from aero.actuation import CALIBRATIONS, ActuationMap
 from aero.channels import Channel
-from aero.protocol import make_refused_setting
+from aero.protocol import Opcode, make_refused
 from hil.checks.driver import check as driver
 from hil.checks.driver import independent_map
 from hil.recordings.recording import Recording, Series
@@ -124,7 +124,7 @@ def test_limits_are_those_that_a_validation_sets(before, after, restored, wrong)
 
 
 def test_the_refused_setting_is_that_of_the_driver():
-    assert make_refused_setting() == driver.REFUSED_SETTING
+    assert make_refused(Opcode.SET_TOR) == driver.REFUSED_SETTING
 
 
 def test_currents_have_their_sign_and_scale_and_temperatures_are_whole_degrees():
