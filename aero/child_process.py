@@ -6,6 +6,7 @@ import logging
 import os
 import subprocess
 import threading
+import weakref
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -26,10 +27,13 @@ class ChildError(RuntimeError):
     """A child did not start, did not answer or did not end; the message has its name and what it printed."""
 
 
+_ALL: weakref.WeakSet[ChildProcess] = weakref.WeakSet()
+
+
 class ChildProcess:
     """A program in a session of its own, so that Ctrl-C in a terminal reaches its parent alone.
 
-    A wait for it that fails, or that Ctrl-C interrupts, kills it.
+    A wait for it that fails, or that Ctrl-C interrupts, kills it. A process that this program forks lets go of it.
     """
 
     def __init__(
@@ -60,6 +64,7 @@ class ChildProcess:
             command, stdin=pipe, stdout=pipe, stderr=pipe if own_errors else None, bufsize=0, start_new_session=True
         )
         readers = (self._read, self._read_errors) if own_errors else (self._read,)
+        _ALL.add(self)
         self._readers: list[threading.Thread] = []
         try:
             for reader in readers:
@@ -177,7 +182,7 @@ class ChildProcess:
             if reader is None or not reader.is_alive():  # a grandchild may hold the pipe's other end
                 self._close(pipe)
 
-    def disown(self) -> None:
+    def _disown(self) -> None:
         """Let go of its pipes after a fork, in the child: it is the parent's to end and to wait for."""
         for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
             self._close(pipe)
@@ -215,3 +220,12 @@ def _lines_of(pipe: IO[bytes] | None) -> Iterator[str]:
         yield from (line.decode(errors="replace").rstrip("\r") for line in lines)
     if rest:
         yield rest.decode(errors="replace")
+
+
+def _disown_all() -> None:
+    for process in list(_ALL):
+        process._disown()
+
+
+if hasattr(os, "register_at_fork"):  # Windows has no fork
+    os.register_at_fork(after_in_child=_disown_all)

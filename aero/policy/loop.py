@@ -56,18 +56,18 @@ def run_policy(
     home = hand.read_codes().astype(np.float64)
     session.command = home
     try:
-        session.grasp()
+        session.move_to(session.asked(np.zeros(CHANNELS))[1])  # the nominal grasp
         on_wait()
-        session.wait()
+        clock.sleep_until(clock.now() + settings.wait_s)
         on_ready()
         ending = session.loop(on_step)
         session.move_to(home)
     except SafetyStopError as stop:
-        return session.summary(Ending.STOPPED, str(stop))  # the guard has opened the hand
+        return replace(session.tally, ending=Ending.STOPPED, reason=str(stop))  # the guard has opened the hand
     except BaseException:
         session.move_to(home)
         raise
-    return session.summary(ending)
+    return replace(session.tally, ending=ending)
 
 
 def interface_of(policy: Policy, settings: RunSettings) -> Interface:
@@ -113,11 +113,7 @@ class _Session:
         self._most = settings.shaft_speed_rad_s * self._task.period_s * codes_per_rad
         self.command = np.zeros(CHANNELS)
         self._blind = 0
-        self._tally = _NOTHING_YET
-
-    def grasp(self) -> None:
-        """Go to the nominal grasp."""
-        self.move_to(self._asked(np.zeros(CHANNELS))[1])
+        self.tally = _NOTHING_YET
 
     def move_to(self, goal: Floats) -> None:
         """Go from the present command to `goal` (7,) at an even pace."""
@@ -126,10 +122,6 @@ class _Session:
         for step in range(1, steps + 1):
             self._write(start + (goal - start) * step / steps)
             self._clock.sleep_until(begin + step * self._task.period_s)
-
-    def wait(self) -> None:
-        """Stay where the hand is."""
-        self._clock.sleep_until(self._clock.now() + self._settings.wait_s)
 
     def loop(self, on_step: Callable[[Step], None]) -> Ending:
         """Let the policy act until the time is over or something ends it."""
@@ -146,7 +138,7 @@ class _Session:
                 codes = self._hand.read_codes()
             except AeroError:
                 missing += 1
-                self._tally = replace(self._tally, missing=self._tally.missing + 1)
+                self.tally = replace(self.tally, missing=self.tally.missing + 1)
                 if missing > MISSING_READINGS:
                     return Ending.READINGS
                 due = max(due + period_s, self._clock.now())
@@ -156,7 +148,7 @@ class _Session:
             observation = history.observe(lengths)
             action = self._interface.action.bounded(self._policy.network.act(observation).astype(np.float64))
             history.acted(action)
-            target, asked, saturated = self._asked(action)
+            target, asked, saturated = self.asked(action)
             asked, pending = (pending, asked) if self._settings.one_period_late else (asked, asked)
             command = slewed(self.command, asked, self._most)
             self._write(command)
@@ -183,11 +175,8 @@ class _Session:
             due = max(due + period_s, t)
         return Ending.TIME
 
-    def summary(self, ending: Ending, reason: str = "") -> Run:
-        """Return what the run came to."""
-        return replace(self._tally, ending=ending, reason=reason)
-
-    def _asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    def asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Return the lengths that an action asks for, their codes, and which of these were brought into the window."""
         target = self._interface.action.target(action, self._map)
         angles = self._map.angles_from_travel(self._map.travel_from_lengths(target + self._correction))
         codes, saturated = self._map.saturating_codes(angles)
@@ -209,16 +198,16 @@ class _Session:
             self._blind += 1
             return np.full(CHANNELS, np.nan)
         self._blind = 0
-        self._tally = replace(self._tally, peak_temperature_c=float(np.fmax(self._tally.peak_temperature_c, hottest)))
+        self.tally = replace(self.tally, peak_temperature_c=float(np.fmax(self.tally.peak_temperature_c, hottest)))
         return currents
 
     def _count(self, step: Step) -> None:
         peak = np.max(np.abs(step.currents_a), initial=0.0, where=np.isfinite(step.currents_a))
-        self._tally = replace(
-            self._tally,
-            steps=self._tally.steps + 1,
-            saturated=self._tally.saturated + bool(step.saturated.any()),
-            limited=self._tally.limited + bool(step.limited.any()),
-            latest_s=max(self._tally.latest_s, step.late_s),
-            peak_current_a=max(self._tally.peak_current_a, float(peak)),
+        self.tally = replace(
+            self.tally,
+            steps=self.tally.steps + 1,
+            saturated=self.tally.saturated + bool(step.saturated.any()),
+            limited=self.tally.limited + bool(step.limited.any()),
+            latest_s=max(self.tally.latest_s, step.late_s),
+            peak_current_a=max(self.tally.peak_current_a, float(peak)),
         )

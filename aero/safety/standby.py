@@ -11,9 +11,7 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import sys
-import weakref
 from pathlib import Path
 
 from aero.child_process import ChildError, ChildProcess
@@ -30,8 +28,6 @@ LEAVE_S = 30.0
 """Time the process has to leave, s, in which it may have to open the hand."""
 _RUN = "import sys; sys.path[:] = {path!r}; from aero.safety.__main__ import main; main(*{arguments!r})"
 
-_ALL: weakref.WeakSet[Standby] = weakref.WeakSet()
-
 
 class Standby:
     """The second process of one guarded hand."""
@@ -47,7 +43,6 @@ class Standby:
         self._arguments = (port, json.dumps({"settable": settable, "thresholds": thresholds.as_dict()}))
         self._process: ChildProcess | None = None
         self._ready = False
-        _ALL.add(self)
 
     def start(self) -> None:
         """Start it and wait until it is ready; nothing happens when it runs already.
@@ -98,21 +93,7 @@ class Standby:
             if process.wait(LEAVE_S):  # else it continues without us
                 process.kill()  # closes what is left of its pipes
 
-    def disown(self) -> None:
-        """Close this process's ends of the pipes, after a fork in the child."""
-        if (process := self._taken()) is not None:
-            process.disown()
-
     def _taken(self) -> ChildProcess | None:
         """Return the process, which is not this one's any more."""
         process, self._process, self._ready = self._process, None, False
         return process
-
-
-def _disown_all() -> None:
-    for standby in list(_ALL):
-        standby.disown()
-
-
-if hasattr(os, "register_at_fork"):  # Windows has no fork
-    os.register_at_fork(after_in_child=_disown_all)

@@ -86,3 +86,25 @@ def test_an_interrupted_wait_leaves_no_child():
     with pytest.raises(KeyboardInterrupt):
         process.wait_ready(30.0)
     gone(process)
+
+
+FORKING = """
+import os, sys, time
+from aero.child_process import ChildProcess
+reader = ChildProcess([sys.executable, "-c", "import sys; print('ready', flush=True); sys.stdin.read()"], "the reader")
+reader.wait_ready(30.0)
+forked = os.fork()
+if not forked:
+    time.sleep(600)
+try:
+    print("ready", reader.end(10.0, last_words=""), flush=True)
+finally:
+    os.kill(forked, 9)
+"""
+
+
+def test_a_process_that_is_forked_meanwhile_lets_go_of_the_child():
+    """Else the child would wait for the end of its input as long as the fork lives."""
+    process = child(FORKING)
+    assert process.wait_ready(60.0) == "0"
+    assert process.end(30.0, last_words="") == 0
