@@ -117,24 +117,9 @@ class RoutedHand:
         self._data = mujoco.MjData(self._model)
         self._tendon_ids = np.array([self._model.tendon(name).id for name in TENDONS.values()])
         self._tendon_channels = np.array(list(TENDONS))
-        self._command_range = [COMMAND_RANGE[channel] for channel in Channel]
-        self._timestep = float(self._model.opt.timestep)
-        self.reset()
-
-    @property
-    def command_range(self) -> NDArray[np.float64]:
+        self.command_range: NDArray[np.float64] = np.array([COMMAND_RANGE[channel] for channel in Channel])
         """Admissible commands, (7, 2) float, command order; m, abduction rad."""
-        return np.array(self._command_range)
-
-    @property
-    def time(self) -> float:
-        """Simulated time since the last reset, s."""
-        return float(self._data.time)
-
-    @property
-    def timestep(self) -> float:
-        """Length of one step, s."""
-        return self._timestep
+        self.reset()
 
     def reset(self) -> None:
         """Return to rest in the extended pose at time zero, commanded to stay there."""
@@ -154,12 +139,11 @@ class RoutedHand:
         goal = np.asarray(lengths, dtype=float)
         if goal.shape != (len(Channel),):
             raise ValueError(f"a command has shape (7,), command order, not {goal.shape}")
-        for number, (value, (low, high)) in enumerate(zip(goal.tolist(), self._command_range, strict=True)):
+        for channel, value in zip(Channel, goal.tolist(), strict=True):
+            low, high = COMMAND_RANGE[channel]
             if not low <= value <= high:
-                raise ValueError(
-                    f"{Channel(number).label}: command {value} is outside "
-                    f"[{low}, {high}]; clip it to `command_range` if that is meant"
-                )
+                within = f"[{low}, {high}]; clip it to `command_range` if that is meant"
+                raise ValueError(f"{channel.label}: command {value} is outside {within}")
         self._data.ctrl[:] = goal
 
     def advance(self, seconds: float) -> None:
@@ -168,9 +152,9 @@ class RoutedHand:
         Raises:
             ValueError: negative, or not a multiple of the step.
         """
-        steps = round(seconds / self._timestep)
-        if steps < 0 or abs(steps * self._timestep - seconds) > 1e-6:
-            raise ValueError(f"{seconds} s is not a whole number of {self._timestep} s steps")
+        steps = round(seconds / TIMESTEP)
+        if steps < 0 or abs(steps * TIMESTEP - seconds) > 1e-6:
+            raise ValueError(f"{seconds} s is not a whole number of {TIMESTEP} s steps")
         # Halves of mj_step in turned order: the positions that the sensors show are the next step's as well.
         for _ in range(steps):
             mujoco.mj_step2(self._model, self._data)

@@ -27,7 +27,6 @@ HOST, BUS, STORE = "host", "servo bus", "storage"
 class Contender:
     """A firmware: a version that is emulated, or a program."""
 
-    name: str
     hand: HandSide
     version: str = DEFAULT_VERSION
     program: Path | None = None
@@ -40,10 +39,10 @@ def contender(name: str, hand: HandSide) -> Contender:
         ValueError: neither.
     """
     if name in PROFILES:
-        return Contender(name, hand, version=name)
+        return Contender(hand, version=name)
     if not (Path(name).is_file() and os.access(name, os.X_OK)):
         raise ValueError(f"{name!r} is neither a version ({', '.join(PROFILES)}) nor a program of `firmware build`")
-    return Contender(Path(name).name, hand, program=Path(name))
+    return Contender(hand, program=Path(name))
 
 
 @dataclass
@@ -218,7 +217,6 @@ class Difference:
 class Comparison:
     """A session on two boards."""
 
-    session: Session
     difference: Difference | None
     second: BoardTrace
     """What the second board did."""
@@ -231,7 +229,7 @@ def compare(session: Session, first: Contender, second: Contender | BoardTrace) 
     """Run a session on both, or on the first where the second was recorded, and look for the first difference."""
     a = Stage(first, session).run()
     b = second if isinstance(second, BoardTrace) else Stage(second, session).run()
-    return Comparison(session, _difference(a, b), b, len(a.events[BUS]), len(a.angles) * SAMPLE_S)
+    return Comparison(_difference(a, b), b, len(a.events[BUS]), len(a.angles) * SAMPLE_S)
 
 
 def _difference(a: BoardTrace, b: BoardTrace) -> Difference | None:

@@ -39,11 +39,6 @@ POLLED_S = 0.0004
 class End(Protocol):
     """The device's end of a terminal or port."""
 
-    @property
-    def name(self) -> str:
-        """The path that clients open."""
-        ...
-
     def fileno(self) -> int:
         """Return the descriptor to wait on."""
         ...
@@ -52,20 +47,11 @@ class End(Protocol):
         """Return what has arrived."""
         ...
 
-    def write(self, data: bytes) -> None:
-        """Send to the client."""
-
     def close(self) -> None:
         """Close it; a second call does nothing."""
 
 
-class BusEnd(End, Protocol):
-    """One that knows its baud rate."""
-
-    @property
-    def baud(self) -> int:
-        """What a client has set, bit/s."""
-        ...
+BusEnd = Terminal | SerialPort
 
 
 def put_on_bus(bus: ServoBus, end: BusEnd, *, echo: bool = False) -> Callable[[bytes], object]:

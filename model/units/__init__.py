@@ -140,14 +140,11 @@ def _value(default: Any, value: Any, where: str) -> Any:
         return value
     if isinstance(default, str) and isinstance(value, str):
         return value
-    if _is_number(default) and _is_number(value):
+    numbers = (isinstance(one, (int, float)) and not isinstance(one, bool) for one in (default, value))
+    if all(numbers):
         if not math.isfinite(value):
             raise ValueError(f"{where}: must be finite, is {value}")
         if isinstance(default, int) and not isinstance(value, int):
             raise ValueError(f"{where}: must be a whole number, is {value}")
         return type(default)(value)
     raise ValueError(f"{where}: a value like {default!r} is expected, not {value!r}")
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -24,7 +24,7 @@ if not versions():
 
 def check(name, version, hand, path):
     for session in sessions(name, SEED):
-        outcome = compare(session, contender(version, hand), Contender("real", hand, version, path))
+        outcome = compare(session, contender(version, hand), Contender(hand, version, path))
         assert outcome.difference is None, "\n".join(outcome.difference.lines((version, "real")))
 
 

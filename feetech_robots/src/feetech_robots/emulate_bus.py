@@ -51,8 +51,6 @@ def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool,
 class StandardInput:
     """What is typed, or written by the program that started this one; its end is no order."""
 
-    name = "standard input"
-
     def fileno(self) -> int:
         """Return the descriptor to wait on."""
         return sys.stdin.fileno()
@@ -66,9 +64,6 @@ class StandardInput:
         if data := os.read(self.fileno(), 4096):
             return data
         raise EOFError
-
-    def write(self, data: bytes) -> None:
-        """Write nothing: this side only listens."""
 
     def close(self) -> None:
         """Leave it open; it is not ours."""
