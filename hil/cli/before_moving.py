@@ -18,10 +18,8 @@ FULLY = 0.97
 def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> str:
     """Return what will move, for how long, and what stops it, in plain words.
 
-    Args:
-        target: the hand; nothing is commanded.
-        furthest: (7,) fraction of each channel's window that it is sent to at most, command order.
-        seconds: hand time, s.
+    Nothing is commanded. `furthest` is the fraction of each channel's window that it is sent to at most, (7,), command
+    order; `seconds` is hand time, s.
 
     Raises:
         SafetyStopError: a guarded hand is too hot to move, or holds against something.

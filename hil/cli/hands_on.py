@@ -31,12 +31,9 @@ class HandsOn:
     def __init__(
         self, workbench: Workbench, tell: Callable[[str, Literal["info", "error"]], None], *, reads: bool = False
     ) -> None:
-        """Prepare.
+        """Prepare; `tell` is given what was done, or why it was not.
 
-        Args:
-            workbench: with the hand.
-            tell: given what was done, or why it was not.
-            reads: whether lines of the standard input are taken too, where that is a terminal or a pipe.
+        With `reads`, lines of the standard input are taken too, where that is a terminal or a pipe.
         """
         self._workbench, self._tell = workbench, tell
         self._lines: SimpleQueue[str] = SimpleQueue()

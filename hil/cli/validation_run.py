@@ -76,18 +76,7 @@ def run(
     dry_run: bool,
     out: Path | None,
 ) -> None:
-    """Validate the chosen hand, show the result and end the program with its exit code.
-
-    Args:
-        hand: what to open.
-        names: experiments to run; the default ones when empty.
-        baseline: folder of the hand's earlier figures.
-        homed: whether an emulated hand is homed first.
-        faults: faults to inject into an emulated hand, in the text of `hil.faults`.
-        view: show the hand in a web page.
-        dry_run: read and show only.
-        out: folder of the results; one named by the time when None.
-    """
+    """Validate the chosen hand, show the result and end the program with its exit code; see the options."""
     console = new_console()
     with usage_errors():
         if baseline is not None:

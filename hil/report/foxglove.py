@@ -169,13 +169,7 @@ def scene(hand: PosedHand, at: Timestamp) -> SceneUpdate:
 
 
 def frames(hand: PosedHand, joints: ArrayLike, at: Timestamp) -> FrameTransforms:
-    """Return the frames of all bodies.
-
-    Args:
-        hand: is left in the posture.
-        joints: (16,) float, rad, in the order of `Joint`.
-        at: time of the posture.
-    """
+    """Return the frames of all bodies at joint angles, (16,) rad; the hand is left in this posture."""
     hand.pose(joints)
     transforms = [
         FrameTransform(

@@ -24,10 +24,7 @@ def result_line(name: str, findings: Sequence[Finding]) -> Text:
 def run_text(validation: Validation, report: str, *, shown: Collection[str] = ()) -> Iterator[Text | Table]:
     """Yield what a person reads about a run: verdict, what the evidence says, other findings, then each experiment.
 
-    Args:
-        validation: the run.
-        report: path of the page.
-        shown: experiments whose lines were printed when they ended; they are left out.
+    The experiments of `shown` are left out: their lines were printed when they ended.
     """
     if not validation.passed:
         heading = _heading(validation)

@@ -82,12 +82,7 @@ class LateHost(Passing):
 def found_as(conditions: Conditions, link: Transport, clock: Clock, *, settable: bool, seed: int) -> Transport:
     """Return the link as a program under conditions has it; limits of an earlier program are on the board then.
 
-    Args:
-        conditions: what is found.
-        link: to a hand that nothing moves.
-        clock: of the hand.
-        settable: whether the firmware takes speed and torque limits.
-        seed: of the host's lateness.
+    Nothing moves the hand. `settable` says whether the firmware takes limits, `seed` draws the host's lateness.
     """
     earlier = AeroHand(link, clock)
     for channel in Channel if settable else ():

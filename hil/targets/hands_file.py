@@ -157,11 +157,7 @@ def refuse_taken(name: str, path: Path = Path(FILE)) -> None:
 def add_hand(name: str, port: str, versions: Sequence[str], path: Path = Path(FILE)) -> None:
     """Append a hand to a file, which is otherwise left as it is.
 
-    Args:
-        name: what it will be called.
-        port: where it answers.
-        versions: firmware versions that it behaves like; a single one is written, several stand in a comment.
-        path: the file.
+    A single firmware version that it behaves like is written, several stand in a comment.
 
     Raises:
         ValueError: as `refuse_taken`.

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import PackageNotFoundError, distribution, requires, version
 from importlib.util import find_spec
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +25,6 @@ from hil.recordings.provenance import source_commit
 PROJECT = "aero-hil"
 PATIENCE_S = 30.0
 """For one attempt to draw, s; a good one takes about one."""
-BACKENDS = {"linux": ("egl", "osmesa")}
-"""What to try where the first attempt fails, by `sys.platform`: what needs no display."""
 LOADED, DREW = "loaded", "drew"
 # Left at once in the end: some OpenGL fail on being put away.
 PROGRAM = f"""
@@ -117,57 +114,35 @@ def _declared(name: str) -> Sequence[str]:
         return ()
 
 
-class Attempt(NamedTuple):
-    """What came of trying to draw."""
-
-    loaded: bool
-    """Whether MuJoCo could be loaded."""
-    drew: bool
-    said: str = ""
-    """The last line of a failure."""
-
-
-def attempt(backend: str | None) -> Attempt:
-    """Load MuJoCo and draw, with `MUJOCO_GL` set to `backend` or, for None, not set."""
-    environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
-    if backend is not None:
-        environment["MUJOCO_GL"] = backend
+def _drawn() -> tuple[str, str]:
+    """Load MuJoCo and draw, in another process; return how far it came and the last line of a failure."""
     command = [sys.executable, "-P", "-c", PROGRAM]
     try:
-        ran = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     except subprocess.TimeoutExpired as error:
         out = error.stdout.decode() if isinstance(error.stdout, bytes) else error.stdout or ""
-        return Attempt(LOADED in out, drew=False, said=f"it did not end within {PATIENCE_S:g} s")
+        return out, f"it did not end within {PATIENCE_S:g} s"
     said = [line for line in ran.stderr.splitlines() if line.strip()] or [f"it ended with status {ran.returncode}"]
-    return Attempt(LOADED in ran.stdout, DREW in ran.stdout, said[-1])
+    return ran.stdout, said[-1]
 
 
-def check_drawing(tried: Callable[[str | None], Attempt] = attempt, *, present: bool | None = None) -> Examined:
-    """Look whether MuJoCo draws.
-
-    Args:
-        tried: how to try.
-        present: whether MuJoCo is installed; looked up when None.
-    """
-    if not (find_spec("mujoco") is not None if present is None else present):
+def check_drawing() -> Examined:
+    """Look whether MuJoCo draws."""
+    if find_spec("mujoco") is None:
         return Examined("drawing", Verdict.OK, "MuJoCo is not installed (extra `emulate`), so nothing draws")
     named = os.environ.get("MUJOCO_GL")
     setting = "MUJOCO_GL is not set" if named is None else f"MUJOCO_GL={named}"
-    first = tried(named)
-    data = {"MUJOCO_GL": named, "loaded": first.loaded, "drew": first.drew}
-    if first.drew:
+    far, said = _drawn()
+    loaded, drew = LOADED in far, DREW in far
+    data = {"MUJOCO_GL": named, "loaded": loaded, "drew": drew}
+    if drew:
         return Examined("drawing", Verdict.OK, f"MuJoCo draws; {setting}", data=data)
-    others: list[str | None] = [None] if named is not None and not first.loaded else []
-    others += [backend for backend in BACKENDS.get(sys.platform, ()) if backend != named]
-    works = next((backend for backend in others if tried(backend).drew), named)
-    remedy = "install an OpenGL that needs no display (Debian: libegl1 or libosmesa6) and set MUJOCO_GL=egl or osmesa"
-    if works is not None and works != named:
-        remedy = f"export MUJOCO_GL={works}, which works here"
-    if not first.loaded:
-        found = f"MuJoCo cannot be loaded; {setting}: {first.said}"
-        return Examined("drawing", Verdict.WRONG, found, remedy, data=data)
-    found = f"MuJoCo cannot draw; {setting}: {first.said}. Only pictures and videos need it"
-    return Examined("drawing", Verdict.LOOK, found, remedy, data=data | {"works": works})
+    remedy = "unset it, or " if named is not None else ""
+    remedy += "set MUJOCO_GL=egl or osmesa, which need no display (Debian: libegl1 or libosmesa6)"
+    if not loaded:
+        return Examined("drawing", Verdict.WRONG, f"MuJoCo cannot be loaded; {setting}: {said}", remedy, data=data)
+    found = f"MuJoCo cannot draw; {setting}: {said}. Only pictures and videos need it"
+    return Examined("drawing", Verdict.LOOK, found, remedy, data=data)
 
 
 def lateness_s(clock: Clock | None = None) -> NDArray[np.float64]:
