@@ -46,11 +46,8 @@ def test_options_reach_the_hand(run, pytester):
         ("--hil-firmware=9.9", "unknown firmware '9.9'"),
         ("--hil-unit=golden", "no unit 'golden'"),
         ("--hil=/dev/ttyNoSuchHand", "no hand at '/dev/ttyNoSuchHand'"),
-        ("--hil=/dev/ttyNoSuchHand", "ttyACM0"),
         ("--hil=/dev/ttyACM0 -n 2", "run without -n"),
         ("--hil=loop://", "this line only echoes what is sent"),
-        ("--hil=socket://bench", "is given as socket://HOST:PORT"),
-        ("--hil=nothing://bench", "nothing"),
     ],
 )
 def test_an_impossible_hand_is_a_usage_error_in_one_line(run, options, message):

@@ -78,10 +78,6 @@ def test_a_line_that_gives_back_what_is_sent_is_no_hand() -> None:
     assert "only echoes what is sent" in found.finding
 
 
-def test_a_port_that_is_not_there_ends_with_no_hand() -> None:
-    assert exit_code(check_hand("/dev/there-is-no-such-port")) is Exit.NO_HAND
-
-
 def test_a_port_that_another_program_holds_is_left_alone() -> None:
     findings = list(check_hand("/dev/there-is-no-such-port", ["screen (12)"]))
     assert "screen (12)" in findings[0].finding
