@@ -231,7 +231,7 @@ def two_exchanged(signs: RunSigns) -> Iterable[Clue]:
         own = failures.keys(lambda _, subject: subject in labels)
         # What is exchanged is seen at either; two parts at once are less likely than what both share.
         weights = {Suspect(Part.DIGIT, min(two)): 0.3, Suspect(Part.SERVO, min(two)): 0.2}
-        yield Clue("two channels fail together", own, weights | _hand(board=0.3, bus=0.05, setup=0.1))
+        yield Clue("two channels fail together", own, weights | _hand(board=0.3, bus=0.05, setup=0.2))
 
 
 def one_channel(signs: RunSigns) -> Iterable[Clue]:

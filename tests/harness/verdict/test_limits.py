@@ -95,12 +95,9 @@ def test_a_reading_out_of_limits_is_not_judged_where_the_computer_was_held_up():
     [
         ({"colour": "red"}, "has the columns experiment, metric"),
         ({"subjects": "thumb"}, "subjects are some of"),
-        ({"subjects": ""}, "subjects are some of"),
         ({"at_least": "1.0"}, "at_least is the lower"),
-        ({"at_least": "0.9"}, "at_least is the lower"),
         ({"at_most": ""}, "at_least, at_most, or both"),
         ({"at_most": "much"}, "much"),
-        ({"guarded": "perhaps"}, "perhaps"),
         ({"readings": ""}, "limit"),
     ],
 )
@@ -117,15 +114,6 @@ def test_a_row_of_the_table_becomes_a_limit_and_is_written_as_it_was():
         "staircase", "tracking_rms", ("index", "ring"), -math.inf, 0.9, ("0.2.0", "main"), True, (0.1, 0.5), 12
     )
     assert limits_text([limit]) == text
-
-
-def test_the_shipped_limits_belong_to_an_experiment():
-    for limit in load_limits("0.2.0"):
-        assert limit.subjects
-        for subject in limit.subjects:
-            metric = JUDGED[limit.experiment].metric(limit.metric, subject)
-            assert metric.low.meaning or metric.high.meaning
-            assert metric.low.remedy or metric.high.remedy
 
 
 def test_the_limits_are_those_of_the_checks():
