@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cached_property
-from typing import Any, Literal, Self, get_args
+from typing import Any, Literal, Self, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -241,22 +241,23 @@ LARGEST = 1e15
 """Of any number in a header."""
 FARTHEST_S = 2**33
 """From 1970, s: the times of MCAP, ns in 64 bits, reach the year 2554."""
-FIELD_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
-    **dict.fromkeys(
-        ("experiment", "target", "firmware", "map", "window", "unit", "commit", "host", "command", "operator"),
-        (_text, "a text"),
+KINDS: dict[Any, tuple[Callable[[Any], bool], str]] = {
+    str: (_text, "a text"),
+    int: (_whole, "a whole number from 0 on"),
+    float: (lambda value: _number(value) and value >= 0.0, "seconds from 0 on"),
+    bool: (lambda value: isinstance(value, bool), "true or false"),
+    Side: (lambda value: value in get_args(Side), "right or left"),
+    Mapping[str, float | str]: (
+        _table(lambda value: _text(value) or _number(value)),
+        "texts and finite numbers by name",
     ),
-    **dict.fromkeys(("hand_id", "faults"), (_text, "a text")),
-    "hand": (lambda value: value in get_args(Side), "right or left"),
-    "seed": (_whole, "a whole number from 0 on"),
-    "parameters": (_table(lambda value: _text(value) or _number(value)), "texts and finite numbers by name"),
-    "safety": (_table(_number), "finite numbers by name"),
-    "versions": (_table(_text), "texts by name"),
-    "started": (_date, "a date, ISO 8601"),
-    "duration_s": (lambda value: _number(value) and value >= 0.0, "seconds from 0 on"),
-    "finished": (lambda value: isinstance(value, bool), "true or false"),
+    Mapping[str, float]: (_table(_number), "finite numbers by name"),
+    Mapping[str, str]: (_table(_text), "texts by name"),
 }
-"""Field, what it accepts, and what that is."""
+"""Type of a field of `Header`, what it accepts, and what that is."""
+FIELD_KINDS = {name: KINDS[kind] for name, kind in get_type_hints(Header).items()} | {
+    "started": (_date, "a date, ISO 8601")
+}
 
 
 def check_header(header: Mapping[str, Any]) -> None:
