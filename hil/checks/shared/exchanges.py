@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from aero.protocol import FILLER, FRAME_SIZE, Opcode
 from hil.targets.wire_log import WireRecord
@@ -22,6 +22,8 @@ class Exchange:
     """When it was sent, s."""
     frame: bytes
     received: bytes = b""
+    times: list[float] = field(default_factory=list)
+    """When the pieces of that came, s."""
     completed: float | None = None
     """When there was one whole reply, s."""
 
@@ -39,6 +41,7 @@ def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
             found.append(Exchange(record.t, record.data))
         elif found:
             found[-1].received += record.data
+            found[-1].times.append(record.t)
             if len(found[-1].received) == FRAME_SIZE:
                 found[-1].completed = record.t
     return found

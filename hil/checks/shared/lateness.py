@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from aero.protocol import FRAME_SIZE
-from hil.checks.shared.exchanges import UNANSWERED
+from hil.checks.shared.exchanges import UNANSWERED, exchanges
 from hil.recordings.recording import Recording
 from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
@@ -62,19 +62,15 @@ def part_late(recording: Recording) -> float:
 
 def _gaps(wire: Sequence[WireRecord]) -> tuple[list[Delay], list[Delay]]:
     """Return the stretches between exchanges, in which the program does as it pleases, and those of the exchanges."""
-    idle, trips = list[Delay](), list[Delay]()
-    received = 0
-    for before, record in pairwise(wire):
-        asked = before.direction == "to_hand" and before.data[0] not in UNANSWERED
-        gap = Delay(record.t, record.t - before.t, Loop.PROGRAM if not asked else Loop.BOARD)
-        received = received + len(before.data) if before.direction == "from_hand" else 0
-        if record.direction == "to_hand" and not asked:
-            # After bytes that nobody asked for, the driver waits until the line is quiet.
-            if received <= FRAME_SIZE:
-                idle.append(gap)
-        elif record.direction == "from_hand" and asked:
-            trips.append(gap)
-    return idle, trips
+    made = exchanges(wire)
+    idle = list[Delay]()
+    for one, following in pairwise(made):
+        over = one.times[-1:] or [one.t] * (one.opcode in UNANSWERED)
+        # After bytes that nobody asked for, the driver waits until the line is quiet.
+        if over and len(one.received) <= FRAME_SIZE:
+            idle.append(Delay(following.t, following.t - over[0], Loop.PROGRAM))
+    asked = (one for one in made if one.times and one.opcode not in UNANSWERED)
+    return idle, [Delay(one.times[0], one.times[0] - one.t, Loop.BOARD) for one in asked]
 
 
 def longest(delays: Iterable[Delay], start: float, end: float) -> float:
