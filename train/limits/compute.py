@@ -35,8 +35,9 @@ LEAST_EXCESSES = 8
 """Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
 ROUNDING = 1e-9
 """Part of the mean excess below which its spread is that of rounding alone."""
-SHAPES = (-0.5, 0.1)
-"""Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential."""
+SHAPES = (-0.25, 0.1)
+"""Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential. At -0.5 the end
+lies three mean excesses above the threshold, where the extreme readings are already; at -0.25 it lies at five."""
 
 
 Readings = Mapping[tuple[str, str, str], Floats]

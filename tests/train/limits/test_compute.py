@@ -36,16 +36,16 @@ def pareto(chance, excesses):
 
 def test_the_tail_is_carried_on_as_a_generalised_pareto_distribution():
     """85 readings of 0 and 15 beyond; the threshold is 0, and 15 % lie beyond it."""
-    excesses = np.arange(1, 16) ** 1.7
+    excesses = np.arange(1, 16) ** 2.0
     expected, shape = pareto(0.01, excesses)
-    assert -0.5 < shape < 0.1
+    assert -0.25 < shape < 0.1
     assert upper_bound(np.append(np.zeros(86), excesses), 0.0015) == pytest.approx(expected)
 
 
 def test_the_shape_of_a_tail_is_bounded():
-    """Equal steps have shape -0.94, which counts as -0.5; a far outlier has more than 0.1, which counts as that."""
-    # Of 85 to 99, beyond 84.15: the mean is 7.85, so that the end lies 1.5 x 7.85 x 2 beyond.
-    assert upper_bound(STEPS, 0.0015) == pytest.approx(84.15 + 1.5 * 7.85 * 2 * (1 - math.sqrt(0.01)))
+    """Equal steps have shape -0.94, which counts as -0.25; a far outlier has more than 0.1, which counts as that."""
+    # Of 85 to 99, beyond 84.15: the mean is 7.85, so that the end lies 1.25 x 7.85 x 4 beyond.
+    assert upper_bound(STEPS, 0.0015) == pytest.approx(84.15 + 1.25 * 7.85 * 4 * (1 - 0.01**0.25))
     excesses = np.append(np.ones(14), 100.0) + 0.01 * np.arange(15)
     expected = excesses.mean() * 0.9 / 0.1 * (0.01**-0.1 - 1)
     assert upper_bound(np.append(np.zeros(86), excesses), 0.0015) == pytest.approx(expected)
