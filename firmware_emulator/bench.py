@@ -9,10 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from firmware_emulator.plant import SHAFTS, Drive, ShaftState
+from firmware_emulator.plant import SHAFTS, Drive, Plant, ShaftState
 
 SUBSTEP_S = 0.001
 """Longest integration step."""
@@ -40,7 +37,7 @@ class BenchShaft:
     """Constant load that opens, N m."""
 
 
-class Bench:
+class Bench(Plant):
     """Seven `BenchShaft`s as a `Plant`."""
 
     def __init__(
@@ -119,23 +116,5 @@ class Bench:
 
     def state(self) -> ShaftState:
         """Return angles, speeds and efforts of the shafts at once."""
-        return ShaftState(self.angles().tolist(), self.speeds().tolist(), self.efforts().tolist())
-
-    def angles(self) -> NDArray[np.float64]:
-        """Return shaft angles, (7,) float, rad."""
-        return np.array(self._angles)
-
-    def speeds(self) -> NDArray[np.float64]:
-        """Return shaft speeds, (7,) float, rad/s."""
-        return np.array(self._speeds)
-
-    def efforts(self) -> NDArray[np.float64]:
-        """Return the clipped efforts of the drives, (7,) float, N m."""
-        return np.array(
-            [
-                min(max(d.torque + d.stiffness * (setpoint - angle) - d.damping * speed, -d.limit), d.limit)
-                for d, setpoint, angle, speed in zip(
-                    self._drives, self._setpoints, self._angles, self._speeds, strict=True
-                )
-            ]
-        )
+        efforts = map(Drive.effort, self._drives, self._setpoints, self._angles, self._speeds)
+        return ShaftState([*self._angles], [*self._speeds], [*efforts])

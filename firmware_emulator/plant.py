@@ -44,6 +44,11 @@ class Drive:
     powered: bool = True
     """Whether the winding is driven; when not, there is no back-EMF either and the shaft turns freely."""
 
+    def effort(self, setpoint: float, angle: float, speed: float) -> float:
+        """Return the effort, N m, with another goal, rad, of a shaft at an angle, rad, and a speed, rad/s."""
+        effort = self.torque + self.stiffness * (setpoint - angle) - self.damping * speed
+        return min(max(effort, -self.limit), self.limit)
+
 
 class ShaftState(NamedTuple):
     """Shafts at one instant, in command order; nobody writes to it."""
@@ -57,7 +62,7 @@ class ShaftState(NamedTuple):
 
 
 class Plant(Protocol):
-    """Shafts in time. Everything is deterministic; nothing reads a wall clock."""
+    """Shafts in time, a base of those that work out `state`. Everything is deterministic; no wall clock is read."""
 
     @property
     def time(self) -> float:
@@ -82,12 +87,12 @@ class Plant(Protocol):
 
     def angles(self) -> NDArray[np.float64]:
         """Return shaft angles, (n,) float, rad; of the hand, positive closes."""
-        ...
+        return np.array(self.state().angles)
 
     def speeds(self) -> NDArray[np.float64]:
         """Return shaft speeds, (n,) float, rad/s."""
-        ...
+        return np.array(self.state().speeds)
 
     def efforts(self) -> NDArray[np.float64]:
         """Return the clipped efforts of the drives at the present state, (n,) float, N m, before back-EMF."""
-        ...
+        return np.array(self.state().efforts)

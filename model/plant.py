@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES
 from aero.exit_code import Exit
-from firmware_emulator.plant import Drive, ShaftState
+from firmware_emulator.plant import Drive, Plant, ShaftState
 from model.built import build_built
 from model.compiled_hand import SHAFTS, UNPOWERED, CompiledHand
 from model.geometry import Side
@@ -52,7 +52,7 @@ class Glimpse(NamedTuple):
     """How much cable is loose, (7,) m; zero or less when taut, NaN for abduction."""
 
 
-class BuiltHandPlant:
+class BuiltHandPlant(Plant):
     """Seven output shafts with spools, cables, joints and return springs behind them.
 
     Starts at rest in the extended pose, held closed only by cables that are much too short for it, unpowered.
@@ -198,18 +198,6 @@ class BuiltHandPlant:
     def twist(self, shaft: int, torque: float) -> None:
         """Turn one shaft from outside with a torque, N m, until told otherwise; positive closes."""
         self._data.qfrc_applied[self.compiled.shaft_dofs[shaft]] = torque
-
-    def angles(self) -> NDArray[np.float64]:
-        """Return shaft angles, (7,) float, rad, positive closes."""
-        return np.array(self.state().angles)
-
-    def speeds(self) -> NDArray[np.float64]:
-        """Return shaft speeds, (7,) float, rad/s."""
-        return np.array(self.state().speeds)
-
-    def efforts(self) -> NDArray[np.float64]:
-        """Return the clipped efforts of the drives at the present state, (7,) float, N m, before back-EMF."""
-        return np.array(self.state().efforts)
 
     def joint_angles(self) -> NDArray[np.float64]:
         """Return the true joint angles, (16,) float, rad, in the order of `Joint`."""

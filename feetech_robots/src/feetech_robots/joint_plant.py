@@ -2,7 +2,6 @@
 
 The inner loop of each servo is an actuator of the physics engine, as in `model.plant`. Actuators of the file are taken
 out: the servos are in their place. Everything else of it counts: inertia, friction, damping, ranges, contacts, gravity.
-Implements `firmware_emulator.plant.Plant` by its shape.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from aero.exit_code import Exit
 from aero.regular_file import LFS_POINTER, MIB
-from firmware_emulator.plant import Drive, ShaftState
+from firmware_emulator.plant import Drive, Plant, ShaftState
 
 UNBOUNDED = 1e6
 """What stands for no bound on a torque, N m."""
@@ -64,7 +63,7 @@ class GearedShaft:
     """Damping of the joint beside the motor's voltage, N m s/rad; that of the file when None."""
 
 
-class JointPlant:
+class JointPlant(Plant):
     """Output shafts on the joints of an MJCF file, at rest and unpowered at first. Deterministic."""
 
     def __init__(self, path: Path, shafts: Sequence[GearedShaft]) -> None:
@@ -195,23 +194,10 @@ class JointPlant:
 
     def state(self) -> ShaftState:
         """Return angles, speeds and efforts of the shafts at once."""
-        return ShaftState(self.angles().tolist(), self.speeds().tolist(), self.efforts().tolist())
-
-    def angles(self) -> NDArray[np.float64]:
-        """Return shaft angles, (n,) float, rad."""
-        return np.asarray(self.data.qpos[self._qpos] * self._gears)
-
-    def speeds(self) -> NDArray[np.float64]:
-        """Return shaft speeds, (n,) float, rad/s."""
-        return np.asarray(self.data.qvel[self._dofs] * self._gears)
-
-    def efforts(self) -> NDArray[np.float64]:
-        """Return the clipped efforts of the drives at the present state, (n,) float, N m, before back-EMF."""
-        efforts = [
-            min(max(drive.torque + drive.stiffness * (goal - at) - drive.damping * speed, -drive.limit), drive.limit)
-            for drive, goal, at, speed in zip(self._drives, self._setpoints, self.angles(), self.speeds(), strict=True)
-        ]
-        return np.array(efforts)
+        angles = (self.data.qpos[self._qpos] * self._gears).tolist()
+        speeds = (self.data.qvel[self._dofs] * self._gears).tolist()
+        efforts = map(Drive.effort, self._drives, self._setpoints.tolist(), angles, speeds)
+        return ShaftState(angles, speeds, [*efforts])
 
     def joint_angles(self) -> NDArray[np.float64]:
         """Return the true joint angles, (n,) float, rad, in the order of the shafts."""
