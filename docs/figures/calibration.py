@@ -49,17 +49,6 @@ def currents(result: ReplayScore) -> Rows:
     ]
 
 
-def shares(result: ReplayScore) -> Rows:
-    """Return which share of the squared error goes with what."""
-    return [
-        ("share of the squared error, %", *result.shares),
-        *(
-            (what, *(f"{100 * share[row]:.0f}" for share in result.shares.values()))
-            for row, what in enumerate(("positions", "currents"))
-        ),
-    ]
-
-
 def _milliamperes(errors: Errors) -> NDArray[np.float64]:
     each = 1e3 * errors.currents_a
     return np.append(each, np.sqrt(np.nanmean(each**2)))
@@ -78,8 +67,7 @@ def main(runs: Path) -> None:
     origin = "sixteen recorded runs of one right hand"
     rows = [row if old[0] == SCORED else old for old in load("calibration.scores")["rows"]]
     store("calibration.scores", rows, origin=f"{origin}; commit {', '.join(sorted({old[-1] for old in rows[1:]}))}")
-    for name, table in (("currents", currents(result)), ("shares", shares(result))):
-        store(f"calibration.{name}", table, origin=f"{origin}; commit {commit}")
+    store("calibration.currents", currents(result), origin=f"{origin}; commit {commit}")
 
 
 if __name__ == "__main__":

@@ -16,11 +16,8 @@ from model.units import Unit
 from train.identification.replay_score import held_out
 from train.identification.search import (
     STEPS,
-    Floats,
     Found,
-    Free,
     Report,
-    Residuals,
     find_slopes,
     noise_counts,
     search,
@@ -41,10 +38,13 @@ from train.identification.uncertainty import (
 from train.identification.unit_parameters import (
     FREE,
     KEPT,
+    Floats,
+    Free,
+    Residuals,
     UnitModel,
     excited,
+    felt_otherwise,
     identifiable_parameters,
-    pulling,
 )
 from train.workers import worker_processes
 
@@ -119,7 +119,7 @@ def calibrate(
     moved = excited(kept)
     if not moved:
         raise UnusableFileError("no channel moves in these; `aero-hil record --excite all` moves each of them")
-    told_by = identifiable_parameters(free, moved, pulling(kept))
+    told_by = identifiable_parameters(free, moved, felt_otherwise(kept))
     done = 0
 
     def replayed() -> None:

@@ -5,7 +5,7 @@ Recordings of the same commands tell how far the hand itself comes out different
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -15,26 +15,16 @@ from numpy.typing import NDArray
 from train.identification.search import (
     LARGEST_STEP,
     Found,
-    Model,
-    Residuals,
     gauss_newton_step,
     pooled_rms,
     spreads,
 )
 from train.identification.trace import CHANNELS, Trace
 from train.identification.trace_replay import ReplayedTrace
-
-Floats = NDArray[np.float64]
+from train.identification.unit_parameters import Floats, Residuals, UnitModel
 
 SAME_READ_S = 0.02
 """Readings of two runs this near in their commands' time are compared, s."""
-REST, SAG, REVERSAL = "rest tension", "sag", "reversal"
-CAUSES = (REVERSAL, SAG, REST)
-"""What a part of the error goes with; a reading of several counts for the first."""
-SAG_A = 4.0
-"""Sum of all currents from which on the recorded supply sags noticeably, A."""
-REVERSAL_COUNTS_PER_S = 2000.0
-"""Speed from which on a channel that is sent back reverses, counts/s."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +49,6 @@ class ReplayScore:
     """Over all readings of all recordings and replays."""
     repeats: Errors
     """Between recordings in which a channel has the same commands; NaN where there is no such pair."""
-    shares: Mapping[str, tuple[float, float]]
-    """Share of the squared error of positions and of currents by cause; NaN without any error."""
 
 
 def score(traces: Sequence[Trace], predicted: Sequence[Sequence[ReplayedTrace]]) -> ReplayScore:
@@ -71,7 +59,6 @@ def score(traces: Sequence[Trace], predicted: Sequence[Sequence[ReplayedTrace]])
         tuple((trace.name, _errors(of)) for trace, of in zip(traces, misses, strict=True)),
         _errors([one for of in misses for one in of]),
         _errors(pairs),
-        _shares(traces, misses),
     )
 
 
@@ -125,35 +112,6 @@ def _between(a: Trace, b: Trace, same: NDArray[np.bool_]) -> _Misses:
     )
 
 
-def _shares(traces: Sequence[Trace], misses: Sequence[Sequence[_Misses]]) -> dict[str, tuple[float, float]]:
-    """Return which share of the squared errors of positions and currents the readings of each cause have."""
-    squares = {cause: np.zeros(2) for cause in CAUSES}
-    total = np.zeros(2)
-    for trace, of in zip(traces, misses, strict=True):
-        cause = _causes(trace)
-        for one in of:
-            for row, values in enumerate((one.counts, one.currents)):
-                square = np.nan_to_num(np.square(values))
-                total[row] += square.sum()
-                for name, found in squares.items():
-                    found[row] += square[cause == CAUSES.index(name)].sum()
-    total[total == 0.0] = np.nan
-    return {name: (float(found[0] / total[0]), float(found[1] / total[1])) for name, found in squares.items()}
-
-
-def _causes(trace: Trace) -> NDArray[np.int64]:
-    """Return the place in `CAUSES` of what each reading's error goes with, (m, 7); the number of causes for none."""
-    goals = trace.goals_at_reads()
-    speeds = np.zeros_like(goals)
-    speeds[1:] = np.diff(trace.counts, axis=0) / np.maximum(np.diff(trace.t_read), 1e-3)[:, np.newaxis]
-    reverses = (np.abs(speeds) > REVERSAL_COUNTS_PER_S) & (speeds * (goals - trace.counts) < 0.0)
-    sags = np.nansum(np.abs(trace.currents), axis=1, keepdims=True) > SAG_A
-    found: NDArray[np.int64] = np.select(
-        [reverses, np.broadcast_to(sags, reverses.shape), trace.at_rest()], range(len(CAUSES)), len(CAUSES)
-    )
-    return found
-
-
 def _errors(misses: Sequence[_Misses]) -> Errors:
     return Errors(
         _rms([one.counts for one in misses]), _rms([one.currents for one in misses]), _rms([one.rise for one in misses])
@@ -175,7 +133,7 @@ BLOCK_S = 2.4
 """The parts take turns by blocks of this length, two steps there and back, s; so that each sees every channel."""
 
 
-def held_out(model: Model, found: Found) -> list[Residuals]:
+def held_out(model: UnitModel, found: Found) -> list[Residuals]:
     """Predict what was left out with numbers found on the rest: lists by part, then by trace.
 
     A part is a trace, or blocks of each where there are few. The numbers without it are a Gauss-Newton step from those
@@ -194,7 +152,7 @@ def held_out_rms(held: Sequence[Residuals]) -> float:
     return pooled_rms(residual for by_trace in held for residual in by_trace)
 
 
-def _predicted(model: Model, found: Found, left_out: Sequence[NDArray[np.bool_]]) -> Residuals:
+def _predicted(model: UnitModel, found: Found, left_out: Sequence[NDArray[np.bool_]]) -> Residuals:
     """Return the residuals of the readings `left_out`, (m,) of each trace, with numbers found on the others."""
     spread = spreads(model)
     residuals = [r[~out] for r, out in zip(found.residuals, left_out, strict=True)]

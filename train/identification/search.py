@@ -1,6 +1,6 @@
 """Search for the numbers that predict traces best.
 
-Damped Gauss-Newton on any `Model`, alternating with what belongs to a recording and not to the hand: where its
+Damped Gauss-Newton, alternating with what belongs to a recording and not to the hand: where its
 readings lie on the grid of the board's telemetry. Slopes are what costs, so several steps are taken with the same ones.
 What is searched for is held near the start by a stated spread, so that a number which the traces do not tell stays
 where it was.
@@ -10,26 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.channels import Channel
-from train.identification.trace import Trace
+from train.identification.unit_parameters import Floats, Free, Residuals, UnitModel
 
-Floats = NDArray[np.float64]
 Report = Callable[[str], None]
-Residuals = list[Floats]
-"""Per trace (m, 7), predicted less recorded, counts."""
 
 NOISE_COUNTS = 5.0
 """How far a good prediction of a physical hand misses a reading, counts rms; readings weigh at least so much against
 `Free.spread`."""
 QUIETEST_COUNTS = 1.0
 """How far at least: a prediction that misses by less is not believed more, counts rms."""
-STEP = 0.3
-"""Step of the finite differences in units of `Free.spread`: large, for counts are whole and friction has corners."""
 LARGEST_STEP = 1.0
 """Longest step of one number in one iteration in units of `Free.spread`."""
 SHORTENED = (1.0, 0.4, 0.15)
@@ -44,47 +37,6 @@ CONVERGED = 0.02
 """Relative gain of an iteration that is not worth another."""
 OUTLIER_COUNTS = 40.0
 """Residuals count linearly from here on (collisions, late reads), counts."""
-
-
-@dataclass(frozen=True)
-class Free:
-    """One number that is searched for; zero is the start."""
-
-    name: str
-    """What it is."""
-    indices: tuple[int, ...]
-    """Which entries of a field of that name it moves; empty when the field is one number."""
-    channels: tuple[Channel, ...]
-    """Channels that feel it."""
-    spread: float
-    """Standard deviation that is believed before any data is seen."""
-    additive: bool = False
-    """Whether a field of a unit gains this number; else it is multiplied by its exponential."""
-    step: float = STEP
-    """Step of the finite differences in units of the spread."""
-
-
-class Model(Protocol):
-    """Something with free numbers that predicts traces."""
-
-    @property
-    def traces(self) -> tuple[Trace, ...]:
-        """What is predicted."""
-
-    @property
-    def free(self) -> tuple[Free, ...]:
-        """The numbers searched for."""
-
-    @property
-    def phases_s(self) -> tuple[float, ...]:
-        """Where on the telemetry grid a recording may lie, s."""
-
-    def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
-        """Return predicted less recorded counts of each trace, for free numbers (p,) and a phase a trace.
-
-        Several rounds of all traces may be asked for at once, one after the other in `x`, `phases_s` and what is
-        returned; a model that predicts in several processes keeps all of them busy with that.
-        """
 
 
 @dataclass(frozen=True)
@@ -105,7 +57,7 @@ class Found:
 
 
 def search(
-    model: Model, *, begin: Found | None = None, iterations: int = 3, report: Report = lambda _line: None
+    model: UnitModel, *, begin: Found | None = None, iterations: int = 3, report: Report = lambda _line: None
 ) -> Found:
     """Return the free numbers that predict the traces of a model best, and the slopes on the way there.
 
@@ -149,7 +101,7 @@ def search(
         return replace(found, interrupted=error)
 
 
-def _descended(model: Model, found: Found, noise: float) -> Found:
+def _descended(model: UnitModel, found: Found, noise: float) -> Found:
     """Return what is found some steps further with the same slopes, or the same when no step lowers the cost."""
     spread, n = spreads(model), len(model.traces)
     before = _objective(model, found, noise)
@@ -169,7 +121,7 @@ def _descended(model: Model, found: Found, noise: float) -> Found:
     return found
 
 
-def _rephased(model: Model, found: Found, phases_s: Sequence[Sequence[float]]) -> Found:
+def _rephased(model: UnitModel, found: Found, phases_s: Sequence[Sequence[float]]) -> Found:
     """Return the same numbers with each trace on that one of some phases, (phases, traces), that suits it better."""
     best = _best_phased(model, found.x, phases_s)
     nearer = [_cost(there) < _cost(here) for there, here in zip(best.residuals, found.residuals, strict=True)]
@@ -183,7 +135,7 @@ def _rephased(model: Model, found: Found, phases_s: Sequence[Sequence[float]]) -
     )
 
 
-def find_slopes(model: Model, x: Floats, phases_s: Sequence[float], residuals: Residuals) -> list[Floats]:
+def find_slopes(model: UnitModel, x: Floats, phases_s: Sequence[float], residuals: Residuals) -> list[Floats]:
     """Return the slopes of the residuals at `x` by one-sided differences, one prediction for each slope group."""
     free, groups = model.free, slope_groups(model.free)
     slopes = [np.zeros((*r.shape, len(free))) for r in residuals]
@@ -199,7 +151,7 @@ def find_slopes(model: Model, x: Floats, phases_s: Sequence[float], residuals: R
     return slopes
 
 
-def rounds(model: Model, x: Iterable[Floats], phases_s: Iterable[Sequence[float]]) -> list[Residuals]:
+def rounds(model: UnitModel, x: Iterable[Floats], phases_s: Iterable[Sequence[float]]) -> list[Residuals]:
     """Return the residuals of several predictions of all traces, made at once.
 
     Args:
@@ -241,7 +193,7 @@ def gauss_newton_step(
     return step
 
 
-def spreads(model: Model) -> Floats:
+def spreads(model: UnitModel) -> Floats:
     """Return the spreads of a model's free numbers, (p,)."""
     return np.array([number.spread for number in model.free])
 
@@ -256,7 +208,7 @@ def noise_counts(residuals: Residuals) -> float:
     return float(np.clip(pooled_rms(residuals), QUIETEST_COUNTS, NOISE_COUNTS))
 
 
-def _best_phased(model: Model, x: Floats, phases_s: Sequence[Sequence[float]]) -> Found:
+def _best_phased(model: UnitModel, x: Floats, phases_s: Sequence[Sequence[float]]) -> Found:
     """Return some numbers with each trace on that one of its phases, (phases, traces), that suits it best."""
     missed = rounds(model, [x] * len(phases_s), phases_s)
     best = np.argmin([[_cost(r) for r in one] for one in missed], axis=0).tolist()
@@ -275,5 +227,5 @@ def _cost(residual: Floats) -> float:
     return float(np.sum(np.where(size < OUTLIER_COUNTS, size**2, OUTLIER_COUNTS * (2 * size - OUTLIER_COUNTS))))
 
 
-def _objective(model: Model, found: Found, noise: float) -> float:
+def _objective(model: UnitModel, found: Found, noise: float) -> float:
     return sum(map(_cost, found.residuals)) / noise**2 + float(np.sum((found.x / spreads(model)) ** 2))

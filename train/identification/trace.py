@@ -95,12 +95,6 @@ class Trace:
         if np.any(np.diff(self.t_command) < 0) or np.any(np.diff(self.t_read) < 0):
             raise ValueError(f"{self.name}: times must not run backwards")
 
-    def goals_at_reads(self) -> NDArray[np.float64]:
-        """Return what each channel is last told before each reading, (m, 7) counts."""
-        latest = np.maximum(np.searchsorted(self.t_command, self.t_read, side="right") - 1, 0)
-        goals: NDArray[np.float64] = np.rint(self.codes[latest] * self.spans_counts / MAX_CODE)
-        return goals
-
     def at_rest(self) -> NDArray[np.bool_]:
         """Return which readings are of a channel that has been told to be open for `SETTLED_S`, (m, 7)."""
         opened = self.codes <= OPEN * MAX_CODE

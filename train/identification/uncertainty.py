@@ -9,7 +9,8 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from train.identification.search import NOISE_COUNTS, OUTLIER_COUNTS, Floats, Free, Residuals
+from train.identification.search import NOISE_COUNTS, OUTLIER_COUNTS
+from train.identification.unit_parameters import Floats, Free, Residuals
 
 COVERAGE_SIGMA = 1.96
 """Half the width of a 95 % interval over its standard deviation."""

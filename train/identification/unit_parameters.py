@@ -4,21 +4,47 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from itertools import cycle, islice
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aero.channels import CABLES, FINGERS, THUMB, Channel, Joint
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
 from model.units import Unit
-from train.identification.search import Floats, Free, Residuals
 from train.identification.trace import Trace
 from train.identification.trace_replay import READ, replay
+
+Floats = NDArray[np.float64]
+Residuals = list[Floats]
+"""Per trace (m, 7), predicted less recorded, counts."""
+
+STEP = 0.3
+"""Step of the finite differences in units of `Free.spread`: large, for counts are whole and friction has corners."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """One number that is searched for; zero is the start."""
+
+    name: str
+    """What it is."""
+    indices: tuple[int, ...]
+    """Which entries of a field of that name it moves; empty when the field is one number."""
+    channels: tuple[Channel, ...]
+    """Channels that feel it."""
+    spread: float
+    """Standard deviation that is believed before any data is seen."""
+    additive: bool = False
+    """Whether a field of a unit gains this number; else it is multiplied by its exponential."""
+    step: float = STEP
+    """Step of the finite differences in units of the spread."""
+
 
 ALL = tuple(Channel)
 SPRUNG: tuple[tuple[Channel, tuple[int, ...]], ...] = (
@@ -38,7 +64,7 @@ PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
 """Where a recording may lie on the board's 10 ms telemetry grid, s."""
 
 
-TAKE_UP = "hand.cable_take_up"
+TAKE_UP, CLOSED_STOP = "hand.cable_take_up", "hand.closed_stop"
 
 
 def _each(name: str, spread: float, channels: tuple[Channel, ...] = ALL) -> tuple[Free, ...]:
@@ -62,7 +88,7 @@ FREE: tuple[Free, ...] = (
     # A short step: the pull on a taut cable changes within 0.1 mm.
     *(Free(TAKE_UP, (channel,), (channel,), 1e-3, additive=True, step=0.1) for channel in CABLES),
     Free("hand.supply_sag", (), ALL, 0.7),
-    Free("hand.closed_stop", tuple(range(12)), FINGERS, 0.01),
+    Free(CLOSED_STOP, tuple(range(12)), FINGERS, 0.01),
     Free("hand.abduction_winding", (0,), THUMB, 0.3),
     Free("hand.abduction_winding", (1,), THUMB, 0.3),
 )
@@ -81,6 +107,8 @@ KEPT: tuple[Free, ...] = (
 """Numbers that encoders tell only against those above, with how far each may be off; they widen the intervals."""
 MOVED = 0.01
 """Share of the command window that a channel is sent over at least where a recording excites it."""
+STOPPED = 0.9
+"""Share of it from which on a finger may meet its end stop; the recorded ones stop at 0.976."""
 
 
 def excited(traces: Sequence[Trace]) -> frozenset[Channel]:
@@ -89,15 +117,23 @@ def excited(traces: Sequence[Trace]) -> frozenset[Channel]:
     return frozenset(channel for channel in Channel if swept[channel] > MOVED * MAX_CODE)
 
 
-def pulling(traces: Sequence[Trace]) -> frozenset[Channel]:
-    """Return the channels whose tension at the open hand recordings tell, moving or not."""
-    return frozenset(channel for channel in CABLES if any(trace.beyond()[:, channel].any() for trace in traces))
+def felt_otherwise(traces: Sequence[Trace]) -> dict[str, frozenset[Channel]]:
+    """Return the channels of numbers that recordings tell otherwise than by moving a channel, by name.
+
+    Currents tell the tension of an open hand, moving or not; only a finger that closes far meets its stop.
+    """
+    closed = np.max([trace.codes.max(axis=0) for trace in traces], axis=0) > STOPPED * MAX_CODE
+    pulled = np.any([trace.beyond().any(axis=0) for trace in traces], axis=0)
+    return {
+        TAKE_UP: excited(traces) | {channel for channel in CABLES if pulled[channel]},
+        CLOSED_STOP: frozenset(channel for channel in FINGERS if closed[channel]),
+    }
 
 
 def identifiable_parameters(
-    free: Sequence[Free], moved: Set[Channel], pulled: Set[Channel] = frozenset()
+    free: Sequence[Free], moved: Set[Channel], otherwise: Mapping[str, Set[Channel]]
 ) -> tuple[Free, ...]:
-    """Return what recordings that move some channels, and tell the tension of some, tell.
+    """Return what recordings tell that move some channels, and what `otherwise` says by name.
 
     A number of which each entry belongs to one channel is told for those channels. What channels share is told when all
     of them move, so that fitting one channel changes no other.
@@ -105,7 +141,7 @@ def identifiable_parameters(
     told = []
     for number in free:
         each, rest = divmod(len(number.indices), len(number.channels))
-        felt = moved | pulled if number.name == TAKE_UP else moved
+        felt = otherwise.get(number.name, moved)
         channels = tuple(channel for channel in number.channels if channel in felt)
         if len(channels) == len(number.channels):
             told.append(number)
@@ -141,7 +177,10 @@ class UnitModel:
         return numbers_at(self.start, self.free, x)
 
     def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
-        """Return predicted less recorded counts, by replays through every byte."""
+        """Return predicted less recorded counts of each trace, for free numbers (p,) and a phase a trace.
+
+        Several rounds of all traces may be asked for at once, one after the other, so that every process is busy.
+        """
         units = [self.unit(numbers) for numbers in x]
         each = self.pool.map if self.pool else map
         missed = []

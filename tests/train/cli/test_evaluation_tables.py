@@ -14,14 +14,12 @@ from hil.cli import main
 from hil.cli.terminal import print_columns
 from train.cli.evaluate import FIGURES, print_figures
 from train.cli.score_tables import score_tables
-from train.identification.replay_score import CAUSES, Errors, ReplayScore
+from train.identification.replay_score import Errors, ReplayScore
 
 ROW = dict.fromkeys(FIGURES, 0.875) | {"rate_rad_s_low": 0.51, "rate_rad_s_high": 0.97, "survival_low": 0.81}
 ROW |= {"survival_high": 0.93}
 ERRORS = Errors(np.full(7, 12.3456), np.array([0.0, 0.4999, *[np.nan] * 5]), np.full(7, 10.04))
-SCORE = ReplayScore(
-    (("run_10_hardware01_u_trace_replay", ERRORS),), ERRORS, ERRORS, dict.fromkeys(CAUSES, (0.361, 1.0))
-)
+SCORE = ReplayScore((("run_10_hardware01_u_trace_replay", ERRORS),), ERRORS, ERRORS)
 TABLES = {
     "score": (lambda console: [console.print(table) for table in score_tables(SCORE)]),
     "figures": (lambda console: print_figures(console, "hands", {"any cube on any hand": ROW, "lag 25 ms": ROW})),

@@ -69,23 +69,6 @@ def test_the_hands_own_differences_are_by_channel():
     assert np.delete(repeats, 5) == pytest.approx(np.full(6, 7.0), abs=1e-9)
 
 
-def test_errors_at_rest_are_the_tension_of_the_open_hand():
-    first = recorded(0)
-    opened = dataclasses.replace(first, codes=0 * first.codes, counts=0.0 * first.counts, currents=0.0 * first.currents)
-    shares = score([dataclasses.replace(opened, currents=opened.currents + 0.3)], UNIT).shares
-    assert shares["rest tension"][1] == pytest.approx(1.0, abs=0.02)
-    assert shares["sag"] == shares["reversal"] == (0.0, 0.0)
-    drawing = score([dataclasses.replace(opened, currents=opened.currents + 1.0)], UNIT).shares
-    assert drawing["sag"][1] == 1.0
-
-
-def test_a_channel_that_is_sent_back_at_speed_reverses():
-    first = recorded(0)
-    counts = np.cumsum(np.full(first.counts.shape, 300.0), axis=0)
-    shares = score([dataclasses.replace(first, counts=counts, currents=0.0 * first.currents)], UNIT).shares
-    assert shares["reversal"][0] > 0.5
-
-
 def test_a_rise_needs_two_readings():
     temperatures = np.full((4, 7), np.nan)
     temperatures[1, 0], temperatures[3, 0], temperatures[2, 1] = 30.0, 33.0, 30.0

@@ -11,12 +11,12 @@ from train.identification.search import (
     NOISE_COUNTS,
     SHORTENED,
     STEPS,
-    Free,
     gauss_newton_step,
     pooled_rms,
     search,
     slope_groups,
 )
+from train.identification.unit_parameters import Free
 
 ALL = tuple(Channel)
 TRUTH = np.array([0.7, -0.4, *np.linspace(-0.5, 0.5, 7)])

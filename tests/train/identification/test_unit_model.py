@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from aero.channels import FINGERS, Channel
 from model.units import load_unit
 from model.units.plausible import plausible_unit
+from train.identification.trace import Trace, window_counts
 from train.identification.unit_file import unit_toml
-from train.identification.unit_parameters import FREE, apply, identifiable_parameters
+from train.identification.unit_parameters import FREE, apply, felt_otherwise, identifiable_parameters
 
 
 def numbers(unit):
@@ -52,7 +53,7 @@ def test_a_written_unit_reads_back(tmp_path_factory, seed):
 
 @given(st.sets(st.sampled_from(Channel)))
 def test_what_is_fitted_to_some_channels_changes_no_other(moved):
-    told = identifiable_parameters(FREE, moved)
+    told = identifiable_parameters(FREE, moved, {})
     assert all(set(number.channels) <= moved for number in told)
     unit = apply(REFERENCE, told, np.full(len(told), 0.1))
     if len(moved) < len(Channel):
@@ -69,9 +70,21 @@ def test_what_is_fitted_to_some_channels_changes_no_other(moved):
 
 
 def test_a_still_channel_tells_the_tension_of_its_cable_alone():
-    told = identifiable_parameters(FREE, {Channel.INDEX}, {Channel.RING, Channel.INDEX})
+    told = identifiable_parameters(FREE, {Channel.INDEX}, {"hand.cable_take_up": {Channel.RING, Channel.INDEX}})
     assert [n.name for n in told if Channel.RING in n.channels] == ["hand.cable_take_up"]
     assert {n.name for n in told if Channel.INDEX in n.channels} > {"hand.cable_take_up", "hand.spool_friction"}
+
+
+@pytest.mark.parametrize(("share", "stopped"), [(0.85, set()), (0.95, {Channel.RING, Channel.PINKY})])
+def test_only_a_finger_that_closes_far_tells_its_stop(share, stopped):
+    codes = np.zeros((50, 7), np.int64)
+    codes[20:, [Channel.RING, Channel.PINKY, Channel.THUMB_FLEXOR]] = round(share * 65535)
+    times, blank = np.arange(50) * 0.02, np.zeros((50, 7))
+    trace = Trace("a", times, codes, times, blank, blank, blank, window_counts("right"))
+    otherwise = felt_otherwise([trace])
+    assert otherwise["hand.closed_stop"] == stopped
+    told = identifiable_parameters(FREE, set(Channel), otherwise)
+    assert [n.channels for n in told if n.name == "hand.closed_stop"] == ([tuple(sorted(stopped))] if stopped else [])
 
 
 def test_a_written_unit_says_what_was_fitted_and_how_surely():
