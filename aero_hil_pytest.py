@@ -213,9 +213,7 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
     """Say which hand will be tested, in a session that tests one."""
     if not any(_uses(item, "aero_target") for item in items):
         return []
-    spec = _spec(config)
-    emulated = f", unit {spec.unit}, seed {spec.seed}" if spec.in_software else ""
-    return f"aero-hil: {spec.side} hand on {config.option.aero_hil}, firmware {spec.firmware}{emulated}"
+    return f"aero-hil: {_spec(config).describe()}"
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

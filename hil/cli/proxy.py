@@ -16,8 +16,7 @@ from hil.cli.options import FAULT_HELP, RECORD, link_recorded
 from hil.cli.output import echo
 from hil.faults import Schedule, parse_fault
 from hil.faults.proxy import LinkProxy
-from hil.targets.hand_spec import HandSpec
-from hil.targets.target import PHYSICAL
+from hil.targets.hand_spec import PHYSICAL, HandSpec
 
 
 @click.command()

@@ -25,8 +25,8 @@ from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.output import prepared_file
 from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recording import Header, Recording
-from hil.targets.hand_spec import HandSpec
-from hil.targets.target import PHYSICAL, Target
+from hil.targets.hand_spec import PHYSICAL, HandSpec
+from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
 LAST_REPLY_S = 0.1

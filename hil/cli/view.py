@@ -13,6 +13,7 @@ from hil.cli.options import RECORDING
 from hil.cli.output import echo
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Header
+from hil.targets.hand_spec import hand_words
 from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings
 from hil.view.frame import Heading, Note, Verdicts
@@ -50,8 +51,9 @@ def view(*, recording: Path) -> None:
 
 
 def _title(header: Header) -> str:
-    individual = f" {header.hand_id}" if header.hand_id else ""
-    wrong = f", with {header.faults}" if header.faults else ""
+    hand = hand_words(
+        header.hand, header.target, header.firmware, unit=header.unit, seed=header.seed, hand_id=header.hand_id,
+        wrong=header.faults,
+    )  # fmt: skip
     when = f", {header.started[:19].replace('T', ' ')}" if header.started else ""
-    unit = f", unit {header.unit}"
-    return f"{header.experiment}: {header.hand} hand{individual}, firmware {header.firmware}{unit}{wrong}{when}"
+    return f"{header.experiment}: {hand}{when}"

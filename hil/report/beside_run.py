@@ -18,6 +18,7 @@ from hil.checks.shared.experiment import finite
 from hil.checks.shared.signals import at_times
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.recording import Recording
+from hil.targets.hand_spec import hand_words
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,9 @@ def beside_text(first: Recording, second: Recording) -> Iterator[Text | Table]:
         UnusableFileError: they are of different experiments.
     """
     found = difference(first, second)
-    yield Text(f"first:  {_describe(first)}\nsecond: {_describe(second)}")
+    for which, header in (("first", first.header), ("second", second.header)):
+        hand = hand_words(header.hand, header.target, header.firmware, unit=header.unit, seed=header.seed)
+        yield Text(f"{which:7} {header.experiment}, {hand}")
     shown = Table("Channel", "rms", "mean", "worst", box=SIMPLE_HEAD, title="Encoders, second less first, % of window")
     for channel, row in found.items():
         shown.add_row(channel.label, f"{row.rms:.3f}", f"{row.mean:+.3f}", f"{row.worst:+.2f}")
@@ -82,12 +85,6 @@ def beside_text(first: Recording, second: Recording) -> Iterator[Text | Table]:
         changes = [f"{name} {_number(a)} to {_number(b)}" for name, (a, b) in row.metrics.items() if a != b]
         if changes:
             yield Text(f"{channel.label}: {', '.join(changes)}")
-
-
-def _describe(recording: Recording) -> str:
-    header = recording.header
-    hand = f"{header.hand} hand on {header.target}, firmware {header.firmware}, unit {header.unit}"
-    return f"{header.experiment}, {hand}"
 
 
 def _number(value: float | None) -> str:

@@ -16,6 +16,17 @@ if TYPE_CHECKING:
     from model.units.conditions import Conditions
 
 Side = Literal["right", "left"]
+PHYSICAL = "physical"
+"""Unit name of a physical hand."""
+
+
+def hand_words(
+    side: str, target: str, firmware: str, *, unit: str, seed: int, hand_id: str = "", wrong: str = ""
+) -> str:
+    """Return which hand it is, in the words of every page, table and header."""
+    individual = f" {hand_id}" if hand_id else ""
+    which = "" if unit == PHYSICAL else f", unit {unit}, seed {seed}"
+    return f"{side} hand{individual} on {target}, firmware {firmware}{which}{f', with {wrong}' if wrong else ''}"
 
 
 @dataclass(frozen=True)
@@ -70,12 +81,8 @@ class HandSpec:
             )
         if self.faults:
             self._check_faults()
-        for what, place, given in (
-            ("a cube is put", "into", self.cube),
-            ("conditions are those", "of", self.conditions),
-        ):
-            if given is not None and self.target != "emulated":
-                raise ValueError(f"{what} {place} a hand in this process, `emulated`, not {place} {self.target!r}")
+        if self.target != "emulated" and (self.cube is not None or self.conditions is not None):
+            raise ValueError(f"a cube and conditions are of a hand in this process, `emulated`, not of {self.target}")
 
     def _check_faults(self) -> None:
         # Whoever has faults has loaded what they act on; help has not.
@@ -121,9 +128,11 @@ class HandSpec:
 
     def describe(self) -> str:
         """Return which hand it is, for people."""
-        if self.in_software:
-            return f"Emulated {self.side} hand, firmware {self.firmware}, unit {self.unit}"
-        return f"{self.side.capitalize()} hand on {self.target}, firmware {self.firmware}"
+        unit = self.unit if self.in_software else PHYSICAL
+        wrong = ", ".join(map(str, self.faults))
+        return hand_words(
+            self.side, self.target, self.firmware, unit=unit, seed=self.seed, hand_id=self.hand_id, wrong=wrong
+        )
 
     def argv(self) -> list[str]:
         """Return the options that give `aero-hil emulate` this hand; `hil.cli.options` reads them back."""

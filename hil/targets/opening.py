@@ -23,9 +23,9 @@ from hil.faults.schedule import Schedule
 from hil.faults.workbench import Workbench
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PHYSICAL, HandSpec
 from hil.targets.pty_process import serve_in_process
-from hil.targets.target import PHYSICAL, GroundTruth, NoHandError, Target
+from hil.targets.target import GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model.units import Unit
 from model.units.conditions import Conditions

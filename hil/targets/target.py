@@ -23,14 +23,12 @@ from hil.faults.catalogue import parse_fault
 from hil.faults.fault import Injection
 from hil.faults.workbench import Workbench
 from hil.targets.delays import DelayLog
+from hil.targets.hand_spec import hand_words
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
 from model.geometry import Side
 
 Capability = TypeVar("Capability")
-
-PHYSICAL = "physical"
-"""Unit name of a physical hand."""
 
 
 class NoHandError(Exception):
@@ -188,7 +186,7 @@ class Target:
 
     def describe(self) -> str:
         """Say in one line what this is."""
-        individual = f" {self.hand_id}" if self.hand_id else ""
-        which = "" if self.unit == PHYSICAL else f", unit {self.unit}, seed {self.seed}"
-        wrong = f", with {', '.join(map(str, self.wrong))}" if self.wrong else ""
-        return f"{self.side} hand{individual} on {self.name}, firmware {self.firmware}{which}{wrong}"
+        wrong = ", ".join(map(str, self.wrong))
+        return hand_words(
+            self.side, self.name, self.firmware, unit=self.unit, seed=self.seed, hand_id=self.hand_id, wrong=wrong
+        )
