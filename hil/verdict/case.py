@@ -173,7 +173,10 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     step, at, beside = proposal.step, proposal.at, proposal.beside
     same = before.weight(before.off)
     if at is None or beside is None:
-        return StepOutcome.GONE if after.weight(after.off) < GONE_BELOW * same else StepOutcome.STAYS
+        # Bytes that are lost by chance are lost less often in one run than in another.
+        again = any(key[0] in (WHOLE_RUN.name, RUN) for key in before.off.keys() & after.off.keys())
+        gone = not again and after.weight(after.off) < GONE_BELOW * same
+        return StepOutcome.GONE if gone else StepOutcome.STAYS
 
     def on(failures: Failures, channel: Channel) -> float:
         return failures.weight(failures.keys(lambda _, subject: subject == channel.label))

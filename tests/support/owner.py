@@ -33,8 +33,8 @@ ACTS = {
     "exchange": ("exchange_servos {at} {beside}",),
 }
 """What an owner does for a step, as the prompt of `emulate` takes it."""
-RESTARTS = {"power", "computer", "cable", "plugs", "flash", "exchange"}
-"""Steps after which the board starts anew."""
+WAITS = {"again", "power", "computer", "cable", "plugs", "flash", "exchange"}
+"""Steps after which the board is given the time that a person takes, as where it starts anew or homes by itself."""
 CLOSED, CLOSING_S = 65535, 2
 """The code of a closed channel, and how long the owner watches the voltmeter while the hand closes, s."""
 STARTS_S = 90
@@ -114,7 +114,7 @@ class Owner:
             return StepOutcome.SEEN
         if step.name == "flash":
             self.target.act("replace board")
-        if step.name in RESTARTS:
+        if step.name in WAITS:
             self._wait()
         return None if step.runs else StepOutcome.STAYS
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aero.channels import Channel
+from aero.channels import FINGERS, Channel
 from hil.verdict.case import MOST_STEPS, DiagnosisCase, Proposal, outcome_of
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
@@ -125,6 +125,14 @@ def test_a_case_ends_and_convicts_nobody_without_a_step_that_proves_it(weights, 
 def test_a_failure_of_the_hand_stays_or_is_gone(after, outcome):
     found = Failures() if after is None else on(after)
     assert outcome_of(on("ring"), found, Proposal(steps()["home"])) is outcome
+
+
+def test_bytes_that_are_lost_again_are_not_gone_however_few_readings_they_spoil():
+    """A link that flips bits was told to be well, where the second run fell on fewer of them."""
+    lost = {("session", "lost_replies", "hand"): 3.0}
+    before = Failures({**lost, **{("audit", "followed", finger.label): -9.0 for finger in FINGERS}})
+    assert outcome_of(before, Failures(lost), Proposal(steps()["again"])) is StepOutcome.STAYS
+    assert outcome_of(before, Failures(), Proposal(steps()["again"])) is StepOutcome.GONE
 
 
 @pytest.mark.parametrize(
