@@ -15,7 +15,6 @@ from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits,
 from hil.verdict.parts import listed
 
 OF_THE_MAP = {
-    ("excursion", "closed_angle"),
     ("staircase", "excursion_hand"),
     ("staircase", "tracking_rms"),
     ("staircase", "matched_steps"),

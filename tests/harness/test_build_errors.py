@@ -20,7 +20,7 @@ FOUND_BY = {
     "stiff_joint:index=0.25": ("staircase", "friction", "index", "stiff joint"),
     "trim_left_in:middle=56": ("audit", "quantum_fits", "middle", "trimmed"),
     "servo_missing:middle": ("presence", "distinct_readings", "hand", "wrong ID"),
-    WRONG_WINDOW: ("excursion", "closed_angle", "thumb_cmc_flexion", "wrong firmware window"),
+    WRONG_WINDOW: ("coupling", "stop_without_abduction", "thumb_cmc_flexion", "the versions before it"),
     "winding_reversed:thumb_abduction": ("audit", "followed", "thumb_abduction", "reversed"),
     "servo_hot:ring=67": ("presence", "temperature", "ring", "hot servo"),
     "reply_lost=0.11": ("presence", "lost_replies", "hand", "lossy cable"),

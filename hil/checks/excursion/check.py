@@ -91,7 +91,6 @@ def measure(recording: Recording) -> Measured:
         _, scale = display_unit(LENGTH_UNITS[step.channel])
         found[Channel(step.channel).label] = {
             "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
-            "closed_angle": float(np.rad2deg(codec.angles_from_codes(closed)[step.channel])),
             "fist_travel": scale * float(fist_travel[step.channel]),
             "fist_difference": scale * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
         }

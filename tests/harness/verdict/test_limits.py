@@ -160,7 +160,7 @@ def healthy_ranges(version):
     return {
         (limit.experiment, limit.metric, limit.subjects[0]): limit
         for limit in load_limits(version)
-        if limit.experiment in WITHOUT_A_MAP and limit.healthy and limit.metric not in ("closed_angle", "fist_travel")
+        if limit.experiment in WITHOUT_A_MAP and limit.healthy and limit.metric != "fist_travel"
     }
 
 

@@ -8,7 +8,6 @@ from hil.verdict.validation import validate
 
 THUMB = {
     "coupling/stop_without_abduction",
-    "excursion/closed_angle",
     "excursion/closed_percent",
     "excursion/fist_travel",
     "excursion/stop_current",
