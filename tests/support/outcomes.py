@@ -21,4 +21,4 @@ def numbers(value=0.0, **changed):
 
 def outcome(trial, **more):
     """Return a run that ended well with all its numbers."""
-    return replace(Outcome(trial, numbers(), (), "", "", 10.0, 9.0, 192.0, commit="abc"), **more)
+    return replace(Outcome(trial, numbers(), (), "", "", 10.0, 192.0, commit="abc"), **more)

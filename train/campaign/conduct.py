@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import BrokenExecutor, Executor, as_completed
 from contextlib import AbstractContextManager, contextmanager
 from ipaddress import ip_address
 from urllib.parse import urlsplit
@@ -11,8 +11,6 @@ from urllib.parse import urlsplit
 from aero.exit_code import Exit
 from train.campaign.trial import Outcome, Trial, perform
 
-AHEAD = 2
-"""Trials that wait for each worker, so that none has to wait for a trial."""
 PLAIN, ENCRYPTED = {"tcp", "ws"}, {"tls", "wss"}
 """Schemes of Dask's addresses."""
 ATTEMPTS = 3
@@ -25,15 +23,14 @@ class NoSchedulerError(ValueError):
     exit_code = Exit.USAGE
 
 
-def check_address(scheduler: str, *, trusted: bool) -> None:
+def check_address(scheduler: str) -> None:
     """See that a scheduler's address is safe to use.
 
     Dask's workers execute what anyone sends who reaches their ports or the scheduler's. So over a network the address
-    has to be encrypted and authenticated (`tls://`, with Dask's own certificates), unless the person trusts everyone on
-    that network.
+    has to be encrypted and authenticated (`tls://`, with Dask's own certificates).
 
     Raises:
-        NoSchedulerError: it is no address, or is neither on this machine, nor TLS, nor trusted.
+        NoSchedulerError: it is no address, or is neither on this machine nor TLS.
     """
     try:
         parts = urlsplit(scheduler)
@@ -44,10 +41,10 @@ def check_address(scheduler: str, *, trusted: bool) -> None:
         raise NoSchedulerError(
             f"{scheduler!r} is no address of a Dask scheduler; write tcp://HOST:PORT or tls://HOST:PORT"
         )
-    if parts.scheme in PLAIN and not trusted and not _on_this_machine(host):
+    if parts.scheme in PLAIN and not _on_this_machine(host):
         raise NoSchedulerError(
             f"{scheduler} is a plain address on a network, where whoever reaches the ports of its workers can run "
-            "programs on them; use tls://, or --trust-network if everyone there may do that"
+            "programs on them; use tls://"
         )
 
 
@@ -79,47 +76,30 @@ def conduct(
     trials: Sequence[Trial],
     executor: Callable[[], AbstractContextManager[Executor]],
     on_outcome: Callable[[Outcome], None],
-    *,
-    at_once: int,
 ) -> None:
     """Run trials and hand over each outcome as it comes.
 
     A worker that dies loses nothing: what it had begun is run again by the next workers.
 
     Args:
-        trials: what to run.
+        trials: what to run, none twice.
         executor: a context manager that yields workers; called again when they have died.
         on_outcome: called in this process, once for each trial.
-        at_once: trials that are handed out at a time.
 
     Raises:
         ValueError: a trial names something that does not exist.
         RuntimeError: the workers die again and again.
     """
-    left, attempts = list(trials), 0
+    left, attempts = {trial.key: trial for trial in trials}, 0
     while left:
         before = len(left)
         try:
             with executor() as workers:
-                _run(left, workers, on_outcome, at_once)
+                for future in as_completed([workers.submit(perform, trial) for trial in left.values()]):
+                    outcome = future.result()
+                    on_outcome(outcome)
+                    del left[outcome.trial.key]
         except BrokenExecutor as error:
             attempts = attempts + 1 if len(left) == before else 0
             if attempts == ATTEMPTS:
-                raise RuntimeError(f"the workers died {ATTEMPTS} times over {left[0].key}") from error
-
-
-def _run(left: list[Trial], workers: Executor, on_outcome: Callable[[Outcome], None], at_once: int) -> None:
-    """Run trials and take each that is done out of `left`."""
-    waiting, running = list(left), dict[Future[Outcome], Trial]()
-    try:
-        while waiting or running:
-            while waiting and len(running) < at_once:
-                trial = waiting.pop(0)
-                running[workers.submit(perform, trial)] = trial
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                outcome = future.result()
-                on_outcome(outcome)
-                left.remove(running.pop(future))
-    finally:
-        for future in running:
-            future.cancel()
+                raise RuntimeError(f"the workers died {ATTEMPTS} times over {next(iter(left))}") from error

@@ -21,14 +21,15 @@ NAME = "campaign.duckdb"
 _TABLES = """
 CREATE TABLE IF NOT EXISTS trials (
     key VARCHAR PRIMARY KEY, trial JSON, failed VARCHAR[], stopped VARCHAR, ended VARCHAR,
-    wall_s DOUBLE, processor_s DOUBLE, hand_s DOUBLE, commit VARCHAR, suspects VARCHAR
+    wall_s DOUBLE, hand_s DOUBLE, commit VARCHAR, suspects VARCHAR
 );
 CREATE TABLE IF NOT EXISTS numbers (
     key VARCHAR, experiment VARCHAR, subject VARCHAR, metric VARCHAR, value DOUBLE
 );
 """
-
-_COLUMNS = "key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit, suspects"
+_PLAIN = ("failed", "stopped", "ended", "wall_s", "hand_s", "commit")
+"""Fields of an outcome that are columns as they are."""
+_COLUMNS = ", ".join(("key", "trial", "suspects", *_PLAIN))
 
 
 class StoreError(ValueError):
@@ -55,7 +56,6 @@ class Store:
         """Keep an outcome; one that is there already stays as it is."""
         if outcome.trial.key in self._keys:
             return
-        trial = json.dumps(dataclasses.asdict(outcome.trial))
         key = outcome.trial.key
         numbers = [
             (experiment, subject, metric, float(value))
@@ -63,18 +63,8 @@ class Store:
             for subject, metrics in subjects.items()
             for metric, value in metrics.items()
         ]
-        row = (
-            key,
-            trial,
-            list(outcome.failed),
-            outcome.stopped,
-            outcome.ended,
-            outcome.wall_s,
-            outcome.processor_s,
-            outcome.hand_s,
-            outcome.commit,
-            " ".join(outcome.suspects),
-        )
+        table = dataclasses.asdict(outcome)
+        row = [key, json.dumps(table["trial"]), " ".join(outcome.suspects), *(table[name] for name in _PLAIN)]
         try:
             self._connection.begin()
             self._connection.execute(f"INSERT INTO trials ({_COLUMNS}) VALUES ({', '.join('?' * len(row))})", row)
@@ -103,18 +93,13 @@ class Store:
         for key, experiment, subject, metric, value in self._connection.execute("SELECT * FROM numbers").fetchall():
             numbers.setdefault(key, {}).setdefault(experiment, {}).setdefault(subject, {})[metric] = value
         rows = self._connection.execute(f"SELECT {_COLUMNS} FROM trials ORDER BY rowid").fetchall()
-        for key, trial, failed, stopped, ended, wall_s, processor_s, hand_s, commit, suspects in rows:
+        for key, trial, suspects, failed, *plain in rows:
             yield Outcome(
                 trial=Trial.of(json.loads(trial)),
                 numbers=numbers.get(key, {}),
-                failed=tuple(failed),
-                stopped=stopped,
-                ended=ended,
-                wall_s=wall_s,
-                processor_s=processor_s,
-                hand_s=hand_s,
-                commit=commit,
                 suspects=tuple(suspects.split()),
+                failed=tuple(failed),
+                **dict(zip(_PLAIN[1:], plain, strict=True)),
             )
 
 

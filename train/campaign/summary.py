@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from matplotlib.figure import Figure
 
 from hil.checks import ALIKE, Measured
 from hil.faults import CATALOGUE, Injection, parse_fault
-from hil.report.matplotlib_svg import svg_of
 from hil.verdict.diagnosis import Diagnosis
 from hil.verdict.judge import Judge
 from hil.verdict.limits import Key, excesses, load_limits, within_limits
@@ -37,8 +33,6 @@ class Detection:
     """`experiment/metric` and in how many hands it failed, the most first."""
     located: int
     """Hands, of those found, that suspect the part at fault first."""
-    furthest: float
-    """Of the hands that were not found, the largest part of the way from healthy readings to a limit, 0 to 1."""
 
 
 def flagged(outcome: Outcome) -> bool:
@@ -95,10 +89,8 @@ def detections(outcomes: Iterable[Outcome]) -> tuple[Detection, ...]:
 def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detection:
     failed: dict[str, int] = defaultdict(int)
     found = located = 0
-    furthest = 0.0
     for outcome in group:
         if not flagged(outcome):
-            furthest = max(furthest, *(abs(excess or 0.0) for excess in judged(outcome).values()), 0.0)
             continue
         found += 1
         for check in {f"{key[0]}/{key[1]}" for key, excess in judged(outcome).items() if not within_limits(excess)}:
@@ -109,7 +101,7 @@ def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detectio
         located += right_part(fault, told(outcome))
     ranked = tuple(sorted(failed.items(), key=lambda item: (-item[1], item[0])))
     unit = parse_fault(name).unit
-    return Detection(name, severity, unit, Share(found, len(group)), ranked, located, furthest)
+    return Detection(name, severity, unit, Share(found, len(group)), ranked, located)
 
 
 def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
@@ -127,11 +119,6 @@ def _rank(name: str, severity: float) -> float:
     """Return how severe a severity of a fault is; for some faults less is worse."""
     steps = CATALOGUE[name].steps()
     return severity if steps[-1] >= steps[0] else -severity
-
-
-LISTED = 10
-"""Rows of the slowest and the strangest."""
-CURVES_A_ROW = 7
 
 
 def render_campaign(outcomes: Sequence[Outcome]) -> str:
@@ -156,68 +143,4 @@ def render_campaign(outcomes: Sequence[Outcome]) -> str:
         alarms="" if alarms is None else str(alarms),
         by_check=sorted(by_check.items(), key=lambda item: -item[1]),
         rows=rows,
-        matrix=svg_of(_matrix(rows)) if rows else "",
-        curves=svg_of(_curves(rows)) if rows else "",
-        slowest=[(o.trial.key, o.wall_s) for o in sorted(outcomes, key=lambda o: -o.wall_s)[:LISTED]],
-        strangest=_strangest(healthy),
     )
-
-
-def _strangest(healthy: Sequence[Outcome]) -> list[tuple[str, str, float]]:
-    furthest = []
-    for outcome in healthy:
-        if found := judged(outcome):
-            key = max(found, key=lambda name: _distance(found[name]))
-            furthest.append((outcome.trial.key, "/".join(key), _distance(found[key])))
-    return sorted(furthest, key=lambda row: -row[2])[:LISTED]
-
-
-def _distance(excess: float | None) -> float:
-    """Return how far a reading is from healthy ones; infinite for one that a healthy hand would have given."""
-    return math.inf if excess is None else abs(excess)
-
-
-def _matrix(rows: Sequence[Detection]) -> Figure:
-    """Draw which check fails under which fault."""
-    faults = list(dict.fromkeys(row.name for row in rows))
-    checks = sorted({check for row in rows for check, _ in row.checks})
-    shares, tried = np.zeros((len(faults), len(checks))), np.zeros((len(faults), 1))
-    for row in rows:
-        tried[faults.index(row.name)] += row.found.of
-        for check, count in row.checks:
-            shares[faults.index(row.name), checks.index(check)] += count
-    figure = Figure(figsize=(4 + 0.24 * len(checks), 2.5 + 0.2 * len(faults)), layout="constrained")
-    axes = figure.add_subplot()
-    axes.imshow(shares / tried, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
-    axes.set_xticks(range(len(checks)), checks, rotation=90, fontsize=8)
-    axes.set_yticks(range(len(faults)), [name.replace("_", " ") for name in faults], fontsize=8)
-    axes.set_xticks(np.arange(-0.5, len(checks)), minor=True)
-    axes.set_yticks(np.arange(-0.5, len(faults)), minor=True)
-    axes.grid(which="minor", color="#d5dae0", linewidth=0.5)
-    axes.tick_params(which="minor", length=0)
-    axes.xaxis.tick_top()
-    return figure
-
-
-def _curves(rows: Sequence[Detection]) -> Figure:
-    """Draw the share found against the severity, a panel a fault."""
-    by_name: dict[str, list[Detection]] = defaultdict(list)
-    for row in rows:
-        by_name[row.name].append(row)
-    graded = {name: some for name, some in by_name.items() if len(some) > 1} or by_name
-    lines = -(-len(graded) // CURVES_A_ROW)
-    figure = Figure(figsize=(14, 1.7 * lines), layout="constrained")
-    panels = figure.subplots(lines, CURVES_A_ROW, squeeze=False, sharey=True)
-    for axes in panels.flat[len(graded) :]:
-        axes.set_visible(False)
-    for axes, (name, some) in zip(panels.flat, graded.items(), strict=False):
-        shares = np.array([row.found.value for row in some])
-        bounds = np.array([row.found.interval for row in some]).T
-        at = np.arange(len(some))
-        axes.errorbar(at, shares, np.abs(bounds - shares), marker="o", color="#1c5d99", capsize=2, linewidth=1)
-        axes.set_xticks(at, [f"{row.severity:g}" for row in some], fontsize=7)
-        axes.set_title(name.replace("_", " "), fontsize=8)
-        axes.set_xlabel(some[0].unit, fontsize=7)
-        axes.set_ylim(-0.05, 1.05)
-        axes.tick_params(axis="y", labelsize=7)
-    return figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial, wraps
 from itertools import count as count_from
 from pathlib import Path
@@ -25,7 +25,7 @@ from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 from model.units.conditions import KINDS
-from train.campaign.conduct import AHEAD, check_address, cluster, conduct
+from train.campaign.conduct import check_address, cluster, conduct
 from train.campaign.store import NAME, Store, missing, opened
 from train.campaign.summary import flagged, render_campaign
 from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands
@@ -39,42 +39,21 @@ Workers = Callable[[], AbstractContextManager[Executor]]
 """Yields what runs trials; called again when it has died."""
 
 
-@dataclass(frozen=True)
-class Execution:
-    """Where trials run."""
-
-    workers: int | None
-    scheduler: str | None
-    trust_network: bool
-
-    @property
-    def count(self) -> int:
-        """Number of trials at a time on this machine."""
-        return self.workers or usable_cores()
-
-    def executor(self) -> Workers:
-        """Return what runs the trials.
-
-        Raises:
-            NoSchedulerError: the address of the scheduler may not be used.
-        """
-        if self.scheduler is None:
-            return partial(worker_processes, self.count)
-        check_address(self.scheduler, trusted=self.trust_network)
-        return partial(cluster, self.scheduler)
-
-
 def execution_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command with the options of `Execution`, which it takes as `execution`."""
+    """Return a command with the options that say where trials run, which it takes as `workers`."""
 
     @click.option(
         "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
     )
     @click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers: tls://HOST:8786.")
-    @click.option("--trust-network", is_flag=True, help="Allow a --scheduler on a network without TLS.")
     @wraps(command)
-    def chosen(*, workers: int | None, scheduler: str | None, trust_network: bool, **others: Any) -> None:
-        command(execution=Execution(workers, scheduler, trust_network), **others)
+    def chosen(*, workers: int | None, scheduler: str | None, **others: Any) -> None:
+        found: Workers = partial(worker_processes, workers or usable_cores())
+        if scheduler is not None:
+            with usage_errors():  # before anything is made
+                check_address(scheduler)
+            found = partial(cluster, scheduler)
+        command(workers=found, **others)
 
     return chosen
 
@@ -112,7 +91,7 @@ def campaign(
     names: tuple[str, ...],
     stop_early: bool,
     out: Path | None,
-    execution: Execution,
+    workers: Workers,
 ) -> None:
     """Validate many emulated hands, and store every number in OUT/campaign.duckdb.
 
@@ -128,24 +107,23 @@ def campaign(
         trials = [replace(trial, stop_early=stop_early) for trial in trials]
         if not trials:
             raise ValueError("nothing to run; give --healthy or --fault")
-        execution.executor()  # refuses an address before anything is made
         folder = prepared_folder(out) if out is not None else run_folder(Path("campaign"))
         opening = opened(folder)
     with opening as store:
         try:
-            run_trials(console, trials, store, execution, folder)
+            run_trials(console, trials, store, workers, folder)
         finally:  # also of a campaign that was interrupted
             _summarise(console, folder, list(store.outcomes()))
 
 
-def run_trials(console: Console, trials: Sequence[Trial], store: Store, execution: Execution, folder: Path) -> None:
+def run_trials(console: Console, trials: Sequence[Trial], store: Store, workers: Workers, folder: Path) -> None:
     """Run the trials that a store lacks, and store each outcome as it comes.
 
     Args:
         console: for progress.
         trials: all trials.
         store: open for writing.
-        execution: where they run.
+        workers: what runs them.
         folder: of the store, for messages.
     """
     left = missing(trials, store.keys())
@@ -159,7 +137,7 @@ def run_trials(console: Console, trials: Sequence[Trial], store: Store, executio
             bar.update(task, completed=done, description=f"{done} of {len(left)} runs")
 
         try:
-            conduct(left, execution.executor(), keep, at_once=AHEAD * execution.count)
+            conduct(left, workers, keep)
         finally:
             if (still := len(missing(trials, store.keys()))) > 0:
                 console.print(f"{still} of {len(trials)} runs are left; the same command with --out {folder} continues")

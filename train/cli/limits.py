@@ -16,7 +16,7 @@ from hil.recordings.output import prepared_folder
 from hil.verdict.limits import limits_text
 from train.campaign.store import opened
 from train.campaign.trial import Outcome
-from train.cli.campaign import Execution, execution_options, run_trials
+from train.cli.campaign import Workers, execution_options, run_trials
 from train.limits.compute import FALSE_ALARMS, computed_limits
 from train.limits.population import GENERATOR, drawn, healthy_hands_of, held_out
 
@@ -38,7 +38,7 @@ def limits() -> None:
     help="Folder for limits.csv and population.toml, OUT if not given; `hil/data` replaces a checkout's.",
 )  # fmt: skip
 @execution_options
-def make(*, out: Path, data: Path | None, execution: Execution) -> None:
+def make(*, out: Path, data: Path | None, workers: Workers) -> None:
     """Draw the population, validate each hand, and compute a limit for each check, subject and firmware.
 
     Every hand is one of seeds that are written down, so the same program makes the same table. It takes an hour and a
@@ -46,12 +46,11 @@ def make(*, out: Path, data: Path | None, execution: Execution) -> None:
     """
     console = new_console()
     with usage_errors():
-        execution.executor()  # refuses an address before anything is made
         folder, place = prepared_folder(out), prepared_folder(data or out)
         opening = opened(folder)
     trials = drawn()
     with opening as store:
-        run_trials(console, trials, store, execution, folder)
+        run_trials(console, trials, store, workers, folder)
         done = {outcome.trial.key: outcome for outcome in store.outcomes()}
     outcomes = [done[trial.key] for trial in trials]
     table = computed_limits(CHECKS, healthy_hands_of(outcomes))

@@ -16,23 +16,21 @@ from train.campaign.store import NAME, StoreError, opened
     "address", ["tcp://127.0.0.1:8786", "tcp://localhost:1", "tcp://[::1]:8786", "ws://127.3.2.1:5", "tls://bench:8786"]
 )
 def test_this_machine_and_tls_are_used(address):
-    check_address(address, trusted=False)
+    check_address(address)
 
 
 @pytest.mark.parametrize("address", ["tcp://192.168.0.7:8786", "tcp://bench:8786", "ws://0.0.0.0:80", "tcp://[::]:1"])
-def test_a_plain_address_on_a_network_needs_to_be_trusted(address):
-    with pytest.raises(NoSchedulerError, match="can run programs on them; use tls://, or --trust-network"):
-        check_address(address, trusted=False)
-    check_address(address, trusted=True)
+def test_a_plain_address_on_a_network_is_refused(address):
+    with pytest.raises(NoSchedulerError, match="can run programs on them; use tls://"):
+        check_address(address)
 
 
 @pytest.mark.parametrize(
     "address", ["nonsense", "", "tcp://", "tcp://host:port", "http://host:1", "tcp://[::1:5", "a:1"]
 )
 def test_what_is_no_address_is_refused(address):
-    for trusted in (False, True):
-        with pytest.raises(NoSchedulerError, match="is no address of a Dask scheduler"):
-            check_address(address, trusted=trusted)
+    with pytest.raises(NoSchedulerError, match="is no address of a Dask scheduler"):
+        check_address(address)
 
 
 @pytest.mark.parametrize(

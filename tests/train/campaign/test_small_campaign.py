@@ -37,7 +37,7 @@ FAULTS = (
 def test_the_healthy_pass_and_the_faulty_do_not():
     trials = healthy_hands(FIRST_HEALTHY, 10) + faulty_hands(FAULTS, FIRST_FAULTY, 1)
     outcomes = []
-    conduct(trials, lambda: worker_processes(usable_cores()), outcomes.append, at_once=2 * usable_cores())
+    conduct(trials, lambda: worker_processes(usable_cores()), outcomes.append)
     assert len(outcomes) == len(trials)
     missed = [outcome.trial.key for outcome in outcomes if outcome.trial.faults and not flagged(outcome)]
     assert missed == []

@@ -21,7 +21,7 @@ NUMBERS = st.dictionaries(
 
 def outcome(seed, numbers=None, **more):
     trial = Trial(f"plausible:{seed}", seed=seed, **more)
-    return Outcome(trial, numbers or {}, ("audit/followed/index",), "", "", 1.0, 0.5, 190.0, commit="abc")
+    return Outcome(trial, numbers or {}, ("audit/followed/index",), "", "", 1.0, 190.0, commit="abc")
 
 
 @settings(max_examples=10, deadline=None)

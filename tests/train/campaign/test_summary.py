@@ -87,7 +87,6 @@ def test_a_fault_counts_as_found_from_where_every_hand_is_flagged():
     runs = [faulty(4.0, mild), faulty(4.0, medium), faulty(0.9, medium), faulty(4.0, severe), faulty(4.0, severe)]
     rows = detections(runs)
     assert [row.found.count for row in rows] == [1, 1, 2]
-    assert rows[1].furthest == pytest.approx(0.8)
 
 
 def test_a_fault_that_never_fired_counts_for_nothing():
@@ -99,10 +98,7 @@ def test_the_page_names_what_it_found():
     page = render_campaign([outcome(Trial("reference")), faulty(4.0), faulty(0.2)])
     assert "cable snapped" in page
     assert "1 of 2" in page
-    assert "<svg" in page
-    assert "http" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
-        "http://creativecommons.org", ""
-    ).replace("https://matplotlib.org", "")
+    assert "http" not in page
 
 
 def test_plans_take_sides_and_firmware_in_turn():
