@@ -93,16 +93,6 @@ def test_a_goal_enables_the_torque_and_is_reached_after_the_dead_time():
     assert bus.read(66, 1) == 0
 
 
-def test_nothing_moves_before_the_dead_time_is_over():
-    slow = ServoParameters(goal_delay_s=0.2)
-    bus = Bus(servos=slow)
-    bus.write_word(42, 2000)
-    bus.wait(0.1)
-    assert bus.position() == 3278
-    bus.wait(0.2)
-    assert bus.position() < 3000
-
-
 def first_motion(bus, plant, limit_s=0.1):
     """Return after what time from now the shaft of servo 3 leaves its place, s."""
     written = bus.hand.clock.now()

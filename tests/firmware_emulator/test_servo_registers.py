@@ -51,14 +51,6 @@ def test_the_gain_of_the_eeprom_counts_from_the_next_power_on():
     assert error_under_load(bus) == pytest.approx(half, abs=1.0)
 
 
-def test_without_gain_a_goal_moves_nothing():
-    bus = Bus()
-    bus.write(50, 0)
-    bus.write_word(42, 3000)
-    bus.wait(0.5)
-    assert bus.position() == OPEN
-
-
 @pytest.mark.parametrize("zone", [1, 4, 16])
 def test_errors_in_the_dead_zone_are_left_alone(zone):
     """Transcribed HLS table, registers 26 and 27: dead zones of 0 to 16 counts; one count is the factory's."""

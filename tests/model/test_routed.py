@@ -11,8 +11,6 @@ from model import build_routed
 from model.routed import COMMAND_RANGE
 from model.scene import CUBE, add_cube, add_light
 
-SIDES = ("right", "left")
-
 
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
@@ -56,22 +54,17 @@ def test_only_boxes_collide(model):
     assert model.geom_solref[colliding] == pytest.approx(np.tile([0.02, 1.5], (29, 1)))
 
 
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("cube", [False, True])
-@pytest.mark.parametrize("surroundings", [False, True])
-def test_every_build_compiles_and_steps(side, cube, surroundings):
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("around", [(), (add_cube,), (add_cube, add_light)])
+def test_every_build_compiles_and_steps(side, around):
     spec = build_routed(side)
-    if cube:
-        add_cube(spec)
-    if surroundings:
-        add_light(spec)
+    for add in around:
+        add(spec)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 100)
     assert np.all(np.isfinite(data.qpos))
-    if cube:
-        assert model.body("cube").mass[0] == CUBE.mass_kg
-        assert data.body("cube").xpos[2] > -10.0
+    assert not around or model.body("cube").mass[0] == CUBE.mass_kg
 
 
 def test_exported_mjcf_is_the_same_model(model):
