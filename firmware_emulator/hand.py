@@ -110,9 +110,12 @@ class EmulatedHand:
         self.host_latency_s = host_latency_s
         """Time from a write on the host to the firmware acting on it, s."""
         self._program = program
-        self.board: Board | ProgramBoard = self._new_board()
+        self.board = self._new_board()
         if start == "homed":
-            self._resume()
+            if isinstance(self.board, ProgramBoard):
+                self.board.boot_and_home()
+            else:
+                self.board.start(setup_and_loop.resume(self.board))
             self.clock.sleep_until(self.kernel.now + SETTLE_S)
         elif start != "bare":
             self.reset(start)
@@ -131,7 +134,7 @@ class EmulatedHand:
             self._transmit(rom_text(cause, download=download).encode())
         if download:
             return
-        self.board = self._new_board() if self._program is None else self._new_program_board(self._program)
+        self.board = self._new_board()
         if isinstance(self.board, ProgramBoard):
             self.board.boot(cause)
         else:
@@ -164,7 +167,16 @@ class EmulatedHand:
         """Bring the plant up to the present, for whoever looks at it directly."""
         self.chain.shafts.advance()
 
-    def _new_board(self) -> Board:
+    def _new_board(self) -> Board | ProgramBoard:
+        if self._program is not None:
+            return ProgramBoard(
+                self.kernel,
+                self.bus,
+                program=self._program,
+                nvs=self._nvs,
+                transmit=self._transmit,
+                host_latency_s=self.host_latency_s,
+            )
         return Board(
             self.kernel,
             UartMaster(self.bus),
@@ -174,25 +186,6 @@ class EmulatedHand:
             transmit=self._transmit,
             host_latency_s=self.host_latency_s,
         )
-
-    def _new_program_board(self, program: Path) -> ProgramBoard:
-        return ProgramBoard(
-            self.kernel,
-            self.bus,
-            program=program,
-            nvs=self._nvs,
-            transmit=self._transmit,
-            host_latency_s=self.host_latency_s,
-        )
-
-    def _resume(self) -> None:
-        """Let the board go on as one that homed before; a program has to boot and home for that."""
-        if self._program is not None:
-            self.board = self._new_program_board(self._program)
-            self.board.boot_and_home()
-        else:
-            self.board = board = self._new_board()
-            board.start(setup_and_loop.resume(board))
 
     def _transmit(self, data: bytes) -> None:
         self.on_transmit(data)

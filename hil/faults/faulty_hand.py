@@ -10,6 +10,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import HANDS, HandSide
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import EmulatedHand, Start
+from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.plant import Plant
 from hil.faults.assembly import HandAssembly
 from hil.faults.fault import AssemblyStage, FaultLayer, Injection
@@ -66,7 +67,7 @@ class FaultyHand(EmulatedHand):
         self._board_side = hand
         super().flash(firmware, hand)
 
-    def _new_board(self) -> Board:
+    def _new_board(self) -> Board | ProgramBoard:
         self._config = HANDS[self._board_side]
         return super()._new_board()
 
