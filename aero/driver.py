@@ -47,30 +47,17 @@ class AeroHand:
     each call is one exchange under a lock.
     """
 
-    def __init__(
-        self, transport: Transport, clock: Clock, *, reply_timeout_s: float = 0.1, patience_s: float = 1.0
-    ) -> None:
-        """Wrap an open transport.
-
-        Args:
-            transport: the bytes' way to the board.
-            clock: what tells the time and is waited on.
-            reply_timeout_s: time for one reply, s, before it is looked whether it is late or lost; a healthy board
-                needs 1..10 ms.
-            patience_s: time for a reading or a limit, s, before giving up. A busy machine may be late by 0.9 s, and a
-                reading that is late is not lost. Nothing else is ever repeated.
-        """
+    def __init__(self, transport: Transport, clock: Clock) -> None:
+        """Wrap an open transport; `clock` tells the time and is waited on."""
         self._link = HostLink(transport, clock)
         self._clock = clock
-        self._reply_timeout_s = positive_s("reply_timeout_s", reply_timeout_s)
-        self._patience_s = positive_s("patience_s", patience_s)
         self._read_from = clock.now()
         self._telemetry_seen_at_restart: int | None = None
         self._settings: dict[tuple[Opcode, Channel], int] = {}
         self._settings_at_restart = 0
 
     @classmethod
-    def open_unguarded(cls, port_or_url: str, clock: Clock | None = None) -> Self:
+    def open_unguarded(cls, port_or_url: str) -> Self:
         """Open a hand on a device path or pyserial URL that nothing watches; `aero.open_hand` is the way to move one.
 
         It stays as its last command left it, closed at full torque perhaps, however the program ends.
@@ -78,7 +65,7 @@ class AeroHand:
         Raises:
             ConnectionError: the port cannot be opened; the message says why and which ports there are.
         """
-        return cls(SerialTransport.open(port_or_url), clock or WallClock())
+        return cls(SerialTransport.open(port_or_url), WallClock())
 
     def __enter__(self) -> Self:
         return self
@@ -145,13 +132,8 @@ class AeroHand:
         This is the only command that is sent between a `resynchronise` that failed and one that succeeds. A board
         that is in step carries it out, with each code lowered by up to 1279.
 
-        Args:
-            codes: (7,) integers in 0..65535, as `command_codes`.
-
-        Raises:
-            ValueError: as `command_codes`; nothing is sent.
-            ConnectionError: the link is gone.
-            DesyncError: an earlier frame may have gone out incomplete; nothing is sent.
+        Arguments and errors are those of `command_codes`, but DesyncError only for an earlier frame that may have gone
+        out incomplete.
         """
         frame = protocol.make_harmless_positions(codes)
         self._link.send(frame, Content.HARMLESS_FRAME)
@@ -232,7 +214,7 @@ class AeroHand:
         changes nothing. Errors as `read_codes`.
         """
         try:
-            self._link.ask(protocol.make_refused(opcode), self._reply_timeout_s, self._patience_s)
+            self._link.ask(protocol.make_refused(opcode))
         except LinkTimeoutError:
             self._query(Opcode.GET_TEMP)  # silent about this alone, or altogether?
             return False
@@ -244,7 +226,7 @@ class AeroHand:
         Trims add up until the next homing, which drops them, as does power-on with firmware 0.1.3 and later. A trim by
         0 changes nothing; with firmware `main` it tells where the servo stands.
         """
-        return protocol.trimmed(self._acknowledged(protocol.make_trim(channel, degrees), channel))
+        return protocol.trimmed(self._acknowledged(protocol.make_trim(channel, degrees), channel, _TRIM_TIMEOUT_S))
 
     def calibrate_mid(self, channel: Channel) -> Centred:
         """Make a channel's present position 2048 counts, the middle of its servo's turn; firmware `main` alone.
@@ -256,7 +238,7 @@ class AeroHand:
             LinkTimeoutError: the board is older than `main`, or silent.
             RefusedError: the board is in torque mode, or the servo did not answer; its zero may have moved.
         """
-        result = protocol.centred(self._acknowledged(protocol.make_calibrate_mid(channel), channel))
+        result = protocol.centred(self._acknowledged(protocol.make_calibrate_mid(channel), channel, _TRIM_TIMEOUT_S))
         if result is None:
             raise RefusedError(
                 f"{self.name}: {channel.label} was not calibrated. The board is in torque mode (command_codes() ends "
@@ -318,7 +300,7 @@ class AeroHand:
         Raises:
             LinkTimeoutError: the board stays silent; call it again.
         """
-        return self._link.resynchronise(self._reply_timeout_s, self._patience_s)
+        return self._link.resynchronise()
 
     def _read(self, opcode: Opcode) -> Reply:
         reply = self._query(opcode)
@@ -331,7 +313,7 @@ class AeroHand:
             reply = self._query(opcode)
         # The board ignores the words of a query; a loop-back, or an adapter that echoes, gives them back.
         probe = protocol.make_reply(Opcode.GET_TEMP, _ECHOED)
-        if {*self._link.ask(probe, self._reply_timeout_s, self._patience_s).reply.words} == {*_ECHOED}:
+        if {*self._link.ask(probe).reply.words} == {*_ECHOED}:
             raise EchoError(
                 f"{self.name}: this line only echoes what is sent, and no hand answers; is this a loop-back, or the "
                 "port of an adapter that echoes?"
@@ -343,20 +325,19 @@ class AeroHand:
         )
 
     def _query(self, opcode: Opcode) -> Reply:
-        answer = self._link.ask(protocol.make_query(opcode), self._reply_timeout_s, self._patience_s)
+        answer = self._link.ask(protocol.make_query(opcode))
         self._read_from = answer.asked
         return answer.reply
 
     def _set(self, opcode: Opcode, channel: Channel, value: int, request: bytes) -> None:
-        stored = self._acknowledged(request, channel, self._patience_s).words[1]
+        stored = self._acknowledged(request, channel).words[1]
         if stored != value:
             raise RefusedError(f"{self.name}: asked {channel.label} for {value}, the board stored {stored}.")
         self._settings = {**self.settings_sent, (opcode, channel): value}
         self._settings_at_restart = self._link.restarts
 
-    def _acknowledged(self, request: bytes, channel: Channel, patience_s: float | None = None) -> Reply:
-        timeout_s = _TRIM_TIMEOUT_S if patience_s is None else self._reply_timeout_s
-        reply = self._link.ask(request, timeout_s, patience_s).reply
+    def _acknowledged(self, request: bytes, channel: Channel, once_s: float | None = None) -> Reply:
+        reply = self._link.ask(request, once_s).reply
         number = protocol.wire_index(channel)
         if reply.words[0] == protocol.REFUSED_CHANNEL:
             raise RefusedError(f"{self.name}: the board knows no channel {number} ({channel.label}).")

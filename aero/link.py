@@ -31,11 +31,12 @@ _DRAIN_BYTES = 4096
 _TEXT_KEPT = 4096
 _SEARCHES = 2
 """Searches for the frame start: a reply from before the first one can mislead it."""
-
-
+REPLY_TIMEOUT_S = 0.1
+"""Time for one reply, s, before it is looked whether it is late or lost; a healthy board needs 1..10 ms."""
+PATIENCE_S = 1.0
+"""Time for a request that may be repeated, s: a busy machine may be late by 0.9 s, and a late reply is not lost."""
 AGAIN = 1.5
 """Time from one query of a kind to the next while a link is silent, time-outs: what answers late is not flooded."""
-
 TOGETHER_S = 0.04
 """Time in which the replies to requests that were sent together come, s; three take 34 ms at 9600 baud."""
 
@@ -49,8 +50,6 @@ class Answer(NamedTuple):
     reply: Reply
     asked: float
     """When its request was about to go out, clock s; the board made the reply later."""
-    replied: float
-    """When it was here, clock s."""
 
 
 class HostLink:
@@ -105,19 +104,18 @@ class HostLink:
         with self._lock:
             self._write(frame, content)
 
-    def ask(self, frame: bytes, timeout_s: float, patience_s: float | None = None) -> Answer:
+    def ask(self, frame: bytes, once_s: float | None = None) -> Answer:
         """Send a request and return its reply, which is never that of an earlier request.
 
-        Without `patience_s` it is sent once. With it, it may be carried out again: a reply that is late is waited for,
-        and one that is lost or disturbed is asked for again. Which of the two it is shows in a query of another kind,
-        sent after `timeout_s`, because replies come in the order of their requests, `aero.overdue`. Where a reply may
-        be an older one that others have overtaken, the request is made twice, with a query of another kind behind it:
-        two equal replies are taken, and two other ones if that to the query comes right behind them.
+        A reply that is late is waited for, and one that is lost or disturbed is asked for again, for `PATIENCE_S`.
+        Which of the two it is shows in a query of another kind, sent after `REPLY_TIMEOUT_S`, because replies come in
+        the order of their requests, `aero.overdue`. Where a reply may be an older one that others have overtaken, the
+        request is made twice, with a query of another kind behind it: two equal replies are taken, and two other ones
+        if that to the query comes right behind them.
 
         Args:
             frame: the request.
-            timeout_s: time for one reply, s.
-            patience_s: time for all of it, s.
+            once_s: time for the reply to a request that must not be carried out again, s; it is sent once.
 
         Raises:
             ConnectionError: the link is gone.
@@ -126,13 +124,14 @@ class HostLink:
         """
         opcode = Opcode(frame[0])
         with self._lock:
-            deadline = Deadline.after(self._clock, timeout_s if patience_s is None else patience_s)
+            timeout_s, within_s = (REPLY_TIMEOUT_S, PATIENCE_S) if once_s is None else (once_s, once_s)
+            deadline = Deadline.after(self._clock, within_s)
             if not self._overdue:
                 self._drop_stale_input()
             self._stray = b""
             known = self._outlast(opcode, timeout_s, deadline)
             while known:
-                doubtful = patience_s is not None and self._overdue.may_be_older(opcode, self._clock.now())
+                doubtful = once_s is None and self._overdue.may_be_older(opcode, self._clock.now())
                 asked = [self._request(frame) for _ in range(2 if doubtful else 1)]
                 fence = self._overdue.probe(opcode) if doubtful else None
                 if fence is not None:
@@ -144,21 +143,21 @@ class HostLink:
                     together = together if replies else self._clock.now() + TOGETHER_S
                     replies += [] if reply is None else [reply]
                 in_time = len(replies) == len(asked)
-                while patience_s is not None and opcode in self._overdue and not deadline.expired:
+                while once_s is None and opcode in self._overdue and not deadline.expired:
                     reply = self._next_late(opcode, timeout_s, deadline)
                     replies += [] if reply is None or reply.opcode != opcode else [reply]
                 equal = len(replies) == len(asked) and len({*replies}) == 1
                 # Two late ones that differ are not taken: of 50,000 calls with replies up to 3 s late, one was wrong.
                 # A single reply in time is its own: no other request of its kind waits, see `_outlast`.
                 if equal or (fence and in_time and self._comes_next(fence, Deadline(self._clock, together).remaining)):
-                    return Answer(replies[-1], asked[0], self._clock.now())
+                    return Answer(replies[-1], asked[0])
                 self.disturbances += 1
-                if patience_s is None or deadline.expired:
+                if once_s is not None or deadline.expired:
                     break
                 _LOG.info("%s: no usable reply to %s, asked again", self.name, opcode.name)
-            raise self._no_reply(opcode, timeout_s if patience_s is None else patience_s)
+            raise self._no_reply(opcode, within_s)
 
-    def resynchronise(self, reply_timeout_s: float, patience_s: float) -> int:
+    def resynchronise(self) -> int:
         """Bring a board that holds 1..15 stray bytes back into step and return how many it held.
 
         The board takes sixteen bytes at a time and never looks for a frame's start. Fifteen zeros complete the frame
@@ -167,10 +166,6 @@ class HostLink:
         zero for every query that goes unanswered, finds the frame start after at most sixteen. A reply that is late
         belongs to an earlier one of them, so what it seems to say is confirmed by one query more. Until a search has
         succeeded, nothing else may be sent.
-
-        Args:
-            reply_timeout_s: time for one reply, s, after which the next frame start is tried.
-            patience_s: how late a reply may be, s.
 
         Raises:
             ConnectionError: the link is gone.
@@ -186,17 +181,17 @@ class HostLink:
                 for query in islice(cycle(READINGS), FRAME_SIZE):
                     tried.append((query, padding))
                     self._request(make_query(query), Content.SEARCH)
-                    reply = self._take(reply_timeout_s)
+                    reply = self._take(REPLY_TIMEOUT_S)
                     if reply is not None and any(reply.opcode == query for query, _ in tried):
                         break  # else it is that to a request from before the search
                     padding += self._pad(1)
-                reply = reply or self._take(patience_s)
+                reply = reply or self._take(PATIENCE_S)
                 if reply is None:
                     break
                 for start in [start for query, start in reversed(tried) if query == reply.opcode]:
                     padding += self._pad((start - padding) % FRAME_SIZE)
                     began = self._clock.now()
-                    if self._answers_now(patience_s):
+                    if self._answers_now():
                         self._overdue.settle(began)
                         self._state = AFTER[self._state, LinkEvent.SEARCH_SUCCEEDS]
                         stray = -padding % FRAME_SIZE
@@ -209,13 +204,13 @@ class HostLink:
                 "is sent until a search succeeds."
             )
 
-    def _answers_now(self, patience_s: float) -> bool:
+    def _answers_now(self) -> bool:
         """Return whether the board answers a query that it is sent now, and not only earlier ones late."""
         query = Opcode.GET_TEMP
-        unsettled = 1 + self._overdue.count(query, self._clock.now() - patience_s)
+        unsettled = 1 + self._overdue.count(query, self._clock.now() - PATIENCE_S)
         for _ in range(unsettled):
             self._request(make_query(query), Content.SEARCH)
-        while unsettled and (reply := self._take(patience_s)) is not None:
+        while unsettled and (reply := self._take(PATIENCE_S)) is not None:
             unsettled -= reply.opcode == query
         return not unsettled
 

@@ -130,13 +130,7 @@ def make_positions(codes: ArrayLike) -> bytes:
 def make_harmless_positions(codes: ArrayLike) -> bytes:
     """Return a position command that does no harm to a board which is out of step, wherever it begins to read.
 
-    No byte after the first is an opcode. For this each code is lowered by up to 1279 of 65535.
-
-    Args:
-        codes: (7,) integers in 0..65535, command order.
-
-    Raises:
-        ValueError: as `make_positions`.
+    No byte after the first is an opcode. For this each code is lowered by up to 1279 of 65535. As `make_positions`.
     """
     return make_positions([_HARMLESS_BELOW[code >> 8] << 8 for code in position_codes(codes).tolist()])
 
@@ -144,11 +138,7 @@ def make_harmless_positions(codes: ArrayLike) -> bytes:
 def make_torques(magnitudes: ArrayLike) -> bytes:
     """Return a torque command; every channel is pulled closed, the protocol has no other direction.
 
-    Args:
-        magnitudes: (7,) integers in 0..1000, units of the servo's torque register, command order.
-
-    Raises:
-        ValueError: wrong shape, not integers, or out of range.
+    The magnitudes (7,) are integers in 0..1000, units of the servo's torque register; otherwise as `make_positions`.
     """
     return _make_channel_words(Opcode.CTRL_TOR, magnitudes, MAX_TORQUE_COMMAND, "torque magnitudes")
 

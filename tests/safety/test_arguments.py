@@ -183,14 +183,6 @@ def test_no_clock_waits_for_a_moment_that_never_comes(clock, t):
         clock.sleep_until(t)
 
 
-@pytest.mark.parametrize("name", ["reply_timeout_s", "patience_s"])
-@pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan, math.inf])
-def test_a_driver_takes_no_patience_that_is_none(name, wrong):
-    link, clock = new_link()
-    with pytest.raises(ValueError, match=name):
-        AeroHand(link, clock, **{name: wrong})
-
-
 CODEC = ActuationMap.for_firmware("0.2.0")
 CONVERSIONS = {
     "angles_from_codes": (CODEC.angles_from_codes, 7),
