@@ -36,7 +36,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation.map import ActuationMap
 from aero.channels import OBSERVATION_ORDER, Channel
 from aero.exit_code import Exit
-from aero.policy.settings import PolicySettings, checked_count, checked_number
+from aero.policy.settings import PolicySettings, checked_number
 from aero.policy.task import ACTION_SIZE, CHANNELS, ShownAction
 from aero.regular_file import read_text
 
@@ -114,7 +114,8 @@ class Observed:
     """Periods, the oldest first."""
 
     def __post_init__(self) -> None:
-        checked_count("history", self.history, least=1)
+        if not isinstance(self.history, int) or self.history < 1:
+            raise ValueError(f"history must be a whole number from 1 on, got {self.history}")
         for name in ("scale", "offset"):
             _check_row(name, getattr(self, name), len(self.channels))
 

@@ -26,16 +26,6 @@ def checked_number(name: str, value: float, *, least: float = -inf, above: float
         raise ValueError(f"{name} must be finite{wanted}, got {value}")
 
 
-def checked_count(name: str, value: int, least: int = 0) -> None:
-    """Refuse what is not a whole number from `least` on.
-
-    Raises:
-        ValueError: with name, range and value.
-    """
-    if not (isfinite(value) and value == int(value) and value >= least):
-        raise ValueError(f"{name} must be a whole number from {least} on, got {value}")
-
-
 @dataclass(frozen=True)
 class PolicySettings:
     """The settings that may differ between training a policy and running it (paper table "policycfg").
