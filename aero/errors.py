@@ -7,16 +7,12 @@ be sent is a `ValueError`; what is here is wrong beyond the port.
 from __future__ import annotations
 
 from aero.exit_code import Exit
-from aero.protocol import Opcode
 
 
 class AeroError(Exception):
     """Base of the errors below, for programs that treat them alike."""
 
     exit_code = Exit.NO_HAND
-
-    unanswered: Opcode | None = None
-    """The request that got no usable reply; None when the error is about something else."""
 
 
 class LinkTimeoutError(AeroError, TimeoutError):

@@ -337,11 +337,6 @@ class HostLink:
             )
 
     def _no_reply(self, opcode: Opcode, timeout_s: float) -> AeroError:
-        error = self._describe_no_reply(opcode, timeout_s)
-        error.unanswered = opcode
-        return error
-
-    def _describe_no_reply(self, opcode: Opcode, timeout_s: float) -> AeroError:
         stray, asked = self._stray, f"{self.name}: no reply to {opcode.name} within {timeout_s:g} s"
         if holds_boot_text(stray):
             return DesyncError(

@@ -77,15 +77,6 @@ class ActuationMap:
         """Return the map for a firmware; see `CommandWindow.for_firmware` and `load_coefficients`."""
         return cls(load_coefficients(coefficients), CommandWindow.for_firmware(version, calibration, hand))
 
-    def describe(self) -> str:
-        """Say in one line which coefficients and which window this is."""
-        ends = ", ".join(
-            f"{channel.label} {low:.2f}..{high:.2f}°"
-            for channel, (low, high) in zip(Channel, np.rad2deg(self.window_rad), strict=True)
-        )
-        window = f"window {self.window.name!r} of a {self.window.hand} hand"
-        return f"coefficients {self.coefficients.name!r}, {window}: {ends}"
-
     @cached_property
     def winding_matrix(self) -> NDArray[np.float64]:
         """A in `d = A q`, (7, 16) float, m/rad; abduction's row rad/rad."""

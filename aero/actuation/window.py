@@ -90,10 +90,6 @@ class CommandWindow:
         state = calibration or possible[0]
         if state not in possible:
             raise ValueError(f"firmware {version} cannot be {state!r}; it can be {' or '.join(possible)}")
-        return cls._in_state(state, hand)
-
-    @classmethod
-    def _in_state(cls, state: str, hand: str) -> CommandWindow:
         if hand not in _BASELINE:
             raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {hand!r}")
         extend, grasp = (np.array(counts) for counts in _BASELINE[hand])

@@ -18,7 +18,7 @@ from serial.tools import list_ports
 from aero.child_process import READY
 from aero.clock import Clock, Deadline, WallClock
 from aero.driver import AeroHand
-from aero.safety.opening import SWITCH_OFF, Doubt, open_and_relax
+from aero.safety.opening import SWITCH_OFF, open_and_relax
 from aero.safety.standby import ALL_WELL
 from aero.safety.thresholds import Thresholds
 
@@ -46,15 +46,13 @@ def main(port: str, settings: str) -> None:
         Thresholds(**asked["thresholds"]),
         settable=asked["settable"],
     )
-    if doubt:
-        sys.exit(
-            f"{port}: the program that moved the hand has ended without opening it. {SWITCH_OFF}, because {doubt.text}"
-        )
+    if doubt is not None:
+        sys.exit(f"{port}: the program that moved the hand has ended without opening it. {SWITCH_OFF}, because {doubt}")
 
 
 def open_what_was_left(
     connect: Callable[[], AeroHand], clock: Clock, thresholds: Thresholds, *, settable: bool
-) -> Doubt | None:
+) -> str | None:
     """Open the hand of a program that has ended; return why it may not be open, or None.
 
     Its port may still be locked, and may go and come back meanwhile, as when the board loses power for a moment: it is
@@ -78,7 +76,7 @@ def open_what_was_left(
             if connected:
                 back = Deadline.after(clock, thresholds.opening_patience_s)
             if back.expired or whole.expired:
-                return Doubt(str(error))
+                return str(error)
         clock.sleep_until(clock.now() + RETRY_S)
 
 

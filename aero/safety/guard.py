@@ -16,7 +16,7 @@ from aero.driver import TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.firmware import ServoSettings
 from aero.protocol import MAX_CODE, position_codes
 from aero.safety.interrupts import uninterrupted
-from aero.safety.opening import OPEN, SWITCH_OFF, Doubt, open_and_relax
+from aero.safety.opening import OPEN, SWITCH_OFF, open_and_relax
 from aero.safety.servo_limits import ServoLimits
 from aero.safety.standby import Standby
 from aero.safety.stop import LinkLostError, Phase, SafetyReason, SafetyStopError, Violation
@@ -171,7 +171,7 @@ class Guard:
                 SafetyReason.FORKED,
             )
         if self._stop is not None:
-            raise SafetyStopError(str(self._stop), self._stop.reason, self._stop.channel, self._stop.unanswered)
+            raise SafetyStopError(str(self._stop), self._stop.reason, self._stop.channel)
         if self.phase is Phase.ENDING:
             raise SafetyStopError(
                 f"{self._hand.name}: it is being opened for the last time. {self._ending.text}.",
@@ -213,7 +213,7 @@ class Guard:
                 silent=silent,
             )
         except ConnectionError as error:
-            doubt = Doubt(str(error))
+            doubt = str(error)
             if violation is None:
                 stop, kind = Violation(SafetyReason.LINK_LOST, "The link was lost"), LinkLostError
         self._is_open = doubt is None
@@ -222,9 +222,9 @@ class Guard:
             self._stop = SafetyStopError(text, stop.reason, stop.channel)
             _LOG.log(logging.INFO if violation is None else logging.WARNING, text)
         else:
-            text += f" {SWITCH_OFF}, because {doubt.text}"
+            text += f" {SWITCH_OFF}, because {doubt}"
             reason = SafetyReason.NOT_OPENED if stop.reason is SafetyReason.ENDED else stop.reason
-            self._stop = kind(text, reason, stop.channel, doubt.unanswered)
+            self._stop = kind(text, reason, stop.channel)
             _LOG.error(text)
         self.phase = Phase.STOPPED
         return self._stop

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +12,7 @@ from aero.channels import Channel
 from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
-from aero.protocol import MAX_CODE, Opcode
+from aero.protocol import MAX_CODE
 from aero.safety.thresholds import Thresholds
 
 STEP_S = 0.02
@@ -30,14 +29,6 @@ OPEN = (0,) * len(Channel)
 """Codes of the open hand."""
 SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"
 """What to do about a hand that cannot be opened from here."""
-
-
-class Doubt(NamedTuple):
-    """Why a hand may not be open."""
-
-    text: str
-    unanswered: Opcode | None = None
-    """The request without a usable reply; None when the doubt is about something else."""
 
 
 def move_slowly(
@@ -75,7 +66,7 @@ def open_and_relax(
     settable: bool,
     last_codes: ArrayLike = OPEN,
     silent: bool = False,
-) -> Doubt | None:
+) -> str | None:
     """Open a hand slowly and weakly, leave it weak, and see that it is so, whatever state it and the link are in.
 
     It counts as open when encoders that are live say so, under a torque limit that the board has acknowledged and has
@@ -99,11 +90,11 @@ def open_and_relax(
     """
     deadline = Deadline.after(clock, thresholds.opening_patience_s)
     attempt = _Attempt(hand, clock, thresholds, settable, silent=silent)
-    doubt = Doubt("the board does not answer") if silent else attempt.run()
+    doubt = "the board does not answer" if silent else attempt.run()
     if attempt.silent:
         with suppress(AeroError):  # a frame that went out incomplete forbids it until the board is back in step
             move_slowly(hand.command_codes_blindly, clock, last_codes, OPEN, thresholds.opening_s)
-    while doubt and not deadline.expired:
+    while doubt is not None and not deadline.expired:
         with suppress(AeroError):  # the next attempt says what is still wrong
             if attempt.silent:
                 hand.resynchronise()
@@ -124,7 +115,7 @@ class _Attempt:
         self.silent = silent
         """Whether the last try got no answer at its beginning."""
 
-    def run(self) -> Doubt | None:
+    def run(self) -> str | None:
         """Ramp open under gentle limits, weaken, and return why the hand may not be open, or None."""
         limits, self.silent = self._thresholds, True
         try:
@@ -137,8 +128,8 @@ class _Attempt:
             self._hold_open()
             doubt = self._arrival()
         except AeroError as error:
-            return Doubt(f"the board does not answer as it should ({error})", error.unanswered)
-        return Doubt("the board has restarted meanwhile") if self._hand.restarts != restarts else doubt
+            return f"the board does not answer as it should ({error})"
+        return "the board has restarted meanwhile" if self._hand.restarts != restarts else doubt
 
     def _limit(self, torque: int) -> None:
         """Limit all channels; the board applies it with the next position command."""
@@ -163,7 +154,7 @@ class _Attempt:
             self._hand.command_codes(OPEN)
             self._clock.sleep_until(self._clock.now() + STEP_S)
 
-    def _arrival(self) -> Doubt | None:
+    def _arrival(self) -> str | None:
         """Wait until live readings show an open hand; return what they show instead, or None."""
         deadline = Deadline.after(self._clock, self._thresholds.opening_s / 2)
         seen: set[bytes] = set()
@@ -174,20 +165,20 @@ class _Attempt:
             seen.add(codes.tobytes() + self._hand.read_currents().tobytes())
             looks += 1
             live, doubt = len(seen) > 1, _closed(codes, self._thresholds.arrival)
-            if live and looks >= LIVE_LOOKS and not doubt:
+            if live and looks >= LIVE_LOOKS and doubt is None:
                 return None
             if deadline.expired:
                 break
         if not live:
-            return Doubt(
+            return (
                 "its readings stand still, so that the board does not reach all its servos; those that it reaches "
                 "were told to open"
             )
         return doubt
 
 
-def _closed(codes: NDArray[np.uint16], arrival: float) -> Doubt | None:
+def _closed(codes: NDArray[np.uint16], arrival: float) -> str | None:
     """Return which channels are closed, or None."""
     shares = codes / MAX_CODE
     named = [f"{channel.label} is {shares[channel]:.0%} closed" for channel in Channel if shares[channel] > arrival]
-    return Doubt(", ".join(named)) if named else None
+    return ", ".join(named) if named else None

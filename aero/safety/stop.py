@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from aero.exit_code import Exit
-from aero.protocol import Opcode
 
 Floats = NDArray[np.float64]
 
@@ -95,14 +94,11 @@ class SafetyStopError(Exception):
         message: str,
         reason: SafetyReason = SafetyReason.NOT_PERMITTED,
         channel: Channel | None = None,
-        unanswered: Opcode | None = None,
     ) -> None:
         super().__init__(message)
         self.reason = reason
         self.channel = channel
         """The channel that the reason is about; None for all of them."""
-        self.unanswered = unanswered
-        """The request without a usable reply that kept the hand from being opened; None when there was none."""
 
 
 class LinkLostError(SafetyStopError, ConnectionError):

@@ -166,13 +166,6 @@ def test_saturation_reports_what_it_changed(angles):
     np.testing.assert_allclose(MAP.angles_from_codes(codes), np.clip(angles, low, high), atol=1e-4)
 
 
-def test_a_map_says_which_it_is():
-    text = ActuationMap.for_firmware("0.2.0").describe()
-    assert "'paper'" in text
-    assert "'homed' of a right hand" in text
-    assert "thumb_abduction 9.93..109.93°" in text
-
-
 def test_the_window_decides_where_the_same_posture_is_found():
     posture = np.deg2rad([10.0, 10.0, 10.0, 10.0, 50.0, 30.0, 20.0])
     codes = {

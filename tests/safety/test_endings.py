@@ -17,7 +17,6 @@ import pytest
 from aero import open_hand, serial_transport
 from aero.safety import GuardedHand, SafetyReason, SafetyStopError, Standby, Thresholds, standby
 from aero.safety.interrupts import uninterrupted, unwinding
-from aero.safety.opening import Doubt
 from aero.serial_transport import SerialTransport
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
@@ -234,7 +233,7 @@ def test_signals_wait_for_the_end_of_an_opening():
 @pytest.mark.usefixtures("_ctrl_c_raises")
 @pytest.mark.parametrize(
     ("doubt", "ending", "after"),
-    [(None, KeyboardInterrupt, "stand_down"), (Doubt("a finger is closed"), SafetyStopError, "take_over")],
+    [(None, KeyboardInterrupt, "stand_down"), ("a finger is closed", SafetyStopError, "take_over")],
 )
 def test_ctrl_c_during_the_last_opening_hides_no_hand_that_may_be_closed(monkeypatch, doubt, ending, after):
     """The signal comes after the opening, unless the hand may be closed: then that is said instead."""

@@ -262,7 +262,7 @@ class GuardedProgram:
         link.unplugged = self.link.unplugged
         settable = firmware_of(self.firmware).settings is not None
         doubt = open_what_was_left(lambda: AeroHand(link, self.clock), self.clock, self._thresholds, settable=settable)
-        self.said = f"{SWITCH_OFF}, because {doubt.text}" if doubt else ""
+        self.said = f"{SWITCH_OFF}, because {doubt}" if doubt else ""
 
     def _demand_open(self):
         self.clock.sleep_until(self.clock.now() + SETTLES_S)

@@ -49,9 +49,9 @@ def test_coefficients_predict_a_grid_that_they_were_not_fitted_on(name):
     np.testing.assert_array_less(residuals.round_trip_max_m, [0.13e-3, 0.55e-3])
 
 
-def test_identified_coefficients_make_a_map_that_knows_its_name(result):
+def test_identified_coefficients_make_a_map_of_their_own(result):
     codec = ActuationMap(result.coefficients)
-    assert "'identified'" in codec.describe()
+    assert codec.coefficients.name == "identified"
     nominal = [0.09, 0.09, 0.09, 0.09, 0.75, 0.035, 0.1]
     difference = codec.codes_from_lengths(nominal).astype(int) - ActuationMap().codes_from_lengths(nominal)
     assert 0 < np.abs(difference).max() < 0.01 * 65535
