@@ -86,11 +86,6 @@ class ChildProcess:
         return self._process.poll() is None
 
     @property
-    def returncode(self) -> int | None:
-        """Its exit status; None while it runs."""
-        return self._process.poll()
-
-    @property
     def errors(self) -> str:
         """What it has printed on standard error."""
         return "\n".join(self._errors).strip()

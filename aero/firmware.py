@@ -55,28 +55,21 @@ class Firmware:
     """States of its command windows, the typical one first; see `aero.actuation.CommandWindow`."""
     calibrate_mid: bool = False
     """Whether it knows CALIBRATE_MID."""
-    looks_like: str = ""
-    """Why a hand that runs it may not be told from one that runs another; empty when it can be told."""
 
 
 FULL, WEAKER = ServoSettings(32766, 1023), ServoSettings(32766, 700)
 THUMB_STATES = ("homed", "unshifted", "mixed")
 """Calibration states of a version whose homing shifts windows of the thumb."""
-SAME = (
-    "0.1.2 to 0.1.5 have the same windows, motion and torque, as 0.1.0 and 0.1.1 have; a guard sets the torque, and "
-    "all of these read the same then"
-)
-MAIN = "`main` and 0.2.0 move and home alike; `aero-hil doctor` tells them apart, by CALIBRATE_MID"
 _ROWS = (
     Firmware("pre", "pre", BootText.PINGS),
-    Firmware("0.1.0", "0.1.0", BootText.HAND_AND_PINGS, FULL, looks_like=SAME),
-    Firmware("0.1.1", "0.1.0", BootText.HAND_AND_PINGS, FULL, looks_like=SAME),
-    Firmware("0.1.2", "0.1.2", BootText.HAND_AND_PINGS, WEAKER, looks_like=SAME),
-    Firmware("0.1.3", "0.1.3", BootText.AUTO_HOMING, WEAKER, looks_like=SAME),
-    Firmware("0.1.4", "0.1.3", BootText.RESET_AND_PINGS, WEAKER, looks_like=SAME),
-    Firmware("0.1.5", "0.1.3", BootText.RESET, WEAKER, looks_like=SAME),
+    Firmware("0.1.0", "0.1.0", BootText.HAND_AND_PINGS, FULL),
+    Firmware("0.1.1", "0.1.0", BootText.HAND_AND_PINGS, FULL),
+    Firmware("0.1.2", "0.1.2", BootText.HAND_AND_PINGS, WEAKER),
+    Firmware("0.1.3", "0.1.3", BootText.AUTO_HOMING, WEAKER),
+    Firmware("0.1.4", "0.1.3", BootText.RESET_AND_PINGS, WEAKER),
+    Firmware("0.1.5", "0.1.3", BootText.RESET, WEAKER),
     Firmware("0.2.0", "0.2.0", BootText.RESET, WEAKER, THUMB_STATES),
-    Firmware("main", "0.2.0", BootText.RESET, WEAKER, THUMB_STATES, calibrate_mid=True, looks_like=MAIN),
+    Firmware("main", "0.2.0", BootText.RESET, WEAKER, THUMB_STATES, calibrate_mid=True),
 )
 FIRMWARE: dict[str, Firmware] = {row.version: row for row in _ROWS}
 """Every version, oldest first."""
