@@ -101,13 +101,6 @@ def test_the_two_fits_of_the_thumb_cables_disagree_by_a_stated_bound():
     assert np.abs(error[:, :5]).max() < 1e-15
 
 
-@given(arrays(np.float64, (4, 7), elements=st.floats(0.0, 1.0)))
-def test_compact_postures_are_recovered_exactly(unit):
-    compact = unit * COMPACT_HIGH
-    recovered = MAP.compact_from_travel(MAP.travel_from_joints(MAP.joints_from_compact(compact)))
-    np.testing.assert_allclose(recovered, compact, atol=1e-9)
-
-
 @given(unit=UNIT, channel=st.sampled_from(Channel), step=st.floats(1e-3, 1.0))
 def test_abduction_opens_up_with_its_length_and_everything_else_closes_as_its_cable_shortens(unit, channel, step):
     lengths = in_workspace(unit)

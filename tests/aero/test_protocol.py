@@ -59,12 +59,6 @@ def test_what_is_packed_in_command_order_comes_back_in_command_order(codes):
     assert protocol.unsigned_values(protocol.parse_reply(protocol.make_positions(codes))).tolist() == codes
 
 
-@given(st.integers(-360, 360), st.sampled_from(Channel))
-def test_a_trim_carries_channel_and_signed_degrees(degrees, channel):
-    words = protocol.parse_reply(protocol.make_trim(channel, degrees)).words
-    assert (words[0], int(np.uint16(words[1]).view(np.int16))) == (protocol.wire_index(channel), degrees)
-
-
 @given(CODES, st.binary(max_size=40), st.lists(st.integers(1, 20), max_size=20), GETS)
 def test_the_reply_is_found_after_any_noise_in_any_pieces(codes, noise, cuts, opcode):
     reply = bytes([opcode, 0]) + protocol.make_positions(codes)[2:]

@@ -72,7 +72,7 @@ def test_a_moment_without_power_while_the_hand_is_opened_leaves_it_open_and_weak
 def test_a_port_that_never_comes_back_is_given_up():
     left = Left()
     left.lose_power(1.0, 1000.0)
-    assert "there is no such port" in left.open().text
+    assert "there is no such port" in left.open()
     waited_s = left.clock.now() - left.began - 1.0
     assert Thresholds().opening_patience_s <= waited_s < Thresholds().opening_patience_s + 0.5
 
@@ -87,7 +87,7 @@ def test_a_port_that_is_never_well_is_given_up():
         return hand
 
     left.connect = broken
-    assert "has it been unplugged" in left.open().text
+    assert "has it been unplugged" in left.open()
     assert left.clock.now() - left.began < LONGEST_S + 1.0
 
 

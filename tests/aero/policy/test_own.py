@@ -97,11 +97,9 @@ WRONG = {
     'field = "last_action"': ('field = "speed"', "no field 'speed'"),
     '["index", "middle", "ring", "pinky", "thumb_cmc': ('["index", "index", "ring", "pinky", "thumb_cmc', "once each"),
     '"thumb_flexor", "thumb_abduction"]': ('"thumb_flexor"]', "failed on an observation of 13"),
-    "rate_hz = 20.0": ("rate_hz = 0", "control_rate_hz"),
     "torque_limit = 0.5": ("torque = 0.5", "knows no torque"),
     "scale = [0.02, 0.02,": ("scale = [0.02,", "scale needs one number or 7"),
     "nominal = [0.09,": ("nominal = [nan,", "nominal must be finite"),
-    "[action]": ("[actions]", "knows no actions"),
 }
 """A line of the interface file, what stands there instead, and what is said."""
 
