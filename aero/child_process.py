@@ -64,6 +64,8 @@ class ChildProcess:
             command, stdin=pipe, stdout=pipe, stderr=pipe if own_errors else None, bufsize=0, start_new_session=True
         )
         readers = (self._read, self._read_errors) if own_errors else (self._read,)
+        self.pid = self._process.pid
+        """Number of the process."""
         _ALL.add(self)
         self._readers: list[threading.Thread] = []
         try:
@@ -74,11 +76,6 @@ class ChildProcess:
         except BaseException:  # a child that nothing reads would wait for ever, and nobody refers to it
             self.kill()
             raise
-
-    @property
-    def pid(self) -> int:
-        """Number of the process."""
-        return self._process.pid
 
     @property
     def running(self) -> bool:

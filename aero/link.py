@@ -61,34 +61,27 @@ class HostLink:
     """
 
     def __init__(self, transport: Transport, clock: Clock) -> None:
+        self.name = transport.name
+        """What a person calls this link."""
         self._transport = transport
         self._clock = clock
         self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of an exchange
         self._text = bytearray()
-        self._restarts = 0
         self._state = State.IN_STEP
         self._overdue = Overdue()
         self._stray = b""
         self._ahead = bytearray()
         self.silent_from: float | None = None
         """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
+        self.restarts = 0
+        """How often boot text has been seen."""
         self.disturbances = 0
         """Exchanges that did not go as they should, and starts of the board."""
-
-    @property
-    def name(self) -> str:
-        """What a person calls this link."""
-        return self._transport.name
 
     @property
     def boot_text(self) -> str:
         """The last 4096 characters that the board printed at its starts; empty if it has not started meanwhile."""
         return self._text.decode("utf-8", errors="replace")
-
-    @property
-    def restarts(self) -> int:
-        """How often boot text has been seen."""
-        return self._restarts
 
     def send(self, frame: bytes, content: Content = Content.FRAME) -> None:
         """Send a frame that the board does not answer.
@@ -326,7 +319,7 @@ class HostLink:
             return
         self._stray += stray
         if holds_boot_text(stray):
-            self._restarts += 1
+            self.restarts += 1
             self.disturbances += 1
             self._text += stray
             del self._text[:-_TEXT_KEPT]

@@ -42,8 +42,9 @@ class SerialTransport:
     """
 
     def __init__(self, port: serial.Serial, name: str) -> None:
+        self.name = name
+        """The path or URL it was opened with."""
         self._port = port
-        self._name = name
         self._closed = False
         _ALL.add(self)
 
@@ -74,11 +75,6 @@ class SerialTransport:
             port.close()
             raise _cannot_open(port_or_url, error) from error
         return cls(port, port_or_url)
-
-    @property
-    def name(self) -> str:
-        """The path or URL it was opened with."""
-        return self._name
 
     def write(self, data: bytes) -> None:
         """Send all of `data` or fail; see `Transport.write`."""
@@ -127,7 +123,7 @@ class SerialTransport:
     def _link_errors(self, action: str) -> Iterator[None]:
         """Make one kind of all that pyserial raises, also of a port that another thread closes meanwhile."""
         if self._closed or not self._port.is_open:
-            raise ConnectionError(f"cannot {action} {self._name}: it has been closed by this program")
+            raise ConnectionError(f"cannot {action} {self.name}: it has been closed by this program")
         try:
             yield
         except (OSError, ValueError, TypeError, AttributeError) as error:
@@ -139,7 +135,7 @@ class SerialTransport:
                 why = f"{error}; has the hand been unplugged?"
             else:  # `select` takes no descriptor beyond 1023
                 why = f"{error}. It was opened while this program had more than 1000 files open; open the hand first."
-            raise ConnectionError(f"cannot {action} {self._name}: {why}") from error
+            raise ConnectionError(f"cannot {action} {self.name}: {why}") from error
 
 
 _ALL: weakref.WeakSet[SerialTransport] = weakref.WeakSet()
