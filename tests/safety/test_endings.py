@@ -181,7 +181,7 @@ def test_ctrl_c_while_the_second_process_starts_ends_it_and_the_next_start_begin
     second.start()
     assert second._process is first
     second.stand_down()
-    assert first.returncode == 0
+    assert first._process.returncode == 0
 
 
 def test_a_second_process_whose_program_was_killed_at_its_start_says_nothing():
