@@ -82,12 +82,16 @@ def table(result: Result) -> tuple[PaperRow, ...]:
     return tuple(rows)
 
 
-def reasons(result: Result) -> dict[tuple[str, str], None]:
-    """Return why a column may differ from the paper's, each column and reason once and in order."""
+def reasons(result: Result) -> dict[tuple[str, str], list[str]]:
+    """Return why a column may differ from the paper's, each column and reason once, to the channels it is about."""
     measuring = EXPERIMENTS[result.recording.header.experiment]
-    of_channels = [measuring.metric(column.name, channel.label) for column in measuring.columns for channel in Channel]
-    found = ((metric.column, metric.differs) for metric in of_channels if metric.differs)
-    return dict.fromkeys((column.title.removesuffix(", ms"), differs) for column, differs in found if column)
+    found: dict[tuple[str, str], list[str]] = {}
+    for column in measuring.columns:
+        for channel in Channel:
+            metric = measuring.metric(column.name, channel.label)
+            if metric.column is not None and metric.differs:
+                found.setdefault((metric.column.title.removesuffix(", ms"), metric.differs), []).append(channel.title)
+    return found
 
 
 def length_unit(channel: Channel) -> str:
