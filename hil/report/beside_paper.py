@@ -11,7 +11,6 @@ from aero.channels import Channel
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric, Published
 from hil.checks.shared.experiment import reading
-from hil.checks.shared.signals import display_unit
 from hil.checks.shared.subjects import FINGERS
 from hil.recordings.series_layout import LENGTH_UNITS
 from hil.verdict.findings import Finding
@@ -96,7 +95,7 @@ def reasons(result: Result) -> dict[tuple[str, str], list[str]]:
 
 def length_unit(channel: Channel) -> str:
     """Return the unit of a channel's lengths: mm, or mrad for the abduction."""
-    return display_unit(LENGTH_UNITS[channel])[0]
+    return f"m{LENGTH_UNITS[channel]}"
 
 
 def text_rows(validation: Validation) -> list[TextRow]:

@@ -16,10 +16,9 @@ from aero.actuation import ActuationMap
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import OPENED, Measured, Sampler, last_before, map_of, one_closed, require
-from hil.checks.shared.signals import closing_current, display_unit, find_steps
+from hil.checks.shared.signals import MILLI, closing_current, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
-from hil.recordings.series_layout import LENGTH_UNITS
 from hil.targets.target import Target
 from model import RoutedHand
 from model.geometry import Side
@@ -88,11 +87,10 @@ def measure(recording: Recording) -> Measured:
     found: dict[str, dict[str, float]] = {}
     for step in steps[: 2 * len(Channel) : 2]:
         closed = last_before(codes.times, codes.values, step.end).astype(int)
-        _, scale = display_unit(LENGTH_UNITS[step.channel])
         found[Channel(step.channel).label] = {
             "closed_percent": 100.0 * float(closed[step.channel]) / MAX_CODE,
-            "fist_travel": scale * float(fist_travel[step.channel]),
-            "fist_difference": scale * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
+            "fist_travel": MILLI * float(fist_travel[step.channel]),
+            "fist_difference": MILLI * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
         }
         # A late host may have read it last while the channel was on its way.
         if currents.times[currents.times < step.end].max(initial=0.0) > step.end - REST_S:

@@ -13,10 +13,9 @@ import numpy as np
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import LOOSE_GRASP, OPENED, Measured, Sampler, last_before, map_of, require
-from hil.checks.shared.signals import closing_current, display_unit, find_steps
+from hil.checks.shared.signals import MILLI, closing_current, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
-from hil.recordings.series_layout import LENGTH_UNITS
 from hil.targets.target import Target
 
 CLOSURES = 10
@@ -67,7 +66,7 @@ def measure(recording: Recording) -> Measured:
     ]
     return {
         channel.label: {
-            "closure_spread": display_unit(LENGTH_UNITS[channel])[1] * float(spread[channel]),
+            "closure_spread": MILLI * float(spread[channel]),
             "range_drift": float(drift[0][channel]),
             "current_drift": float(drift[1][channel]),
         }

@@ -14,7 +14,7 @@ from aero.channels import Channel
 from aero.policy.settings import PAPER_TRAINING
 from hil.checks.shared.experiment import Measured, require
 from hil.checks.shared.side_by_side import follow
-from hil.checks.shared.signals import at_times, display_unit
+from hil.checks.shared.signals import MILLI, at_times
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
@@ -63,11 +63,10 @@ def measure(recording: Recording) -> Measured:
     require(bool(moving.any()), "the motion")
     found = {}
     for channel in Channel:
-        _, scale = display_unit(hand.units[channel])
-        trace = scale * hand.values[moving, channel]
+        trace = MILLI * hand.values[moving, channel]
         delays = np.arange(-LONGEST_DELAY_S, LONGEST_DELAY_S, 0.005)
         errors = [
-            trace - scale * at_times(model.times, model.values[:, [channel]], hand.times[moving] - delay)[:, 0]
+            trace - MILLI * at_times(model.times, model.values[:, [channel]], hand.times[moving] - delay)[:, 0]
             for delay in delays
         ]
         best = int(np.argmin([error.std() for error in errors]))

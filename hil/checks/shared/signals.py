@@ -14,6 +14,9 @@ from hil.recordings.recording import Series
 
 Floats = NDArray[np.float64]
 
+MILLI = 1e3
+"""People read `mm` and `mrad` where series hold `m` and `rad`."""
+
 
 def at_times(times: Floats, values: Floats, at: Floats) -> Floats:
     """Interpolate each column of `values` (n, k) linearly to the times `at`; returns (m, k)."""
@@ -25,11 +28,6 @@ def in_force(commands: Series, at: Floats) -> Floats:
     rows = np.maximum(np.searchsorted(commands.times, at, side="right") - 1, 0)
     found: Floats = commands.values[rows]
     return found
-
-
-def display_unit(unit: str) -> tuple[str, float]:
-    """Return the unit in which people read `m` or `rad`, and the factor to it."""
-    return {"m": ("mm", 1e3), "rad": ("mrad", 1e3)}[unit]
 
 
 def rms(values: Floats) -> float:

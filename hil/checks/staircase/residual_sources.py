@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from aero.channels import Channel
 from hil.checks.shared.experiment import Details
-from hil.checks.shared.signals import display_unit, in_force, rms
+from hil.checks.shared.signals import MILLI, in_force, rms
 from hil.checks.staircase.tracking import residuals, staircase_metrics
 from hil.recordings.recording import Recording
 
@@ -22,8 +22,8 @@ def residual_sources(recording: Recording) -> dict[Channel, dict[str, float]]:
     commanded, goal = (in_force(recording["command"], hand.times), in_force(recording["goal"], hand.times))
     sources = {"simulator": commanded - (hand.values - residual), "map": goal - commanded, "hand": hand.values - goal}
     return {
-        channel: {name: display_unit(unit)[1] * rms(of[settled[:, channel], channel]) for name, of in sources.items()}
-        for channel, unit in zip(Channel, recording["command"].units, strict=True)
+        channel: {name: MILLI * rms(of[settled[:, channel], channel]) for name, of in sources.items()}
+        for channel in Channel
     }
 
 
@@ -36,7 +36,7 @@ def details(recording: Recording) -> Details:
         ("Channel", "Tracking RMS", *(f"{name.capitalize()} alone" for name in sources[Channel.INDEX])),
         tuple(
             (
-                f"{channel.title}, {display_unit(unit)[0]}",
+                f"{channel.title}, m{unit}",
                 f"{rows[channel]['tracking_rms']:.2f}",
                 *(f"{value:.2f}" for value in sources[channel].values()),
             )

@@ -13,7 +13,7 @@ import numpy as np
 from aero.channels import Channel
 from hil.checks.shared.experiment import LOOSE_GRASP, Measured
 from hil.checks.shared.side_by_side import follow
-from hil.checks.shared.signals import display_unit, find_steps, rms
+from hil.checks.shared.signals import MILLI, find_steps, rms
 from hil.checks.staircase.check import SAMPLE_PERIOD_S, stream
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.checks.staircase.rise_time import median_rise, respond
@@ -73,9 +73,8 @@ def measure(recording: Recording) -> Measured:
             )
         answers = [(step, respond(step, hand.times, hand.values[:, channel])) for step in own[1:-1]]
         made = [answer for step, answer in answers if answer.change / (step.after - step.before) >= LEAST_PART]
-        _, scale = display_unit(command.units[channel])
         mine = settled[:, channel] & (hand.times > own[0].start) & (hand.times < own[-1].start)
-        row = found[channel.label] = {"tracking_rms": rms(scale * residual[mine, channel])}
+        row = found[channel.label] = {"tracking_rms": rms(MILLI * residual[mine, channel])}
         rise = median_rise(made)
         if not (made and np.isnan(rise)):
             row["rise_hand_ms"] = 1e3 * rise

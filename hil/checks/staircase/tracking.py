@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aero.channels import Channel
 from hil.checks.shared.experiment import require
-from hil.checks.shared.signals import CommandStep, at_times, display_unit, find_steps, rms
+from hil.checks.shared.signals import MILLI, CommandStep, at_times, find_steps, rms
 from hil.checks.staircase.rise_time import Response, median_rise, respond
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording
@@ -99,24 +99,23 @@ def staircase_metrics(recording: Recording) -> dict[Channel, dict[str, float]]:
                 f"{channel.label} is never commanded in this recording; it is no complete staircase"
             )
         matched = _matched(own, (model.times, model.values[:, channel]), (hand.times, hand.values[:, channel]))
-        _, scale = display_unit(command.units[channel])
         mask = settled[:, channel]
-        kept = scale * residual[mask, channel]
+        kept = MILLI * residual[mask, channel]
         if not kept.size:
             raise CannotBeMeasuredError(f"{channel.label} has no settled sample; hold each level for more than 0.4 s")
         worst = int(np.argmax(np.abs(kept)))
         rise = median_rise([h for _, h in matched])
         host_was_late = bool(matched) and np.isnan(rise)
         rows[channel] = {
-            "excursion_model": scale * _span(model.times, model.values[:, channel], own),
-            "excursion_hand": scale * _span(travel.times, travel.values[:, channel], own),
+            "excursion_model": MILLI * _span(model.times, model.values[:, channel], own),
+            "excursion_hand": MILLI * _span(travel.times, travel.values[:, channel], own),
             "tracking_rms": rms(kept),
             "rise_model_ms": 1e3 * float(np.median([m.rise_on_grid for m, _ in matched])) if matched else np.nan,
             **({} if host_was_late else {"rise_hand_ms": 1e3 * rise}),
             "overshoot_hand_percent": 1e2 * max((h.overshoot for _, h in matched), default=np.nan),
             "settled_percent": 100.0 * float(mask.mean()),
             "matched_steps": float(len(matched)),
-            "worst_percent": 100.0 * abs(float(kept[worst])) / (scale * float(np.ptp(command.values[:, channel]))),
+            "worst_percent": 100.0 * abs(float(kept[worst])) / (MILLI * float(np.ptp(command.values[:, channel]))),
             "worst_residual_at_s": float(hand.times[mask][worst]),
         }
     return rows
