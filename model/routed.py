@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.channels import FINGERS, OBSERVATION_ORDER, Channel, Joint
+from aero.channels import FINGERS, OBSERVATION_ORDER, Channel
 from model.appearance import CABLE_RGBA, CABLE_WIDTH
 from model.geometry import Side, hand
 from model.geometry.elements import Around, Cable
@@ -115,8 +115,9 @@ class RoutedHand:
     def __init__(self, hand: Side = "right") -> None:
         self._model = build_routed(hand).compile()
         self._data = mujoco.MjData(self._model)
-        self._tendon_ids = np.array([self._model.tendon(name).id for name in TENDONS.values()])
-        self._tendon_channels = np.array(list(TENDONS))
+        # MuJoCo's own memory, looked up once; each look-up makes an array.
+        self._sensors = self._data.sensordata
+        self._order = np.array([self._model.sensor(channel.label).adr[0] for channel in Channel])
         self.command_range: NDArray[np.float64] = np.array([COMMAND_RANGE[channel] for channel in Channel])
         """Admissible commands, (7, 2) float, command order; m, abduction rad."""
         self.reset()
@@ -162,10 +163,8 @@ class RoutedHand:
 
     def lengths(self) -> NDArray[np.float64]:
         """Return what the sensors read now, (7,) float, command order; cable lengths in m, abduction in rad."""
-        readings = np.empty(len(Channel))
-        readings[self._tendon_channels] = self._data.ten_length[self._tendon_ids]
-        readings[Channel.THUMB_ABDUCTION] = self._data.qpos[Joint.THUMB_ABDUCTION]
-        return readings
+        lengths: NDArray[np.float64] = self._sensors.take(self._order)
+        return lengths
 
     def joint_angles(self) -> NDArray[np.float64]:
         """Return the joint angles, (16,) float, rad, in the order of `Joint`."""

@@ -199,3 +199,4 @@ def test_a_goal_changes_the_settings_as_reading_all_registers_does(name, writes)
         anew._asked = None
         anew.write(address, data)
         assert known._wanted == anew._wanted
+        assert known.memory.bytes == anew.memory.bytes

@@ -24,6 +24,7 @@ from hil.checks.staircase.residual_sources import details
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
+from hil.recordings.series_layout import LABELS
 from hil.targets.target import Target
 from model import RoutedHand
 
@@ -111,9 +112,8 @@ def run_staircase(
     shares = np.array([reach[channel] for channel in Channel])
     commands = plan.commands(opened, opened + shares * (closed - opened))
 
-    def doing(i: int) -> str:
-        moved = np.flatnonzero(commands[i] != opened)
-        return Channel(moved[0]).label if moved.size else "open hand"
+    moved = commands != opened
+    names = np.where(moved.any(axis=1), np.array(LABELS)[moved.argmax(axis=1)], "open hand")
 
     follow(
         target,
@@ -122,7 +122,7 @@ def run_staircase(
         commands,
         period_s=plan.sample_period_s,
         parameters=dataclasses.asdict(plan),
-        doing=doing,
+        doing=names.tolist().__getitem__,
         progress=progress,
     )
 

@@ -40,7 +40,7 @@ def test_a_stop_is_an_event_of_its_time():
         close(target, Channel.INDEX, share=0.5)
         recorder = Recorder(target, "hold")
         recorder.begin()
-        target.hand._guard._lookout.watch.temperatures = lambda _celsius: Violation(
+        target.hand._guard.lookout.watch.temperatures = lambda _celsius: Violation(
             SafetyReason.TEMPERATURE, "it is hot"
         )
         with pytest.raises(SafetyStopError):
