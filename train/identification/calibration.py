@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,10 +47,8 @@ from train.identification.unit_parameters import (
 )
 from train.workers import worker_processes
 
-COARSE_S = 6.0
-"""Motions of each set of channels that the search begins with, s: steps and a staircase of a recording of ours."""
-COARSE_ITERATIONS, FINE_ITERATIONS = 1, 1
-"""Jacobians of the first motions, and of whole recordings."""
+COARSE_S = 2.0
+"""Motions of each set of channels that the search begins with, s: steps there and back in a recording of ours."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +87,6 @@ def calibrate(
     firmware: str | None = None,
     free: tuple[Free, ...] = FREE,
     jobs: int = 1,
-    factors: Mapping[str, float] | None = None,
     report: Report = lambda _line: None,
     progress: Callable[[int, int], None] = lambda _done, _about: None,
 ) -> Calibration:
@@ -104,7 +100,6 @@ def calibrate(
         firmware: what the hand ran; what the recordings say when None, and 0.2.0 where none says anything.
         free: what is looked for, as far as the traces tell it.
         jobs: processes to spread the replays over.
-        factors: how much wider than their standard deviations intervals are, by kind of number; as shipped when None.
         report: called with lines of progress.
         progress: called after each replay with how many are done and about how many it takes.
 
@@ -115,7 +110,6 @@ def calibrate(
         raise UnusableFileError("calibration needs at least one recording")
     kept = tuple(traces)
     firmware = _one_firmware(kept, firmware)
-    factors = interval_factors() if factors is None else factors
     moved = excited(kept)
     if not moved:
         raise UnusableFileError("no channel moves in these; `aero-hil record --excite all` moves each of them")
@@ -129,14 +123,16 @@ def calibrate(
 
     left_out: list[Residuals] = []
     hidden: list[Floats] = []
-    with _processes(jobs) as pool:
+    with nullcontext() if jobs == 1 else worker_processes(jobs) as pool:
         model = UnitModel(start, kept, firmware, pool, told_by, replayed=replayed)
         about = _replays(model)
         report(f"the first motions of each channel, {COARSE_S:.0f} s")
-        found = search(_coarse(model), iterations=COARSE_ITERATIONS, report=report)
+        # A Jacobian of whole recordings costs ten times as much, so that only the last one is of these.
+        shortened = tuple(trace.shortened(COARSE_S) for trace in kept)
+        found = search(replace(model, traces=shortened), report=report)
         if found.interrupted is None:
             report("whole recordings")
-            found = search(model, begin=found, iterations=FINE_ITERATIONS, report=report)
+            found = search(model, begin=found, iterations=1, report=report)
         fitted = replace(model, start=model.unit(found.x), free=KEPT)
         try:
             if found.interrupted is None:
@@ -151,28 +147,17 @@ def calibrate(
         kept_slopes = hidden or [np.zeros((*r.shape, len(KEPT))) for r in found.residuals]
         noise = noise_counts(found.residuals)
         errors = covariance(found.residuals, found.slopes, spreads(model), kept_slopes, spreads(fitted), noise=noise)
-        errors = widened(errors, factors_of(model.free, factors), spreads(model))
+        errors = widened(errors, factors_of(model.free, interval_factors()), spreads(model))
         known = intervals(model.numbers, found.x, errors)
         believed = intervals(model.numbers, found.x, np.diag(spreads(model) ** 2))
         from_readings = told(known, believed)
     return Calibration(model.unit(found.x), kept, firmware, known, from_readings, found, left_out)
 
 
-def _coarse(model: UnitModel) -> UnitModel:
-    """Return a model that predicts the first motions of each trace."""
-    return replace(model, traces=tuple(trace.shortened(COARSE_S) for trace in model.traces))
-
-
-def _processes(jobs: int) -> AbstractContextManager[Executor | None]:
-    """Return worker processes, or nothing for one job."""
-    return nullcontext() if jobs == 1 else worker_processes(jobs)
-
-
 def _replays(model: UnitModel) -> int:
-    """Return about how many replays a calibration takes."""
+    """Return about how many replays a calibration takes: three Jacobians, and that of the kept numbers."""
     slopes, kept, phases = len(slope_groups(model.free)), len(slope_groups(KEPT)), len(model.phases_s)
-    coarse, fine = slopes + STEPS + phases + 2, slopes + STEPS + 2
-    return len(model.traces) * (phases + COARSE_ITERATIONS * coarse + FINE_ITERATIONS * fine + kept + 1)
+    return len(model.traces) * (2 * phases + 3 * (slopes + STEPS + 2) + kept + 1)
 
 
 def _one_firmware(traces: Sequence[Trace], asked: str | None) -> str:

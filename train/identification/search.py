@@ -69,33 +69,28 @@ def search(
         iterations: at most so many Jacobians.
         report: called with lines of progress.
     """
-    grid = [[phase] * len(model.traces) for phase in model.phases_s]
-    apart_s = float(np.ptp(model.phases_s)) / max(len(grid) - 1, 1)
-    if begin is None:
-        found = _best_phased(model, np.zeros(len(model.free)), grid)
-    else:
-        apart_s /= NEAR
-        found = _best_phased(model, begin.x, [begin.phases_s])
-    coarse = begin is None
+    n, grid, far = len(model.traces), model.phases_s, begin is None
+    near_s = float(np.ptp(grid)) / max(len(grid) - 1, 1) / (1 if begin is None else NEAR)
+    found = begin or _best_phased(model, np.zeros(len(model.free)), [[phase] * n for phase in grid])
     try:
+        if begin is not None:
+            found = _best_phased(model, begin.x, [begin.phases_s])
         for iteration in range(iterations):
             report(f"iteration {iteration}: {pooled_rms(found.residuals):.2f} counts")
-            noise = noise_counts(found.residuals)
+            noise, settled = noise_counts(found.residuals), found.phases_s
             before = _objective(model, found, noise)
             found = replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
             found = _descended(model, found, noise)
-            settled = found.phases_s
-            if coarse:
-                found = _rephased(model, found, grid)
-                coarse = found.phases_s != settled
-            if not coarse:
-                apart_s /= 2.0
-                found = _rephased(model, found, [[phase + d for phase in found.phases_s] for d in (-apart_s, apart_s)])
+            if far:
+                # Far from the numbers the best phase may be another one.
+                found = _rephased(model, found, [[phase] * n for phase in grid])
+                far = found.phases_s != settled
+            if not far:
+                near_s /= 2.0
+                found = _rephased(model, found, [[phase + d for phase in found.phases_s] for d in (-near_s, near_s)])
             if found.phases_s == settled and before - _objective(model, found, noise) < CONVERGED * before:
                 break
         report(f"found: {pooled_rms(found.residuals):.2f} counts")
-        if not found.slopes:
-            found = replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
         return found
     except (KeyboardInterrupt, SystemExit) as error:
         return replace(found, interrupted=error)

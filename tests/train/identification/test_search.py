@@ -99,6 +99,15 @@ def test_a_search_goes_on_from_what_a_coarser_model_found():
     assert [len(r) for r in found.residuals] == list(toy.lengths)
 
 
+@pytest.mark.parametrize("batches", [0, 1, 3])
+def test_an_interruption_of_what_goes_on_keeps_what_a_coarser_model_found(batches):
+    coarse = search(Toy((12, 16, 8, 10)), iterations=3)
+    ran.clear()
+    found = search(Toy(interrupt_after=batches), begin=coarse, iterations=1)
+    assert isinstance(found.interrupted, KeyboardInterrupt)
+    assert np.array_equal(found.x, coarse.x)
+
+
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.sets(st.sampled_from(ALL), min_size=1)), min_size=1, max_size=12))
 def test_every_number_is_in_one_group_in_which_no_channel_feels_two(rows):
     free = tuple(Free(name, (), tuple(channels), 1.0) for name, channels in rows)
