@@ -63,6 +63,8 @@ CURRENTS = (*PULLS, "staircase/friction", "audit/pull")
 """Readings in ampere."""
 OPPOSED = -8.0
 """Excess of a current below which it has the other sign: one that is zero is less far off."""
+UNLOADED = -5.0
+"""Excess of a load against the springs below which there is none."""
 MOVED = "audit/others_moved"
 OF_THE_LINK = ("session/", "presence/", "driver/", "run/")
 THUMB = frozenset({Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR})
@@ -256,6 +258,9 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         elif failures.excess("audit/pull", channel.label) < OPPOSED:
             # No load makes a current flow the other way: a sign does, of the firmware or of the motor's poles.
             servo, digit, board = 0.3, 0.2, 0.4
+        elif failures.excess("staircase/spring", channel.label) < UNLOADED:
+            # No zero takes all load away.
+            setup = 0.03
         # What answers only now and then stands still and jumps; nothing mechanical does.
         bus, usb = 0.03 + 0.3 * still / everything, 0.1 * jumping / everything
         board += 0.3 * still / everything
