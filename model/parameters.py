@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from aero.channels import JOINT_BOX_RAD, Joint
 from firmware_emulator.servo.parameters import HLS3606M
 from model.geometry.palm import THENAR_RADIUS
 from model.geometry.winding import ABDUCTION_RADIUS
@@ -84,15 +84,9 @@ class BuiltHandParameters:
     """Longest step of the physics, s."""
 
     def __post_init__(self) -> None:
-        lengths = {
-            "Channels": len(Channel),
-            "Joints": len(Joint),
-            "tuple[float, float]": 2,
-            "tuple[float, float, float]": 3,
-        }
         for field in fields(self):
             values = np.atleast_1d(np.asarray(getattr(self, field.name), dtype=float))
-            expected = lengths.get(str(field.type), 1)
+            expected = np.size(getattr(type(self), field.name))
             if values.shape != (expected,):
                 raise ValueError(f"{field.name} has {expected} values, not shape {values.shape}")
             signed = field.name in {"cable_take_up", "spring_open", "spring_closed", "down"}

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from aero.channels import FINGERS, Joint
+from aero.channels import Joint
 from aero.whole_file import whole
 from model.appearance import CABLE_RGBA, PULLEY_RGBA, Rgba
 from model.geometry import Side
@@ -32,10 +32,9 @@ LEGEND: tuple[tuple[str, Rgba], ...] = (
     ("return spring of the outer joints", CABLE_RGBA["distal_spring"]),
     ("pulley", PULLEY_RGBA),
 )
-CURL = (0.10, 0.16, 0.24, 0.32)
-"""Angle of every joint of the fingers in a picture, rad, from index to pinky."""
-THUMB_POSE = {Joint.THUMB_ABDUCTION: 1.1, Joint.THUMB_CMC: 0.3, Joint.THUMB_MCP: 0.25, Joint.THUMB_IP: 0.25}
-"""rad"""
+_ANGLES = (*[0.10] * 3, *[0.16] * 3, *[0.24] * 3, *[0.32] * 3, 1.1, 0.3, 0.25, 0.25)
+POSE = dict(zip(Joint, _ANGLES, strict=True))
+"""Joint angles in a picture, rad."""
 STICKERS: dict[tuple[int, int, int], Rgba] = {
     (1, 0, 0): (0.80, 0.15, 0.15, 1.0),
     (-1, 0, 0): (0.95, 0.55, 0.10, 1.0),
@@ -51,35 +50,25 @@ STICKER_FRACTION, STICKER_THICKNESS = 0.8, 0.2e-3
 """Of a face's width; m."""
 
 
-def shown_pose() -> NDArray[np.float64]:
-    """Return the joint angles, (16,) rad, of a hand that is about to take something."""
-    angles = np.zeros(len(Joint))
-    angles[: 3 * len(FINGERS)] = np.repeat(CURL, 3)
-    angles[list(THUMB_POSE)] = list(THUMB_POSE.values())
-    return angles
-
-
-def picture(spec: mujoco.MjSpec, side: Side = "right", joint_angles: ArrayLike | None = None) -> Picture:
-    """Draw the palm of a hand, (HEIGHT, WIDTH, 3).
+def picture(spec: mujoco.MjSpec, side: Side = "right") -> Picture:
+    """Draw the palm of a hand that is about to take something, (HEIGHT, WIDTH, 3).
 
     Args:
         spec: a hand; a copy of it is lit and compiled.
         side: which hand it is.
-        joint_angles: (16,) float, rad; `shown_pose` when left out.
     """
     lit = spec.copy()
     add_light(lit)
     lit.visual.global_.offwidth, lit.visual.global_.offheight = WIDTH, HEIGHT
     model = lit.compile()
     data = mujoco.MjData(model)
-    angles = shown_pose() if joint_angles is None else np.asarray(joint_angles, dtype=float)
-    for joint in Joint:
-        data.joint(joint.label).qpos = angles[joint]
+    for joint, angle in POSE.items():
+        data.joint(joint.label).qpos = angle
     with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
         return _drawn(renderer, model, data, _camera(side, *CAMERA))
 
 
-def write_picture(spec: mujoco.MjSpec, path: Path, side: Side = "right", joint_angles: ArrayLike | None = None) -> None:
+def write_picture(spec: mujoco.MjSpec, path: Path, side: Side = "right") -> None:
     """Write `picture` as a PNG file, with a legend of the cables' colours."""
     # A film needs no plots.
     from matplotlib.figure import Figure  # noqa: PLC0415
@@ -87,7 +76,7 @@ def write_picture(spec: mujoco.MjSpec, path: Path, side: Side = "right", joint_a
 
     figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.imshow(picture(spec, side, joint_angles))
+    axes.imshow(picture(spec, side))
     axes.set_axis_off()
     lines = [Line2D([], [], color=rgba, linewidth=6, label=label, solid_capstyle="round") for label, rgba in LEGEND]
     axes.legend(handles=lines, loc="lower left", frameon=False, fontsize=17, borderaxespad=1.5, handlelength=1.4)

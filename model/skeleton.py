@@ -69,7 +69,8 @@ def build_skeleton(hand: HandGeometry, dynamics: JointDynamics) -> mujoco.MjSpec
     spec.compiler.degree = False
     spec.option.gravity = (0.0, 0.0, -GRAVITY)
     _add_link(spec.worldbody, hand.base, dynamics)
-    _leave_out_contacts(spec, hand)
+    for first, second in _left_out(hand):
+        spec.add_exclude(name=f"{first}_{second}", bodyname1=first, bodyname2=second)
     return spec
 
 
@@ -149,14 +150,8 @@ def _add_pulley(body: mujoco.MjsBody, pulley: Pulley) -> None:
     )
 
 
-def _leave_out_contacts(spec: mujoco.MjSpec, hand: HandGeometry) -> None:
-    """Leave out what meets only where two digits' roots sit in the palm: see `left_out`."""
-    for first, second in left_out(hand):
-        spec.add_exclude(name=f"{first}_{second}", bodyname1=first, bodyname2=second)
-
-
-def left_out(hand: HandGeometry) -> list[tuple[str, str]]:
-    """Return the pairs of links that must not collide.
+def _left_out(hand: HandGeometry) -> list[tuple[str, str]]:
+    """Return the pairs of links that must not collide: what meets only where two digits' roots sit in the palm.
 
     The palm against every moving link but the fingertips, the mount against every moving link. Neighbours within a
     digit never collide in MuJoCo, nor do parts that are both fixed in the world.
