@@ -6,20 +6,23 @@ holder (homing, SET_ID) freezes the telemetry and delays nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from struct import Struct
 
-from firmware_emulator.firmware.frames import CHANNELS, FRAME_SIZE
+from firmware_emulator.firmware.frames import CHANNELS, FRAME_SIZE, to_host
 from firmware_emulator.firmware.hands import SERVOS, HandConfig
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import FirmwareProfile
-from firmware_emulator.firmware.reading import NOTHING_READ
+from firmware_emulator.firmware.servo_calls import signed
 from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task, on_grid
 from firmware_emulator.uart_master import UartMaster
 
 QUEUE_SIZE = 256
 """Receive queue of the USB driver; bytes beyond it are dropped (arduino-esp32 HWCDC)."""
 POSITION, TORQUE = "position", "torque"
+_BLOCK = Struct("<HH3xB5xH")
+"""Position, speed, temperature and current in the feedback block."""
 
 
 class Window:
@@ -50,6 +53,47 @@ class TorqueState:
     """Whether the soft limit has seen the channel outside its window."""
     next_look_ms: int = 0
     """When the soft limit is due again, ms."""
+
+
+class Telemetry:
+    """The last complete reading of all servos, as the host words that the board answers with.
+
+    The board reads a hundred times a second and a host asks less often, so words are made when they are asked for.
+    """
+
+    def __init__(self, blocks: Sequence[bytes], extend: Sequence[int], grasp: Sequence[int]) -> None:
+        """Keep blocks of registers 56 to 70, and both ends of the window (counts) as they are now."""
+        self._blocks, self._extend, self._grasp = blocks, extend, grasp
+        self._unpacked: tuple[tuple[int, ...], ...] | None = None
+
+    @property
+    def positions(self) -> Sequence[int]:
+        """Share of the window, 0..65535."""
+        return list(map(to_host, self._registers()[0], self._extend, self._grasp))
+
+    @property
+    def speeds(self) -> Sequence[int]:
+        """Signed, register units."""
+        return list(map(signed, self._registers()[1]))
+
+    @property
+    def currents(self) -> Sequence[int]:
+        """Signed, register units."""
+        return list(map(signed, self._registers()[3]))
+
+    @property
+    def temperatures(self) -> Sequence[int]:
+        """°C."""
+        return self._registers()[2]
+
+    def _registers(self) -> tuple[tuple[int, ...], ...]:
+        if self._unpacked is None:
+            self._unpacked = tuple(zip(*map(_BLOCK.unpack, self._blocks), strict=True))
+        return self._unpacked
+
+
+NOTHING_READ = Telemetry((bytes(_BLOCK.size),) * CHANNELS, (0,) * CHANNELS, (0,) * CHANNELS)
+"""What the cache holds until all servos have answered once: zeros."""
 
 
 class Board:

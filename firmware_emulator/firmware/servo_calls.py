@@ -28,6 +28,11 @@ def sign_magnitude(value: int) -> int:
     return value & 0xFFFF if value >= 0 else -value & 0xFFFF | 0x8000
 
 
+def signed(word: int) -> int:
+    """Return the value of a sign-magnitude register word."""
+    return word if word < 0x8000 else 0x8000 - word
+
+
 def goal(position: int, *, speed: int, acceleration: int, torque: int) -> bytes:
     """Return registers 41 to 47; the position is truncated to 16 bits first, which turns +-50000 around."""
     return GOAL_BLOCK.pack(acceleration, sign_magnitude(int16(position)), torque, speed)
@@ -44,8 +49,7 @@ def read_signed(uart: UartMaster, servo: int, register: str) -> Task:
     answer = yield from uart.read(servo, REGISTERS[register].address, 2)
     if answer is None:
         return FAILED
-    word = int.from_bytes(answer, "little")
-    return word if word < 0x8000 else 0x8000 - word
+    return signed(int.from_bytes(answer, "little"))
 
 
 def unlock(uart: UartMaster, servo: int) -> Task:

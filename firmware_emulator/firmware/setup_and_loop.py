@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Literal
 
-from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.board import Board, Telemetry
 from firmware_emulator.firmware.frames import words_of
 from firmware_emulator.firmware.hands import SERVOS
 from firmware_emulator.firmware.homing import assume_homed, home
 from firmware_emulator.firmware.opcodes import HANDLERS
 from firmware_emulator.firmware.profiles import BootHoming
-from firmware_emulator.firmware.reading import Telemetry
 from firmware_emulator.firmware.torque_mode import look_at_soft_limit, make_up_for_looks, next_look
 from firmware_emulator.kernel import TASK_YIELD, Task, milliseconds, ticks_later
 from firmware_emulator.servo.model_file import FEEDBACK, FEEDBACK_SIZE
