@@ -20,8 +20,7 @@ from hil.checks.shared.experiment import Measured, map_of
 from hil.checks.shared.side_by_side import MODEL_STEP_S, follow
 from hil.checks.staircase.cable_loads import loads
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
-from hil.checks.staircase.residual_sources import details
-from hil.checks.staircase.tracking import staircase_metrics
+from hil.checks.staircase.tracking import details, staircase_metrics
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.recordings.series_layout import LABELS

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.checks.shared.experiment import require
-from hil.checks.shared.signals import MILLI, CommandStep, at_times, find_steps, rms
+from hil.checks.shared.experiment import Details, require
+from hil.checks.shared.signals import MILLI, CommandStep, at_times, find_steps, in_force, rms
 from hil.checks.staircase.rise_time import Response, median_rise, respond
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording
@@ -29,6 +29,11 @@ QUIET_TRACE_S = 0.1
 QUIET_TRACE_FRACTION = 0.005
 """... neither trace has moved by more than this part of its range; paper, section "Dynamic validation"."""
 
+TEXT = (
+    "The residual is the sum of three errors: the simulator's actuator stops short of its command, the map's two "
+    "directions are separate fits on the thumb, and the hand stops short of its goal under friction and springs. The "
+    "last three numbers are the RMS of each."
+)
 _TICK = 1e-6
 """Slack of time comparisons, s: far below a sample, far above rounding."""
 
@@ -132,3 +137,33 @@ def _span(times: Floats, values: Floats, steps: list[CommandStep]) -> float:
     inside = (times >= steps[0].start) & (times <= steps[-1].end)
     require(bool(inside.any()), "samples of a sweep")
     return float(np.ptp(values[inside]))
+
+
+def residual_sources(recording: Recording) -> dict[Channel, dict[str, float]]:
+    """Return the settled RMS of each source by channel, mm or mrad; as signed numbers they add up to the residual."""
+    hand = recording["hand"]
+    residual, settled = residuals(recording)
+    commanded, goal = (in_force(recording["command"], hand.times), in_force(recording["goal"], hand.times))
+    sources = {"simulator": commanded - (hand.values - residual), "map": goal - commanded, "hand": hand.values - goal}
+    return {
+        channel: {name: MILLI * rms(of[settled[:, channel], channel]) for name, of in sources.items()}
+        for channel in Channel
+    }
+
+
+def details(recording: Recording) -> Details:
+    """Return each channel's tracking error, taken apart."""
+    rows, sources, units = staircase_metrics(recording), residual_sources(recording), recording["command"].units
+    return Details(
+        "What the tracking error consists of",
+        TEXT,
+        ("Channel", "Tracking RMS", *(f"{name.capitalize()} alone" for name in sources[Channel.INDEX])),
+        tuple(
+            (
+                f"{channel.title}, m{unit}",
+                f"{rows[channel]['tracking_rms']:.2f}",
+                *(f"{value:.2f}" for value in sources[channel].values()),
+            )
+            for channel, unit in zip(Channel, units, strict=True)
+        ),
+    )

@@ -32,6 +32,14 @@ def test_how_far_each_experiment_goes_is_known():
     }
 
 
+@pytest.mark.parametrize(("plan", "of"), [("short_staircase", "staircase"), ("endurance", "repeatability")])
+def test_another_plan_measures_what_its_check_does_and_has_nothing_of_the_paper(plan, of):
+    metrics = EXPERIMENTS[plan].metrics
+    assert {metric.name for metric in metrics} <= {metric.name for metric in EXPERIMENTS[of].metrics}
+    assert all(check.experiment == plan for metric in metrics for check in metric.checks)
+    assert not any(metric.column or metric.paper or metric.published or metric.worse for metric in metrics)
+
+
 @pytest.mark.parametrize("subject", ["index", "thumb_abduction"])
 def test_a_metric_is_that_of_its_subject(subject):
     metric = EXPERIMENTS["staircase"].metric("tracking_rms", subject)

@@ -12,7 +12,14 @@ from synthetic import RANGES, replaced, staircase
 from aero.channels import Channel
 from hil.checks.shared.signals import at_times, find_steps
 from hil.checks.staircase.rise_time import Response, median_rise, respond
-from hil.checks.staircase.tracking import quiet_command, quiet_trace, residuals, staircase_metrics
+from hil.checks.staircase.tracking import (
+    details,
+    quiet_command,
+    quiet_trace,
+    residual_sources,
+    residuals,
+    staircase_metrics,
+)
 
 
 @given(st.floats(0.02, 0.08), st.floats(1e-4, 1.0), st.booleans(), st.floats(0.0, 0.02))
@@ -170,3 +177,18 @@ def test_a_residual_is_hand_less_simulator():
     recording = staircase(tau=0.02, hand_tau=0.02, offset=0.01)
     residual, _ = residuals(recording)
     np.testing.assert_allclose(residual, np.broadcast_to(0.01 * RANGES, residual.shape), atol=1e-12)
+
+
+@pytest.mark.parametrize(("series", "source"), [("hand", "hand"), ("model", "simulator"), ("goal", "map")])
+def test_a_constant_error_is_attributed_to_its_source(series, source):
+    perfect = staircase(tau=0.03, hand_tau=0.03)
+    error = 0.02 * RANGES[Channel.RING]
+    changed = perfect[series].values.copy()
+    changed[:, Channel.RING] += error
+    recording = replaced(perfect, series, changed)
+    if series == "goal":
+        recording = replaced(recording, "hand", perfect["hand"].values + error * (np.arange(7) == Channel.RING))
+    found = residual_sources(recording)[Channel.RING]
+    assert found[source] == pytest.approx(1e3 * error, rel=0.01)
+    assert all(found[other] < 0.05 * found[source] for other in found if other != source)
+    assert details(recording).rows[Channel.RING][2:] == tuple(f"{value:.2f}" for value in found.values())
