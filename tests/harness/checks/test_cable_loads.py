@@ -41,15 +41,6 @@ def test_slack_is_the_travel_before_the_load_begins():
     assert load.take_up_mm == pytest.approx(0.4 * 1e3 * RANGES[Channel.RING], rel=0.01)
 
 
-def test_a_cable_that_never_pulls_is_slack_all_the_way():
-    recording = staircase(levels=10)
-    currents = recording["currents"].values.copy()
-    currents[:, Channel.INDEX] = 0.0
-    load = loads(replaced(recording, "currents", currents))[Channel.INDEX]
-    assert load.take_up_mm == pytest.approx(0.9 * 1e3 * RANGES[Channel.INDEX], rel=0.01)
-    assert load.spring == 0.0
-
-
 def load(springs, frictions=None, travel=None):
     springs = np.array(springs, float)
     travel = np.arange(1.0, len(springs) + 1) if travel is None else travel

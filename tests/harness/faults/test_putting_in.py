@@ -24,11 +24,6 @@ def session(*texts, seconds=2.4, **options):
         return target.wire.since(0, 0.0), np.array(codes)
 
 
-def test_the_same_seed_gives_the_same_bytes():
-    texts = "encoder_noise:ring=10", "reply_delayed=30", "motor_weak:index=0.4@1"
-    assert session(*texts)[0] == session(*texts)[0]
-
-
 BYTES = {
     "": "9ebe2f85e3fa3f4c",
     "motor_weak:ring=0.4@0.5": "60246a46a5044814",
