@@ -124,22 +124,6 @@ def test_most_readings_come_within_the_clients_own_ten_milliseconds(tmp_path):
         hand.close()
 
 
-def test_a_boot_text_before_an_acknowledgement_makes_the_sdk_give_up(tmp_path, monkeypatch):
-    """241 bytes are no multiple of sixteen: the client reads frames that never line up with the answer."""
-    with served(tmp_path, firmware="0.1.0", start="reset") as (link, _):
-        hand = patient_hand(link)
-        monkeypatch.setattr(hand.ser, "reset_input_buffer", lambda: None)
-        text = hand.ser.read(225)
-        assert text.startswith(b"[BOOT] Hand Type: RIGHT_HAND\r\n")
-        wait = hand._wait_for_ack
-        monkeypatch.setattr(hand, "_wait_for_ack", lambda opcode, _timeout: wait(opcode, 0.5))
-        hand.ser.timeout = 0.2
-        hand.ser.read(15)
-        with pytest.raises(TimeoutError, match="ACK"):
-            hand.set_speed(0, 100)
-        hand.close()
-
-
 @pytest.fixture
 def patient_feetech(monkeypatch):
     """Lengthen the time the client waits for an answer that does come."""

@@ -67,11 +67,6 @@ def test_only_raised_rts_with_dropped_dtr_restarts_the_chip(changes):
         assert lines.set(**{line: value}) == (state != before and state == {"dtr": False, "rts": True})
 
 
-def test_opening_a_port_restarts_nothing():
-    lines = ModemLines()
-    assert [lines.set(dtr=True), lines.set(rts=True), lines.set(dtr=False, rts=False)] == [False] * 3
-
-
 def test_a_client_over_the_network_is_answered_and_may_come_back():
     with served(listen=("localhost", 0)) as server:
         for baud in (921600, 9600):
@@ -162,13 +157,6 @@ def test_a_power_cycle_takes_the_port_away_and_brings_it_back(tmp_path):
             threading.Event().wait(0.02)
         with serial.Serial(server.name, timeout=PATIENCE_S) as back:
             assert answers(back)
-
-
-def test_any_other_reset_leaves_the_port_open(tmp_path):
-    hand = EmulatedHand(Bench())
-    with served(hand, link=tmp_path / "hand") as server, serial.Serial(server.name, timeout=0.2) as port:
-        hand.kernel.call_at(hand.kernel.now, hand.reset, "reset")
-        heard(port, (ROM, SKIPPING))
 
 
 def test_the_bus_terminal_knows_the_baud_rate(tmp_path):
