@@ -89,6 +89,8 @@ def compare_command(
     kept: list[Recorded] = []
     with usage_errors():
         if write is not None:
+            if not write.name.endswith(ENDING):
+                raise ValueError(f"--write {write}: name the file *{ENDING}")
             prepared_file(write)
         one = contender(first, hand)
         rounds = (

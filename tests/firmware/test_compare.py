@@ -52,3 +52,9 @@ def test_what_the_command_writes_is_what_it_compares_with(tmp_path):
     other = CliRunner().invoke(main, ["firmware", "compare", "0.2.0", file, "--only", "calibrate_mid"])
     assert other.exit_code == 1, other.output
     assert "CALIBRATE_MID on every channel:\nfirst difference on the " in other.output
+
+
+def test_a_file_that_would_not_be_read_again_is_not_written(tmp_path):
+    refused = CliRunner().invoke(main, ["firmware", "compare", "main", "main", "--write", str(tmp_path / "some.json")])
+    assert refused.exit_code == 2
+    assert "name the file *.jsonl.xz" in " ".join(refused.output.split())
