@@ -4,14 +4,14 @@
     torque_limit = 0.5                    # share of the stall torque; left out for the firmware's own
 
     [[observation]]                       # in this order, one after another
-    field = "lengths"                     # a row of FIELDS
+    field = "lengths"                     # one of Field
     channels = ["index", "thumb_flexor"]  # order; all seven, command order, when left out
     scale = 1.0                           # (value - offset) * scale; one number or one a channel
     offset = 0.0
     history = 1                           # periods, the oldest first
 
     [action]
-    field = "lengths"                     # a row of MEANINGS
+    field = "lengths"                     # one of MEANINGS
     channels = ["index", "thumb_flexor"]  # what is not named stays at its nominal value
     nominal = [...]                       # (7,), command order: the grasp, action zero
     scale = [...]                         # one number or one an action: change from action 0 to 1
@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import tomllib
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -88,13 +88,8 @@ class Field(Enum):
         return values
 
 
-class Meaning(Enum):
-    """What an action is, after nominal and scale."""
-
-    LENGTHS = "lengths"
-    """Cables, m, abduction rad."""
-    ANGLES = "angles"
-    """One angle for all joints on a cable, rad."""
+MEANINGS = (Field.LENGTHS, Field.ANGLES)
+"""What an action may be, after nominal and scale."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +132,8 @@ class Action:
     """(7,), command order, in the units of `meaning`."""
     scale: Row
     """One number, or one an action."""
-    meaning: Meaning = Meaning.LENGTHS
+    meaning: Field = Field.LENGTHS
+    """One of `MEANINGS`."""
     channels: tuple[Channel, ...] = COMMAND_ORDER
     clip: float = 1.0
 
@@ -159,7 +155,7 @@ class Action:
         scale = np.zeros(CHANNELS)
         scale[np.array(self.channels)] = self.scale
         values: Floats = np.array(self.nominal) + scale * action
-        if self.meaning is Meaning.ANGLES:
+        if self.meaning is Field.ANGLES:
             values = codec.lengths_from_travel(codec.travel_from_joints(codec.joints_from_compact(values)))
         return values
 
@@ -230,7 +226,7 @@ class Interface:
         row = table["action"]
         _check_names("the action", row, {"field", "channels", "nominal", "scale", "clip"})
         action = Action(
-            _row(row["nominal"]), _row(row["scale"]), _one(Meaning, row["field"]), _channels(row),
+            _row(row["nominal"]), _row(row["scale"]), _one(MEANINGS, row["field"]), _channels(row),
             float(row.get("clip", 1.0)),
         )  # fmt: skip
         limit = table.get("torque_limit")
@@ -309,11 +305,11 @@ def _row(value: float | list[float]) -> Row:
     return tuple(float(one) for one in (value if isinstance(value, list) else [value]))
 
 
-def _one(kind: Any, name: str) -> Any:
-    names = [one.value for one in kind]
+def _one(fields: Iterable[Field], name: str) -> Field:
+    names = {field.value: field for field in fields}
     if name not in names:
         raise ValueError(f"there is no field {name!r}; there are {', '.join(names)}")
-    return kind(name)
+    return names[name]
 
 
 def _channels(row: Mapping[str, Any]) -> tuple[Channel, ...]:

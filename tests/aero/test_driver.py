@@ -266,20 +266,6 @@ def test_a_board_that_stays_silent_cannot_be_resynchronised(hand, board):
         hand.resynchronise()
 
 
-@pytest.mark.parametrize("cut", range(1, 16))
-def test_after_a_frame_that_was_cut_short_nothing_is_sent_until_resynchronised(new_board, cut):
-    board = new_board(gone_after=cut)
-    hand = AeroHand(board, board.clock)
-    with pytest.raises(ConnectionError):
-        hand.command_codes([1] * 7)
-    board.gone_after = None
-    for call in (hand.read_codes, lambda: hand.command_codes([1] * 7)):
-        with pytest.raises(DesyncError, match="resynchronise"):
-            call()
-    assert hand.resynchronise() == cut
-    assert hand.read_codes().tolist() == POSITIONS
-
-
 def test_leaving_the_context_closes_the_link(board):
     with AeroHand(board, board.clock) as hand:
         assert hand.name == "mini board"

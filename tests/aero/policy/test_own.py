@@ -12,7 +12,7 @@ from policies import actions_on, policy
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
-from aero.policy.interface import Action, Field, History, Interface, Meaning, Observed, PolicyFileError, cube_interface
+from aero.policy.interface import Action, Field, History, Interface, Observed, PolicyFileError, cube_interface
 from aero.policy.loop import interface_of
 from aero.policy.running import RunSettings
 from aero.policy.settings import PAPER_DEPLOYMENT
@@ -60,7 +60,7 @@ def test_order_scale_and_history_are_as_declared(lengths, depth, scale, offset, 
 
 @given(arrays(np.float64, 7, elements=st.floats(0.0, 0.3)), arrays(np.float64, 7, elements=st.floats(-1, 1)))
 def test_angles_are_those_of_the_map_and_no_action_goes_beyond_the_reach(nominal, output):
-    action = Action(tuple(nominal), (0.2,), Meaning.ANGLES)
+    action = Action(tuple(nominal), (0.2,), Field.ANGLES)
     interface = Interface((Observed(Field.ANGLES),), action)
     target = action.target(action.bounded(output), MAP)
     off = np.abs(History(interface, MAP).observe(target) - (nominal + 0.2 * output))
