@@ -151,6 +151,23 @@ CATCHES_UP_S = 0.1
 """Lateness that the next hold may make up for, s; a shorter hold would not bring the hand where it is read."""
 
 
+def sample(target: Target, recorder: Recorder, goal: NDArray[np.uint16], before: int) -> float:
+    """Read the encoders, then command codes (7,), as a policy does; return when the command was sent, s.
+
+    Currents and temperatures are read at times only: `before` is how many samples came before this one.
+    """
+    codes = target.hand.read_codes()
+    recorder.add("codes", target.wire.sent_at, codes)
+    target.hand.command_codes(goal)
+    sent = target.wire.sent_at
+    recorder.add("command_codes", sent, goal)
+    if before % CURRENT_EVERY == 0:
+        recorder.add("currents", target.clock.now(), target.hand.read_currents())
+    if before % TEMPERATURE_EVERY == 0:
+        recorder.add("temperatures", target.clock.now(), target.hand.read_temperatures())
+    return sent
+
+
 class Sampler:
     """Moves a target at the encoders' sample rate and records everything it reads."""
 
@@ -173,7 +190,7 @@ class Sampler:
         A host that is late by whole samples leaves them out, so that what follows begins when it was planned. One that
         begins late by more than `CATCHES_UP_S` holds for the whole time, and what follows is later.
         """
-        target, recorder, clock = self._target, self.recorder, self._target.clock
+        target, clock = self._target, self._target.clock
         if clock.now() - self._next > CATCHES_UP_S:
             self.resume()
         goal = np.asarray(codes, np.uint16)
@@ -183,14 +200,7 @@ class Sampler:
             missed = min(left - 1, int((clock.now() - self._next) / SAMPLE_S))
             left -= 1 + missed
             self._next += (1 + missed) * SAMPLE_S
-            codes_read = target.hand.read_codes()
-            recorder.add("codes", target.wire.sent_at, codes_read)
-            target.hand.command_codes(goal)
-            recorder.add("command_codes", target.wire.sent_at, goal)
-            if self._samples % CURRENT_EVERY == 0:
-                recorder.add("currents", clock.now(), target.hand.read_currents())
-            if self._samples % TEMPERATURE_EVERY == 0:
-                recorder.add("temperatures", clock.now(), target.hand.read_temperatures())
+            sample(target, self.recorder, goal, self._samples)
             self._samples += 1
             self._progress(min(1.0, self._samples * SAMPLE_S / self._seconds), doing)
 

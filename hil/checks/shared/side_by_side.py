@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
-from hil.checks.shared.experiment import CURRENT_EVERY, TEMPERATURE_EVERY
+from hil.checks.shared.experiment import sample
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
 from model import RoutedHand
@@ -50,7 +50,7 @@ def follow(
     command there and back, hence `hand` if the hand were perfect), `travel` (cable wound in, m, or rad), `codes` and
     `command_codes` (u16), `currents` (A) and `temperatures` (degC).
     """
-    hand, clock, codec = target.hand, target.clock, target.map
+    clock, codec = target.clock, target.map
     goals, saturated = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_lengths(commands)))
     recorder.begin(parameters)
     for channel in Channel:
@@ -86,18 +86,10 @@ def follow(
         for i, command in enumerate(commands):
             clock.sleep_until(recorder.start + simulated * MODEL_STEP_S)
             catch_up(clock.now(), steps)
-            codes = hand.read_codes()
-            recorder.add("codes", target.wire.sent_at, codes)
-            hand.command_codes(goals[i])
-            sent = target.wire.sent_at
+            sent = sample(target, recorder, goals[i], i)
             # The answer may have taken its time; simulator and hand get the command together.
             late = catch_up(sent, 1)
-            recorder.add("command_codes", sent, goals[i])
             recorder.add("command", sent, command)
-            if i % CURRENT_EVERY == 0:
-                recorder.add("currents", clock.now(), hand.read_currents())
-            if i % TEMPERATURE_EVERY == 0:
-                recorder.add("temperatures", clock.now(), hand.read_temperatures())
             simulator.command(command)
             simulate(steps - late if late < steps else steps)
             progress((i + 1) / len(commands), doing(i))
