@@ -101,22 +101,41 @@ class Recorder:
             ValueError: there is no such series, the row has another shape, or time runs backwards.
             CannotBeWrittenError: the file cannot be written.
         """
-        self._add(name, float(t - self.start), row)
+        if name not in SERIES_UNITS:
+            raise ValueError(f"there is no series {name!r}; there are {', '.join(SERIES_UNITS)}")
+        found = self._columns.get(name) or _Columns()
+        at, sample = float(t - self.start), np.asarray(row, float)
+        if sample.shape != SHAPE or not found.last <= at < inf:
+            raise ValueError(
+                f"a sample of {name} has shape (7,) and a time from {found.last:.3f} s on; got {sample.shape} at "
+                f"{at:.3f} s"
+            )
+        # Seven numbers are looked at as numbers, at a quarter of what an array of them takes.
+        numbers = sample.tolist()
+        if not all(map(isfinite, numbers)):
+            if name not in self._incomplete:
+                self._incomplete.add(name)
+                self.note(f"{name}: a sample without finite numbers is left out, {numbers}", "warning")
+            return
+        self._columns[name] = found
+        found.add(at, numbers)
+        if self._file is not None:
+            self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], at, numbers)
+            self._raise_failure()
 
     def has(self, name: str) -> bool:
         """Whether a series has a sample yet."""
         return name in self._columns
 
     def derive(self, name: str, source: str, convert: Callable[[NDArray[Any]], NDArray[Any]]) -> None:
-        """Add a whole series, computed from all samples (n, 7) of another and at its times."""
+        """Attach a series that is computed from all samples (n, 7) of another and has its times."""
         if self.has(source):
             found = self._columns[source]
             values = found.values().astype(np.uint16 if source in CODES else np.float64)
-            for t, row in zip(found.times, convert(values), strict=True):
-                self._add(name, t, row)
+            self.attach(name, Series.of(LABELS, SERIES_UNITS[name], found.times, convert(values)))
 
     def attach(self, name: str, series: Series) -> None:
-        """Add a whole series that is not one of the channels; it is written at the end."""
+        """Add a whole series; it is written at the end."""
         self._attached[name] = series
 
     def note(self, text: str, severity: Severity = "info") -> None:
@@ -160,29 +179,6 @@ class Recorder:
             self._write(RecordingFile.finish, header)
             self._file.close()
         return Recording(header, series, wire.since(self._wire_mark, self.start), tuple(self._events))
-
-    def _add(self, name: str, t: float, row: NDArray[Any]) -> None:
-        if name not in SERIES_UNITS:
-            raise ValueError(f"there is no series {name!r}; there are {', '.join(SERIES_UNITS)}")
-        found = self._columns.get(name) or _Columns()
-        sample = np.asarray(row, float)
-        if sample.shape != SHAPE or not found.last <= t < inf:
-            raise ValueError(
-                f"a sample of {name} has shape (7,) and a time from {found.last:.3f} s on; got {sample.shape} at "
-                f"{t:.3f} s"
-            )
-        # Seven numbers are looked at as numbers, at a quarter of what an array of them takes.
-        numbers = sample.tolist()
-        if not all(map(isfinite, numbers)):
-            if name not in self._incomplete:
-                self._incomplete.add(name)
-                self.note(f"{name}: a sample without finite numbers is left out, {numbers}", "warning")
-            return
-        self._columns[name] = found
-        found.add(t, numbers)
-        if self._file is not None:
-            self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], t, numbers)
-            self._raise_failure()
 
     def _add_event(self, text: str, severity: Severity) -> None:
         """Add an event that happens now, silent when that fails: the guard's way out logs here."""
