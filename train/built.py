@@ -85,13 +85,8 @@ class BuiltSimulator(Simulator):
             scenes: all from `build_scene`, none twice: the friction of its sheaths is written into it.
             corrections: by how much longer each hand's channels are commanded, (batch, 7), m, abduction rad.
             threads: default: all cores.
-
-        Raises:
-            ValueError: a scene is there twice.
         """
         super().__init__([scene.model for scene in scenes], threads)
-        if len(set(map(id, scenes))) < len(scenes):
-            raise ValueError("every built hand needs a scene of its own, for the friction of its sheaths is in it")
         self._scenes = list(scenes)
         self._indices = _state_indices(self.models[0])
         self.state_size = len(self._indices) + len(CABLES)

@@ -15,7 +15,6 @@ import pickle
 import pickletools
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -90,16 +89,6 @@ class _Unpickler(pickle.Unpickler):
         return ALLOWED[module, name]
 
 
-@dataclass(frozen=True)
-class Origin:
-    """What a checkpoint does not say about its training; the defaults are those of the released environment."""
-
-    settings: PolicySettings
-    """Nominal grasp, scales and noise."""
-    shown_action: ShownAction = ShownAction.BEFORE_LAST
-    """Which action its observation shows; the released environment shows the one before the last."""
-
-
 def network(mean: Any, std: Any, layers: Mapping[str, Mapping[str, Any]]) -> Network:
     """Return the NumPy network of a Brax policy.
 
@@ -126,13 +115,13 @@ def _content(file: Path) -> bytes:
         return stream.read()
 
 
-def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
-    """Read a checkpoint.
+def convert(path: Path, settings: PolicySettings, shown_action: ShownAction = ShownAction.BEFORE_LAST) -> Policy:
+    """Read a checkpoint, which does not say how it was trained.
 
     Args:
         path: pickle of Brax PPO parameters, or the folder that Orbax wrote them into.
-        origin: how it was trained.
-        name: of the policy; the file's or folder's by default.
+        settings: nominal grasp, scales and noise of its training.
+        shown_action: which action its observation shows; the released environment shows the one before the last.
 
     Raises:
         CheckpointError: no such checkpoint, a pickle that asks for anything but its data, or a folder where the
@@ -156,7 +145,7 @@ def convert(path: Path, origin: Origin, name: str | None = None) -> Policy:
             f"{path} is not a Brax PPO checkpoint of this task (normaliser, policy, value): {said}"
         ) from error
     provenance = {"source": path.name, "sha256": hashlib.sha256(content).hexdigest()}
-    return Policy(name or path.stem, net, origin.settings, origin.shown_action, provenance=provenance)
+    return Policy(path.stem, net, settings, shown_action, provenance=provenance)
 
 
 def _unpickled(content: bytes) -> Any:

@@ -115,15 +115,9 @@ def draw(
 def models(model: mujoco.MjModel, draws: Draws) -> list[mujoco.MjModel]:
     """Return one copy of `model` for each environment of `draws`.
 
-    Raises:
-        ValueError: an inertia or a centre of mass is drawn for a body on which MuJoCo would ignore it.
+    A body whose inertia or centre of mass is drawn must be compiled with `simple=0`: MuJoCo ignores both otherwise.
     """
     inertial = _with_another_inertial(model, draws)
-    if simple := [model.body(body).name for body in inertial if model.body_simple[body]]:
-        raise ValueError(
-            f"body {simple[0]!r} is compiled as a simple body, of which MuJoCo ignores a later inertia and centre of "
-            "mass; compile it with simple=0"
-        )
     environments = len(next(iter(draws.values())))
     copies = [copy.copy(model) for _ in range(environments)]
     for environment, one in enumerate(copies):

@@ -40,12 +40,7 @@ class Ramp:
         return self.first + (self.last - self.first) * min(1.0, done / self.steps)
 
 
-def constant(value: float) -> Ramp:
-    """Return a ramp that is none."""
-    return Ramp(value, value, 1)
-
-
-PAPER_RATE, PAPER_ENTROPY = constant(3e-4), constant(1e-2)
+PAPER_RATE, PAPER_ENTROPY = Ramp(3e-4, 3e-4, 1), Ramp(1e-2, 1e-2, 1)
 
 
 @dataclass(frozen=True)
@@ -158,14 +153,8 @@ class TrainingStage:
             )
 
 
-@dataclass(frozen=True)
-class Stuck:
-    """When a run is given up and begun again with another seed: some settle into holding the cube still."""
-
-    steps: int = 2_000_000
-    """Environment steps that a run may take to get going."""
-    rate_rad_s: float = 0.15
-    """Rotation that the best checkpoint must have reached by then."""
+CONFIDENCE_Z = 1.645
+"""One-sided 95 %."""
 
 
 @dataclass(frozen=True)
@@ -192,6 +181,11 @@ class Goal:
         worth: Floats = capped - self.survival_price_rad_s * ~kept - self.slow_price_rad_s * slow
         return worth
 
+    def bound(self, rates_rad_s: Floats, kept: NDArray[np.bool_]) -> float:
+        """Return the one-sided lower 95 % bound of the mean worth of trials, rad/s; arrays are (trials,)."""
+        worth = self.worth(rates_rad_s, kept)
+        return float(worth.mean() - CONFIDENCE_Z * worth.std(ddof=1) / np.sqrt(len(worth)))
+
 
 @dataclass(frozen=True)
 class Recipe:
@@ -217,8 +211,10 @@ class Recipe:
     """Lambda of the generalised advantage estimate."""
     hidden: tuple[int, ...] = (512, 256, 128)
     """Widths of the hidden layers of policy and value network."""
-    stuck: Stuck = Stuck()
-    """When to begin again."""
+    stuck_steps: int = 2_000_000
+    """Environment steps that a run may take to get going; some settle into holding the cube still."""
+    stuck_rate_rad_s: float = 0.15
+    """Rotation that the best checkpoint must have reached by then; the run is begun again with another seed if not."""
 
     def __post_init__(self) -> None:
         if self.environments % self.minibatches:
@@ -315,7 +311,8 @@ STEADY = Recipe(
     ),
     goal=Goal(survival=0.98, enough_rad_s=1.0, slow_price_rad_s=1.0),
     checkpoint_steps=102_400,
-    stuck=Stuck(steps=800_000, rate_rad_s=0.4),
+    stuck_steps=800_000,
+    stuck_rate_rad_s=0.4,
 )
 """For the hand, in three stages (docs/training.md): the gait is found where it is easy, with the paper's cube on built
 hands of like springs; it is led to all springs and cubes; and drops are brought down while slow hands are sped up."""
@@ -336,5 +333,5 @@ def on_routed_hands(recipe: Recipe) -> Recipe:
 
 def on_gpu(recipe: Recipe) -> Recipe:
     """Return the recipe at the paper's scale: 8192 environments, 32 minibatches, 3e8 steps; routed hands only."""
-    large = replace(on_routed_hands(recipe), environments=8192, minibatches=32, stuck=Stuck(steps=30_000_000))
+    large = replace(on_routed_hands(recipe), environments=8192, minibatches=32, stuck_steps=30_000_000)
     return replace(large.with_steps(300_000_000), checkpoint_steps=5_242_880)

@@ -168,8 +168,6 @@ class Checkpoint:
     """Share of episodes that kept the cube."""
     airborne: float
     """Share of steps without contact."""
-    overspeed: float
-    """Share of commands that the servo cannot follow."""
     score: float
     """What the best checkpoint is chosen by."""
     average_rate_rad_s: float = nan

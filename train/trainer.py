@@ -29,7 +29,7 @@ from train.environment import (
     over_mjx,
     prepare_starts,
 )
-from train.evaluation.rollouts import run
+from train.evaluation import rollouts
 from train.hand_stock import HandStock, draw_routed, hands_to_measure, oldest, present
 from train.ppo import Learner, NetworkParameters, Ppo, averaged, batched, deployable
 from train.recipe import Recipe
@@ -119,10 +119,10 @@ def train(
         recipe: what to train.
         backend: `native` steps MuJoCo on all cores, `mjx` on the accelerator that JAX sees.
         seed: of networks, randomisation, starts and exploration.
-        folder: made if missing.
+        folder: made if missing; with `resume` the run in it is continued.
         minutes: wall time of this call; None for no bound.
         threads: of the native backend; None for all cores.
-        resume: continue the run in `folder`.
+        resume: see `folder`.
         provenance: what the policy's file is to say besides recipe, seed, attempt, steps and resumes.
         say: gets a line for each epoch and checkpoint.
 
@@ -141,8 +141,8 @@ def train(
             if time.monotonic() >= deadline:
                 raise _StoppedError(StopReason.TIME)
 
-        order = _Order(recipe, backend, folder, threads, dict(provenance or {}), say, check)
-        training, ending = _TrainingRun(order, standing), StopReason.DONE
+        training = _TrainingRun(recipe, backend, folder, threads, dict(provenance or {}), say, check, standing)
+        ending = StopReason.DONE
         try:
             training.go(resume)
         except _StoppedError as stopped:
@@ -165,9 +165,16 @@ def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing
     return replace(standing, resumes=standing.resumes + 1)
 
 
-@dataclass(frozen=True)
-class _Order:
-    """What is to be run, and how; see `train`."""
+class Reached(NamedTuple):
+    """What learning and acting have come to, a JAX pytree."""
+
+    learner: Learner
+    environment: EnvironmentState
+
+
+@dataclass
+class _TrainingRun:
+    """A run in progress. What has been reached changes only between two updates of the networks."""
 
     recipe: Recipe
     backend: Backend
@@ -176,29 +183,16 @@ class _Order:
     provenance: dict[str, Any]
     say: Callable[[str], None]
     check: StopCheck
-    """Called between two batches of physics; what it raises ends the run."""
+    standing: Standing
+    reached: Reached | None = None
 
-
-class Reached(NamedTuple):
-    """What learning and acting have come to, a JAX pytree."""
-
-    learner: Learner
-    environment: EnvironmentState
-
-
-class _TrainingRun:
-    """A run in progress. What has been reached changes only between two updates of the networks."""
-
-    def __init__(self, order: _Order, standing: Standing) -> None:
-        self.standing = standing
-        self._order, self._recipe = order, order.recipe
-        self._reached: Reached | None = None
-        self._started = time.monotonic() - standing.elapsed_s
+    def __post_init__(self) -> None:
+        self._started = time.monotonic() - self.standing.elapsed_s
 
     def go(self, resume: bool) -> None:
         """Go through what is left of the stages, and begin again with another seed where a run is stuck."""
         while True:
-            for index in range(self.standing.stage, len(self._recipe.stages)):
+            for index in range(self.standing.stage, len(self.recipe.stages)):
                 if self._finish_stage(index, resume):
                     break
                 resume = False
@@ -208,18 +202,18 @@ class _TrainingRun:
     def keep(self) -> None:
         """Write what has been reached."""
         self.standing = replace(self.standing, elapsed_s=time.monotonic() - self._started)
-        if self._reached is not None:
-            save_arrays(self._order.folder / STATE, self._reached, self.standing)
+        if self.reached is not None:
+            save_arrays(self.folder / STATE, self.reached, self.standing)
 
     def _finish_stage(self, index: int, resume: bool) -> bool:
         """Train to the end of a stage; return whether the run is stuck and has been set back."""
-        order, standing = self._order, self.standing
-        with StageRun(order, index, (standing.seed, standing.attempt, index)) as prepared:
+        standing = self.standing
+        with StageRun(self, index, (standing.seed, standing.attempt, index)) as prepared:
             if resume:
-                reached: Reached = load_arrays(order.folder / STATE, prepared.template())
+                reached: Reached = load_arrays(self.folder / STATE, prepared.template())
                 prepared.fill(standing.new_hands)
             else:
-                reached = prepared.begin(self._reached.learner if self._reached else None)
+                reached = prepared.begin(self.reached.learner if self.reached else None)
                 price = prepared.stage.drop_price
                 self.standing = standing.in_stage(index, price.begin if price else None)
             return self._learn(prepared, reached)
@@ -227,21 +221,21 @@ class _TrainingRun:
     def _learn(self, prepared: StageRun, reached: Reached) -> bool:
         """Update until the stage is done; return whether the run is stuck and has been set back."""
         epoch = max(1, round(EPOCH_STEPS / prepared.batch))
-        checkpoint = max(1, round(self._recipe.checkpoint_steps / prepared.batch))
+        checkpoint = max(1, round(self.recipe.checkpoint_steps / prepared.batch))
         last, last_steps = time.monotonic(), self.standing.steps
         paced: tuple[float, int] | None = None
-        self._reached = reached
+        self.reached = reached
         while True:
             updates = self.standing.updates
             done = updates * prepared.batch >= prepared.stage.steps
             # Asked before an update and not after, so that a run that was ended while it measured does it again.
             if updates > self.standing.measured_at and (done or updates % checkpoint == 0):
-                self._checkpoint(prepared, self._reached.learner)
+                self._checkpoint(prepared, self.reached.learner)
                 if self._stuck():
                     return True
             if done:
                 return False
-            self.standing, self._reached = prepared.updated(self.standing, self._reached)
+            self.standing, self.reached = prepared.updated(self.standing, self.reached)
             if self.standing.updates % epoch == 0:
                 self.keep()
                 now, steps = time.monotonic(), self.standing.steps
@@ -250,24 +244,24 @@ class _TrainingRun:
                 if paced is None:
                     paced = now, steps  # XLA compiles in a stage's first epoch, which says nothing of the next
                 else:
-                    left_s = max(0, self._recipe.steps - steps) * (now - paced[0]) / (steps - paced[1])
-                self._order.say(epoch_line(prepared.stage.name, self.standing, steps_per_s, left_s))
+                    left_s = max(0, self.recipe.steps - steps) * (now - paced[0]) / (steps - paced[1])
+                self.say(epoch_line(prepared.stage.name, self.standing, steps_per_s, left_s))
 
     def _checkpoint(self, prepared: StageRun, learner: Learner) -> None:
         """Keep the parameters, measure them and their average, and write the best as the policy."""
-        standing, recipe, order = self.standing, self._recipe, self._order
+        standing, recipe = self.standing, self.recipe
         name = f"{standing.attempt}_{standing.steps:010d}.npz"
-        save_arrays(order.folder / CHECKPOINTS / name, learner.parameters)
-        save_arrays(order.folder / CHECKPOINTS / (AVERAGE + name), learner.averaged_parameters)
+        save_arrays(self.folder / CHECKPOINTS / name, learner.parameters)
+        save_arrays(self.folder / CHECKPOINTS / (AVERAGE + name), learner.averaged_parameters)
         about = {
             "recipe": recipe.name,
             "recipe_sha256": recipe.fingerprint,
-            "backend": order.backend,
+            "backend": self.backend,
             "seed": standing.seed,
             "attempt": standing.attempt,
             "steps": standing.steps,
             "resumes": standing.resumes,
-            **order.provenance,
+            **self.provenance,
         }
         policy = prepared.policy(learner.parameters, about)
         found = prepared.measure(policy)
@@ -282,7 +276,6 @@ class _TrainingRun:
             rate_rad_s=found["rate_rad_s"],
             survival=found["survival"],
             airborne=found["airborne"],
-            overspeed=found["overspeed"],
             score=recipe.goal.score(found["rate_rad_s"], found["survival"]),
             average_rate_rad_s=average["rate_rad_s"],
             average_survival=average["survival"],
@@ -293,7 +286,7 @@ class _TrainingRun:
         )
         best = standing.best_score
         if best is None or point.score > best:
-            save(policy, order.folder / f"{recipe.name}.npz")
+            save(policy, self.folder / f"{recipe.name}.npz")
             best = point.score
         self.standing = replace(
             standing,
@@ -301,15 +294,15 @@ class _TrainingRun:
             best_score=best,
             best_rate_rad_s=max(standing.best_rate_rad_s, point.rate_rad_s),
         )
-        append(order.folder, point)
-        order.say(str(point))
+        append(self.folder, point)
+        self.say(str(point))
 
     def _stuck(self) -> bool:
         """Return whether the attempt holds the cube still, and set the run back to the beginning of the next if so."""
-        standing, stuck = self.standing, self._recipe.stuck
-        if standing.steps < stuck.steps or standing.best_rate_rad_s >= stuck.rate_rad_s:
+        standing, recipe = self.standing, self.recipe
+        if standing.steps < recipe.stuck_steps or standing.best_rate_rad_s >= recipe.stuck_rate_rad_s:
             return False
-        self._reached = None
+        self.reached = None
         self.standing = replace(Standing(standing.recipe, standing.seed), attempt=standing.attempt + 1)
         return True
 
@@ -329,20 +322,20 @@ def epoch_line(stage: str, standing: Standing, steps_per_s: float, left_s: float
 class StageRun:
     """A stage made ready: its hands, its environment, its networks, the hands that measure. A context manager."""
 
-    def __init__(self, order: _Order, index: int, seed: tuple[int, ...]) -> None:
-        self._recipe, self._threads, self._check, self._seed = order.recipe, order.threads, order.check, seed
-        self.stage = stage = order.recipe.stages[index]
-        self.batch = order.recipe.environments * stage.unroll
+    def __init__(self, run: _TrainingRun, index: int, seed: tuple[int, ...]) -> None:
+        self._recipe, self._threads, self._check, self._seed = run.recipe, run.threads, run.check, seed
+        self.stage = stage = run.recipe.stages[index]
+        self.batch = run.recipe.environments * stage.unroll
         """Environment steps an update."""
-        self._task, settings = order.recipe.task_in(stage), order.recipe.task.settings
+        self._task, settings = run.recipe.task_in(stage), run.recipe.task.settings
         self._kept = ExitStack()
         with ExitStack() as opened:
             self._stock = HandStock(stage, settings, (*seed, _TRAINED))
-            self._simulator, advance = self._hands(order.backend, opened)
+            self._simulator, advance = self._hands(run.backend, opened)
             measured = (stage, settings, (*seed, _MEASURED), stage.measured)
-            self._measured = opened.enter_context(hands_to_measure(*measured, threads=order.threads, check=order.check))
+            self._measured = opened.enter_context(hands_to_measure(*measured, threads=run.threads, check=run.check))
             self._environment = CubeEnvironment(self._task, advance, stage.turning)
-            self._ppo = Ppo(order.recipe, stage, self._environment)
+            self._ppo = Ppo(run.recipe, stage, self._environment)
             self._begin = jax.jit(lambda starts, key: self._environment.begin(starts, key, staggered=stage.staggered))
             self._renew = jax.jit(self._environment.renew)
             self._kept = opened.pop_all()
@@ -422,7 +415,8 @@ class StageRun:
 
     def measure(self, policy: Policy) -> Mapping[str, float]:
         """Run an episode on each hand that the stage's checkpoints are measured on."""
-        return run(policy, self._task, self._measured, EPISODE_S, seed=self._seed[0], check=self._check).summary()
+        episodes = rollouts.run(policy, self._task, self._measured, EPISODE_S, seed=self._seed[0], check=self._check)
+        return episodes.summary()
 
     def _renewed(self, environment: EnvironmentState, new_hands: int, hands: int) -> EnvironmentState:
         """Replace the oldest `hands` after `new_hands` have come, and let the new ones begin."""

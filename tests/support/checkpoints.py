@@ -14,7 +14,6 @@ POINT = Checkpoint(
     rate_rad_s=0.55,
     survival=0.97,
     airborne=0.001,
-    overspeed=0.0,
     score=0.5,
     average_rate_rad_s=0.5,
     average_survival=0.98,
@@ -29,8 +28,6 @@ EPISODES = Episodes(
     alive_s=np.array([10.0, 5.0]),
     rotation_rad=np.array([10.0, 10.0]),
     airborne=np.array([0.0, 0.3]),
-    action_change=np.array([0.1, 0.3]),
     travel_per_s=np.full((2, 7), 0.01),
-    overspeed=np.zeros(2),
 )
 """Two episodes; the second loses its cube, which bounces."""

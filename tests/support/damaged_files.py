@@ -21,7 +21,7 @@ from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recorder import Recorder
 from hil.verdict import baseline
 from model.units import load_unit
-from train.convert import CheckpointError, Origin, convert
+from train.convert import CheckpointError, convert
 from train.identification.trace import load_trace
 
 
@@ -97,7 +97,7 @@ READERS = (
     Reader("checks.json", write_baseline, lambda path: baseline.load(path.parent)),
     Reader("state.json", lambda path: path.write_text('{"ext0": 2048, "ext6": 17}'), Nvs),
     Reader("coefficients.toml", copied("aero/actuation/coefficients/paper.toml"), load_coefficients),
-    Reader("checkpoint.pkl", write_checkpoint, lambda path: convert(path, Origin(PAPER_TRAINING)), CheckpointError),
+    Reader("checkpoint.pkl", write_checkpoint, lambda path: convert(path, PAPER_TRAINING), CheckpointError),
 )
 CORPUS = Path(__file__).parents[1] / "corpus"
 """Damaged files that once were not answered as declared, `READER.NAME`."""

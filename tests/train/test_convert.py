@@ -12,9 +12,7 @@ from aero.policy.file import load, save
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from aero.policy.task import ShownAction
 from hil.cli import main
-from train.convert import CheckpointError, Origin, convert
-
-ORIGIN = Origin(PAPER_TRAINING)
+from train.convert import CheckpointError, convert
 
 
 def layers(net):
@@ -46,11 +44,11 @@ def checkpoint(tmp_path, monkeypatch):
 
 def test_a_checkpoint_becomes_a_policy_file_that_acts_the_same(checkpoint, tmp_path):
     path, net = checkpoint
-    policy = convert(path, ORIGIN, "mine")
+    policy = convert(path, PAPER_TRAINING)
     save(policy, tmp_path / "mine.npz")
     observations = np.random.default_rng(0).normal(size=(100, 14)) * net.std + net.mean
     np.testing.assert_array_equal(load(tmp_path / "mine.npz").network.act(observations), net.act(observations))
-    assert policy.name == "mine"
+    assert policy.name == "ppo_checkpoint"
     assert policy.shown_action is ShownAction.BEFORE_LAST
     assert policy.provenance["source"] == "ppo_checkpoint"
     assert len(policy.provenance["sha256"]) == 64
@@ -77,7 +75,7 @@ def test_a_pickle_that_asks_for_anything_else_is_refused_before_it_is_called(tmp
     path = tmp_path / "evil"
     path.write_bytes(pickle.dumps((MALICIOUS[name](), {}, {})))
     with pytest.raises(CheckpointError, match=f"asks for {name.split('.')[0]}.*do not trust"):
-        convert(path, ORIGIN)
+        convert(path, PAPER_TRAINING)
 
 
 def test_a_jax_array_may_not_smuggle_another_function(tmp_path):
@@ -85,7 +83,7 @@ def test_a_jax_array_may_not_smuggle_another_function(tmp_path):
     payload = b"cjax._src.array\n_reconstruct_array\n(cnumpy\ndtype\n(S'f4'\nt(tNtR."
     path.write_bytes(payload)
     with pytest.raises(CheckpointError, match="only NumPy's rebuilding"):
-        convert(path, ORIGIN)
+        convert(path, PAPER_TRAINING)
 
 
 @pytest.mark.parametrize(
@@ -96,14 +94,14 @@ def test_other_files_are_refused(tmp_path, content):
     path = tmp_path / "file"
     path.write_bytes(content)
     with pytest.raises(CheckpointError, match="not a Brax PPO checkpoint"):
-        convert(path, ORIGIN)
+        convert(path, PAPER_TRAINING)
 
 
 def test_a_folder_asks_for_the_extra_where_it_is_missing(tmp_path, monkeypatch):
     (tmp_path / "_METADATA").write_text("{}")
     monkeypatch.setitem(sys.modules, "brax.training.agents.ppo", None)
     with pytest.raises(CheckpointError, match=r"pip install -e '\.\[train\]'"):
-        convert(tmp_path, ORIGIN)
+        convert(tmp_path, PAPER_TRAINING)
 
 
 def test_the_command_writes_a_policy_with_what_it_was_told(checkpoint, tmp_path):

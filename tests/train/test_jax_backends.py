@@ -16,7 +16,7 @@ from brax.training.agents.ppo import checkpoint as brax_checkpoint  # noqa: E402
 from aero.policy.settings import PAPER_TRAINING  # noqa: E402
 from aero.policy.task import ActionMemory, ShownAction, observe, targets  # noqa: E402
 from train import actuation, randomise  # noqa: E402
-from train.convert import Origin, convert  # noqa: E402
+from train.convert import convert  # noqa: E402
 from train.environment import CubeEnvironment, Prices, native, over_mjx, prepare_starts  # noqa: E402
 from train.ppo import deployable  # noqa: E402
 from train.scene import build_scene  # noqa: E402
@@ -74,34 +74,27 @@ def test_the_numpy_policy_is_the_brax_policy_on_4096_observations():
     np.testing.assert_allclose(policy.network.act(observations), expected, atol=1e-5)
 
 
-def test_parameters_pickled_by_brax_convert_to_the_same_policy(tmp_path):
-    networks, parameters = brax_parameters(1)
-    path = tmp_path / "params"
+def pickled(path, parameters):
     path.write_bytes(pickle.dumps(parameters))
-    policy = convert(path, Origin(PAPER_TRAINING))
-    observations = policy.network.mean + policy.network.std * np.random.default_rng(0).normal(size=(64, 14))
-    np.testing.assert_allclose(
-        policy.network.act(observations), brax_actions(networks, parameters, observations), atol=1e-5
-    )
+    return path
 
 
-@pytest.fixture
-def folder(tmp_path):
-    """Return what Brax writes today, and what it was made of."""
-    networks, parameters = brax_parameters(2)
+def written_by_brax(path, parameters):
+    """Write the folder that Brax and Playground write today."""
     factory = partial(brax_networks.make_ppo_networks, activation=jax.nn.swish, value_obs_key="privileged_state")
     config = brax_checkpoint.network_config({"state": 14, "privileged_state": 81}, 7, True, factory)
-    brax_checkpoint.save(tmp_path / "run", 1000, parameters, config)
-    return tmp_path / "run" / "000000001000", networks, parameters
+    brax_checkpoint.save(path, 1000, parameters, config)
+    return path / "000000001000"
 
 
-def test_a_folder_written_by_brax_converts_to_the_same_policy(folder):
-    path, networks, parameters = folder
-    policy = convert(path, Origin(PAPER_TRAINING))
+@pytest.mark.parametrize("write", [pickled, written_by_brax])
+def test_parameters_of_brax_convert_to_the_same_policy(write, tmp_path):
+    networks, parameters = brax_parameters(1)
+    path = write(tmp_path / "params", parameters)
+    policy = convert(path, PAPER_TRAINING)
     observations = policy.network.mean + policy.network.std * np.random.default_rng(0).normal(size=(64, 14))
-    np.testing.assert_allclose(
-        policy.network.act(observations), brax_actions(networks, parameters, observations), atol=1e-5
-    )
+    expected = brax_actions(networks, parameters, observations)
+    np.testing.assert_allclose(policy.network.act(observations), expected, atol=1e-5)
     assert policy.provenance["source"] == path.name
 
 

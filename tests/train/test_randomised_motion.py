@@ -67,14 +67,6 @@ def compiled(cube):
     return build_scene(TORQUE_LIMIT, cube).compile()
 
 
-@pytest.mark.parametrize("name", CHANGES)
-def test_each_property_of_a_cube_alone_changes_the_motion(name):
-    scenes = [compiled(replace(CUBE, **{name: value})) for value in CHANGES[name]]
-    with Simulator(randomise.models(MODEL, randomise.cube_draws(scenes)), threads=1) as simulator:
-        went = motion(simulator)
-    assert np.ptp(went, axis=1).max() > VISIBLE
-
-
 CORNERS = [
     Cube(side_m=side, mass_kg=mass, friction=friction, centre_of_mass_m=(0.0, 0.0, off))
     for side, mass, friction, off in product((0.045, 0.055), (0.040, 0.140), (0.3, 1.0), (-0.003, 0.003))
@@ -86,17 +78,6 @@ def test_a_drawn_cube_moves_as_a_compiled_one():
     drawn = randomise.models(MODEL, randomise.cube_draws(scenes))
     with Simulator(scenes, threads=1) as one, Simulator(drawn, threads=1) as other:
         np.testing.assert_allclose(motion(other), motion(one), atol=1e-9)
-
-
-def test_a_cube_compiled_as_a_simple_body_is_refused():
-    spec = build_scene(TORQUE_LIMIT)
-    spec.body("cube").simple = 1
-    model = spec.compile()
-    for row in randomise.table(model):
-        if row.name.startswith("cube"):
-            draws = randomise.draw(model, np.random.default_rng(0), 1, (row,))
-            with pytest.raises(ValueError, match="'cube' is compiled as a simple body"):
-                randomise.models(model, draws)
 
 
 @pytest.mark.slow

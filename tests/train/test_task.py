@@ -64,10 +64,6 @@ def test_the_rewarded_rotation_is_the_mean_over_the_period(rotation):
     np.testing.assert_allclose(value, np.mean(rotation) * 0.05, atol=1e-12)
 
 
-def test_a_burst_at_the_last_substep_earns_a_fifth():
-    np.testing.assert_allclose(some_terms((0, 0, 0, 0, 5.0))["rotation"], 1.0)
-
-
 def test_a_cap_limits_what_fast_rotation_earns():
     assert some_terms((3.0,) * 5, cap=1.0)["rotation"] == 1.0
     assert some_terms((-3.0,) * 5, cap=1.0)["rotation"] == -3.0

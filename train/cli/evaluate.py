@@ -42,7 +42,6 @@ FIGURES = {
     "turned_share": ("> 0.1", "{:.0%}"),
     "airborne": ("no contact", "{:.2%}"),
     "let_go": ("> 0.5 mm", "{:.2%}"),
-    "action_change": ("change", "{:.2f}"),
     "finger_travel_m_s": ("mm/s", "{:.1f}"),
     "stopped": ("stopped", "{:.0%}"),
     "mean_current_a": ("mean A", "{:.2f}"),
@@ -52,7 +51,7 @@ FIGURES = {
     "held_200_s": ("held 200 s", "{:.0%}"),
 }
 """Heading and format of each figure: share that keeps the cube, rate, median rotation, share above 0.1 rad/s, steps
-without contact, samples with nothing within 0.5 mm of the cube, change of the action from step to step, commanded
+without contact, samples with nothing within 0.5 mm of the cube, commanded
 travel of a finger, share of trials that something ended, current of the motor that draws most, mean and peak, share
 that still held the cube after a time."""
 SCALE = {"finger_travel_m_s": 1e3}

@@ -43,9 +43,6 @@ WITHOUT_GPU = (
     help="Random hands with any cube on which the best two checkpoints are compared at the end; 0 for none.",
 )  # fmt: skip
 @click.option(
-    "--choose", "only_choose", is_flag=True, help="Choose among what the folder's run has, and train no more."
-)
-@click.option(
     "--out", type=NewFolder(), default=Path("training"), show_default=True,
     help="Folder for the policy, the curve and the checkpoint.",
 )  # fmt: skip
@@ -59,7 +56,6 @@ def train(
     resume: bool,
     threads: int | None,
     units: int,
-    only_choose: bool,
     out: Path,
 ) -> None:
     """Train RECIPE, `steady` for the hand or `paper` for comparison.
@@ -72,7 +68,7 @@ def train(
         prepared_folder(out)
     try:
         from train import selection, trainer  # noqa: PLC0415 - the extra is asked for where it is used
-        from train.run_state import STATE, read_standing  # noqa: PLC0415
+        from train.run_state import STATE  # noqa: PLC0415
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or trainer.machine_backend()
@@ -91,22 +87,19 @@ def train(
 
     made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
     try:
-        if only_choose:
-            ended = trainer.TrainingEnd(trainer.StopReason.DONE, read_standing(out))
-        else:
-            ended = trainer.train(
-                chosen,
-                on,
-                seed,
-                out,
-                minutes=minutes,
-                threads=threads,
-                resume=resume,
-                provenance=made_with,
-                say=say,
-            )
-            done = f"{ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps"
-            say(f"{ended.ending.value}: {done}, in {out}")
+        ended = trainer.train(
+            chosen,
+            on,
+            seed,
+            out,
+            minutes=minutes,
+            threads=threads,
+            resume=resume,
+            provenance=made_with,
+            say=say,
+        )
+        done = f"{ended.standing.steps / 1e6:.2f} M of {chosen.steps / 1e6:.2f} M steps"
+        say(f"{ended.ending.value}: {done}, in {out}")
         if ended.ending is trainer.StopReason.DONE:
             chooser = {"chosen_at_commit": source_commit()}
             selection.choose(chosen, out, ended.standing, hands=units, threads=threads, say=say, chooser=chooser)
@@ -118,7 +111,7 @@ def train(
             say(f"Kept in {out}: the state{best}.")
             say(f"To continue: aero-hil train {recipe} --seed {seed}{bound} --out {out} --resume")
     except KeyboardInterrupt:
-        say(f"Every checkpoint is kept in {out}. To choose again: aero-hil train {recipe} --out {out} --choose")
+        say(f"Every checkpoint is kept in {out}. To choose again: the same command with --resume")
         raise
     if ended.by_signal:
         sys.exit(128 + ended.by_signal)

@@ -12,7 +12,6 @@ from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, targets
 from model.scene import SETTLING_S
 from train import actuation
-from train.actuation import SPEED_LIMIT
 from train.simulator import Floats, Simulator, StopCheck, positions, velocities
 from train.task import Episode, EpisodeOutcome, Task, begin, command, draw_starts, finish, observed, unpack
 
@@ -29,12 +28,8 @@ class Episodes:
     """Rotation about the vertical, integrated at every physics step, rad."""
     airborne: Floats
     """Share of the physics steps after `SETTLING_S` without any contact of the cube."""
-    action_change: Floats
-    """Mean of the norm of the action's change from one step to the next."""
     travel_per_s: Floats
     """Commanded travel of each channel, (episodes, 7), m/s, abduction rad/s."""
-    overspeed: Floats
-    """Share of commanded changes that the servo cannot make within a control period."""
 
     @property
     def rate_rad_s(self) -> Floats:
@@ -52,9 +47,7 @@ class Episodes:
             "rotation_median_rad": float(np.median(self.rotation_rad)),
             "alive_s": float(np.mean(self.alive_s)),
             "airborne": float(np.average(self.airborne, weights=self.alive_s)),
-            "action_change": float(np.mean(self.action_change)),
             "finger_travel_m_s": float(np.mean(self.travel_per_s[:, :4])),
-            "overspeed": float(np.mean(self.overspeed)),
         }
 
 
@@ -109,8 +102,7 @@ class _Tally:
     def __init__(self, task: Task, count: int) -> None:
         self._task = task
         self._alive = np.ones(count, bool)
-        self._steps, self._rotation, self._change, self._overspeed = np.zeros((4, count))
-        self._airborne, self._observed = np.zeros((2, count))
+        self._steps, self._rotation, self._airborne, self._observed = np.zeros((4, count))
         self._travel = np.zeros((count, CHANNELS))
 
     def add(self, episode: Episode, sensors: Floats, outcome: EpisodeOutcome) -> None:
@@ -119,9 +111,7 @@ class _Tally:
         nominal, scale = np.array(self._task.settings.nominal), np.array(self._task.settings.scale)
         travel = np.abs(targets(action, nominal, scale) - targets(before, nominal, scale))
         self._rotation += alive * unpack(sensors).cube_angular_velocity[..., 2].mean(axis=-1) * period_s
-        self._change += alive * np.linalg.norm(action - before, axis=-1)
         self._travel += alive[:, None] * travel
-        self._overspeed += alive * (travel > SPEED_LIMIT * period_s).mean(axis=-1)
         self._steps += alive
         settled = alive & (episode.periods * period_s > SETTLING_S)
         self._airborne += settled * outcome.terms["airborne"]
@@ -135,7 +125,5 @@ class _Tally:
             alive_s=alive_s,
             rotation_rad=self._rotation,
             airborne=self._airborne / np.maximum(self._observed, 1),
-            action_change=self._change / self._steps,
             travel_per_s=self._travel / alive_s[:, None],
-            overspeed=self._overspeed / self._steps,
         )

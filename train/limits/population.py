@@ -9,16 +9,14 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import cycle, islice, product
+from functools import partial
 
 import numpy as np
 
 from aero.firmware import VERSION_GROUPS
 from hil.checks import CHECKS
 from hil.verdict.limits import excesses, within_limits
-from model.units.conditions import KINDS
-from model.units.plausible import PLAUSIBLE
-from train.campaign.trial import SIDES, USUAL_FIRMWARE, Outcome, Trial
+from train.campaign.trial import SIDES, USUAL_FIRMWARE, Outcome, Trial, healthy_hands
 from train.limits.compute import Healthy, Readings, computed_limits
 
 GENERATOR = "model/units/plausible.py and model/units/conditions.py"
@@ -37,24 +35,17 @@ which seven is no divisor: each part has all of them."""
 
 def drawn() -> list[Trial]:
     """Return the trials of the population, in an order in which every beginning is a fair sample."""
-    usual, rare = _hands(*USUAL, USUAL_FIRMWARE), [_hands(first, RARE_HANDS, (named,)) for first, named in RARE]
+    hands = partial(healthy_hands, homed=(True, False), sides=SIDES[::-1])
+    usual, rare = hands(*USUAL), [hands(first, RARE_HANDS, (named,)) for first, named in RARE]
     share = len(usual) // RARE_HANDS
     mixed = [
         trial
         for place in range(RARE_HANDS)
-        for trial in (*usual[share * place : share * (place + 1)], *(hands[place] for hands in rare))
+        for trial in (*usual[share * place : share * (place + 1)], *(some[place] for some in rare))
     ]
     every = (*USUAL_FIRMWARE, *(named for _, named in RARE))
-    short = [replace(trial, experiments=("short_staircase",)) for trial in _hands(SHORT, SHORT_HANDS, every)]
+    short = [replace(trial, experiments=("short_staircase",)) for trial in hands(SHORT, SHORT_HANDS, every)]
     return [*mixed, *short]
-
-
-def _hands(first: int, count: int, firmware: Sequence[str]) -> list[Trial]:
-    kinds = islice(cycle(product(((), KINDS), (False, True), firmware, (True, False), SIDES[::-1])), count)
-    return [
-        Trial(f"{PLAUSIBLE}{first + i}", side, named, first + i, homed=homed, guarded=guarded, conditions=under)
-        for i, (under, guarded, named, homed, side) in enumerate(kinds)
-    ]
 
 
 def healthy_hands_of(outcomes: Iterable[Outcome]) -> tuple[Healthy, ...]:

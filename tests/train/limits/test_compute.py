@@ -97,15 +97,6 @@ def test_all_sides_and_subjects_share_the_false_alarms():
     assert found[1].at_most == found[2].at_most == _outward(49.5 + single, 1)
 
 
-def test_one_side_is_open():
-    (above,) = computed_limits([Check("staircase", "friction", ("index",), side="above", floor=0.1)], [hands(STEPS)])
-    assert above.at_least == -math.inf
-    assert math.isfinite(above.at_most)
-    (below,) = computed_limits([Check("staircase", "friction", ("index",), side="below", floor=0.1)], [hands(STEPS)])
-    assert below.at_most == math.inf
-    assert math.isfinite(below.at_least)
-
-
 def test_versions_have_limits_of_their_own_about_their_median_and_share_the_spread():
     few = [hands([0.0, 1.0, 2.0]), hands([10.0, 14.0], "0.1.5")]
     first, second = computed_limits([ONE], few)

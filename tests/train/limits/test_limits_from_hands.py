@@ -1,6 +1,5 @@
 """Limits follow from the readings of healthy hands, and hold all of them."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import expon, uniform
 
 from hil.checks.shared.declaration import Check, parse_metric
-from hil.verdict.limits import Limit, limits_text, parse_limits
+from hil.verdict.limits import limits_text, parse_limits
 from train.limits.compute import Healthy, computed_limits, upper_bound
 
 CHECK = Check("staircase", "take_up", ("index", "ring"), side="both", floor=0.1)
@@ -49,27 +48,6 @@ def test_a_far_quantile_is_met_by_its_tail(law, factor):
 def test_a_table_of_limits_is_read_as_it_was_written():
     limits = computed_limits([CHECK], [healthy([0.0, 1.0])])
     assert parse_limits(limits_text(limits)) == limits
-
-
-@given(st.floats(-50, 50))
-def test_excess_is_one_at_the_limit_and_zero_among_the_healthy(value):
-    limit = Limit("staircase", "take_up", ("index",), at_least=-3.0, at_most=4.0, healthy=(-1.0, 2.0))
-    excess = limit.excess(value)
-    assert (abs(excess) > 1.0) == (not -3.0 <= value <= 4.0)
-    assert (excess == 0.0) == (-1.0 <= value <= 2.0)
-    assert math.copysign(1.0, excess) == (-1.0 if value < -1.0 else 1.0)
-
-
-@pytest.mark.parametrize(("low", "high"), [(-3.0, 4.0), (-math.inf, 4.0), (-3.0, math.inf)])
-@given(value=st.floats(-50, 50))
-def test_an_excess_above_one_is_a_reading_out_of_limits(low, high, value):
-    limit = Limit("staircase", "take_up", ("index",), at_least=low, at_most=high, healthy=(-1.0, 2.0))
-    assert (abs(limit.excess(value)) > 1.0) == (not low <= value <= high)
-
-
-def test_a_reading_that_could_not_be_measured_lies_nowhere():
-    limit = Limit("staircase", "take_up", ("index",), at_most=4.0, healthy=(-1.0, 2.0))
-    assert limit.excess(math.nan) is None
 
 
 @pytest.mark.parametrize(
