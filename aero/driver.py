@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import TracebackType
 from typing import Self
@@ -39,7 +40,50 @@ _ECHOED = (1, 2, 3, 4, 5, 6, 7)
 """Words that no seven temperatures are."""
 
 
-class AeroHand:
+class LinkedHand(ABC):
+    """What a hand, guarded or not, tells without asking its board. It is closed at the end of a `with` statement."""
+
+    def __init__(self, link: HostLink, clock: Clock) -> None:
+        self._link = link
+        self._clock = clock
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give the port back; a second call does nothing."""
+
+    @property
+    def name(self) -> str:
+        """What a person calls the link, for messages."""
+        return self._link.name
+
+    @property
+    def restarts(self) -> int:
+        """How often the board has been seen to start; its speed and torque limits are back at their defaults then."""
+        return self._link.restarts
+
+    @property
+    def boot_text(self) -> str:
+        """What the board has printed at starts seen by this driver; non-empty means that it restarted meanwhile."""
+        return self._link.boot_text
+
+    @property
+    def reading_age_s(self) -> float:
+        """How old the values of the last reading can be by now, s: the time since it was asked for.
+
+        The board's own cache adds up to 12 ms, 32 ms with firmware `pre`. Of several threads' readings, the latest.
+        """
+        return self._clock.now() - self._link.read_from
+
+
+class AeroHand(LinkedHand):
     """An Aero Hand Open behind a transport.
 
     Commands have no acknowledgement in this protocol; readings come from the board's telemetry cache and are normally
@@ -49,9 +93,7 @@ class AeroHand:
 
     def __init__(self, transport: Transport, clock: Clock) -> None:
         """Wrap an open transport; `clock` tells the time and is waited on."""
-        self._link = HostLink(transport, clock)
-        self._clock = clock
-        self._read_from = clock.now()
+        super().__init__(HostLink(transport, clock), clock)
         self._telemetry_seen_at_restart: int | None = None
         self._settings: dict[tuple[Opcode, Channel], int] = {}
         self._settings_at_restart = 0
@@ -67,27 +109,9 @@ class AeroHand:
         """
         return cls(SerialTransport.open(port_or_url), WallClock())
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def close(self) -> None:
         """Give the port back; the hand keeps holding its last command. A second call does nothing."""
         self._link.close()
-
-    @property
-    def name(self) -> str:
-        """What a person calls the link, for messages."""
-        return self._link.name
-
-    @property
-    def restarts(self) -> int:
-        """How often the board has been seen to start; its speed and torque limits are back at their defaults then."""
-        return self._link.restarts
 
     @property
     def disturbances(self) -> int:
@@ -98,19 +122,6 @@ class AeroHand:
     def silent_from(self) -> float | None:
         """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
         return self._link.silent_from
-
-    @property
-    def boot_text(self) -> str:
-        """What the board has printed at starts seen by this driver; non-empty means that it restarted meanwhile."""
-        return self._link.boot_text
-
-    @property
-    def reading_age_s(self) -> float:
-        """How old the values of the last reading can be by now, s: the time since it was asked for.
-
-        The board's own cache adds up to 12 ms, 32 ms with firmware `pre`. Of several threads' readings, the latest.
-        """
-        return self._clock.now() - self._read_from
 
     def command_codes(self, codes: ArrayLike) -> None:
         """Send every channel to a position.
@@ -326,7 +337,7 @@ class AeroHand:
 
     def _query(self, opcode: Opcode) -> Reply:
         answer = self._link.ask(protocol.make_query(opcode))
-        self._read_from = answer.asked
+        self._link.read_from = answer.asked
         return answer.reply
 
     def _set(self, opcode: Opcode, channel: Channel, value: int, request: bytes) -> None:

@@ -73,6 +73,8 @@ class HostLink:
         self._ahead = bytearray()
         self.silent_from: float | None = None
         """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
+        self.read_from = clock.now()
+        """When the last reading was asked for, clock s."""
         self.restarts = 0
         """How often boot text has been seen."""
         self.disturbances = 0

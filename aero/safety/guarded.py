@@ -6,8 +6,7 @@ import logging
 import weakref
 from collections.abc import Callable, Iterable, Mapping
 from functools import update_wrapper
-from types import TracebackType
-from typing import Concatenate, ParamSpec, Self, TypeVar
+from typing import Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero import protocol
 from aero.channels import Channel
 from aero.clock import Clock, positive_s
-from aero.driver import HOMING_TIMEOUT_S, AeroHand
+from aero.driver import HOMING_TIMEOUT_S, AeroHand, LinkedHand
 from aero.errors import RefusedError
 from aero.firmware import ServoSettings
 from aero.protocol import MAX_CODE, Centred, Opcode
@@ -55,7 +54,7 @@ def _polled(
     return guarded
 
 
-class GuardedHand:
+class GuardedHand(LinkedHand):
     """A hand that starts gently, stops itself, and ends open and weak.
 
     Before the first motion it checks currents and temperatures, then opens slowly at limited speed and torque. Only
@@ -93,48 +92,20 @@ class GuardedHand:
         self.thresholds = thresholds or Thresholds()
         """When it is stopped."""
         self._hand = AeroHand(transport, clock)
+        super().__init__(self._hand._link, clock)
         self._guard = guard = Guard(
             self._hand, clock, spans_counts=spans_counts, usual=usual, thresholds=self.thresholds, standby=standby
         )
-        self._bare_clock = clock
         self._own_clock = WatchedClock(clock, guard.poll, self.thresholds.look_s)
         self.clock: Clock = WatchedClock(clock, guard.poll_alone, self.thresholds.look_s)
         """Wait on this one, so that the hand is watched meanwhile."""
         # For a program that forgets to close it, and for an interrupt at the very beginning of `close`.
         self._finalizer = weakref.finalize(self, self._guard.end)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     @property
     def phase(self) -> Phase:
         """What it is doing."""
         return self._guard.phase
-
-    @property
-    def name(self) -> str:
-        """As `AeroHand.name`."""
-        return self._hand.name
-
-    @property
-    def restarts(self) -> int:
-        """How often the board has been seen to start; its limits are sent again then."""
-        return self._hand.restarts
-
-    @property
-    def boot_text(self) -> str:
-        """As `AeroHand.boot_text`."""
-        return self._hand.boot_text
-
-    @property
-    def reading_age_s(self) -> float:
-        """As `AeroHand.reading_age_s`; the guard's polls are readings too."""
-        return self._hand.reading_age_s
 
     @property
     def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
@@ -331,7 +302,7 @@ class GuardedHand:
                 "blocked, its servo has no torque, or its zero is lost; home the hand"
             )
             self._guard.abort(Violation(SafetyReason.STILL_CLOSED, text, worst))
-        self._guard.lookout.watch.encoders.found(self._bare_clock.now(), shares)
+        self._guard.lookout.watch.encoders.found(self._clock.now(), shares)
 
     def _ramp(self, start_codes: ArrayLike, goal_codes: ArrayLike) -> None:
         """Move all channels slowly."""
@@ -348,7 +319,7 @@ class GuardedHand:
 
     def _settle(self) -> None:
         """Give encoders the time to arrive."""
-        self._own_clock.sleep_until(self._bare_clock.now() + self.thresholds.opening_s / 4)
+        self._own_clock.sleep_until(self._clock.now() + self.thresholds.opening_s / 4)
 
     def _limit(self, channel: Channel, **changed: int) -> None:
         """Change a channel's `speed` or `torque`, register units; opens the hand first if nothing has moved yet.
