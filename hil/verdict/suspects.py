@@ -200,10 +200,11 @@ def currents_alone(signs: RunSigns) -> Iterable[Clue]:
     channels = failures.keys(lambda check, on: on != "hand" and not check.startswith(OF_THE_LINK))
     off = [failures.off[key] for key in channels if f"{key[0]}/{key[1]}" in CURRENTS]
     # Two servos do not read too little at once: a scale or a limit that they share does.
-    one_side = bool(off) and (max(off) < 0.0 or min(off) > 0.0)
-    if one_side and len(off) == len(channels) and len(_channels(failures)) > 1:
-        shared = _hand(board=0.55, setup=0.2, supply=0.15)
-        yield Clue("currents of several channels are off, and all moves", channels, shared)
+    if off and len(off) == len(channels) and len(_channels(failures)) > 1:
+        # What is weak draws more for as much; a scale, or a limit of another version, may read less.
+        high = _hand(supply=0.5, setup=0.25, board=0.2) if min(off) > 0.0 else {}
+        low = _hand(board=0.6, setup=0.2, supply=0.1) if max(off) < 0.0 else {}
+        yield Clue("currents of several channels are off, and all moves", channels, high | low)
 
 
 def alike_on_many(signs: RunSigns) -> Iterable[Clue]:

@@ -150,14 +150,22 @@ class Owner:
 
     def _measures_low(self):
         """Measure with the hand open, then while it closes."""
-        least = self.bench.volts()
+        low = self._is_low()
         for level in (CLOSED, 0):
             with suppress(AeroError, OSError):
                 self.target.hand.command_codes([level] * len(Channel))
             for _ in range(CLOSING_S * 20):
                 self.target.clock.sleep_until(self.target.clock.now() + 0.05)
-                least = min(least, self.bench.volts())
-        return least < 0.95 * self.bench.assembly.healthy.servos.voltage
+                low |= self._is_low()
+        return low
+
+    def _is_low(self):
+        """Compare what a meter shows with what the healthy supply would give under the same load."""
+        assembly = self.bench.assembly
+        is_, was = assembly.unit.hand, assembly.healthy.hand
+        lost = 1.0 - assembly.mechanics.compiled.supply / is_.supply_ratio
+        usual = was.supply_ratio * (1.0 - (lost * was.supply_sag / is_.supply_sag if is_.supply_sag else 0.0))
+        return self.bench.volts() < 0.95 * assembly.healthy.servos.voltage * usual
 
     def _reads_another_version(self):
         assembly, named = self.bench.assembly, (self.target.firmware, self.target.side)
