@@ -55,8 +55,6 @@ class BusPort:
         self.receive = receive
         self.baud = BAUD
         """bit/s; servos that listen at another one hear nothing."""
-        self.echo = False
-        """Whether the adapter echoes what it sends, as one does whose receiver stays on."""
         self._bus = bus
         self._parser = PacketParser()
         self._last_byte = 0.0
@@ -72,8 +70,6 @@ class BusPort:
         for count, packet in self._parser.feed(data):
             bus.kernel.call_at(start + count * self.byte_s, bus.execute, packet, self)
         self._last_byte = bus.busy_until = start + len(data) * self.byte_s
-        if self.echo:
-            bus.kernel.call_at(self._last_byte, _receive, data, self)
         return self._last_byte
 
     def sync_read(
@@ -95,7 +91,7 @@ class BusPort:
         start = max(kernel.now, bus.busy_until)
         heard = start + len(request) * byte_s
         over = on_grid(heard + len(wanted) * bus.turnaround_s + len(wanted) * (count + OVERHEAD) * byte_s)
-        alone = over < deadline and kernel.is_free_until(over) and not self.echo and not self._parser.has_begun
+        alone = over < deadline and kernel.is_free_until(over) and not self._parser.has_begun
         if not alone or not bus.is_regular(wanted, self.baud, heard):
             self.write(request)
             return None

@@ -25,14 +25,15 @@ def start(*arguments):
     return subprocess.Popen(command, cwd=ROOT, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
 
 
-def test_a_robot_is_served_until_it_is_interrupted(tmp_path):
+@pytest.mark.parametrize("echo", [False, True])
+def test_a_robot_is_served_until_it_is_interrupted(tmp_path, echo):
     link = tmp_path / "arm"
-    with start(ARM, "--link", link) as process:
+    with start(ARM, "--link", link, *["--echo"] * echo) as process:
         assert process.stdout.readline() == f"ready {link}\n"
         with serial.Serial(str(link), 1_000_000, timeout=PATIENCE_S) as bus:
             for servo in range(1, 7):
                 bus.write(pack(servo, 1))
-                assert bus.read(6) == pack(servo, 0)
+                assert bus.read(6 + 6 * echo) == pack(servo, 1) * echo + pack(servo, 0)
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE_S) == 0
     assert not link.is_symlink()

@@ -7,7 +7,6 @@ from typing import Literal
 
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Kernel
-from firmware_emulator.servo_chain import ServoChain
 
 WireEntry = tuple[float, Literal[">", "<"], bytes]
 """Virtual time (s), direction (`>` to the hand, `<` from it) and bytes of one write."""
@@ -91,13 +90,3 @@ class InProcessLink(VirtualLink):
         if not self._closed:
             self._hand.on_transmit = self._hand.keep
         super().close()
-
-
-class BusLink(VirtualLink):
-    """A master's byte stream on a servo bus."""
-
-    def __init__(self, chain: ServoChain, baud: int) -> None:
-        """Connect a master at a baud rate, bit/s."""
-        port = chain.bus.connect(self.arrive)
-        port.baud = baud
-        super().__init__(chain.kernel, port.write, "emulated bus")

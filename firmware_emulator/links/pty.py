@@ -54,10 +54,9 @@ class End(Protocol):
 BusEnd = Terminal | SerialPort
 
 
-def put_on_bus(bus: ServoBus, end: BusEnd, *, echo: bool = False) -> Callable[[bytes], object]:
+def put_on_bus(bus: ServoBus, end: BusEnd) -> Callable[[bytes], object]:
     """Connect a terminal or port to a servo bus as a master; return what takes the bytes that it sends."""
     port = bus.connect(end.write)
-    port.echo = echo
 
     def take(data: bytes) -> None:
         port.baud = end.baud

@@ -1,4 +1,4 @@
-"""The servo bus as a wire: baud rates, a second ID, an echo, masters that meet; and other models of servo."""
+"""The servo bus as a wire: baud rates, a second ID, masters that take turns; and other models of servo."""
 
 from dataclasses import replace
 
@@ -80,12 +80,6 @@ def test_a_secondary_id_takes_writes_and_answers_nothing():
     wire.port.write(pack(0xFE, SYNC_WRITE, bytes((41, 1, 77, 5, 1, 6))))
     wire.wait()
     assert [servo.memory.get("acceleration") for servo in wire.hand.servos] == [0, 6, 0, 5, 5, 0, 0]
-
-
-def test_an_adapter_with_an_echo_hears_itself_first():
-    wire = Wire()
-    wire.port.echo = True
-    assert wire.ask(3, PING) == pack(3, PING) + pack(3, 0)
 
 
 def test_masters_wait_for_each_other():

@@ -32,11 +32,12 @@ class BusServer(Closing):
             serial.SerialException: the port cannot be opened.
         """
         self._chain = chain
+        self._echo = echo
         self._takers: dict[End, Callable[[bytes], object]] = {}
         with ExitStack() as opened:
             self._end: BusEnd = Terminal(link) if port is None else SerialPort(port)
             opened.callback(self._end.close)
-            self._takers[self._end] = put_on_bus(chain.bus, self._end, echo=echo)
+            self._takers[self._end] = put_on_bus(chain.bus, self._end)
             opened.pop_all()
 
     @property
@@ -63,4 +64,6 @@ class BusServer(Closing):
             # An ended end is always ready, and would keep the loop busy.
             del self._takers[end]
         else:
+            if self._echo and end is self._end:
+                self._end.write(data)
             self._takers[end](data)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from feetech_robots.joint_plant import GearedShaft, JointPlant
 from feetech_robots.robot_file import Robot, read_robot
-from firmware_emulator.links.in_process import BusLink
+from firmware_emulator.links.in_process import VirtualLink
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.memory import encode_signed
 from firmware_emulator.servo.model_file import Register
@@ -18,6 +18,16 @@ from firmware_emulator.servo_chain import MountedServo, ServoChain
 LONGEST_S = 3600.0
 VOLTS, CELSIUS = 25.5, 150.0
 """What a servo can report at most, V, and the highest temperature that makes sense, °C."""
+
+
+class BusLink(VirtualLink):
+    """A master's byte stream on a servo bus."""
+
+    def __init__(self, chain: ServoChain, baud: int) -> None:
+        """Connect a master at a baud rate, bit/s."""
+        port = chain.bus.connect(self.arrive)
+        port.baud = baud
+        super().__init__(chain.kernel, port.write, "emulated bus")
 
 
 class RobotBus:
