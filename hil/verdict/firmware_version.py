@@ -38,21 +38,11 @@ def limits_of_others(named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...
     return {version: load_limits(version, guarded=guarded) for version in others}
 
 
-def reads_as(
-    numbers: Mapping[str, Measured], off: Mapping[Key, float | None], named: str, others: Mapping[str, Sequence[Limit]]
-) -> str:
-    """Return how another version explains a run, for people; empty where none does.
-
-    Args:
-        numbers: what was measured, by experiment.
-        off: excesses by the limits of the named version, see `Limit.excess`.
-        named: version that was named.
-        others: limits by version, see `limits_of_others`.
-    """
-    found = other_versions(numbers, off, named, others)
-    return (
-        f"it reads as firmware {listed(map(versions_alike, found))}, or as a board that was not homed" if found else ""
-    )
+def reads_as(numbers: Mapping[str, Measured], named: str, *, guarded: bool) -> str:
+    """Return how another version than the named one explains a run, for people; empty where none does."""
+    off = excesses(numbers, load_limits(named, guarded=guarded))
+    found = other_versions(numbers, off, named, limits_of_others(named, guarded=guarded))
+    return f"it reads as firmware {listed(map(versions_alike, found))}, or as a board not homed" if found else ""
 
 
 def other_versions(

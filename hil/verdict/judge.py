@@ -23,9 +23,9 @@ from hil.verdict.case import DiagnosisCase, that_show
 from hil.verdict.diagnosis import Diagnosis, NextStep, command_again
 from hil.verdict.failures import Failures
 from hil.verdict.findings import Finding, Why, Withheld, failed
-from hil.verdict.firmware_version import limits_of_others, reads_as
+from hil.verdict.firmware_version import reads_as
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.limits import Key, Limit, compare, excesses, load_limits
+from hil.verdict.limits import Key, Limit, compare, load_limits
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
 from hil.verdict.suspects import Clue, RunSigns, clues, suspected
@@ -146,16 +146,10 @@ class Judge:
         return self.signs(numbers, run.end)
 
     def signs(self, numbers: Mapping[str, Measured], end: RunEnd) -> RunSigns:
-        """Return what the rules read of a run.
-
-        Args:
-            numbers: what was measured and is to be judged, by experiment, and of `session`, `driver` and `alike`.
-            end: how the run ended.
-        """
+        """Return what the rules read of a run, of what was measured and is to be judged."""
         numbers = {name: measured for name, measured in numbers.items() if not _asks(name)}
-        failures = Failures.of(numbers, self.limits, end)
-        others = limits_of_others(self._firmware, guarded=self._guarded)
-        return RunSigns(failures, end, reads_as(numbers, excesses(numbers, self.limits), self._firmware, others))
+        another = reads_as(numbers, self._firmware, guarded=self._guarded)
+        return RunSigns(Failures.of(numbers, self.limits, end), end, another)
 
 
 Late = Callable[[str, Metric], float]
