@@ -30,11 +30,6 @@ class HandAct:
     do: Callable[..., object]
     """Does it, given the workbench and what was taken; returns what is seen."""
 
-    @property
-    def least(self) -> int:
-        """How many words must follow."""
-        return sum(not one.startswith("[") for one in self.takes)
-
 
 ACTS: dict[str, HandAct] = {
     "inject": HandAct(("FAULT",), "break it", Workbench.inject),
@@ -64,7 +59,8 @@ def act(workbench: Workbench, text: str) -> str:
     """
     name, *words = text.split() or [""]
     chosen = named("act", name, ACTS)
-    if not chosen.least <= len(words) <= len(chosen.takes):
+    least = sum(not one.startswith("[") for one in chosen.takes)
+    if not least <= len(words) <= len(chosen.takes):
         raise ValueError(f"it is written {' '.join((name, *chosen.takes))}, not {text!r}")
     taken: list[Any] = [READS[kind.strip("[]")](word) for kind, word in zip(chosen.takes, words, strict=False)]
     chosen.do(workbench, *taken)

@@ -38,19 +38,11 @@ def _restart(hand: EmulatedHand, fault: Injection) -> None:
     hand.reset("reset")
 
 
-def _power_cycle(hand: EmulatedHand, fault: Injection) -> None:
-    hand.reset("power_on")
-
-
-def _hang(hand: EmulatedHand, fault: Injection) -> None:
-    hand.board.stop()
-
-
 def _forget(hand: EmulatedHand, fault: Injection) -> None:
     board = _emulated(hand, fault)
     for key, _ in board.nvs.items():
         board.nvs.forget(key)
-    hand.reset("reset")
+    _restart(hand, fault)
 
 
 def _trim(hand: EmulatedHand, fault: Injection, *, way: int) -> None:
@@ -101,9 +93,9 @@ FAULTS = (
     Fault("board_restart", BOARD, Part.BOARD, "the board restarts",
           _event(_restart), at_s=5.0, alike=(Part.SUPPLY, Part.USB)),
     Fault("power_cycle", BOARD, Part.SUPPLY, "power is lost and returns",
-          _event(_power_cycle), at_s=5.0, alike=(Part.BOARD, Part.USB)),
+          _event(lambda hand, _: hand.reset("power_on")), at_s=5.0, alike=(Part.BOARD, Part.USB)),
     Fault("board_hangs", BOARD, Part.BOARD, "the board does nothing more",
-          _event(_hang, _restart), at_s=5.0, alike=(Part.USB,)),
+          _event(lambda hand, _: hand.board.stop(), _restart), at_s=5.0, alike=(Part.USB,)),
     Fault("nvs_lost", BOARD, Part.SETUP, "the board restarts without its stored zeros",
           _event(_forget), alike=(Part.BOARD,)),
     Fault("trim_left_in", BOARD, Part.SETUP, "the open end is trimmed away",
