@@ -13,7 +13,7 @@ from figures import Rows
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
-from firmware_emulator.servo.electrical import static_current
+from firmware_emulator.servo.electrical import CurrentLaw
 from firmware_emulator.servo.parameters import HLS3606M
 from hil.checks.shared.signals import CommandStep
 from hil.checks.staircase.rise_time import Response, respond
@@ -33,7 +33,8 @@ def current() -> Rows:
     errors = list(RECORDED_MA)
     efforts = [error * HLS3606M.duty_per_count * HLS3606M.stall_torque for error in errors]
     here = [
-        MA_PER_UNIT * static_current(effort, HLS3606M) / error for effort, error in zip(efforts, errors, strict=True)
+        MA_PER_UNIT * CurrentLaw(HLS3606M).at_rest(effort) / error
+        for effort, error in zip(efforts, errors, strict=True)
     ]
     return [
         ("error, counts", *map(str, errors)),

@@ -160,11 +160,6 @@ class PtyServer(Closing):
         """URL of the board over the network, None when it is not served."""
         return None if self._network is None else self._network.name
 
-    @property
-    def bus_name(self) -> str | None:
-        """Path of the bus terminal, None when it is not served."""
-        return None if self._bus is None else self._bus.name
-
     def run(self, stop: Callable[[], bool]) -> None:
         """Serve in real time until `stop()` holds; it is asked at least every 50 ms."""
         kernel = self._hand.kernel

@@ -55,16 +55,11 @@ class CurrentLaw:
         return counts * (self._floor_ma + rise) / CURRENT_UNIT_MA
 
 
-def static_current(effort: float, servo: ServoParameters) -> float:
-    """Return the current (register units, unsigned) of a motor held at this effort (N m, sign ignored)."""
-    return CurrentLaw(servo).at_rest(effort)
-
-
 @lru_cache(maxsize=512)
 def effort_limit(current_units: int, servo: ServoParameters) -> float:
     """Return the effort (N m) at which the static current is `current_units`, at most the stall torque.
 
-    The inverse of `static_current`, so that a blocked servo's reading reaches exactly its goal torque, as homing needs.
+    The inverse of `CurrentLaw.at_rest`: a blocked servo's reading reaches exactly its goal torque, as homing needs.
     """
     current = CurrentLaw(servo).at_rest
     if current(servo.stall_torque) <= current_units:

@@ -161,11 +161,12 @@ def test_a_power_cycle_takes_the_port_away_and_brings_it_back(tmp_path):
 
 def test_the_bus_terminal_knows_the_baud_rate(tmp_path):
     ping, answer = bytes.fromhex("FF FF 03 02 01 F9"), bytes.fromhex("FF FF 03 02 00 FA")
-    with served(bus_link=tmp_path / "bus") as server:
-        with serial.Serial(server.bus_name, 500_000, timeout=0.3) as port:
+    path = tmp_path / "bus"
+    with served(bus_link=path):
+        with serial.Serial(str(path), 500_000, timeout=0.3) as port:
             port.write(ping)
             assert port.read(12) == b""
-        with serial.Serial(server.bus_name, 1_000_000, timeout=PATIENCE_S) as port:
+        with serial.Serial(str(path), 1_000_000, timeout=PATIENCE_S) as port:
             port.write(ping)
             assert port.read(6) == answer
 

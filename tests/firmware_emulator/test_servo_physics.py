@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_emulator.servo.electrical import CurrentLaw, effort_limit, static_current, temperature_after
+from firmware_emulator.servo.electrical import CurrentLaw, effort_limit, temperature_after
 from firmware_emulator.servo.feedback import standard_normal
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import decode_signed, encode_signed
@@ -29,13 +29,13 @@ def test_sign_magnitude_words_come_back(value):
 def test_static_current_follows_the_recorded_curve_within_ten_percent(counts):
     recorded = {5: 30, 10: 30, 20: 37, 30: 43, 40: 47.5, 46: 50, 52: 50}
     effort = counts * HLS3606M.duty_per_count * HLS3606M.stall_torque
-    assert static_current(effort, HLS3606M) * 6.5 / counts == pytest.approx(recorded[counts], rel=0.1)
+    assert CurrentLaw(HLS3606M).at_rest(effort) * 6.5 / counts == pytest.approx(recorded[counts], rel=0.1)
 
 
 @given(st.integers(0, 1023), st.floats(0.005, 0.018))
 def test_a_blocked_servo_reads_exactly_its_goal_torque_whatever_the_gain(units, duty_per_count):
     servo = ServoParameters(duty_per_count=duty_per_count)
-    assert static_current(effort_limit(units, servo), servo) == pytest.approx(units, abs=1e-6)
+    assert CurrentLaw(servo).at_rest(effort_limit(units, servo)) == pytest.approx(units, abs=1e-6)
 
 
 TURNING = ServoParameters(current_turning_ma=13.2, current_fading_counts=1030.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aero.channels import FINGERS, Channel
-from firmware_emulator.servo.electrical import static_current, temperature_after
+from firmware_emulator.servo.electrical import CurrentLaw, temperature_after
 from hil.targets.opening import open_target
 from model.units import load_unit
 from train.identification.trace import closing_current_sign
@@ -38,7 +38,7 @@ def counts(target):
 def test_static_current_against_error(error, milliamperes):
     servo = UNIT.servos
     effort = error * servo.stall_torque * servo.duty_per_count
-    assert 6.5 * static_current(effort, servo) / error == pytest.approx(milliamperes, rel=0.1)
+    assert 6.5 * CurrentLaw(servo).at_rest(effort) / error == pytest.approx(milliamperes, rel=0.1)
 
 
 @pytest.mark.parametrize(
