@@ -82,6 +82,14 @@ class LinkedHand(ABC):
         """
         return self._clock.now() - self._link.read_from
 
+    @property
+    def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
+        """Speed and torque limits that this driver has set and the board still has, by opcode and channel.
+
+        No board tells its limits: what another program has set before is not known.
+        """
+        return dict(self._link.settings)
+
 
 class AeroHand(LinkedHand):
     """An Aero Hand Open behind a transport.
@@ -95,8 +103,6 @@ class AeroHand(LinkedHand):
         """Wrap an open transport; `clock` tells the time and is waited on."""
         super().__init__(HostLink(transport, clock), clock)
         self._telemetry_seen_at_restart: int | None = None
-        self._settings: dict[tuple[Opcode, Channel], int] = {}
-        self._settings_at_restart = 0
 
     @classmethod
     def open_unguarded(cls, port_or_url: str) -> Self:
@@ -209,14 +215,6 @@ class AeroHand(LinkedHand):
     def set_torque(self, channel: Channel, register_units: int) -> None:
         """Limit one channel's torque (0..1023 register units) from the next position command on; as `set_speed`."""
         self._set(Opcode.SET_TOR, channel, register_units, protocol.make_set_torque(channel, register_units))
-
-    @property
-    def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
-        """Speed and torque limits that this driver has set and the board still has, by opcode and channel.
-
-        No board tells its limits: what another program has set before is not known.
-        """
-        return dict(self._settings) if self._settings_at_restart == self._link.restarts else {}
 
     def knows(self, opcode: Opcode) -> bool:
         """Return whether the board knows SET_TOR (all but firmware `pre`) or CALIBRATE_MID (`main` alone).
@@ -344,8 +342,7 @@ class AeroHand(LinkedHand):
         stored = self._acknowledged(request, channel).words[1]
         if stored != value:
             raise RefusedError(f"{self.name}: asked {channel.label} for {value}, the board stored {stored}.")
-        self._settings = {**self.settings_sent, (opcode, channel): value}
-        self._settings_at_restart = self._link.restarts
+        self._link.settings[opcode, channel] = value
 
     def _acknowledged(self, request: bytes, channel: Channel, once_s: float | None = None) -> Reply:
         reply = self._link.ask(request, once_s).reply

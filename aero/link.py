@@ -7,6 +7,7 @@ import threading
 from itertools import cycle, islice
 from typing import NamedTuple
 
+from aero.channels import Channel
 from aero.clock import Clock, Deadline
 from aero.errors import AeroError, DesyncError, LinkTimeoutError
 from aero.link_state import AFTER, MAY_LEAVE, REASON, Content, LinkEvent, State
@@ -75,6 +76,8 @@ class HostLink:
         """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
         self.read_from = clock.now()
         """When the last reading was asked for, clock s."""
+        self.settings: dict[tuple[Opcode, Channel], int] = {}
+        """Speed and torque limits that were set since the board started."""
         self.restarts = 0
         """How often boot text has been seen."""
         self.disturbances = 0
@@ -321,6 +324,7 @@ class HostLink:
             return
         self._stray += stray
         if holds_boot_text(stray):
+            self.settings = {}  # first: an interrupt in between must not leave limits that the board has lost
             self.restarts += 1
             self.disturbances += 1
             self._text += stray

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import weakref
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from functools import update_wrapper
 from typing import Concatenate, ParamSpec, TypeVar
 
@@ -17,7 +17,7 @@ from aero.clock import Clock, positive_s
 from aero.driver import HOMING_TIMEOUT_S, AeroHand, LinkedHand
 from aero.errors import RefusedError
 from aero.firmware import ServoSettings
-from aero.protocol import MAX_CODE, Centred, Opcode
+from aero.protocol import MAX_CODE, Centred
 from aero.safety.guard import Guard
 from aero.safety.opening import OPEN, move_slowly
 from aero.safety.standby import Standby
@@ -106,11 +106,6 @@ class GuardedHand(LinkedHand):
     def phase(self) -> Phase:
         """What it is doing."""
         return self._guard.phase
-
-    @property
-    def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
-        """As `AeroHand.settings_sent`; the guard's own are among them."""
-        return self._hand.settings_sent
 
     def check(self) -> Health:
         """Read positions, currents and temperatures; moves nothing.
