@@ -120,43 +120,44 @@ def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
 
 def _read(recording: Recording, requests: Sequence[Exchange]) -> Iterator[Floats]:
     """Yield the readings of each kind less their replies, (n, 7) in steps of the reading."""
-    orderly = _in_order(requests)
+    answered = np.array([_answered(request) for request in requests], bool)
+    opcodes = np.array([request.opcode for request in requests], int)
+    # Once a link has lost, delayed or damaged a reply, which frame a driver takes is its own affair: what counts are
+    # requests that were answered as they should be, as all before them and the next ones were.
+    disorder = np.flatnonzero(~answered)
+    until = disorder[0] - AHEAD if disorder.size else len(requests)
     for name, opcode in READ.items():
         if name in recording.series:
-            yield _unlike(recording.series[name], requests, opcode, orderly) / STEP[name]
+            asked = np.flatnonzero(answered & (opcodes == opcode))
+            made = [requests[at] for at in asked.tolist()]
+            yield _unlike(recording.series[name], made, opcode, asked < until) / STEP[name]
 
 
-def _in_order(requests: Sequence[Exchange]) -> NDArray[np.bool_]:
-    """Return for each request whether it, all before it and the next ones were answered as they should be, (n,).
-
-    Once a link has lost, delayed or damaged a reply, which frame a driver takes is its own affair.
-    """
-    disorder = np.flatnonzero([not _answered(request) for request in requests])
-    until = disorder[0] - AHEAD if disorder.size else len(requests)
-    orderly: NDArray[np.bool_] = np.arange(len(requests)) < until
-    return orderly
-
-
-def _unlike(series: Series, requests: Sequence[Exchange], opcode: Opcode, orderly: NDArray[np.bool_]) -> Floats:
+def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, orderly: NDArray[np.bool_]) -> Floats:
     """Return readings less the reply that is most like them, (n, 7), where the link was in order.
 
     A reading's time is taken before or after it is asked for, and a guard may poll the hand in between. So the reply
     is that to the last request before this time, or to one between it and the next reading.
+
+    Args:
+        series: readings of a kind.
+        made: requests of that kind that were answered.
+        opcode: what asks for it.
+        orderly: whether the link was in order when each was made, (n,).
     """
-    asked = np.array([at for at, request in enumerate(requests) if request.opcode == opcode and _answered(request)])
-    if not asked.size:
+    if not made:
         return _NOTHING
-    times = np.array([requests[at].t for at in asked])
+    times = np.array([exchange.t for exchange in made])
     last = np.searchsorted(times, series.times + SAME_TIME_S) - 1
     # Noted after it has come, a reading may share its time with the guard's next poll.
     at_requests = np.mean(np.abs(times[last] - series.times) < SAME_TIME_S) > 0.5
     either = last + np.arange(0 if at_requests else -1, CANDIDATES)[:, None]
-    there = (either >= 0) & (either < len(asked))
+    there = (either >= 0) & (either < len(made))
     either = np.where(there, either, 0)
     there &= (either <= last) | (times[either] < np.append(series.times[1:], np.inf) - SAME_TIME_S)
-    gaps = series.values - _readings([requests[at].received for at in asked], opcode)[either]
+    gaps = series.values - _readings([exchange.received for exchange in made], opcode)[either]
     nearer = np.where(there, np.abs(gaps).sum(axis=2), np.inf).argmin(axis=0)
-    judged = there.any(axis=0) & (orderly[asked][either] | ~there).all(axis=0)
+    judged = there.any(axis=0) & (orderly[either] | ~there).all(axis=0)
     unlike: Floats = gaps[nearer, np.arange(len(nearer))][judged]
     return unlike
 

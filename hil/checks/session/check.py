@@ -22,7 +22,8 @@ def measure(recording: Recording) -> Measured:
     """
     made = exchanges(recording.wire)
     asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)
-    texts = [exchange.received for exchange in made if holds_boot_text(exchange.received)]
+    restarted = holds_boot_text(b"".join(exchange.received for exchange in made))
+    texts = [exchange.received for exchange in made if restarted and holds_boot_text(exchange.received)]
     quiet = [exchange for exchange in made if exchange.received not in texts]
     stray = sum(len(exchange.received) % FRAME_SIZE for exchange in quiet) + FRAME_SIZE * surplus_frames(quiet)
     return {

@@ -21,16 +21,13 @@ class Exchange:
     t: float
     """When it was sent, s."""
     frame: bytes
+    opcode: int
+    """What was asked."""
     received: bytes = b""
     times: list[float] = field(default_factory=list)
     """When the pieces of that came, s."""
     completed: float | None = None
     """When there was one whole reply, s."""
-
-    @property
-    def opcode(self) -> int:
-        """What was asked."""
-        return self.frame[0]
 
 
 def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
@@ -38,7 +35,7 @@ def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
     found: list[Exchange] = []
     for record in wire:
         if record.direction == "to_hand":
-            found.append(Exchange(record.t, record.data))
+            found.append(Exchange(record.t, record.data, record.data[0]))
         elif found:
             found[-1].received += record.data
             found[-1].times.append(record.t)
