@@ -255,19 +255,14 @@ def _prepare(item: pytest.Item) -> None:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """Fail a test that marks a fault when its hand is there already, or that sleeps while the hand's time stands."""
-    error: BaseException | None = None
-    result: object = None
-    with _real_sleeps(item):
-        try:
+    try:
+        with _real_sleeps(item):
             result = yield
-        except BaseException as raised:
-            error = raised
-    words = _why_it_shows_nothing(item)
-    if error is not None:
-        if words:
+    except BaseException as error:
+        if words := _why_it_shows_nothing(item):
             error.add_note(words)
-        raise error
-    if words:
+        raise
+    if words := _why_it_shows_nothing(item):
         pytest.fail(words, pytrace=False)
     return result
 

@@ -184,7 +184,7 @@ LINES = (
     "validate --only presence --dry-run --hil emulated --firmware 0.2.0 --hand right --unit reference --seed 3",
     "validate --only presence --dry-run --fault motor_weak:ring=0.4@0.5 --zeros ideal --baseline b",
     "record --dry-run --excite fingers --channel ring --scale 0.3 --out x.mcap",
-    "run-policy steady --dry-run --seconds 0.1 --wait 0 --empty --twin reference",
+    "run-policy steady --dry-run --seconds 0.1 --wait 0 --empty --correction reference",
     "report x.mcap --out r.html",
     "replay x.mcap --unit reference",
     "export x.mcap --out y.mcap",
