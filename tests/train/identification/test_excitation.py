@@ -35,12 +35,6 @@ def test_readings_of_every_age_come_by():
     assert np.diff(np.sort([*ages_s, 0.010])).max() < 0.0015
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_grows_with_its_scale(name):
-    small, large = (excitation(name, scale=scale).fractions for scale in (0.25, 1.0))
-    assert np.allclose(4.0 * small, large)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from figures.actuation_map import RoutedLengths, scores
 
-from aero.actuation import ActuationMap, load_coefficients
+from aero.actuation import load_coefficients
 from aero.actuation.coefficients import coefficients_from_toml
 from aero.channels import Channel, Joint
 from model import RoutedHand
@@ -47,14 +47,6 @@ def test_coefficients_predict_a_grid_that_they_were_not_fitted_on(name):
     residuals = scores()[f"{name}, grids over abduction"]
     np.testing.assert_array_less(residuals.joints_rms_rad, [0.010, 0.025, 0.025])
     np.testing.assert_array_less(residuals.round_trip_max_m, [0.13e-3, 0.55e-3])
-
-
-def test_identified_coefficients_make_a_map_of_their_own(result):
-    codec = ActuationMap(result.coefficients)
-    assert codec.coefficients.name == "identified"
-    nominal = [0.09, 0.09, 0.09, 0.09, 0.75, 0.035, 0.1]
-    difference = codec.codes_from_lengths(nominal).astype(int) - ActuationMap().codes_from_lengths(nominal)
-    assert 0 < np.abs(difference).max() < 0.01 * 65535
 
 
 def test_the_shipped_file_is_what_identification_gives(result):

@@ -16,7 +16,6 @@ from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from hil.targets.opening import open_target
 from model.units import load_unit
-from train.cli.calibrate import trace_svg
 from train.identification.calibration import calibrate
 from train.identification.excitation import Excitation, play
 from train.identification.replay_score import held_out_rms
@@ -136,17 +135,6 @@ def test_calibration_finds_how_far_the_supply_sags(tmp_path):
     free = tuple(number for number in FREE if number.name == "hand.supply_sag")
     model = UnitModel(start, traces, free=free, phases_s=(0.0, 0.005))
     assert model.unit(search(model, iterations=2).x).hand.supply_sag == pytest.approx(0.15, rel=0.35)
-
-
-@pytest.mark.slow
-def test_calibration_reports_and_draws(trace):
-    free = tuple(number for number in FREE if number.name == "servos.goal_delay_s")
-    result = calibrate([trace] * 3, REFERENCE, free=free)
-    assert result.channel_rms().shape == (3, 7)
-    assert held_out_rms(result.held_out) < 12.0
-    drawing = trace_svg(trace, result.predictions()[0])
-    assert drawing.lstrip().startswith("<svg")
-    assert "Thumb CMC flexion" in drawing
 
 
 FRICTION = tuple(number for number in FREE if number.name == "hand.spool_friction")

@@ -2,9 +2,20 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from train.identification.search import gauss_newton_step
-from train.identification.uncertainty import COVERAGE_SIGMA, covariance, intervals, told
+from train.identification.uncertainty import (
+    COVERAGE_SIGMA,
+    covariance,
+    factors_of,
+    interval_factors,
+    intervals,
+    told,
+    widened,
+)
+from train.identification.unit_parameters import FREE
 
 SPREAD = np.array([1.0, 0.7, 0.3])
 
@@ -60,3 +71,24 @@ def test_what_readings_tell_is_narrower_than_what_was_believed():
     believed = intervals(lambda x: {"take_up": x}, np.zeros(2), np.eye(2))
     known = intervals(lambda x: {"take_up": x}, np.zeros(2), np.diag([0.7, 0.9]) ** 2)
     assert told(known, believed)["take_up"].tolist() == [True, False]
+
+
+@given(st.floats(1.0, 50.0), st.floats(1.0, 50.0))
+def test_widths_grow_by_the_factor_up_to_what_is_believed_anyway(first, second):
+    errors, spread = np.array([[0.01, 0.004], [0.004, 0.04]]), np.array([0.7, 0.3])
+    wider = widened(errors, np.array([first, second]), spread)
+    deviation = np.sqrt(np.diag(wider))
+    assert deviation == pytest.approx([min(0.1 * first, 0.7), min(0.2 * second, 0.3)])
+    correlation = wider[0, 1] / np.prod(deviation)
+    assert correlation == pytest.approx(0.2)
+
+
+def test_a_factor_is_that_of_the_kind_else_of_the_section():
+    found = factors_of(FREE, {"servos": 2.0, "hand": 3.0, "hand.spring_closed": 5.0})
+    for number, factor in zip(FREE, found, strict=True):
+        rise = number.name == "hand.spring_rise"
+        assert factor == (5.0 if rise else 2.0 if number.name.startswith("servos") else 3.0)
+
+
+def test_every_number_that_is_fitted_has_a_shipped_factor():
+    assert np.all(factors_of(FREE, interval_factors()) >= 1.0)

@@ -1,4 +1,5 @@
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -87,20 +88,16 @@ def test_only_a_finger_that_closes_far_tells_its_stop(share, stopped):
     assert [n.channels for n in told if n.name == "hand.closed_stop"] == ([tuple(sorted(stopped))] if stopped else [])
 
 
-def test_a_written_unit_says_what_was_fitted_and_how_surely():
-    friction = np.array(plausible_unit(1).hand.spool_friction)
+def test_a_written_unit_says_what_was_fitted_how_surely_and_what_the_recordings_do_not_tell():
+    unit = plausible_unit(1)
+    friction = np.array(unit.hand.spool_friction)
     low, high = friction * 0.9, friction * 1.1
-    low[2:] = high[2:] = friction[2:]
-    lines = unit_toml(plausible_unit(1), "", {"hand.spool_friction": (low, high)}).splitlines()
-    above = lines[lines.index(next(x for x in lines if x.startswith("spool_friction"))) - 1]
-    assert above.startswith(f"# N m; fitted, 95 % interval of each: {low[0]:.3g} to {high[0]:.3g}; ")
-    assert above.endswith("; as the starting unit" * 5)
-    assert "as the starting unit" in lines[lines.index(next(x for x in lines if x.startswith("rotor_inertia"))) - 1]
-
-
-def test_a_written_unit_says_which_intervals_the_recordings_do_not_tell():
-    friction = np.array(plausible_unit(1).hand.spool_friction)
-    known = {"hand.spool_friction": (friction * 0.9, friction * 1.1)}
-    text = unit_toml(plausible_unit(1), "", known, {"hand.spool_friction": np.arange(7) != 2})
-    assert text.count("(not determined by the recordings)") == 1
-    assert f"{friction[2] * 1.1:.3g} (not determined by the recordings); {friction[3] * 0.9:.3g}" in text
+    low[3:] = high[3:] = friction[3:]
+    told = {"hand.spool_friction": np.arange(7) != 2}
+    lines = unit_toml(unit, "", {"hand.spool_friction": (low, high)}, told).splitlines()
+    above = {line.split(" = ")[0]: before for before, line in pairwise(lines)}
+    assert above["spool_friction"].startswith(f"# N m; fitted, 95 % interval of each: {low[0]:.3g} to {high[0]:.3g}; ")
+    assert f"{high[2]:.3g} (not determined by the recordings); as the starting unit" in above["spool_friction"]
+    assert above["spool_friction"].endswith("; as the starting unit" * 4)
+    assert "\n".join(lines).count("(not determined by the recordings)") == 1
+    assert above["rotor_inertia"] == "# kg m²; as the starting unit"
