@@ -23,6 +23,8 @@ NOISE_COUNTS = 5.0
 `Free.spread`."""
 QUIETEST_COUNTS = 1.0
 """How far at least: a prediction that misses by less is not believed more, counts rms."""
+ROUNDED_COUNTS = 1.0
+"""Change of a reading in whole counts that no number need have made."""
 LARGEST_STEP = 1.0
 """Longest step of one number in one iteration in units of `Free.spread`."""
 SHORTENED = (1.0, 0.4, 0.15)
@@ -142,7 +144,11 @@ def find_slopes(model: UnitModel, x: Floats, phases_s: Sequence[float], residual
         for row in group:
             channels = list(free[row].channels)
             for slope, after, before in zip(slopes, there, residuals, strict=True):
-                slope[:, channels, row] = (after - before)[:, channels] / (free[row].step * free[row].spread)
+                change = (after - before)[:, channels]
+                # A whole count is rounding. By thousands these would pass for what the readings tell of a number, make
+                # its interval narrow, and shorten the steps towards it.
+                change[np.abs(change) == ROUNDED_COUNTS] = 0.0
+                slope[:, channels, row] = change / (free[row].step * free[row].spread)
     return slopes
 
 

@@ -11,6 +11,7 @@ from train.identification.search import (
     NOISE_COUNTS,
     SHORTENED,
     STEPS,
+    find_slopes,
     gauss_newton_step,
     pooled_rms,
     search,
@@ -97,6 +98,23 @@ def test_a_search_goes_on_from_what_a_coarser_model_found():
     assert found.x == pytest.approx(TRUTH, abs=0.2)
     assert found.phases_s == pytest.approx((0.005,) * 4, abs=0.001)
     assert [len(r) for r in found.residuals] == list(toy.lengths)
+
+
+@given(st.floats(0.0, 0.999), st.floats(1.0, 30.0))
+def test_rounding_tells_nothing_of_a_number(unfelt, felt):
+    """A replay reads whole counts: a number that changes them by less than one has no slope, a larger one its own."""
+
+    @dataclass(frozen=True)
+    class Whole(Toy):
+        def curve(self, k, x, phase):
+            t = np.linspace(0.0, 50.0, self.lengths[k])[:, None]
+            return np.floor(t + 2.0 * felt * x[0] / 0.18 + unfelt * x[1] / 0.06 + 0.0 * x[None, 2:])
+
+    toy = Whole(lengths=(400,))
+    start = toy.residuals([np.zeros(9)], (0.005,))
+    slope = find_slopes(toy, np.zeros(9), (0.005,), start)[0]
+    assert not slope[..., 1:].any()
+    assert slope[..., 0].mean() == pytest.approx(2.0 * felt / 0.18, rel=0.05)
 
 
 @pytest.mark.parametrize("batches", [0, 1, 3])
