@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from aero.channels import Channel
 from hil.checks import ALIKE, DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN
 from hil.verdict.failures import RUN, Failures
-from hil.verdict.parts import Suspect
+from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, neighbour, steps
 
 SURE = 0.75
@@ -125,8 +125,12 @@ class DiagnosisCase:
     def _proposals(self) -> list[Proposal]:
         tried = {(one.proposal.step.name, one.proposal.at) for one in self.done}
         failing = frozenset(s.channel for s in self.suspects if s.channel is not None)
+        homed = any(one.proposal.step.homes for one in self.done)
+        waits = not homed and next(iter(self.likely)).part in (Part.SETUP, Part.SERVO)
         found = []
         for step in steps().values():
+            if waits and step.after_homing:
+                continue
             places: list[Channel | None] = [None]
             if step.of_one_channel:
                 places = [s.channel for s in self.likely if s.part in OF_ONE and s.channel is not None]

@@ -46,6 +46,8 @@ class CaseStep:
     tool: str = ""
     homes: bool = False
     """Whether the program homes the hand after it."""
+    after_homing: bool = False
+    """Whether homing alone must have changed nothing before, where that may mend a suspect."""
 
     @property
     def asks(self) -> bool:
@@ -105,6 +107,7 @@ def steps() -> Mapping[str, CaseStep]:
             {StepOutcome[outcome.upper()]: Part[part.upper()] for outcome, part in row["convicts"].items()},
             row.get("tool", ""),
             row.get("homes", False),
+            row.get("after_homing", False),
         )
         for name, row in table.items()
     }

@@ -158,6 +158,18 @@ def test_a_plug_is_not_convicted_of_what_a_board_may_have_forgotten_without_powe
         assert case.after(plugs, StepOutcome.GONE).convicted == convicted
 
 
+def test_a_board_is_flashed_only_when_homing_alone_has_mended_no_servo():
+    """A board would be convicted of an angle limit in a servo, which homing writes."""
+    limited = {
+        Suspect(Part.SERVO, Channel.RING): 0.55,
+        Suspect(Part.BOARD): 0.3,
+        Suspect(Part.DIGIT, Channel.RING): 0.15,
+    }
+    case = DiagnosisCase(on("ring"), limited)
+    assert case.next_step.step.name in ("home", "look")
+    assert {done.proposal.step.name for done in played(case, {}).done} & {"flash", "exchange"}
+
+
 def test_a_servo_is_exchanged_with_one_that_does_not_fail():
     assert neighbour(Channel.RING, frozenset({Channel.PINKY})) is Channel.MIDDLE
     assert neighbour(Channel.THUMB_FLEXOR) not in (Channel.THUMB_ABDUCTION, Channel.THUMB_FLEXOR)
