@@ -19,6 +19,7 @@ from hil import open_target
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recorder import Recorder
+from hil.targets.hands_file import read_hands
 from hil.verdict import baseline
 from model.units import load_unit
 from train.convert import CheckpointError, convert
@@ -88,6 +89,10 @@ class Reader:
     """What it raises about a damaged file."""
 
 
+def write_hands(path):
+    path.write_text('[bench]\nport = "pty"\nfirmware = "0.1.5"\nside = "left"\ntwin = "a.toml"\nbaseline = "b"\n')
+
+
 READERS = (
     Reader("recording.mcap", write_small_recording, read_recording, UnusableFileError),
     Reader("trace.mcap", write_small_recording, load_trace),
@@ -95,6 +100,7 @@ READERS = (
     Reader("policy.npz", write_policy, load, PolicyFileError),
     Reader("unit.toml", copied("model/units/reference.toml"), lambda path: load_unit(str(path))),
     Reader("checks.json", write_baseline, lambda path: baseline.load(path.parent)),
+    Reader("hands.toml", write_hands, read_hands),
     Reader("state.json", lambda path: path.write_text('{"ext0": 2048, "ext6": 17}'), Nvs),
     Reader("coefficients.toml", copied("aero/actuation/coefficients/paper.toml"), load_coefficients),
     Reader("checkpoint.pkl", write_checkpoint, lambda path: convert(path, PAPER_TRAINING), CheckpointError),

@@ -1,7 +1,7 @@
 """Wrong inputs through every command: one line that says what is wrong, quick and small, and never exit code 70.
 
-Recordings, their headers and columns, units, hands.toml, baselines, stores of a campaign and options are mutated by
-seed. `MUTATED_INPUTS=2000 pytest -s -m slow tests/harness/cli/test_mutated_inputs.py` does it for 2,000 inputs.
+Recordings, their headers and columns, units and options are mutated by seed; other files in `test_damaged_files.py`.
+`MUTATED_INPUTS=2000 pytest -s -m slow tests/harness/cli/test_mutated_inputs.py` does it for 2,000 inputs.
 """
 
 import dataclasses
@@ -30,7 +30,7 @@ try:
 except ImportError:  # Windows
     resource = None
 
-EACH = int(os.environ.get("MUTATED_INPUTS", "2000")) // 6
+EACH = int(os.environ.get("MUTATED_INPUTS", "2000")) // 3
 QUICK = 25
 LONGEST_S, MOST_MB = 5.0, 500.0
 NAMES = ("presence", "audit")
