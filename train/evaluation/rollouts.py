@@ -13,7 +13,7 @@ from aero.policy.task import CHANNELS, targets
 from model.scene import SETTLING_S
 from train import actuation
 from train.simulator import Floats, Simulator, StopCheck, positions, velocities
-from train.task import Episode, EpisodeOutcome, Task, begin, command, draw_starts, finish, observed, unpack
+from train.task import Task, begin, command, draw_starts, finish, observed, unpack
 
 
 @dataclass(frozen=True)
@@ -75,15 +75,19 @@ def run(
         seed: of starts, actuation and noise.
         check: called after each control period; what it raises ends the run.
     """
-    rng, count = np.random.default_rng(seed), len(batch)
-    tally = _Tally(task, count)
+    rng, count, period_s = np.random.default_rng(seed), len(batch), task.settings.period_s
+    nominal, scale = np.array(task.settings.nominal), np.array(task.settings.scale)
     starts = draw_starts(rng, count, task.reset)
     states = batch.at(starts)
-    sensors = batch.sensors_at(starts, np.array(task.settings.nominal))
+    sensors = batch.sensors_at(starts, nominal)
     episode = begin(task, sensors, rng.uniform(size=(count, actuation.DRAWS)))
     observation = observed(task, episode, rng.uniform(-1, 1, (count, CHANNELS)))
-    for _ in range(round(seconds / task.settings.period_s)):
+    # Sums over the steps of the episodes that still hold their cube.
+    alive, travel = np.ones(count, bool), np.zeros((count, CHANNELS))
+    steps, rotation, airborne, settled_steps = np.zeros((4, count))
+    for _ in range(round(seconds / period_s)):
         action = policy.network.act(observation).astype(np.float64)
+        change = targets(action, nominal, scale) - targets(episode.memory.last, nominal, scale)
         episode, controls = command(task, episode, action)
         states, sensors = batch.advance(states, controls)
         noise = rng.uniform(-1, 1, (count, CHANNELS))
@@ -91,39 +95,13 @@ def run(
             task, episode, sensors, positions=positions(states), velocities=velocities(states), noise=noise
         )
         observation = outcome.observation
-        tally.add(episode, sensors, outcome)
-        check()
-    return tally.episodes()
-
-
-class _Tally:
-    """Sums over the steps of the episodes that still hold their cube."""
-
-    def __init__(self, task: Task, count: int) -> None:
-        self._task = task
-        self._alive = np.ones(count, bool)
-        self._steps, self._rotation, self._airborne, self._observed = np.zeros((4, count))
-        self._travel = np.zeros((count, CHANNELS))
-
-    def add(self, episode: Episode, sensors: Floats, outcome: EpisodeOutcome) -> None:
-        action, before = episode.memory.last, episode.memory.before_last
-        period_s, alive = self._task.settings.period_s, self._alive
-        nominal, scale = np.array(self._task.settings.nominal), np.array(self._task.settings.scale)
-        travel = np.abs(targets(action, nominal, scale) - targets(before, nominal, scale))
-        self._rotation += alive * unpack(sensors).cube_angular_velocity[..., 2].mean(axis=-1) * period_s
-        self._travel += alive[:, None] * travel
-        self._steps += alive
+        rotation += alive * unpack(sensors).cube_angular_velocity[..., 2].mean(axis=-1) * period_s
+        travel += alive[:, None] * np.abs(change)
+        steps += alive
         settled = alive & (episode.periods * period_s > SETTLING_S)
-        self._airborne += settled * outcome.terms["airborne"]
-        self._observed += settled
-        self._alive = alive & ~outcome.lost
-
-    def episodes(self) -> Episodes:
-        alive_s = self._steps * self._task.settings.period_s
-        return Episodes(
-            kept=self._alive,
-            alive_s=alive_s,
-            rotation_rad=self._rotation,
-            airborne=self._airborne / np.maximum(self._observed, 1),
-            travel_per_s=self._travel / alive_s[:, None],
-        )
+        airborne += settled * outcome.terms["airborne"]
+        settled_steps += settled
+        alive = alive & ~outcome.lost
+        check()
+    alive_s = steps * period_s
+    return Episodes(alive, alive_s, rotation, airborne / np.maximum(settled_steps, 1), travel / alive_s[:, None])

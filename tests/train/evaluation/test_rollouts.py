@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from policies import holding, policy
 
-from aero.channels import Channel
 from aero.policy.settings import PAPER_TRAINING
 from train.evaluation.rollouts import run, task_of
 from train.simulator import Simulator
@@ -79,18 +78,11 @@ def test_a_cube_is_airborne_by_the_physics_step_once_it_has_settled(sensors):
     assert episodes.summary()["airborne"] == pytest.approx((0.4 * 1.0 + 0.4 * 2.0) / (1.0 + 2.0 + 2.0))
 
 
-def test_travel_and_overspeed_are_those_of_what_is_commanded(sensors):
-    """A policy's own targets; a servo makes 116 mm/s of cable, 5.8 mm a period, and 0.65 rad of abduction."""
+def test_the_travel_is_that_of_what_is_commanded(sensors):
     the_policy, batch = policy(3), Script(sensors)
     episodes = run(the_policy, task_of(the_policy), batch, PERIODS * PERIOD_S)
     asked = np.array(batch.controls)[:, :, -1]
     nominal = np.broadcast_to(PAPER_TRAINING.nominal, (1, HANDS, 7))
     steps = np.abs(np.diff(np.concatenate([nominal, asked]), axis=0))
     np.testing.assert_allclose(episodes.travel_per_s, steps.sum(axis=0) / (PERIODS * PERIOD_S), rtol=1e-6)
-    limit = np.full(7, np.deg2rad(740) * 0.009 * PERIOD_S)
-    limit[Channel.THUMB_ABDUCTION] = np.deg2rad(740) * PERIOD_S
-    np.testing.assert_allclose(episodes.overspeed, (steps > limit).mean(axis=(0, 2)), atol=1e-9)
     assert episodes.summary()["finger_travel_m_s"] == pytest.approx(episodes.travel_per_s[:, :4].mean())
-    scale = np.array(PAPER_TRAINING.scale)
-    change = np.linalg.norm(np.diff(np.concatenate([nominal, asked]) / scale, axis=0), axis=-1).mean(axis=0)
-    np.testing.assert_allclose(episodes.action_change, change, rtol=1e-6)
