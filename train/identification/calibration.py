@@ -22,6 +22,7 @@ from train.identification.search import (
     search,
     slope_groups,
     spreads,
+    without_rounding,
 )
 from train.identification.trace import Trace
 from train.identification.trace_replay import ReplayedTrace, replay
@@ -146,7 +147,8 @@ def calibrate(
     if found.slopes:
         kept_slopes = hidden or [np.zeros((*r.shape, len(KEPT))) for r in found.residuals]
         noise = noise_counts(found.residuals)
-        errors = covariance(found.residuals, found.slopes, spreads(model), kept_slopes, spreads(fitted), noise=noise)
+        slopes = without_rounding(found.slopes, model.free)
+        errors = covariance(found.residuals, slopes, spreads(model), kept_slopes, spreads(fitted), noise=noise)
         errors = widened(errors, factors_of(model.free, interval_factors()), spreads(model))
         known = intervals(model.numbers, found.x, errors)
         believed = intervals(model.numbers, found.x, np.diag(spreads(model) ** 2))

@@ -144,12 +144,18 @@ def find_slopes(model: UnitModel, x: Floats, phases_s: Sequence[float], residual
         for row in group:
             channels = list(free[row].channels)
             for slope, after, before in zip(slopes, there, residuals, strict=True):
-                change = (after - before)[:, channels]
-                # A whole count is rounding. By thousands these would pass for what the readings tell of a number, make
-                # its interval narrow, and shorten the steps towards it.
-                change[np.abs(change) == ROUNDED_COUNTS] = 0.0
-                slope[:, channels, row] = change / (free[row].step * free[row].spread)
+                slope[:, channels, row] = (after - before)[:, channels] / (free[row].step * free[row].spread)
     return slopes
+
+
+def without_rounding(slopes: Sequence[Floats], free: Sequence[Free]) -> list[Floats]:
+    """Return slopes less those of readings that changed by one whole count, for the intervals.
+
+    Rounding makes thousands of these for a number that moves no reading, and they would pass for what readings tell of
+    it. The search keeps them: where a number moves readings a little, they are right on average.
+    """
+    moved = np.array([number.step * number.spread for number in free])
+    return [np.where(np.isclose(np.abs(slope * moved), ROUNDED_COUNTS), 0.0, slope) for slope in slopes]
 
 
 def rounds(model: UnitModel, x: Iterable[Floats], phases_s: Iterable[Sequence[float]]) -> list[Residuals]:
