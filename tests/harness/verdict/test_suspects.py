@@ -129,6 +129,11 @@ def test_currents_alone_of_several_channels_lead_to_the_board():
     assert Suspect(Part.BOARD) not in leading(excursion__stop_current=low, audit__followed={"thumb_flexor": -9.0})
 
 
+def test_old_readings_that_come_in_time_lead_to_a_loop_of_the_board_too():
+    assert Suspect(Part.BOARD) in leading(response__telemetry_period=10.9)
+    assert Suspect(Part.BOARD) not in leading(presence__round_trip=3, response__telemetry_period=10.9)
+
+
 def test_a_current_that_flows_the_other_way_leads_to_a_sign_of_the_board_too():
     assert Suspect(Part.BOARD) in leading(audit__pull=-14.1, staircase__friction=-16.5)
     assert Suspect(Part.BOARD) not in leading(audit__pull=-3.1, staircase__friction=-7.2)
